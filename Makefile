@@ -1,0 +1,75 @@
+# Everything a person or CI runs, from a fresh clone with Python >= 3.11 and make. `make help` lists it.
+
+PYTHON ?= python3
+BIN := .venv/bin
+PYTEST := $(BIN)/python -m pytest
+PIP := $(BIN)/python -m pip -qq
+
+# Old pip applies the first to build environments too, new pip wants the second for them.
+export PIP_CONSTRAINT := constraints.txt
+export PIP_BUILD_CONSTRAINT := $(PIP_CONSTRAINT)
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+export PIP_ROOT_USER_ACTION := ignore
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-slow bench check format format-check lint types imports clean
+
+help: ## list these commands
+	@grep -hE '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)/make \1	\2/' | expand -t 18
+
+demo: .venv/.pyroshock-run ## the product from end to end, in a few minutes
+	@$(BIN)/pyroshock demo
+
+test: .venv/.pyroshock-test ## the default tests: no slow ones, no benchmarks
+	@$(PYTEST) -m "not slow and not bench"
+
+test-slow: .venv/.pyroshock-test ## the slow tests
+	@$(PYTEST) -m "slow and not bench"
+
+bench: .venv/.pyroshock-test ## measurements against peers
+	@$(PYTEST) -m bench --timeout=0 tests $(wildcard benchmarks)
+
+check: format-check lint types imports test ## what CI runs: format, lint, types, import rules, tests
+
+format: .venv/.pyroshock-dev ## rewrite the sources to the project's format
+	@$(BIN)/ruff check -q --fix-only .
+	@$(BIN)/ruff format .
+
+format-check: .venv/.pyroshock-dev
+	@$(BIN)/ruff format --check .
+
+lint: .venv/.pyroshock-dev
+	@$(BIN)/ruff check .
+
+types: .venv/.pyroshock-dev .cache/mypy/pyroshock
+	@$(BIN)/mypy
+
+imports: .venv/.pyroshock-dev
+	@$(BIN)/lint-imports --no-cache --no-logo
+
+clean: ## remove the virtual environment, caches and results of builds
+	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis build dist *.egg-info
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# mypy finds a package by the name of its folder, and the clone's folder may be called anything.
+.cache/mypy/pyroshock:
+	@mkdir -p $(@D)
+	@ln -sfn ../.. $@
+
+.venv/.pyroshock-run: pyproject.toml constraints.txt
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	  version=$$($(PYTHON) -V 2>/dev/null); \
+	  echo "pyroshock needs Python 3.11 or newer; '$(PYTHON)' is $${version:-no Python}: name another, make PYTHON=python3.12"; \
+	  exit 1; } >&2
+	@echo "Installing pyroshock into .venv; the first time takes a few minutes."
+	@$(PYTHON) -m venv .venv
+	@$(PIP) install -e .
+	@touch $@
+
+.venv/.pyroshock-test: .venv/.pyroshock-run
+	@$(PIP) install -e '.[test]'
+	@touch $@
+
+.venv/.pyroshock-dev: .venv/.pyroshock-test
+	@$(PIP) install -e '.[dev]'
+	@touch $@
