@@ -1,0 +1,99 @@
+"""What all tables share: names of constraints, aware UTC times, exact numbers, and who wrote a row."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import JSON, DateTime, Dialect, ForeignKey, MetaData
+from sqlalchemy.orm import DeclarativeBase, Mapped, declared_attr, mapped_column
+from sqlalchemy.types import TypeDecorator
+
+from .plain import from_plain, to_plain
+
+#: Constraint names are spelled out so that a migration can drop what another engine created.
+NAMING = {
+    "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+    "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+    "ck": "ck_%(table_name)s_%(constraint_name)s",
+    "fk": "fk_%(table_name)s_%(column_0_name)s_%(referred_table_name)s",
+    "pk": "pk_%(table_name)s",
+}
+
+
+class UtcDateTime(TypeDecorator[datetime]):
+    """An aware time, kept in UTC. A naive one is refused: nobody knows later which clock it meant."""
+
+    impl = DateTime(timezone=True)
+    cache_ok = True
+
+    def process_bind_param(self, value: datetime | None, _dialect: Dialect) -> datetime | None:
+        if value is None:
+            return None
+        if value.tzinfo is None:
+            raise ValueError(f"naive time {value.isoformat()} refused: give it a time zone")
+        return value.astimezone(UTC)
+
+    def process_result_value(self, value: datetime | None, _dialect: Dialect) -> datetime | None:
+        if value is None:
+            return None
+        # SQLite forgets the zone; what was written was UTC.
+        return value.replace(tzinfo=UTC) if value.tzinfo is None else value.astimezone(UTC)
+
+
+class PlainJson(TypeDecorator[Any]):
+    """JSON, with NaN and infinities (see `plain`)."""
+
+    impl = JSON
+    cache_ok = True
+
+    def process_bind_param(self, value: Any, _dialect: Dialect) -> Any:
+        return to_plain(value)
+
+    def process_result_value(self, value: Any, _dialect: Dialect) -> Any:
+        return from_plain(value)
+
+
+class Base(DeclarativeBase):
+    """Root of every table."""
+
+    metadata = MetaData(naming_convention=NAMING)
+    type_annotation_map = {datetime: UtcDateTime, dict[str, Any]: PlainJson, list[Any]: PlainJson}  # noqa: RUF012
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {getattr(self, 'id', '?')}>"
+
+
+class HasId:
+    """A surrogate key."""
+
+    id: Mapped[int] = mapped_column(primary_key=True)
+
+
+class Written:
+    """Every row knows the software version and the command that wrote it.
+
+    Filled by `session.Store.writing`; a row added outside of it is refused by the not-null rule.
+    """
+
+    @declared_attr
+    def written_by_id(cls) -> Mapped[int]:
+        return mapped_column(ForeignKey("provenance.id"))
+
+
+def positive(column: str) -> str:
+    """SQL of the rule "missing, or above zero"."""
+    return f"{column} IS NULL OR {column} > 0"
+
+
+def not_negative(column: str) -> str:
+    """SQL of the rule "missing, or zero and above"."""
+    return f"{column} IS NULL OR {column} >= 0"
+
+
+def one_of(column: str, values: tuple[str, ...]) -> str:
+    """SQL of the rule "missing, or one of these words"."""
+    return f"{column} IN ({', '.join(repr(v) for v in values)})"
+
+
+__all__ = ["Base", "HasId", "UtcDateTime", "Written", "not_negative", "one_of", "positive"]

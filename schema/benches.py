@@ -1,0 +1,107 @@
+"""The parts of a bench: gun, hammer, plate with its modal table. A part is stored once, whoever uses it.
+
+`fingerprint` is the hash of a part's content: two campaigns with the same gun share one row, and a gun whose
+friction was re-identified is another row. Sensors belong to the channel that they recorded (`recordings`).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sqlalchemy import CheckConstraint, ForeignKey, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from .base import Base, HasId, Written, not_negative, positive
+
+
+class Gun(HasId, Written, Base):
+    """A compressed-air gun (thesis, section 2.1.2): the constants of equation 2.16."""
+
+    __tablename__ = "guns"
+    __table_args__ = (
+        CheckConstraint(positive("tank_volume_m3"), "tank_volume_positive"),
+        CheckConstraint(positive("bore_diameter_m"), "bore_diameter_positive"),
+        CheckConstraint(positive("projectile_diameter_m"), "projectile_diameter_positive"),
+        CheckConstraint("projectile_diameter_m <= bore_diameter_m", "projectile_fits_bore"),
+        CheckConstraint(positive("travel_m"), "travel_positive"),
+        CheckConstraint(not_negative("friction_coefficient"), "friction_not_negative"),
+        CheckConstraint("heat_capacity_ratio >= 1", "heat_capacity_ratio_physical"),
+        CheckConstraint("efficiency > 0 AND efficiency <= 1", "efficiency_share"),
+    )
+
+    fingerprint: Mapped[str] = mapped_column(unique=True)
+    tank_volume_m3: Mapped[float]
+    bore_diameter_m: Mapped[float]
+    projectile_diameter_m: Mapped[float]
+    travel_m: Mapped[float]
+    friction_coefficient: Mapped[float]
+    heat_capacity_ratio: Mapped[float]
+    efficiency: Mapped[float]
+
+
+class Hammer(HasId, Written, Base):
+    """An instrumented hammer."""
+
+    __tablename__ = "hammers"
+    __table_args__ = (CheckConstraint(positive("mass_kg"), "mass_positive"),)
+
+    fingerprint: Mapped[str] = mapped_column(unique=True)
+    mass_kg: Mapped[float]
+
+
+class Plate(HasId, Written, Base):
+    """A resonant plate: a modal table, or material, thickness and outline for the finite element model."""
+
+    __tablename__ = "plates"
+    __table_args__ = (
+        CheckConstraint(positive("thickness_m"), "thickness_positive"),
+        CheckConstraint(
+            "modal_table_id IS NOT NULL OR (material_id IS NOT NULL AND thickness_m IS NOT NULL)", "described"
+        ),
+    )
+
+    fingerprint: Mapped[str] = mapped_column(unique=True)
+    modal_table_id: Mapped[int | None] = mapped_column(ForeignKey("modal_tables.id"))
+    material_id: Mapped[int | None] = mapped_column(ForeignKey("materials.id"))
+    thickness_m: Mapped[float | None]
+    outline_m: Mapped[list[Any] | None]
+
+
+class ModalTable(HasId, Written, Base):
+    """Measured or computed modes of a plate, as `plate_modes.csv` gives them."""
+
+    __tablename__ = "modal_tables"
+
+    fingerprint: Mapped[str] = mapped_column(unique=True)
+    modes: Mapped[list[Mode]] = relationship(order_by="Mode.number", back_populates="table")
+
+
+class Mode(HasId, Written, Base):
+    """One mode: frequency, damping ratio, mass-normalised shape at the impact point."""
+
+    __tablename__ = "modes"
+    __table_args__ = (
+        UniqueConstraint("table_id", "number"),
+        # Rigid-body modes have frequency zero.
+        CheckConstraint("frequency_hz >= 0", "frequency_not_negative"),
+        CheckConstraint("damping_ratio >= 0 AND damping_ratio < 1", "damping_below_critical"),
+    )
+
+    table_id: Mapped[int] = mapped_column(ForeignKey("modal_tables.id"))
+    number: Mapped[int]
+    frequency_hz: Mapped[float]
+    damping_ratio: Mapped[float]
+    shape_impact_per_sqrt_kg: Mapped[float]
+    table: Mapped[ModalTable] = relationship(back_populates="modes")
+    shapes: Mapped[list[ModeShape]] = relationship()
+
+
+class ModeShape(HasId, Written, Base):
+    """A mode's mass-normalised shape at one sensor."""
+
+    __tablename__ = "mode_shapes"
+    __table_args__ = (UniqueConstraint("mode_id", "channel"),)
+
+    mode_id: Mapped[int] = mapped_column(ForeignKey("modes.id"))
+    channel: Mapped[str]
+    shape_per_sqrt_kg: Mapped[float]

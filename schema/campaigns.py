@@ -1,0 +1,83 @@
+"""Campaigns, and the configurations that they test: factors are data, so a lab adds its own."""
+
+from __future__ import annotations
+
+import datetime as dt
+
+from sqlalchemy import CheckConstraint, Date, ForeignKey, Index, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from .base import Base, HasId, Written, one_of
+from .benches import Gun, Hammer, Plate
+from .materials import Material
+
+KINDS = ("hammer", "gun")
+
+
+class Campaign(HasId, Written, Base):
+    """A campaign folder: who, what, with which bench."""
+
+    __tablename__ = "campaigns"
+    __table_args__ = (CheckConstraint(one_of("kind", KINDS), "kind_known"),)
+
+    name: Mapped[str] = mapped_column(unique=True)
+    kind: Mapped[str]
+    date: Mapped[dt.date] = mapped_column(Date)
+    description: Mapped[str | None]
+    operator: Mapped[str | None]
+    gun_id: Mapped[int | None] = mapped_column(ForeignKey("guns.id"))
+    hammer_id: Mapped[int | None] = mapped_column(ForeignKey("hammers.id"))
+    plate_id: Mapped[int | None] = mapped_column(ForeignKey("plates.id"))
+    #: Hash of campaign.toml's content: a folder that changed under the same name is refused, not mixed.
+    fingerprint: Mapped[str]
+    gun: Mapped[Gun | None] = relationship()
+    hammer: Mapped[Hammer | None] = relationship()
+    plate: Mapped[Plate | None] = relationship()
+
+
+class Factor(HasId, Written, Base):
+    """A variable of the design. `name` has no unit in it; numbers of its levels are in `si_unit`."""
+
+    __tablename__ = "factors"
+
+    name: Mapped[str] = mapped_column(unique=True)
+    si_unit: Mapped[str | None]
+    description: Mapped[str | None]
+
+
+class FactorLevel(HasId, Written, Base):
+    """One setting of a factor: a word, a number in SI, or a material."""
+
+    __tablename__ = "factor_levels"
+    __table_args__ = (UniqueConstraint("factor_id", "label"),)
+
+    factor_id: Mapped[int] = mapped_column(ForeignKey("factors.id"))
+    label: Mapped[str]  # the number's shortest text where the level is a number
+    number: Mapped[float | None]
+    material_id: Mapped[int | None] = mapped_column(ForeignKey("materials.id"))
+    factor: Mapped[Factor] = relationship()
+    material: Mapped[Material | None] = relationship()
+
+
+class Configuration(HasId, Written, Base):
+    """A combination of levels, stored once: repetitions, plans and campaigns all point at it."""
+
+    __tablename__ = "configurations"
+
+    fingerprint: Mapped[str] = mapped_column(unique=True)
+    levels: Mapped[list[FactorLevel]] = relationship(secondary="configuration_levels", viewonly=True)
+
+
+class ConfigurationLevel(Written, Base):
+    """A configuration has one level of each factor that it sets."""
+
+    __tablename__ = "configuration_levels"
+    __table_args__ = (
+        UniqueConstraint("configuration_id", "factor_id"),
+        # "which configurations have tip_material = steel": the filter of every listing
+        Index("ix_configuration_levels_level_id", "level_id"),
+    )
+
+    configuration_id: Mapped[int] = mapped_column(ForeignKey("configurations.id"), primary_key=True)
+    level_id: Mapped[int] = mapped_column(ForeignKey("factor_levels.id"), primary_key=True)
+    factor_id: Mapped[int] = mapped_column(ForeignKey("factors.id"))

@@ -1,0 +1,98 @@
+"""Impacts, and the pulses that were extracted from their records."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Any
+
+from sqlalchemy import CheckConstraint, ForeignKey, Index, LargeBinary, UniqueConstraint, text
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from .base import Base, HasId, Written, not_negative, positive
+from .campaigns import Campaign, Configuration
+from .recordings import Recording
+
+
+class Impact(HasId, Written, Base):
+    """One hit of a campaign: which configuration, how fast, and where in the recording."""
+
+    __tablename__ = "impacts"
+    __table_args__ = (
+        UniqueConstraint("campaign_id", "run", "repetition"),
+        CheckConstraint("run >= 0", "run_not_negative"),
+        CheckConstraint("repetition >= 1", "repetition_positive"),
+        CheckConstraint(not_negative("impact_velocity_m_s"), "velocity_not_negative"),
+        CheckConstraint(not_negative("impact_velocity_u_m_s"), "velocity_u_not_negative"),
+        CheckConstraint("(impact_velocity_m_s IS NULL) = (velocity_source IS NULL)", "velocity_with_source"),
+        # the filtered listing: configurations first, then their impacts in order
+        Index("ix_impacts_configuration_id_id", "configuration_id", "id"),
+        Index("ix_impacts_recording_id", "recording_id"),
+    )
+
+    campaign_id: Mapped[int] = mapped_column(ForeignKey("campaigns.id"))
+    run: Mapped[int]
+    repetition: Mapped[int]
+    configuration_id: Mapped[int] = mapped_column(ForeignKey("configurations.id"))
+    recording_id: Mapped[int | None] = mapped_column(ForeignKey("recordings.id"))
+    planned_run_id: Mapped[int | None] = mapped_column(ForeignKey("planned_runs.id"), index=True)
+    impact_velocity_m_s: Mapped[float | None]
+    impact_velocity_u_m_s: Mapped[float | None]
+    velocity_source: Mapped[str | None]  # "reported" by the lab, or "integrated" from the impactor's acceleration
+    campaign: Mapped[Campaign] = relationship()
+    configuration: Mapped[Configuration] = relationship()
+    recording: Mapped[Recording | None] = relationship()
+    pulses: Mapped[list[Pulse]] = relationship(back_populates="impact")
+
+
+class ExtractionSettings(HasId, Written, Base):
+    """How pulses were cut out, stored once per distinct setting; `code_version` counts changes of the algorithm."""
+
+    __tablename__ = "extraction_settings"
+    __table_args__ = (CheckConstraint("code_version >= 1", "code_version_positive"),)
+
+    fingerprint: Mapped[str] = mapped_column(unique=True)
+    code_version: Mapped[int]
+    settings: Mapped[dict[str, Any]]
+
+
+class Pulse(HasId, Written, Base):
+    """The contact force of one impact. A re-extraction is a further row; `current` marks the one in use."""
+
+    __tablename__ = "pulses"
+    __table_args__ = (
+        UniqueConstraint("impact_id", "settings_id"),
+        CheckConstraint(positive("contact_time_s"), "contact_time_positive"),
+        CheckConstraint(positive("peak_force_n"), "peak_force_positive"),
+        CheckConstraint("compression_time_s >= 0 AND compression_time_s <= contact_time_s", "compression_within"),
+        CheckConstraint("samples_in_contact >= 1", "samples_positive"),
+        # one pulse in use per impact; also the join of every listing
+        Index(
+            "uq_pulses_current",
+            "impact_id",
+            unique=True,
+            sqlite_where=text("current"),
+            postgresql_where=text("current"),
+        ),
+    )
+
+    impact_id: Mapped[int] = mapped_column(ForeignKey("impacts.id"))
+    settings_id: Mapped[int] = mapped_column(ForeignKey("extraction_settings.id"), index=True)
+    current: Mapped[bool]
+    extracted_at: Mapped[datetime]
+    start_s: Mapped[float]  # first instant of contact, on the recording's clock
+    contact_time_s: Mapped[float]
+    compression_time_s: Mapped[float]
+    peak_force_n: Mapped[float]  # of the recorded samples
+    spline_peak_force_n: Mapped[float]
+    impulse_n_s: Mapped[float]
+    compression_impulse_n_s: Mapped[float]
+    width_half_s: Mapped[float]  # at half of the peak
+    width_tenth_s: Mapped[float]  # at a tenth of the peak
+    samples_in_contact: Mapped[int]
+    spline_nrmse: Mapped[float]  # eq. 4.4
+    segmentation_difference: Mapped[float]  # eq. 4.5, as a share
+    force_points_n: Mapped[list[Any]]  # 20 equidistant points of the contact
+    fine_period_s: Mapped[float]
+    fine_force_n: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)  # float64 frame, see `series`
+    impact: Mapped[Impact] = relationship(back_populates="pulses")
+    settings: Mapped[ExtractionSettings] = relationship()

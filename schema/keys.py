@@ -1,0 +1,35 @@
+"""Rows that many writers share: found by their natural key, or added once."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+from sqlalchemy import select
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session
+
+from .base import Base
+
+Row = TypeVar("Row", bound=Base)
+
+
+def get_or_add(session: Session, model: type[Row], key: dict[str, Any], values: dict[str, Any] | None = None) -> Row:
+    """The row of `model` with this unique `key`, added with `values` where there is none.
+
+    Safe against another process that adds it at the same moment: the loser of the race reads the winner's row.
+    """
+    query = select(model).filter_by(**key)
+    found = session.scalars(query).one_or_none()
+    if found is not None:
+        return found
+    try:
+        with session.begin_nested():
+            row = model(**key, **(values or {}))
+            session.add(row)
+            session.flush()
+        return row
+    except IntegrityError:
+        winner = session.scalars(query).one_or_none()
+        if winner is None:
+            raise  # another rule was broken, not the key's
+        return winner

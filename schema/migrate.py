@@ -1,0 +1,75 @@
+"""Where a store stands, and how Alembic moves it. Alembic is imported to move a store, not to look at one."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sqlalchemy import Engine, inspect, text
+
+from .tables import metadata
+
+if TYPE_CHECKING:
+    from alembic.config import Config
+    from alembic.script import ScriptDirectory
+
+#: The revision that this software reads and writes: the newest in `migrations/versions` (a test holds it to that).
+HEAD = "0001"
+
+
+def config(engine: Engine | None = None) -> Config:
+    """Alembic's configuration, without a file: the scripts lie in `migrations/` beside this module."""
+    from alembic.config import Config
+
+    settings = Config()
+    settings.set_main_option("script_location", str(Path(__file__).parent / "migrations").replace("%", "%%"))
+    settings.set_main_option("path_separator", "os")
+    if engine is not None:
+        settings.attributes["engine"] = engine
+    return settings
+
+
+@cache
+def _scripts() -> ScriptDirectory:
+    from alembic.script import ScriptDirectory
+
+    return ScriptDirectory.from_config(config())
+
+
+@cache
+def known_revisions() -> tuple[str, ...]:
+    """All revisions, oldest first."""
+    return tuple(script.revision for script in reversed(list(_scripts().walk_revisions())))
+
+
+def current_revision(engine: Engine) -> str | None:
+    """Where the store stands; None for an empty place."""
+    with engine.connect() as connection:
+        if not inspect(connection).has_table("alembic_version"):
+            return None
+        return connection.execute(text("SELECT version_num FROM alembic_version")).scalar()
+
+
+def upgrade(engine: Engine, revision: str = "head") -> None:
+    """Move the store up to `revision`, in one transaction."""
+    from alembic import command
+
+    command.upgrade(config(engine), revision)
+
+
+def downgrade(engine: Engine, revision: str) -> None:
+    """Move the store back to `revision` ("base" empties it)."""
+    from alembic import command
+
+    command.downgrade(config(engine), revision)
+
+
+def differences(engine: Engine) -> list[object]:
+    """What Alembic would still have to change for the tables to be the models': empty when they agree."""
+    from alembic.autogenerate import compare_metadata
+    from alembic.migration import MigrationContext
+
+    with engine.connect() as connection:
+        context = MigrationContext.configure(connection, opts={"compare_type": True})
+        return list(compare_metadata(context, metadata))

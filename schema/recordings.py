@@ -1,0 +1,87 @@
+"""Recordings as the bench wrote them: one row per file, one per channel, and the samples in chunks.
+
+The numbers are the file's own, bit for bit; `si_gain` and `si_offset` take them to SI. Chunks lie in a table of
+their own so that no listing touches them, and a slice reads the chunks that it needs.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sqlalchemy import CheckConstraint, ForeignKey, Index, LargeBinary, UniqueConstraint
+from sqlalchemy.orm import Mapped, mapped_column, relationship
+
+from .base import Base, HasId, Written, one_of, positive
+
+STATUSES = ("stored", "set aside")
+
+
+class Recording(HasId, Written, Base):
+    """A file of a campaign. A damaged one is set aside: its row says why, and nothing else is stored of it."""
+
+    __tablename__ = "recordings"
+    __table_args__ = (
+        UniqueConstraint("campaign_id", "path"),
+        CheckConstraint(one_of("status", STATUSES), "status_known"),
+        CheckConstraint("status = 'stored' OR reason IS NOT NULL", "set_aside_with_reason"),
+        CheckConstraint("length(sha256) = 64", "sha256_length"),
+        # "was this file ingested before, under whatever name?"
+        Index("ix_recordings_sha256", "sha256"),
+    )
+
+    campaign_id: Mapped[int] = mapped_column(ForeignKey("campaigns.id"))
+    path: Mapped[str]  # relative to the campaign folder
+    sha256: Mapped[str]  # of the file
+    size_bytes: Mapped[int]
+    format: Mapped[str]
+    status: Mapped[str]
+    reason: Mapped[str | None]
+    channels: Mapped[list[RecordedChannel]] = relationship(
+        order_by="RecordedChannel.name", cascade="all, delete-orphan", passive_deletes=True
+    )
+
+
+class RecordedChannel(HasId, Written, Base):
+    """A sensor's record in one recording, with the calibration that was valid for it."""
+
+    __tablename__ = "channels"
+    __table_args__ = (
+        UniqueConstraint("recording_id", "name"),
+        CheckConstraint(positive("sampling_rate_hz"), "sampling_rate_positive"),
+        CheckConstraint("samples > 0", "samples_positive"),
+        CheckConstraint("chunk_samples > 0", "chunk_samples_positive"),
+        CheckConstraint("sensitivity <> 0", "sensitivity_not_zero"),
+        CheckConstraint("length(sha256) = 64", "sha256_length"),
+        # "the same shot exported twice in two formats"
+        Index("ix_channels_sha256", "sha256"),
+    )
+
+    recording_id: Mapped[int] = mapped_column(ForeignKey("recordings.id", ondelete="CASCADE"))
+    name: Mapped[str]
+    quantity: Mapped[str]
+    unit: Mapped[str]  # the laboratory's, as in campaign.toml
+    sensitivity: Mapped[float | None]  # volt per unit
+    offset_v: Mapped[float | None]
+    position: Mapped[str | None]
+    axis: Mapped[str | None]
+    full_scale: Mapped[float | None]  # in `unit`
+    si_unit: Mapped[str]
+    si_gain: Mapped[float]
+    si_offset: Mapped[float]
+    sampling_rate_hz: Mapped[float]
+    start_s: Mapped[float]
+    samples: Mapped[int]
+    dtype: Mapped[str]
+    chunk_samples: Mapped[int]
+    sha256: Mapped[str]  # of the samples
+    header: Mapped[dict[str, Any]]
+
+
+class SeriesChunk(Written, Base):
+    """`chunk_samples` consecutive samples as one Blosc frame (see `series`)."""
+
+    __tablename__ = "series_chunks"
+
+    channel_id: Mapped[int] = mapped_column(ForeignKey("channels.id", ondelete="CASCADE"), primary_key=True)
+    number: Mapped[int] = mapped_column(primary_key=True)
+    frame: Mapped[bytes] = mapped_column(LargeBinary)

@@ -1,0 +1,42 @@
+"""Materials that every store starts with."""
+
+from __future__ import annotations
+
+import csv
+from importlib.resources import files
+
+from sqlalchemy import select
+
+from .materials import Material, MaterialAlias
+from .session import Store
+
+
+def seed_materials(store: Store) -> None:
+    """Add the materials of Table 4.2, and PLA, that the store lacks; a lab's own values stay."""
+    with store.reading() as session:
+        known = set(session.scalars(select(Material.name)))
+    rows = [row for row in _rows() if row["name"] not in known]
+    if not rows:
+        return
+    with store.writing() as session:
+        present = set(session.scalars(select(Material.name)))  # another process may have been first
+        for row in rows:
+            if row["name"] not in present:
+                session.add(_material(row))
+
+
+def _rows() -> list[dict[str, str]]:
+    text = (files(__package__) / "data" / "materials.csv").read_text(encoding="utf-8")
+    return list(csv.DictReader(text.splitlines()))
+
+
+def _material(row: dict[str, str]) -> Material:
+    return Material(
+        name=row["name"],
+        youngs_modulus_pa=float(row["youngs_modulus_gpa"]) * 1e9,
+        poisson_ratio=float(row["poisson_ratio"]),
+        density_kg_m3=float(row["density_kg_m3"]),
+        yield_strength_pa=float(row["yield_strength_mpa"]) * 1e6,
+        source=row["source"],
+        aliases=[MaterialAlias(alias=alias) for alias in row["aliases"].split(";") if alias],
+    )

@@ -1,0 +1,172 @@
+"""The one door to the store: opening, version check, reading and writing transactions.
+
+SQLite is the embedded default and PostgreSQL the laboratory's server, through the same code. Nobody else makes
+an engine or touches a session's commit.
+"""
+
+from __future__ import annotations
+
+import getpass
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import Connection, Engine, event, func, insert, inspect, select
+from sqlalchemy.exc import DBAPIError, IntegrityError
+from sqlalchemy.orm import Session
+
+from . import migrate
+from .base import Written
+from .engine import StoreError, StoreVersionError, describe, first_line, make_engine, make_engine_of_existing
+from .provenance import Provenance
+from .tables import metadata
+
+
+@dataclass(frozen=True)
+class Writer:
+    """Who writes: stored with every row."""
+
+    command: str
+    software_version: str
+
+    def insert(self, connection: Connection) -> int:
+        """Add this command's provenance row; returns its key."""
+        try:
+            user = getpass.getuser()
+        except (KeyError, OSError):  # a container's user without a name
+            user = "unknown"
+        row = insert(Provenance).values(
+            software_version=self.software_version,
+            command=self.command,
+            user=user,
+            host=socket.gethostname(),
+            started_at=datetime.now(UTC),
+        )
+        return int(connection.execute(row.returning(Provenance.id)).scalar_one())
+
+
+class Store:
+    """An open store. `reading()` and `writing()` give sessions; `close()` or `with` releases the engine."""
+
+    def __init__(self, engine: Engine, writer: Writer) -> None:
+        self.engine = engine
+        self.writer = writer
+        self._written_by_id: int | None = None
+
+    @contextmanager
+    def reading(self) -> Iterator[Session]:
+        """A session that sees one state of the store and changes nothing."""
+        with self._translated(), Session(self.engine) as session:
+            yield session
+
+    @contextmanager
+    def writing(self) -> Iterator[Session]:
+        """One transaction: everything in the block is stored, or nothing is."""
+        known = self._written_by_id
+        try:
+            with self._translated(), Session(self.engine.execution_options(pyroshock_writes=True)) as session:
+                event.listen(session, "before_flush", self._sign)
+                with session.begin():
+                    yield session
+        except BaseException:
+            self._written_by_id = known  # its provenance row went with the transaction
+            raise
+
+    def written_by(self, session: Session) -> int:
+        """Key of this command's provenance row, made on the first row that needs it: a command that
+        changes nothing leaves no trace."""
+        if self._written_by_id is None:
+            self._written_by_id = self.writer.insert(session.connection())
+        return self._written_by_id
+
+    def _sign(self, session: Session, _context: Any, _instances: Any) -> None:
+        unsigned = [row for row in session.new if isinstance(row, Written) and row.written_by_id is None]
+        if unsigned and self._written_by_id is None:
+            # No flush inside a flush: the row goes through the same connection by itself.
+            self._written_by_id = self.writer.insert(session.connection())
+        for row in unsigned:
+            row.written_by_id = self._written_by_id
+
+    @contextmanager
+    def _translated(self) -> Iterator[None]:
+        try:
+            yield
+        except IntegrityError:
+            raise  # callers resolve races on it, and say what it means
+        except DBAPIError as error:
+            raise StoreError(f"{describe(self.engine)}: {first_line(error)}") from error
+
+    def close(self) -> None:
+        self.engine.dispose()
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def open_store(url: str, writer: Writer, *, create: bool = False) -> Store:
+    """Open the store at `url`; with `create`, an empty place becomes a store first.
+
+    Raises `StoreError` where there is none, and `StoreVersionError` where its tables are not this software's.
+    """
+    engine = make_engine(url) if create else make_engine_of_existing(url)
+    try:
+        _check_revision(engine, url, create)
+        store = Store(engine, writer)
+        if create:
+            from .seed import seed_materials
+
+            seed_materials(store)
+        return store
+    except DBAPIError as error:
+        engine.dispose()
+        raise StoreError(f"cannot use {describe(engine)} as a store: {first_line(error)}") from error
+    except BaseException:
+        engine.dispose()
+        raise
+
+
+def _check_revision(engine: Engine, url: str, create: bool) -> None:
+    revision = migrate.current_revision(engine)
+    if revision == migrate.HEAD:
+        return
+    if revision is not None:
+        raise StoreVersionError(_version_message(engine, url, revision))
+    if inspect(engine).get_table_names():
+        raise StoreError(f"{describe(engine)} holds tables that are not a pyroshock store")
+    if not create:
+        raise StoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {url}")
+    migrate.upgrade(engine)
+
+
+def _version_message(engine: Engine, url: str, revision: str) -> str:
+    if revision in migrate.known_revisions():
+        return (
+            f"{describe(engine)} is at revision {revision}, older than this software: pyroshock db upgrade --db {url}"
+        )
+    return f"{describe(engine)} is at revision {revision}, which this software does not know: update pyroshock"
+
+
+def count_rows(store: Store) -> dict[str, int]:
+    """Rows per table: what a check or a test compares."""
+    with store.reading() as session:
+        return {
+            table.name: session.scalar(select(func.count()).select_from(table)) or 0 for table in metadata.sorted_tables
+        }
+
+
+__all__ = [
+    "Store",
+    "StoreError",
+    "StoreVersionError",
+    "Writer",
+    "count_rows",
+    "describe",
+    "make_engine",
+    "open_store",
+]

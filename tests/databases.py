@@ -1,0 +1,60 @@
+"""Fresh empty databases for the tests: SQLite always, PostgreSQL where a server can be had."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from postgres_server import NoServerError, running_server
+from sqlalchemy import URL, make_url
+
+
+@pytest.fixture(scope="session")
+def postgres_url() -> Iterator[str]:
+    """A PostgreSQL server in which databases may be made: $TEST_DATABASE_URL, or one started for the session."""
+    pytest.importorskip("psycopg", reason="no psycopg: it comes with pyroshock[postgres]", exc_type=ImportError)
+    given = os.environ.get("TEST_DATABASE_URL")
+    if given:
+        yield _text(make_url(given).set(drivername="postgresql+psycopg"))
+        return
+    try:
+        with running_server() as url:
+            yield url
+    except NoServerError as error:
+        pytest.skip(f"no PostgreSQL server: {error}")
+
+
+@pytest.fixture
+def sqlite_url(tmp_path: Path) -> str:
+    """An SQLite database that does not exist yet."""
+    return f"sqlite:///{tmp_path / 'pyroshock.db'}"
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def database_url(request: pytest.FixtureRequest) -> Iterator[str]:
+    """An empty database of each kind in turn, gone after the test."""
+    if request.param == "sqlite":
+        yield request.getfixturevalue("sqlite_url")
+        return
+    server = make_url(request.getfixturevalue("postgres_url"))
+    name = f"pyroshock_{uuid.uuid4().hex}"
+    _execute(server, f'CREATE DATABASE "{name}"')
+    try:
+        yield _text(server.set(database=name))
+    finally:
+        # A connection the test left open must not keep the database alive: it fails the test by its own warning.
+        _execute(server, f'DROP DATABASE "{name}" WITH (FORCE)')
+
+
+def _execute(server: URL, statement: str) -> None:
+    import psycopg
+
+    with psycopg.connect(_text(server.set(drivername="postgresql")), autocommit=True) as connection:
+        connection.execute(statement.encode())
+
+
+def _text(url: URL) -> str:
+    return url.render_as_string(hide_password=False)

@@ -1,0 +1,85 @@
+"""Makes the stored database of the newest revision: run it once when a revision is added, and commit the file.
+
+    python tests/schema/make_stored.py
+
+The database holds a hammer campaign of two recordings with two hits each and the shipped gun shots, so that an
+upgrade is tried on every kind of row that an ingest writes. It is deflated: SQLite pages are mostly air.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import zlib
+from pathlib import Path
+
+import numpy as np
+from pyroshock.ingest.load import ingest_folder
+from pyroshock.schema.migrate import HEAD
+from pyroshock.schema.session import Writer, open_store
+
+HERE = Path(__file__).parent
+EXAMPLES = HERE.parents[1] / "examples"
+
+CAMPAIGN = """
+[campaign]
+name = "stored"
+kind = "hammer"
+date = "2026-01-02"
+
+[bench.hammer]
+mass_kg = 0.32
+
+[bench.plate]
+modes = "plate_modes.csv"
+
+[channels.force]
+quantity = "force"
+unit = "N"
+
+[channels.acceleration]
+quantity = "acceleration"
+unit = "g"
+"""
+
+RUNS = """run,repetition,tip_material,tip_radius_mm,hammer_speed,operator_mood,recording
+1,1,steel,30,low,good,1.npz
+2,1,delrin,45,high,,2.npz
+"""
+
+MODES = (
+    "mode,frequency_hz,damping_ratio,shape_impact,shape_acceleration\n1,231,0.004,-0.27,0.31\n2,402,0.005,0.02,-0.1\n"
+)
+
+
+def write_campaign(folder: Path) -> None:
+    """The small hammer campaign."""
+    rng = np.random.default_rng(7)
+    time = np.arange(8000) / 20000
+    for name, peak in (("1.npz", 800.0), ("2.npz", 300.0)):
+        force = sum(peak * np.where(abs(time - t) < 4e-4, np.cos((time - t) / 4e-4 * np.pi / 2), 0) for t in (0.1, 0.3))
+        force = np.asarray(force + rng.normal(size=time.size) * 0.2, dtype=np.float32)
+        np.savez(folder / name, force=force, acceleration=(force / 9.81).astype(np.float32), fs=20000.0)
+    (folder / "campaign.toml").write_text(CAMPAIGN)
+    (folder / "runs.csv").write_text(RUNS)
+    (folder / "plate_modes.csv").write_text(MODES)
+
+
+def main() -> int:
+    target = HERE / "stored" / f"{HEAD}.sqlite.z"
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        write_campaign(folder)
+        database = folder / "store.db"
+        with open_store(f"sqlite:///{database}", Writer("make_stored.py", "0.1.0"), create=True) as store:
+            ingest_folder(store, folder)
+            ingest_folder(store, EXAMPLES / "first-shots")
+            with store.engine.connect() as connection:
+                connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
+        target.write_bytes(zlib.compress(database.read_bytes(), 9))
+    print(target, target.stat().st_size, "bytes")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,45 @@
+"""How a series is cut and packed: chunks that suit its length, the filter that suits its numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pyroshock.schema.series import chunk_length, decode, encode, encode_chunks
+
+_FILTER = 2  # byte of Blosc's header that holds the flags
+_BYTES, _BITS = 0b001, 0b100
+
+
+@pytest.mark.parametrize("samples", [1, 16_384, 100_000, 512_000, 3_000_001, 10_000_000, 2**31])
+def test_chunks_are_a_sixteenth_within_bounds(samples):
+    length = chunk_length(samples)
+    assert 16_384 <= length <= 262_144
+    assert length <= max(16_384, samples / 16)
+
+
+@pytest.mark.parametrize(("noise_steps", "expected"), [(1.0, _BITS), (10.0, _BYTES)])
+def test_filter_follows_the_noise(noise_steps, expected):
+    codes = np.random.default_rng(1).normal(0, noise_steps, 100_000).round()
+    frames = encode_chunks((codes * 0.152587890625).astype(np.float32))
+    assert {frame[_FILTER] & (_BITS | _BYTES) for frame in frames} == {expected}
+
+
+@pytest.mark.parametrize("noise_steps", [0.5, 2.0, 5.0, 1000.0])
+def test_neither_filter_alone_takes_less_room(noise_steps):
+    codes = np.random.default_rng(2).normal(0, noise_steps, 16_384).round()
+    samples = (codes * 0.152587890625).astype(np.float32)
+    (frame,) = encode_chunks(samples)
+    assert len(frame) <= 1.02 * min(len(encode(samples)), len(encode(samples, by_bits=True)))
+
+
+@pytest.mark.parametrize("samples", [1, 7, 8, 9, 1001])
+@pytest.mark.parametrize("by_bits", [True, False])
+def test_any_length_comes_back_from_either_filter(samples, by_bits):
+    values = np.random.default_rng(samples).normal(size=samples)
+    assert decode(encode(values, by_bits=by_bits), "<f8").tobytes() == values.tobytes()
+
+
+def test_cut_frame_is_refused_before_it_is_decoded():
+    frame = encode(np.arange(1000.0))
+    with pytest.raises(ValueError, match="declares"):
+        decode(frame[:-1], "<f8")

@@ -1,0 +1,87 @@
+"""Every revision's stored database comes up to this software, and the tables are the models'."""
+
+from __future__ import annotations
+
+import zlib
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from pyroshock.app.cli.main import main
+from pyroshock.schema import migrate
+from pyroshock.schema.listings import iter_impacts, iter_shots
+from pyroshock.schema.recordings import RecordedChannel
+from pyroshock.schema.series import read_slice, series_hash
+from pyroshock.schema.session import StoreVersionError, Writer, make_engine, open_store
+from sqlalchemy import select
+
+STORED = Path(__file__).parent / "stored"
+WRITER = Writer("test", "0")
+
+
+@pytest.fixture(params=migrate.known_revisions())
+def old_store(request, tmp_path):
+    """The stored database of one revision, as a store's address."""
+    file = tmp_path / "old.db"
+    file.write_bytes(zlib.decompress((STORED / f"{request.param}.sqlite.z").read_bytes()))
+    return f"sqlite:///{file}"
+
+
+def test_upgraded_store_is_used_as_a_new_one(old_store):
+    result = CliRunner().invoke(main, ["db", "upgrade", "--db", old_store])
+    assert result.exit_code == 0, result.output
+    with open_store(old_store, WRITER) as store:
+        assert migrate.differences(store.engine) == []
+        with store.reading() as session:
+            impacts = list(iter_impacts(session, "stored"))
+            assert [(i["run"], i["repetition"]) for i in impacts] == [(1, 1), (1, 2), (2, 1), (2, 2)]
+            assert all(200 < i["peak_force_n"] < 900 for i in impacts)
+            assert len(list(iter_shots(session, "first-shots"))) == 5
+            for channel in session.scalars(select(RecordedChannel)):
+                whole = (channel.id, channel.dtype, channel.chunk_samples, 0, channel.samples)
+                assert series_hash(read_slice(session.connection(), *whole)) == channel.sha256
+
+
+def test_migrations_make_the_models_tables(database_url):
+    with open_store(database_url, WRITER, create=True) as store:
+        assert migrate.differences(store.engine) == []
+
+
+def test_every_migration_has_a_way_back(database_url):
+    engine = make_engine(database_url)
+    for revision in migrate.known_revisions():
+        migrate.upgrade(engine, revision)
+    for revision in ["base", *migrate.known_revisions()[:-1]][::-1]:
+        migrate.downgrade(engine, revision)
+    assert migrate.current_revision(engine) is None
+    migrate.upgrade(engine)
+    assert migrate.differences(engine) == []
+    engine.dispose()
+
+
+def _stamp(url, revision):
+    engine = make_engine(url)
+    with engine.begin() as connection:
+        connection.exec_driver_sql(f"UPDATE alembic_version SET version_num = '{revision}'")
+    engine.dispose()
+
+
+def test_newer_store_is_refused(database_url):
+    open_store(database_url, WRITER, create=True).close()
+    _stamp(database_url, "9999")
+    with pytest.raises(StoreVersionError, match=r"9999.*update pyroshock"):
+        open_store(database_url, WRITER)
+    result = CliRunner().invoke(main, ["db", "upgrade", "--db", database_url])
+    assert result.exit_code == 2
+    assert "update pyroshock" in result.stderr
+
+
+def test_older_store_names_the_command(database_url, monkeypatch):
+    open_store(database_url, WRITER, create=True).close()
+    monkeypatch.setattr(migrate, "HEAD", "0002")
+    with pytest.raises(StoreVersionError, match="pyroshock db upgrade --db"):
+        open_store(database_url, WRITER)
+
+
+def test_head_is_the_newest_revision():
+    assert migrate.known_revisions()[-1] == migrate.HEAD

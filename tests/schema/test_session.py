@@ -1,0 +1,164 @@
+"""The store's promises: whole transactions, signed rows, rules in the database, clear refusals."""
+
+from __future__ import annotations
+
+import datetime as dt
+
+import pytest
+from pyroshock.schema.campaigns import Campaign
+from pyroshock.schema.diagnoses import Diagnosis
+from pyroshock.schema.impacts import Impact
+from pyroshock.schema.keys import get_or_add
+from pyroshock.schema.materials import Material
+from pyroshock.schema.provenance import Provenance
+from pyroshock.schema.session import Store, StoreError, Writer, count_rows, make_engine, open_store
+from sqlalchemy import select
+from sqlalchemy.exc import IntegrityError, StatementError
+
+WRITER = Writer("pyroshock test", "1.2.3")
+
+
+@pytest.fixture
+def store(database_url):
+    with open_store(database_url, WRITER, create=True) as store:
+        yield store
+
+
+def material(**changes):
+    values = {"youngs_modulus_pa": 1e9, "poisson_ratio": 0.3, "density_kg_m3": 1e3, "yield_strength_pa": 1e6}
+    return Material(**({"name": "test", "source": "none"} | values | changes))
+
+
+def campaign(name="c", **changes):
+    return Campaign(**({"name": name, "kind": "gun", "date": dt.date(2026, 1, 2), "fingerprint": "f"} | changes))
+
+
+def test_new_store_knows_the_thesis_materials(store):
+    with store.reading() as session:
+        steel = session.scalars(select(Material).where(Material.name == "steel")).one()
+        assert (steel.youngs_modulus_pa, steel.poisson_ratio, steel.density_kg_m3) == (200e9, 0.30, 7800)
+        assert "Table 4.2" in steel.source
+        names = set(session.scalars(select(Material.name)))
+        assert names == {"aluminum", "steel", "delrin", "polyurethane", "PLA"}
+
+
+def test_opening_again_adds_nothing(database_url):
+    with open_store(database_url, WRITER, create=True) as store:
+        before = count_rows(store)
+    with open_store(database_url, WRITER, create=True) as store:
+        assert count_rows(store) == before
+
+
+def test_failing_block_stores_nothing(store):
+    before = count_rows(store)
+    with pytest.raises(RuntimeError, match="on purpose"), store.writing() as session:
+        session.add(material())
+        session.flush()
+        raise RuntimeError("on purpose")
+    assert count_rows(store) == before
+
+
+def test_rows_know_version_and_command(store):
+    with store.writing() as session:
+        session.add(material())
+    with store.reading() as session:
+        row = session.scalars(select(Material).where(Material.name == "test")).one()
+        writer = session.get_one(Provenance, row.written_by_id)
+        assert (writer.command, writer.software_version) == ("pyroshock test", "1.2.3")
+        assert writer.started_at.utcoffset() == dt.timedelta(0)
+
+
+def test_signature_survives_a_rolled_back_first_write(store):
+    fresh = Store(make_engine(store.engine.url.render_as_string(hide_password=False)), WRITER)
+    with fresh, pytest.raises(IntegrityError), fresh.writing() as session:
+        session.add(material(name="steel"))
+    with fresh:
+        with fresh.writing() as session:
+            session.add(material())
+        with fresh.reading() as session:
+            assert session.scalars(select(Material.written_by_id).where(Material.name == "test")).one() is not None
+
+
+@pytest.mark.parametrize(
+    "row",
+    [
+        material(poisson_ratio=0.5),
+        material(density_kg_m3=-1.0),
+        material(youngs_modulus_pa=0.0),
+        material(name="steel"),
+        campaign(kind="bow"),
+        Impact(campaign_id=1, run=1, repetition=1, configuration_id=1),
+    ],
+    ids=["poisson", "density", "modulus", "twice", "kind", "orphan"],
+)
+def test_rules_live_in_the_database(store, row):
+    with pytest.raises(IntegrityError), store.writing() as session:
+        session.add(row)
+
+
+def test_naive_time_is_refused(store):
+    with store.writing() as session:
+        session.add(campaign())
+    with pytest.raises(StatementError, match="naive time"), store.writing() as session:
+        session.add(
+            Diagnosis(campaign_id=1, simulator="s", report={}, diagnosed_at=dt.datetime(2026, 1, 1))  # noqa: DTZ001
+        )
+
+
+def test_times_come_back_in_utc(store):
+    here = dt.datetime(2026, 1, 1, 12, tzinfo=dt.timezone(dt.timedelta(hours=5)))
+    with store.writing() as session:
+        session.add(campaign())
+        session.flush()
+        session.add(Diagnosis(campaign_id=1, simulator="s", report={}, diagnosed_at=here))
+    with store.reading() as session:
+        back = session.scalars(select(Diagnosis.diagnosed_at)).one()
+        assert back == here
+        assert back.utcoffset() == dt.timedelta(0)
+
+
+def test_get_or_add_adds_once(store):
+    with store.writing() as session:
+        first = get_or_add(
+            session, Campaign, {"name": "c"}, {"kind": "gun", "date": dt.date(2026, 1, 1), "fingerprint": "f"}
+        )
+        second = get_or_add(session, Campaign, {"name": "c"}, {"kind": "hammer"})
+        assert first is second
+
+
+def test_get_or_add_shows_another_broken_rule(store):
+    with pytest.raises(IntegrityError), store.writing() as session:
+        get_or_add(session, Campaign, {"name": "c"}, {"kind": "bow", "date": dt.date(2026, 1, 1), "fingerprint": "f"})
+
+
+def test_missing_store_names_the_command(tmp_path):
+    with pytest.raises(StoreError, match=r"pyroshock init --db sqlite:///.*nothing\.db"):
+        open_store(f"sqlite:///{tmp_path}/nothing.db", WRITER)
+    assert not (tmp_path / "nothing.db").exists()
+
+
+def test_file_that_is_no_database_is_refused(tmp_path):
+    (tmp_path / "x.db").write_bytes(b"this is not a database, but it is long enough to look at" * 100)
+    with pytest.raises(StoreError, match=r"x\.db"):
+        open_store(f"sqlite:///{tmp_path}/x.db", WRITER)
+
+
+@pytest.mark.parametrize("url", ["nonsense", "mysql://a/b", "sqlite:////no/such/folder/x.db"])
+def test_unusable_address_is_refused(url):
+    with pytest.raises(StoreError):
+        open_store(url, WRITER, create=True)
+
+
+def test_foreign_tables_are_not_taken_over(database_url):
+    engine = make_engine(database_url)
+    with engine.begin() as connection:
+        connection.exec_driver_sql("CREATE TABLE theirs (a INTEGER)")
+    engine.dispose()
+    with pytest.raises(StoreError, match="not a pyroshock store"):
+        open_store(database_url, WRITER, create=True)
+
+
+def test_password_is_not_shown():
+    with pytest.raises(StoreError) as caught:
+        open_store("postgresql+psycopg://someone:secret@127.0.0.1:1/none", WRITER)
+    assert "secret" not in str(caught.value)
