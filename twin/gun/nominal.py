@@ -1,0 +1,130 @@
+"""The nominal gun: a fixed mass of gas expands adiabatically behind a sliding bullet (thesis eq. 2.13-2.18).
+
+Glossary: Q gauge pressure, V0 tank volume, A projectile's cross section, L travel to the vent holes,
+m bullet mass, mu friction coefficient, gamma heat capacity ratio, eta efficiency.
+
+The gas law is applied to gauge pressure, as the thesis does; what that leaves out is an effect and not
+part of the nominal law.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .bench import STANDARD_GRAVITY_M_S2, GunBench, checked
+
+__all__ = ["GunBench", "Trajectory", "muzzle_velocity", "tank_pressure_for", "trajectory"]
+
+Status = Literal["left", "stopped in the barrel", "did not start"]
+
+
+def muzzle_velocity(bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: ArrayLike) -> NDArray[np.float64]:
+    """Muzzle velocity (m/s), broadcast over gauge pressures (Pa) and masses (kg): eq. 2.16 and 2.18.
+
+    The work integral, times eta for v:
+    m v^2 / 2 = Q0 V0 / (gamma - 1) [1 - (V0 / (V0 + A L))^(gamma - 1)] - mu m g L.
+
+    A shot that does not leave the barrel has velocity 0. That is where this work is not positive: the net
+    force only falls along the barrel, so a bullet that cannot start, or stops on its way, has no positive
+    work at the end either. Raises `ValueError` for pressures that are negative or not finite, and for masses
+    that are not positive.
+    """
+    pressure = checked("tank_pressure_pa", tank_pressure_pa, zero_allowed=True)
+    mass = checked("bullet_mass_kg", bullet_mass_kg)
+    work = bench.work_per_pascal_m3 * pressure - bench.friction_work_j(mass)
+    return np.asarray(bench.efficiency * np.sqrt(np.maximum(2 * work / mass, 0.0)))
+
+
+def tank_pressure_for(
+    bench: GunBench, muzzle_velocity_m_s: ArrayLike, bullet_mass_kg: ArrayLike
+) -> NDArray[np.float64]:
+    """Gauge pressure (Pa) that gives a muzzle velocity: `muzzle_velocity` solved for it, broadcasting.
+
+    At velocity 0 it is the pressure above which a bullet leaves the barrel. Raises as `muzzle_velocity` does.
+    """
+    velocity = checked("muzzle_velocity_m_s", muzzle_velocity_m_s, zero_allowed=True)
+    mass = checked("bullet_mass_kg", bullet_mass_kg)
+    energy = mass * (velocity / bench.efficiency) ** 2 / 2
+    return np.asarray((energy + bench.friction_work_j(mass)) / bench.work_per_pascal_m3)
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """One shot along the barrel, in equal steps of time (arrays (points,), the last one at the end).
+
+    Velocities are the ideal ones of eq. 2.17: eq. 2.18 applies the efficiency at the muzzle only. A shot that
+    does not start has one point.
+    """
+
+    time_s: NDArray[np.float64]
+    position_m: NDArray[np.float64]
+    velocity_m_s: NDArray[np.float64]
+    pressure_pa: NDArray[np.float64]
+    exit_time_s: float  # NaN for a shot that does not leave
+    muzzle_velocity_m_s: float  # eq. 2.18; 0 for a shot that does not leave
+    status: Status
+
+
+def trajectory(bench: GunBench, tank_pressure_pa: float, bullet_mass_kg: float, *, points: int = 200) -> Trajectory:
+    """Eq. 2.17 integrated to the vent holes, or to where friction stops it. Raises as `muzzle_velocity`."""
+    pressure = float(checked("tank_pressure_pa", tank_pressure_pa, zero_allowed=True))
+    mass = float(checked("bullet_mass_kg", bullet_mass_kg))
+    drag = bench.friction_coefficient * STANDARD_GRAVITY_M_S2
+    if pressure * bench.projectile_area_m2 / mass <= drag:
+        rest = np.zeros(1)
+        return Trajectory(rest, rest, rest, np.full(1, pressure), math.nan, 0.0, "did not start")
+    time, state, left = _integrate(bench, pressure, mass, points)
+    return Trajectory(
+        time,
+        state[0],
+        state[1],
+        _gas_pressure(bench, pressure, state[0]),
+        float(time[-1]) if left else math.nan,
+        bench.efficiency * float(state[1, -1]) if left else 0.0,
+        "left" if left else "stopped in the barrel",
+    )
+
+
+def _gas_pressure(bench: GunBench, pressure: float, position: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Eq. 2.15."""
+    expansion = 1 + bench.projectile_area_m2 * position / bench.tank_volume_m3
+    return np.asarray(pressure * expansion**-bench.heat_capacity_ratio)
+
+
+def _integrate(
+    bench: GunBench, pressure: float, mass: float, points: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
+    """Times (points,), position and velocity (2, points), and whether the bullet reached the vent holes."""
+    from scipy.integrate import solve_ivp
+
+    drag = bench.friction_coefficient * STANDARD_GRAVITY_M_S2
+
+    def motion(_: float, state: NDArray[np.float64]) -> NDArray[np.float64]:
+        force = _gas_pressure(bench, pressure, state[0]) * bench.projectile_area_m2
+        return np.array([state[1], force / mass - drag])
+
+    def at_vents(_: float, state: NDArray[np.float64]) -> float:
+        return float(state[0] - bench.travel_m)
+
+    def at_rest(_: float, state: NDArray[np.float64]) -> float:
+        return float(state[1])
+
+    at_vents.terminal, at_rest.terminal, at_rest.direction = True, True, -1.0  # type: ignore[attr-defined]
+    run = solve_ivp(
+        motion,
+        (0.0, np.inf),  # the net force only falls: every shot ends at one of the events
+        [0.0, 0.0],
+        method="DOP853",
+        events=(at_vents, at_rest),
+        dense_output=True,
+        rtol=1e-10,
+        atol=1e-10 * bench.travel_m,
+    )
+    time = np.linspace(0.0, float(run.t[-1]), points)
+    assert run.sol is not None and run.t_events is not None  # both were asked for
+    return time, np.asarray(run.sol(time)), run.t_events[0].size > 0
