@@ -1,0 +1,83 @@
+"""One channel of one recording: the samples as recorded, and how they become SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .units import SI_UNITS, to_si
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A row of `[channels.NAME]` in campaign.toml: what the channel measures and how it was calibrated.
+
+    `sensitivity` is in volt per `unit` and `offset_v` in volt; where `sensitivity` is given the recorded numbers are
+    volts: value = (volt - offset_v) / sensitivity, in `unit`. `range` is the full scale in `unit`.
+    """
+
+    name: str
+    quantity: str
+    unit: str
+    sensitivity: float | None = None
+    offset_v: float = 0.0
+    position: str | None = None
+    axis: str | None = None
+    range: float | None = None
+
+    @cached_property
+    def conversion(self) -> tuple[float, float]:
+        """(gain, offset): SI value = gain * recorded + offset. Raises `UnitError`."""
+        gain, offset = to_si(self.unit, self.quantity)
+        if self.sensitivity is None:
+            return gain, offset
+        return gain / self.sensitivity, offset - gain * self.offset_v / self.sensitivity
+
+    @cached_property
+    def range_si(self) -> float | None:
+        """Full scale as a magnitude in the SI unit of the quantity."""
+        return None if self.range is None else abs(to_si(self.unit, self.quantity)[0] * self.range)
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A sensor's record in one file.
+
+    `recorded` (n,) holds the file's own numbers, dtype kept; `si` (n,) float64 the values in `si_unit`.
+    """
+
+    sensor: Sensor
+    recorded: NDArray[Any]
+    sampling_rate_hz: float
+    start_s: float = 0.0
+    header: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        return self.sensor.name
+
+    @property
+    def quantity(self) -> str:
+        return self.sensor.quantity
+
+    @property
+    def si_unit(self) -> str:
+        return SI_UNITS[self.sensor.quantity]
+
+    @cached_property
+    def si(self) -> NDArray[np.float64]:
+        gain, offset = self.sensor.conversion
+        values = self.recorded.astype(np.float64)
+        if gain != 1.0:
+            values *= gain
+        if offset != 0.0:
+            values += offset
+        return values
+
+    @property
+    def period_s(self) -> float:
+        return 1.0 / self.sampling_rate_hz

@@ -1,0 +1,44 @@
+"""Readers of raw recordings: one per file format, listed here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .base import ChannelInfo, OpenRecording, Reader, RecordingError
+from .csv import CsvReader
+from .hdf5 import Hdf5Reader
+from .lvm import LvmReader
+from .mat import MatReader
+from .npz import NpzReader
+from .parquet import ParquetReader
+from .tdms import TdmsReader
+from .uff import UffReader
+
+#: Every reader; a new format is a file in this folder and a line here.
+READERS: tuple[Reader, ...] = (
+    MatReader(),
+    CsvReader(),
+    ParquetReader(),
+    TdmsReader(),
+    UffReader(),
+    LvmReader(),
+    Hdf5Reader(),
+    NpzReader(),
+)
+
+__all__ = ["READERS", "ChannelInfo", "OpenRecording", "Reader", "RecordingError", "open_recording", "reader_for"]
+
+
+def reader_for(path: Path) -> Reader:
+    """The reader of the path's suffix; `RecordingError` with the known suffixes otherwise."""
+    suffix = Path(path).suffix.lower()
+    for reader in READERS:
+        if suffix in reader.suffixes:
+            return reader
+    known = ", ".join(known for reader in READERS for known in reader.suffixes)
+    raise RecordingError(f"{Path(path).name}: no reader for {suffix or 'a file without suffix'}; known: {known}")
+
+
+def open_recording(path: Path) -> OpenRecording:
+    """The recording at `path`, held open: use as a context manager. Raises `RecordingError`."""
+    return reader_for(path).open(Path(path))

@@ -1,0 +1,140 @@
+"""What every reader gives: a description of the file first, then samples on demand.
+
+A reader is one file in this folder and one line in `readers/__init__.py`. It opens a recording as an
+`OpenRecording`, whose `channels` cost no sample to know (where the format allows it) and whose `read`
+returns exactly the numbers in the file: same values, same dtype, no unit applied. Units and
+sensitivities are applied once, by `ingest.channel`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: A channel longer than this is refused unread: 2**31 samples are 12 hours at 51.2 kHz.
+MAX_SAMPLES_PER_CHANNEL = 2**31
+#: A file may declare at most this many times its own size (zstd and gzip reach a few hundred on constant data).
+MAX_EXPANSION = 1000
+#: ... but anything below this is harmless whatever the file's size.
+HARMLESS_BYTES = 64 * 2**20
+
+
+class RecordingError(ValueError):
+    """A recording cannot be read whole; the message names the file, what was found and what was expected."""
+
+
+@dataclass(frozen=True)
+class ChannelInfo:
+    """One channel as the file declares it."""
+
+    name: str
+    samples: int
+    dtype: str  # numpy dtype string of what `read` returns, e.g. "<f4"
+    sampling_rate_hz: float
+    start_s: float = 0.0
+    unit: str | None = None  # the file's own words, None where it says nothing
+    header: dict[str, Any] = field(default_factory=dict)  # what else the file says, JSON-serialisable
+
+
+class OpenRecording(ABC):
+    """A recording held open. Use as a context manager.
+
+    Raises `RecordingError` from any method when the file is damaged, truncated, or declares more than it holds.
+    """
+
+    channels: tuple[ChannelInfo, ...]
+
+    @abstractmethod
+    def read(self, name: str, start: int = 0, stop: int | None = None) -> NDArray[Any]:
+        """Samples `start:stop` of channel `name` (1-d, native byte order, dtype kept). `stop=None`: to the end."""
+
+    def close(self) -> None:  # noqa: B027 - a recording read at once has nothing to release
+        """Release the file. The default holds nothing."""
+
+    def info(self, name: str) -> ChannelInfo:
+        """The channel called `name`; `RecordingError` naming those there are otherwise."""
+        for channel in self.channels:
+            if channel.name == name:
+                return channel
+        known = ", ".join(c.name for c in self.channels) or "none"
+        raise RecordingError(f"no channel {name!r}; the file has: {known}")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class Reader(ABC):
+    """One file format."""
+
+    format: ClassVar[str]  # short name stored with the recording: "mat", "tdms"
+    suffixes: ClassVar[tuple[str, ...]]  # lower case, with the dot
+
+    @abstractmethod
+    def open(self, path: Path) -> OpenRecording:
+        """Open `path`; `RecordingError` when it is not a whole file of this format."""
+
+
+def refuse_bomb(path: Path, name: str, samples: int, itemsize: int) -> None:
+    """Raise `RecordingError` when a declared size is beyond anything the file can hold, before allocating it."""
+    declared = samples * itemsize
+    held = path.stat().st_size
+    if samples > MAX_SAMPLES_PER_CHANNEL:
+        raise RecordingError(
+            f"{path.name}: channel {name!r} declares {samples} samples, more than {MAX_SAMPLES_PER_CHANNEL}"
+        )
+    if declared > HARMLESS_BYTES and declared > MAX_EXPANSION * held:
+        raise RecordingError(
+            f"{path.name}: channel {name!r} declares {declared} bytes in a file of {held}; "
+            f"more than {MAX_EXPANSION} times the file is refused"
+        )
+
+
+def rate_from_step(step_s: float, relative: float = 1e-9) -> float:
+    """Sampling rate (Hz) of a step (s) known to within `relative`: the roundest number the step allows.
+
+    Recorders run at round rates and files print steps with few digits: UFF 58 keeps six, so that 51200 Hz
+    comes back as 1.95313e-05 s, which alone would give 51199.87 Hz.
+    """
+    rate = 1.0 / step_s
+    for decimals in range(-6, 4):
+        candidate = round(rate, decimals)
+        if candidate > 0 and abs(candidate - rate) <= relative * rate:
+            return candidate
+    return rate
+
+
+def rate_from_times(path: Path, times: NDArray[np.float64]) -> tuple[float, float]:
+    """Sampling rate (Hz) and start (s) of a time column in seconds (n,), n >= 2.
+
+    The rate is the inverse of the mean step outside gaps, rounded as far as the printed digits leave open, so
+    that a column printed to the microsecond gives 51200 and not 51199.7 (its median step would give 50000).
+    Raises `RecordingError` when time does not increase, a step is not finite, or the steps are uneven; gaps
+    (rare steps of several samples) are left for the quality check.
+    """
+    if times.size < 2:
+        raise RecordingError(f"{path.name}: a time column needs at least two samples, got {times.size}")
+    steps = np.diff(times)
+    if not np.all(np.isfinite(steps)) or np.any(steps <= 0):
+        row = int(np.argmin(np.where(np.isfinite(steps), steps, -np.inf))) + 1
+        raise RecordingError(f"{path.name}: time does not increase at sample {row} (t = {float(times[row])} s)")
+    typical = float(np.mean(steps[steps <= 2.5 * np.median(steps)]))
+    even = steps[steps < 1.5 * typical]
+    if even.size < 0.9 * steps.size:
+        raise RecordingError(
+            f"{path.name}: {steps.size - even.size} of {steps.size} time steps are longer than 1.5 times "
+            f"{typical:.6g} s; expected evenly spaced time"
+        )
+    step = float(np.mean(even))
+    printed = 2.0 * float(np.max(np.abs(even - step))) / (even.size * step)
+    return rate_from_step(step, min(max(printed, 1e-6), 5e-5)), float(times[0])

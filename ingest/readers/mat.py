@@ -1,0 +1,62 @@
+"""MATLAB `.mat`: version 5 (and its compressed form, 7) through scipy, 7.3 through HDF5."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .contents import Array, Contents, loaded_once
+from .hdf5 import hdf5_contents
+from .mat5_elements import refuse_damaged
+from .recording import ArrayReader
+
+#: MATLAB class, as scipy names it -> dtype of its numbers in MATLAB.
+_DTYPES = {
+    "double": "f8",
+    "single": "f4",
+    "logical": "?",
+    **{f"{sign}int{8 * size}": f"{sign or 'i'}{size}" for sign in ("", "u") for size in (1, 2, 4, 8)},
+}
+_LONGEST_TEXT = 4096
+
+
+class MatReader(ArrayReader):
+    """Vectors of shape (1, n), (n, 1) or (n,), in the class that MATLAB would show."""
+
+    format = "mat"
+    suffixes = (".mat",)
+
+    def contents(self, path: Path, open_files: ExitStack) -> Contents:
+        import h5py
+
+        if h5py.is_hdf5(path):
+            return hdf5_contents(path, open_files)
+        return _mat5_contents(path, refuse_damaged(path))
+
+
+def _mat5_contents(path: Path, complex_names: set[str]) -> Contents:
+    from scipy.io import whosmat
+
+    declared = [(name, shape, kind) for name, shape, kind in whosmat(path) if not name.startswith("__")]
+    texts = [n for n, shape, kind in declared if kind == "char" and 0 < np.prod(shape) <= _LONGEST_TEXT]
+    header = {name: " ".join(_load(path, name).reshape(-1)) for name in texts}
+    kinds = {name: "complex" if name in complex_names else _DTYPES.get(kind, "O") for name, _, kind in declared}
+    arrays = [
+        Array(name, shape, np.dtype(kinds[name]), loaded_once(partial(_load, path, name)))
+        for name, shape, _ in declared
+        if name not in texts
+    ]
+    return Contents(arrays, header=header)
+
+
+def _load(path: Path, name: str) -> NDArray[Any]:
+    from scipy.io import loadmat
+
+    # `mat_dtype`: MATLAB stores whole numbers of a double array as bytes, which scipy would hand on as uint8.
+    values: NDArray[Any] = loadmat(path, variable_names=[name], mat_dtype=True)[name]
+    return values

@@ -1,0 +1,107 @@
+"""The element structure of a MATLAB 5 file, walked before anything is allocated.
+
+MathWorks, "MAT-File Format" (level 5): a 128-byte header, then elements, each an 8-byte tag (type, byte count)
+and its bytes; a compressed element is a zlib stream of one other element. A matrix element holds flags,
+dimensions, name and then the numbers, each again with a tag.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from .base import RecordingError, refuse_bomb
+
+_HEADER_BYTES = 128
+_MATRIX, _COMPRESSED = 14, 15
+#: Enough for the tags, dimensions and name (at most 63 characters) that precede the numbers.
+_HEAD_BYTES = 1024
+_TYPE_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
+_CHAR_CLASS, _NUMERIC_CLASSES = 4, range(6, 16)
+_COMPLEX_FLAG = 0x0800
+_UTF8 = 16
+
+
+def byte_order(path: Path) -> str:
+    """`<` or `>` of a MATLAB 5 file. Raises `RecordingError` for anything else."""
+    with path.open("rb") as file:
+        header = file.read(_HEADER_BYTES)
+    order = {b"IM": "<", b"MI": ">"}.get(header[126:128])
+    if order is None or struct.unpack(f"{order}H", header[124:126])[0] != 0x0100:
+        raise RecordingError(f"{path.name}: is not a MATLAB file of version 5 or 7.3; save it with -v7 or -v7.3")
+    return order
+
+
+def refuse_damaged(path: Path) -> set[str]:
+    """The names of complex variables, which scipy's listing does not tell.
+
+    Raises `RecordingError` unless every element lies whole in the file and holds as much as it declares.
+    """
+    order, size = byte_order(path), path.stat().st_size
+    complex_names = set()
+    with path.open("rb") as file:
+        for kind, start, count in _elements(path, file, order, size):
+            file.seek(start - 8 if kind == _MATRIX else start)
+            head = file.read(min(count + 8, _HEAD_BYTES))
+            if kind == _COMPRESSED:
+                head = zlib.decompressobj().decompress(head, _HEAD_BYTES)
+            name, is_complex = _refuse_false_count(path, head, order)
+            if is_complex:
+                complex_names.add(name)
+    return complex_names
+
+
+def _elements(path: Path, file: BinaryIO, order: str, size: int) -> Iterator[tuple[int, int, int]]:
+    """(type, first byte, byte count) of the top elements."""
+    position = _HEADER_BYTES
+    while position < size:
+        file.seek(position)
+        tag = file.read(8)
+        kind, count = struct.unpack(f"{order}II", tag) if len(tag) == 8 else (0, 0)
+        if kind not in (_MATRIX, _COMPRESSED) or count == 0:
+            raise RecordingError(f"{path.name}: no variable starts at byte {position} of {size}; it is cut or damaged")
+        end = position + 8 + count
+        if end > size:
+            raise RecordingError(f"{path.name}: is cut: {size} bytes, and a variable ends at byte {end}")
+        yield kind, position + 8, count
+        position = end
+
+
+def _refuse_false_count(path: Path, head: bytes, order: str) -> tuple[str, bool]:
+    """Name of a matrix and whether it is complex, once its byte count agrees with its dimensions.
+
+    `head` starts with the matrix's own tag.
+    """
+    if len(head) < 16 or struct.unpack(f"{order}I", head[:4])[0] != _MATRIX:
+        raise RecordingError(f"{path.name}: a variable does not start as a matrix; it is damaged")
+    _, _, flag_bytes, position = _tag(head, 8, order)
+    flags = struct.unpack(f"{order}I", flag_bytes[:4])[0]
+    _, _, dimensions, position = _tag(head, position, order)
+    _, _, name_bytes, position = _tag(head, position, order)
+    name = name_bytes.decode("latin1")
+    if flags & 0xFF == _CHAR_CLASS or flags & 0xFF in _NUMERIC_CLASSES:
+        shape = struct.unpack(f"{order}{len(dimensions) // 4}i", dimensions)
+        kind, count, _, _ = _tag(head, position, order)
+        samples, width = math.prod(shape), _TYPE_BYTES.get(kind, 0)
+        refuse_bomb(path, name, samples, max(width, 1))
+        is_utf8 = flags & 0xFF == _CHAR_CLASS and kind == _UTF8  # one to four bytes per character
+        if width == 0 or min(shape, default=0) < 0 or (samples * width != count and not is_utf8):
+            # An unknown type would crash scipy, not merely fail.
+            raise RecordingError(
+                f"{path.name}: {name!r} declares {samples} samples of {width} bytes and holds {count} bytes"
+            )
+    return name, bool(flags & _COMPLEX_FLAG)
+
+
+def _tag(head: bytes, position: int, order: str) -> tuple[int, int, bytes, int]:
+    """(type, byte count, bytes as far as `head` has them, position of the next tag); small elements share the tag."""
+    first, second = struct.unpack_from(f"{order}II", head, position)
+    if first >> 16:
+        count = first >> 16
+        return first & 0xFFFF, count, head[position + 4 : position + 4 + count], position + 8
+    start = position + 8
+    return first, second, head[start : start + second], start + (second + 7) // 8 * 8

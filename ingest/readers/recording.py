@@ -1,0 +1,144 @@
+"""From a file's arrays to channels: the rules that hold for every format."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections import Counter
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from .base import ChannelInfo, OpenRecording, Reader, RecordingError, refuse_bomb
+from .clock import Clock, clock_above, clocks_of, positive_rate
+from .contents import Array, Contents, plain
+from .guard import guarded, refuse_nothing
+
+_KINDS = {"c": "complex", "O": "an object", "S": "text", "U": "text", "b": "logical", "V": "a structure"}
+
+
+class ArraysRecording(OpenRecording):
+    """Channels over a file's arrays. An array that cannot be a channel is refused when asked for, not before."""
+
+    def __init__(self, path: Path, contents: Contents) -> None:
+        self._path = path
+        self._open_files: ExitStack | None = None
+        self._arrays: dict[str, Array] = {}
+        self._refused: dict[str, str] = {}
+        clocks, header, channels = clocks_of(path, contents), _header(contents), []
+        for name, array in _named(path, contents.arrays):
+            clock = _own_clock(path, array) or clock_above(clocks, array.group)
+            reason = _why_not(array, clock)
+            if reason is not None or clock is None:
+                self._refused[name] = reason or "has no sampling rate"
+                continue
+            refuse_bomb(path, name, array.samples, array.dtype.itemsize)
+            self._arrays[name] = array
+            channels.append(_info(name, array, clock, header))
+        self.channels = tuple(channels)
+        if not channels:
+            raise RecordingError(f"{path.name}: {_nothing_found(self._refused)}")
+
+    def hold(self, open_files: ExitStack) -> None:
+        """Keep `open_files` until `close`."""
+        self._open_files = open_files
+
+    def info(self, name: str) -> ChannelInfo:
+        if name in self._refused:
+            raise RecordingError(f"{self._path.name}: {name!r} {self._refused[name]}")
+        try:
+            return super().info(name)
+        except RecordingError as error:
+            raise RecordingError(f"{self._path.name}: {error}") from None
+
+    def read(self, name: str, start: int = 0, stop: int | None = None) -> NDArray[Any]:
+        if self._open_files is None:
+            raise RecordingError(f"{self._path.name}: is closed; open it again to read {name!r}")
+        channel = self.info(name)
+        first, last, _ = slice(start, stop).indices(channel.samples)
+        wanted = max(0, last - first)
+        with guarded(self._path):
+            samples = self._arrays[name].take(first, first + wanted)
+            if samples.shape != (wanted,):
+                raise RecordingError(
+                    f"{self._path.name}: {name!r} gives {samples.size} samples from {first}; {wanted} were declared"
+                )
+            # Native byte order, and nothing else: an equal dtype is not copied.
+            return samples.astype(channel.dtype, casting="equiv", copy=False)
+
+    def close(self) -> None:
+        if self._open_files is not None:
+            self._open_files.close()
+        self._open_files = None
+        self._arrays = {}  # and the samples that some formats keep in memory
+
+
+class ArrayReader(Reader):
+    """A format whose own code is one function: the arrays of a file."""
+
+    @abstractmethod
+    def contents(self, path: Path, open_files: ExitStack) -> Contents:
+        """The arrays of `path`; what must stay open for their `take` goes into `open_files`."""
+
+    def open(self, path: Path) -> OpenRecording:
+        path = Path(path)
+        with guarded(path), ExitStack() as open_files:
+            refuse_nothing(path)
+            recording = ArraysRecording(path, self.contents(path, open_files))
+            recording.hold(open_files.pop_all())
+            return recording
+
+
+def _named(path: Path, arrays: list[Array]) -> list[tuple[str, Array]]:
+    """Everything but rates, times and scalars, by its name, or `group/name` where the name alone is not unique."""
+    candidates = [a for a in arrays if not a.is_rate and not a.is_time and a.samples != 1]
+    count = Counter(a.name for a in candidates)
+    named = [(f"{a.group}/{a.name}" if count[a.name] > 1 and a.group else a.name, a) for a in candidates]
+    for name, times in Counter(name for name, _ in named).items():
+        if times > 1:
+            raise RecordingError(f"{path.name}: has {times} channels called {name!r}; expected different names")
+    return named
+
+
+def _own_clock(path: Path, array: Array) -> Clock | None:
+    return None if array.rate_hz is None else Clock(positive_rate(path, array.rate_hz), array.start_s)
+
+
+def _why_not(array: Array, clock: Clock | None) -> str | None:
+    """Why `array` cannot be a channel; None where it can."""
+    if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
+        return f"is {_KINDS.get(array.dtype.kind, array.dtype.name)}; expected real numbers of at most 8 bytes"
+    if array.samples == 0:
+        return "is empty; expected samples"
+    if sum(length != 1 for length in array.shape) > 1:
+        return f"has shape {array.shape}; expected one row or one column"
+    if clock is None:
+        return "has no sampling rate; expected fs in hertz, or a time vector named t, time or time_s"
+    if clock.samples not in (None, array.samples):
+        return f"has {array.samples} samples, its time vector {clock.samples}; expected as many"
+    return None
+
+
+def _info(name: str, array: Array, clock: Clock, header: dict[str, Any]) -> ChannelInfo:
+    unit = array.unit.strip() if array.unit and array.unit.strip() else None
+    return ChannelInfo(
+        name=name,
+        samples=array.samples,
+        dtype=array.dtype.newbyteorder("=").str,
+        sampling_rate_hz=clock.rate_hz,
+        start_s=clock.start_s,
+        unit=unit,
+        header={**header, **clock.header, **array.header},
+    )
+
+
+def _header(contents: Contents) -> dict[str, Any]:
+    """The file's own statements and its scalars."""
+    scalars = [a for a in contents.arrays if a.samples == 1 and not a.is_rate and a.dtype.kind in "iuf"]
+    return {**contents.header, **{a.name: plain(a.take(0, 1)) for a in scalars}}
+
+
+def _nothing_found(refused: dict[str, str]) -> str:
+    reasons = "; ".join(f"{name!r} {reason}" for name, reason in list(refused.items())[:4])
+    return reasons or "holds no channel; expected vectors of samples and fs, or a time vector"

@@ -1,0 +1,102 @@
+"""Units of what a laboratory writes, converted to SI once, on entry.
+
+pint's registry, with one change: `g` is standard gravity here, not gram (a shock laboratory's `g` is an
+acceleration), and the spellings that acquisition systems write are known.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pint
+
+#: Quantity of a channel -> its SI unit, as keys and listings print it.
+SI_UNITS: dict[str, str] = {
+    "force": "N",
+    "acceleration": "m/s2",
+    "velocity": "m/s",
+    "displacement": "m",
+    "pressure": "Pa",
+    "strain": "1",
+    "voltage": "V",
+    "temperature": "K",
+}
+
+_PINT_OF_SI = {"m/s2": "m/s**2", "1": "dimensionless"}
+
+#: Spellings that pint does not know, or knows as something else.
+_SPELLINGS = {
+    "g": "standard_gravity",
+    "gn": "standard_gravity",
+    "g_n": "standard_gravity",
+    "g_0": "standard_gravity",
+    "G": "standard_gravity",
+    "mg": "1e-3 standard_gravity",
+    "m/s2": "m/s**2",
+    "m/s^2": "m/s**2",
+    "m/s²": "m/s**2",
+    "mm/s2": "mm/s**2",
+    "mm/s^2": "mm/s**2",
+    "Newtons": "N",
+    "Newton": "N",
+    "um/m": "1e-6 dimensionless",
+    "µm/m": "1e-6 dimensionless",
+    "ustrain": "1e-6 dimensionless",
+    "microstrain": "1e-6 dimensionless",
+    "µε": "1e-6 dimensionless",
+    "1": "dimensionless",
+    "": "dimensionless",
+    "degC": "degC",
+    "°C": "degC",
+}
+
+
+class UnitError(ValueError):
+    """A unit is unknown or measures something else; the message names it and what would do."""
+
+
+@cache
+def registry() -> pint.UnitRegistry[float]:
+    """The one registry (pint is imported here: it costs 0.2 s that `--help` must not pay)."""
+    import pint
+
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+
+
+def spelled(unit: str) -> str:
+    """A unit as pint reads it: our own spellings, and `m3` or `mm2` as powers."""
+    unit = unit.strip()
+    return _SPELLINGS.get(unit) or re.sub(r"(?<=[A-Za-z])([23])(?![0-9])", r"**\1", unit)
+
+
+@cache
+def to_si(unit: str, quantity: str) -> tuple[float, float]:
+    """Gain and offset that take a number in `unit` to the SI unit of `quantity`: si = gain * x + offset.
+
+    Raises `UnitError` for an unknown quantity, an unknown unit, or a unit of another dimension.
+    """
+    if quantity not in SI_UNITS:
+        raise UnitError(f"unknown quantity {quantity!r}; known: {', '.join(SI_UNITS)}")
+    target = SI_UNITS[quantity]
+    if unit.strip() == target:
+        return 1.0, 0.0  # most channels; pint's registry costs a third of a second that they need not wait for
+    import pint
+
+    ureg = registry()
+    try:
+        wanted = _PINT_OF_SI.get(target, target)
+        source: Any = ureg.Quantity(spelled(unit))
+        if unit.strip() in ("degC", "°C", "degF", "°F"):
+            zero = ureg.Quantity(0.0, source.units).to(wanted).magnitude
+            one = ureg.Quantity(1.0, source.units).to(wanted).magnitude
+            return float(one - zero), float(zero)
+        return float(source.to(wanted).magnitude), 0.0
+    except pint.DimensionalityError as error:
+        raise UnitError(f"unit {unit!r} does not measure {quantity}; expected something like {target!r}") from error
+    except (pint.UndefinedUnitError, pint.DefinitionSyntaxError, AttributeError, TypeError, ValueError) as error:
+        raise UnitError(f"unknown unit {unit!r} for {quantity}; expected something like {target!r}") from error
+    except Exception as error:  # pint's parser leaks tokenizer errors of several kinds for odd text
+        raise UnitError(f"unreadable unit {unit!r} for {quantity}; expected something like {target!r}") from error

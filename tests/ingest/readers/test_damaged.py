@@ -1,0 +1,184 @@
+"""What no reader may take for a recording, and the one line that says why."""
+
+from __future__ import annotations
+
+import warnings
+
+import h5py
+import numpy as np
+import pandas as pd
+import pytest
+from pyroshock.ingest.readers import RecordingError, open_recording
+from scipy.io import savemat
+
+WAVE = np.sin(np.arange(64) / 5)
+
+
+def save_npz(path, arrays):
+    np.savez(path, **arrays)
+
+
+def save_mat(path, arrays):
+    savemat(path, arrays)
+
+
+def save_hdf5(path, arrays):
+    with h5py.File(path, "w") as file:
+        for name, values in arrays.items():
+            file[name] = values
+
+
+CONTAINERS = {".npz": save_npz, ".mat": save_mat, ".h5": save_hdf5}
+
+
+@pytest.fixture(params=CONTAINERS)
+def save(request, tmp_path):
+    """`save(name=array, ...)` writes them in one of the formats that hold named arrays of any shape."""
+
+    def write(**arrays):
+        path = tmp_path / f"recording{request.param}"
+        CONTAINERS[request.param](path, arrays)
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize("rate", [np.nan, np.inf, 0.0, -51200.0, [51200.0, 48000.0], 1 + 2j])
+def test_an_impossible_rate_is_refused(save, rate):
+    with pytest.raises(RecordingError, match=r"recording\.\w+: .*expected"):
+        open_recording(save(fs=rate, force=WAVE))
+
+
+def test_a_missing_rate_is_refused_with_what_would_do(save):
+    with pytest.raises(RecordingError, match="'force' has no sampling rate; expected fs in hertz, or a time vector"):
+        open_recording(save(force=WAVE))
+
+
+def test_nothing_but_a_rate_is_refused(save):
+    with pytest.raises(RecordingError, match="holds no channel"):
+        open_recording(save(fs=51200.0))
+
+
+@pytest.mark.parametrize(
+    ("values", "reason"),
+    [
+        (WAVE + 1j, "is complex; expected real numbers"),
+        (WAVE > 0, "is logical; expected real numbers"),
+        (np.empty(0), "is empty"),
+        (WAVE.reshape(8, 8), r"has shape \(8, 8\); expected one row or one column"),
+    ],
+    ids=["complex", "logical", "empty", "matrix"],
+)
+def test_what_is_no_channel_is_refused_when_asked_for(save, values, reason):
+    with open_recording(save(fs=51200.0, force=values, acceleration=WAVE)) as recording:
+        assert [channel.name for channel in recording.channels] == ["acceleration"]
+        with pytest.raises(RecordingError, match=f"'force' {reason}"):
+            recording.read("force")
+
+
+def test_a_file_without_any_usable_channel_is_refused_with_the_reason(save):
+    with pytest.raises(RecordingError, match="'force' is complex"):
+        open_recording(save(fs=51200.0, force=WAVE + 1j))
+
+
+@pytest.mark.parametrize("shape", [(64,), (1, 64), (64, 1)])
+def test_a_row_and_a_column_are_a_vector(save, shape):
+    with open_recording(save(fs=51200.0, force=WAVE.reshape(shape))) as recording:
+        np.testing.assert_array_equal(recording.read("force", 3, 9), WAVE[3:9])
+
+
+def test_each_channel_keeps_its_own_length(save):
+    with open_recording(save(fs=51200.0, force=WAVE, acceleration=WAVE[:50])) as recording:
+        assert {c.name: c.samples for c in recording.channels} == {"force": 64, "acceleration": 50}
+        assert recording.read("acceleration").size == 50
+
+
+def test_a_channel_of_another_length_than_its_time_is_refused(save):
+    with open_recording(save(t=np.arange(64) / 51200, force=WAVE, acceleration=WAVE[:50])) as recording:
+        assert recording.info("force").sampling_rate_hz == 51200
+        with pytest.raises(RecordingError, match="has 50 samples, its time vector 64"):
+            recording.read("acceleration")
+
+
+@pytest.mark.parametrize(
+    "spoil", [lambda t: t[::-1], lambda t: np.where(np.arange(64) == 9, np.nan, t), lambda t: t * 0]
+)
+def test_time_that_does_not_increase_is_refused(save, spoil):
+    with pytest.raises(RecordingError, match="time does not increase at sample"):
+        open_recording(save(time=spoil(np.arange(64) / 51200), force=WAVE))
+
+
+def test_two_rates_that_disagree_are_refused(save):
+    with pytest.raises(RecordingError, match=r"states two sampling rates, 48000\.0 Hz and 51200\.0 Hz"):
+        open_recording(save(fs=48000.0, t=np.arange(64) / 51200, force=WAVE))
+
+
+def test_missing_samples_in_the_time_vector_are_handed_on(save):
+    times = np.delete(np.arange(67), [40, 41, 42]) / 51200
+    with open_recording(save(time=times, force=WAVE)) as recording:
+        assert recording.info("force").header["time_gaps"] == [[40, 3]]
+
+
+def test_pickled_arrays_are_never_loaded(tmp_path):
+    path = tmp_path / "pickled.npz"
+    np.savez(path, fs=51200.0, force=np.array([1.0, None], dtype=object), allow_pickle=True)
+    with pytest.raises(RecordingError, match="'force' is an object"):
+        open_recording(path)
+
+
+def test_a_cell_array_is_no_channel(tmp_path):
+    path = tmp_path / "cells.mat"
+    savemat(path, {"fs": 51200.0, "force": np.array([WAVE, "words"], dtype=object), "acceleration": WAVE})
+    with open_recording(path) as recording, pytest.raises(RecordingError, match="'force' is an object"):
+        recording.read("force")
+
+
+def test_a_damaged_sample_of_a_zip_is_refused_by_its_checksum(tmp_path):
+    path = tmp_path / "flipped.npz"
+    np.savez(path, fs=51200.0, force=WAVE)
+    content = bytearray(path.read_bytes())
+    content[content.index(WAVE[20].tobytes())] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(RecordingError, match="CRC"), open_recording(path) as recording:
+        recording.read("force")
+
+
+def test_samples_kept_in_another_file_are_refused(tmp_path):
+    path = tmp_path / "external.h5"
+    with h5py.File(path, "w") as file:
+        file["fs"] = 51200.0
+        file.create_dataset("force", (64,), "f8", external=[(str(tmp_path / "raw.bin"), 0, 512)])
+    with pytest.raises(RecordingError, match="'force' keeps its samples in another file"):
+        open_recording(path)
+
+
+def test_whole_numbers_with_holes_are_refused(tmp_path):
+    path = tmp_path / "holes.parquet"
+    counts = pd.array([1, None, 3], dtype="Int16")
+    pd.DataFrame({"fs": [51200.0] * 3, "counts": counts}).to_parquet(path)
+    with open_recording(path) as recording, pytest.raises(RecordingError, match="'counts' lacks 1 values"):
+        recording.read("counts")
+
+
+def test_two_channels_of_one_name_are_refused(tmp_path):
+    path = tmp_path / "twice.csv"
+    path.write_text("time,force,force\n0,1,2\n0.1,3,4\n")
+    with pytest.raises(RecordingError, match="has 2 channels called 'force'"):
+        open_recording(path)
+
+
+def test_a_library_warning_about_the_file_is_a_refusal(tmp_path, monkeypatch):
+    path = tmp_path / "doubtful.mat"
+    savemat(path, {"fs": 51200.0, "force": WAVE})
+
+    def doubt(*_, **__):
+        warnings.warn("did not fully consume the compressed contents", UserWarning, stacklevel=1)
+
+    monkeypatch.setattr("scipy.io.loadmat", doubt)
+    with pytest.raises(RecordingError, match="did not fully consume"):
+        open_recording(path)
+
+
+def test_an_unknown_suffix_is_refused_with_the_known_ones(tmp_path):
+    with pytest.raises(RecordingError, match=r"shot\.xlsx: no reader for \.xlsx; known: \.mat, \.csv"):
+        open_recording(tmp_path / "shot.xlsx")
