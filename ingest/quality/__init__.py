@@ -1,0 +1,30 @@
+"""Quality checks of a channel. `CHECKS` is the list: a new check is one file here and one line in it."""
+
+from __future__ import annotations
+
+from ..channel import Channel
+from .base import Check, Contact, Finding
+from .clipping import check_clipping
+from .double_hit import check_double_hit
+from .dropouts import check_dropouts
+from .few_samples import check_few_samples
+from .pre_trigger_noise import check_pre_trigger_noise
+from .saturation import check_saturation
+from .zero_shift import check_zero_shift
+
+__all__ = ["CHECKS", "Check", "Contact", "Finding", "run_checks"]
+
+CHECKS: tuple[Check, ...] = (
+    check_dropouts,
+    check_clipping,
+    check_saturation,
+    check_zero_shift,
+    check_double_hit,
+    check_few_samples,
+    check_pre_trigger_noise,
+)
+
+
+def run_checks(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
+    """What every check in `CHECKS` finds, in that order. `contacts` ascend in time and may be empty."""
+    return [finding for check in CHECKS for finding in check(channel, contacts)]

@@ -1,0 +1,44 @@
+"""Clipping: consecutive samples at one code at the extreme of the record, where a crest should be."""
+
+from __future__ import annotations
+
+from ..channel import Channel
+from .base import Contact, Finding, Severity
+from .levels import finite_samples, scale_of
+from .plateaus import Plateaus, find_plateaus
+
+#: Samples within one code of the extreme count as at the rail (an analogue rail toggles between two codes). The rest is
+#: for the rounding of values that went through a float32 or a printed number.
+BAND_STEPS = 1.01
+
+
+def check_clipping(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
+    """A finding per rail and contact with a cut top; outside of contacts one per rail. Any quantity."""
+    x = finite_samples(channel)
+    if x.size == 0:
+        return []
+    scale = scale_of(x)
+    findings: list[Finding] = []
+    for polarity in (1, -1):
+        flat = find_plateaus(x, scale, polarity, BAND_STEPS * scale.step)
+        if flat is not None:
+            findings += by_contact(channel, contacts, flat, "clipping", "flat top")
+    return findings
+
+
+def by_contact(channel: Channel, contacts: tuple[Contact, ...], flat: Plateaus, check: str, what: str) -> list[Finding]:
+    """The plateaus as findings, one per contact they touch and one for those outside of all.
+
+    `reject` within a contact, and where no contacts are known: peak, impulse and the levels that bound the contact are
+    all lost. `warning` outside: the pulse is whole, but a spectrum of the recording is not.
+    """
+    findings = []
+    for contact, mine in flat.runs.by_contact(contacts):
+        severity: Severity = "warning" if contact is None and contacts else "reject"
+        evidence = {"level": flat.level, "unit": channel.si_unit, **mine.evidence(channel)}
+        message = (
+            f"{what} of {evidence['samples']} samples at {flat.level:.6g} {channel.si_unit} "
+            f"from {evidence['first_time_s']:.6g} s: the value there is only a bound"
+        )
+        findings.append(Finding(check, severity, message, channel.name, evidence, contact))
+    return findings

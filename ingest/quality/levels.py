@@ -1,0 +1,121 @@
+"""Cheap robust figures of a record that several checks need: baseline, spread, quantisation step, extent of the shock.
+
+The robust ones look at a few thousand samples: a sort of half a million would cost more than all checks together.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..channel import Channel
+from .base import Contact
+
+#: Median and MAD of this many samples have a standard error of about 2 % of sigma: finer than any limit here.
+DECIMATED_SAMPLES = 4096
+#: Below this share of the peak a record counts as at rest, where no contact says otherwise.
+EVENT_SHARE = 0.05
+#: MAD of a normal distribution times this is its standard deviation.
+MAD_TO_SIGMA = 1.4826
+
+
+@dataclass(frozen=True)
+class Span:
+    """The shock in a record, in samples: first and last index, both included, and the peak deviation between."""
+
+    first: int
+    last: int
+    peak: float
+
+
+@dataclass(frozen=True)
+class Scale:
+    """What a record's levels are measured against: level at rest, quantisation step and spread about the rest."""
+
+    rest: float
+    step: float
+    noise: float
+
+
+def scale_of(x: NDArray[np.float64]) -> Scale:
+    """The scale of a record (n,), n >= 1. `noise` takes in what rings: an upper bound of it."""
+    return Scale(baseline(x), quantisation_step(x), robust_sigma(x))
+
+
+def finite_samples(channel: Channel) -> NDArray[np.float64]:
+    """The channel in SI (n,); where it holds NaN or infinity, a copy with the median of the others in their place.
+
+    The dropout check reports those samples; the other checks need a record that they can compare.
+    """
+    si = channel.si
+    if all_finite(si):
+        return si
+    good = np.isfinite(si)
+    filler = baseline(si[good]) if good.any() else 0.0
+    return np.where(good, si, filler)
+
+
+def all_finite(x: NDArray[Any]) -> bool:
+    """Whether no sample of `x` (n,) is NaN or infinite, in one pass: the sum is as soon as one sample is."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return math.isfinite(float(x.sum(dtype=np.float64))) or bool(np.isfinite(x).all())
+
+
+def decimated(x: NDArray[np.float64], samples: int = DECIMATED_SAMPLES) -> NDArray[np.float64]:
+    """Every k-th sample of `x` (n,), at most `samples` of them (a view)."""
+    return x[:: -(-x.size // samples) or 1]
+
+
+def baseline(x: NDArray[np.float64]) -> float:
+    """Median of the decimated record: the level at rest, as long as the shocks fill less than half of it."""
+    return float(np.median(decimated(x))) if x.size else 0.0
+
+
+def robust_sigma(x: NDArray[np.float64]) -> float:
+    """Standard deviation by the median absolute deviation of the decimated record; 0 for an empty one."""
+    some = decimated(x)
+    return MAD_TO_SIGMA * float(np.median(np.abs(some - np.median(some)))) if some.size else 0.0
+
+
+def quantisation_step(x: NDArray[np.float64]) -> float:
+    """The smallest difference between two values of `x` (n,): its LSB, or an upper bound of it. 0 for a constant.
+
+    Looks at a decimated record and at what surrounds the largest sample; an overestimate only makes checks lenient.
+    """
+    top = int(x.argmax())
+    near = x[max(top - DECIMATED_SAMPLES // 2, 0) : top + DECIMATED_SAMPLES // 2]
+    gaps = np.diff(np.sort(np.concatenate([decimated(x), near])))
+    gaps = gaps[gaps > 0]
+    return float(gaps.min()) if gaps.size else 0.0
+
+
+def event_span(x: NDArray[np.float64], contacts: tuple[Contact, ...], ringing: bool) -> Span | None:
+    """Where the shock is: from the contacts, stretched over what rings above 5 % of the peak if `ringing`.
+
+    Without contacts the record itself says. None for a constant record.
+    """
+    if x.size == 0:
+        return None
+    rest, top, bottom = baseline(x), int(x.argmax()), int(x.argmin())
+    at = top if x[top] - rest > rest - x[bottom] else bottom
+    peak = abs(float(x[at]) - rest)
+    if peak == 0.0:
+        return None
+    if contacts and not ringing:
+        return Span(contacts[0].first, contacts[-1].last, peak)
+    # Each side against its own rest: an offset after the shock is no ringing.
+    before, after = _loud(x[:at], peak), _loud(x[at:], peak)
+    first = int(before.argmax()) if before.any() else at
+    last = at + after.size - 1 - int(after[::-1].argmax())
+    if contacts:
+        first, last = contacts[0].first, max(last, contacts[-1].last)
+    return Span(first, last, peak)
+
+
+def _loud(x: NDArray[np.float64], peak: float) -> NDArray[np.bool_]:
+    rest, limit = baseline(x), EVENT_SHARE * peak
+    return np.asarray((x > rest + limit) | (x < rest - limit))
