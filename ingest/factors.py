@@ -1,0 +1,63 @@
+"""The factors of the thesis (Tables 3.2 and 4.1) as `runs.csv` names them, and what a cell may hold.
+
+Any other column of `runs.csv` is a free factor, kept under its own name as number or text.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+#: A layer that is not there.
+NONE = "none"
+
+
+@dataclass(frozen=True)
+class KnownFactor:
+    """A column of `runs.csv` with a meaning.
+
+    `name` and `si_unit` are stored; a cell times `scale` is SI. `words` are the allowed texts; `material` takes the
+    name of a known material (`optional_layer`: or "none").
+    """
+
+    column: str
+    name: str
+    si_unit: str | None = None
+    scale: float = 1.0
+    words: tuple[str, ...] = ()
+    material: bool = False
+    optional_layer: bool = False
+
+    @property
+    def is_number(self) -> bool:
+        return self.si_unit is not None
+
+
+KNOWN_FACTORS: tuple[KnownFactor, ...] = (
+    KnownFactor("tip_material", "tip_material", material=True),
+    KnownFactor("tip_radius_mm", "tip_radius", "m", 1e-3),
+    KnownFactor("plate_material", "plate_material", material=True),
+    KnownFactor("anvil_material", "anvil_material", material=True, optional_layer=True),
+    KnownFactor("insulator", "insulator", words=(NONE, "polymeric")),
+    KnownFactor("boundary_conditions", "boundary_conditions", words=("free", "fixed")),
+    KnownFactor("impact_position", "impact_position"),
+    KnownFactor("hammer_speed", "hammer_speed", words=("low", "high")),
+    KnownFactor("bullet_mass_kg", "bullet_mass", "kg"),
+    KnownFactor("tank_pressure_bar", "tank_pressure", "Pa", 1e5),
+)
+
+BY_COLUMN = {factor.column: factor for factor in KNOWN_FACTORS}
+BY_NAME = {factor.name: factor for factor in KNOWN_FACTORS}
+
+
+def level_label(number: float) -> str:
+    """The shortest text of a number that reads back as it: levels are compared by it."""
+    return repr(float(f"{number:.12g}"))
+
+
+def parse_number(text: str) -> float:
+    """A number as a person or a German spreadsheet writes it; `ValueError` for anything that is not finite."""
+    value = float(text.replace(",", ".") if "," in text and "." not in text else text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text!r} is not finite")
+    return value

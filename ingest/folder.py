@@ -1,0 +1,296 @@
+"""`campaign.toml`: who, what, with which bench and channels, refused where it is not understood."""
+
+from __future__ import annotations
+
+import datetime as dt
+import hashlib
+import json
+import math
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from .channel import Sensor
+from .errors import IngestError
+from .texts import LONGEST_NAME, shown
+from .units import SI_UNITS, UnitError
+
+FILE = "campaign.toml"
+KINDS = ("hammer", "gun")
+
+
+@dataclass(frozen=True)
+class GunPart:
+    """`[bench.gun]`: the constants of equation 2.16, SI."""
+
+    tank_volume_m3: float
+    bore_diameter_m: float
+    projectile_diameter_m: float
+    travel_m: float
+    friction_coefficient: float
+    heat_capacity_ratio: float
+    efficiency: float
+
+
+@dataclass(frozen=True)
+class HammerPart:
+    """`[bench.hammer]`."""
+
+    mass_kg: float
+
+
+@dataclass(frozen=True)
+class PlatePart:
+    """`[bench.plate]`: a modal table's file name, or material, thickness (m) and outline (corners in m)."""
+
+    modes: str | None = None
+    material: str | None = None
+    thickness_m: float | None = None
+    outline_m: tuple[tuple[float, float], ...] | None = None
+
+
+@dataclass(frozen=True)
+class CampaignFile:
+    """A `campaign.toml` that was understood whole."""
+
+    folder: Path
+    name: str
+    kind: str
+    date: dt.date
+    description: str | None
+    operator: str | None
+    gun: GunPart | None
+    hammer: HammerPart | None
+    plate: PlatePart | None
+    sensors: Mapping[str, Sensor]
+
+    @property
+    def fingerprint(self) -> str:
+        """SHA-256 of what two parts of one campaign must share: kind, date and bench."""
+        parts = {key: asdict(part) if part else None for key, part in self.bench.items()}
+        text = json.dumps([self.kind, self.date.isoformat(), parts], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    @property
+    def bench(self) -> dict[str, GunPart | HammerPart | PlatePart | None]:
+        return {"gun": self.gun, "hammer": self.hammer, "plate": self.plate}
+
+
+def read_campaign_file(folder: Path) -> CampaignFile:
+    """Read and check `folder`/campaign.toml. Raises `IngestError` with file, key, value and what was expected."""
+    if not folder.is_dir():
+        raise IngestError(f"{folder}: no such folder; expected a campaign folder with {FILE} and runs.csv")
+    data = _load(folder / FILE)
+    _known_keys(data, ("campaign", "bench", "channels"), "")
+    campaign = _table(data, "campaign", required=True)
+    _known_keys(campaign, ("name", "kind", "date", "description", "operator"), "campaign")
+    bench = _table(data, "bench")
+    _known_keys(bench, ("gun", "hammer", "plate"), "bench")
+    return CampaignFile(
+        folder=folder,
+        name=_text(campaign, "name", "campaign", required=True) or "",
+        kind=_choice(campaign, "kind", "campaign", KINDS),
+        date=_date(campaign),
+        description=_text(campaign, "description", "campaign"),
+        operator=_text(campaign, "operator", "campaign"),
+        gun=_gun(bench),
+        hammer=_hammer(bench),
+        plate=_plate(bench),
+        sensors=_sensors(_table(data, "channels")),
+    )
+
+
+def _load(path: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except FileNotFoundError as error:
+        raise IngestError(f"{path.parent}: no {FILE}; a campaign folder needs one (docs/campaigns.md)") from error
+    except UnicodeDecodeError as error:
+        raise IngestError(f"{FILE}: byte {error.start} is not UTF-8; save the file as UTF-8") from error
+    except (ValueError, RecursionError) as error:  # a number of thousands of digits is no TOMLDecodeError
+        raise IngestError(f"{FILE}: not valid TOML: {error}") from error
+    except OSError as error:
+        raise IngestError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+def _known_keys(table: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
+    for key in table:
+        if key not in known:
+            place = f"{where}.{key}" if where else key
+            raise IngestError(f"{FILE}: unknown key {shown(place)}; known: {', '.join(known)}")
+
+
+def _table(data: Mapping[str, Any], key: str, *, required: bool = False) -> Mapping[str, Any]:
+    value = data.get(key, {})
+    if not isinstance(value, dict):
+        raise IngestError(f"{FILE}: {key!r} is {shown(value)}; expected a table [{key}]")
+    if required and not value:
+        raise IngestError(f"{FILE}: no table [{key}]; expected name, kind and date there")
+    return value
+
+
+def _text(table: Mapping[str, Any], key: str, where: str, *, required: bool = False) -> str | None:
+    value = table.get(key)
+    if value is None:
+        if required:
+            raise IngestError(f"{FILE}: {where}.{key} is missing; expected a text")
+        return None
+    if not isinstance(value, str) or (required and not value.strip()):
+        raise IngestError(f"{FILE}: {where}.{key} is {shown(value)}; expected a text")
+    if "\x00" in value:
+        raise IngestError(f"{FILE}: {where}.{key} holds a NUL character")
+    return _name(value.strip(), f"{where}.{key}") if required else value
+
+
+def _name(text: str, where: str) -> str:
+    if len(text) > LONGEST_NAME or not text.isprintable():
+        raise IngestError(
+            f"{FILE}: {where} is {shown(text)} ({len(text)} characters); expected one line of at most {LONGEST_NAME}"
+        )
+    return text
+
+
+def _choice(table: Mapping[str, Any], key: str, where: str, known: tuple[str, ...]) -> str:
+    value = _text(table, key, where, required=True)
+    if value not in known:
+        raise IngestError(f"{FILE}: {where}.{key} is {shown(value)}; expected one of {', '.join(known)}")
+    return value
+
+
+def _date(campaign: Mapping[str, Any]) -> dt.date:
+    value = campaign.get("date")
+    if isinstance(value, dt.datetime):
+        return value.date()
+    if isinstance(value, dt.date):
+        return value
+    try:
+        return dt.date.fromisoformat(value if isinstance(value, str) else "")
+    except ValueError as error:
+        raise IngestError(
+            f"{FILE}: campaign.date is {shown(value)}; expected an ISO date such as 2026-11-01"
+        ) from error
+
+
+Rule = tuple[str, Callable[[float], bool]]
+ABOVE_ZERO: Rule = ("a number above zero", lambda x: x > 0)
+NOT_NEGATIVE: Rule = ("a number of zero or more", lambda x: x >= 0)
+SHARE: Rule = ("a number above 0, at most 1", lambda x: 0 < x <= 1)
+AT_LEAST_ONE: Rule = ("a number of at least 1", lambda x: x >= 1)
+NOT_ZERO: Rule = ("a number other than zero", lambda x: x != 0)
+ANY: Rule = ("a finite number", lambda _: True)
+
+_GUN: dict[str, Rule] = {
+    "tank_volume_m3": ABOVE_ZERO,
+    "bore_diameter_m": ABOVE_ZERO,
+    "projectile_diameter_m": ABOVE_ZERO,
+    "travel_m": ABOVE_ZERO,
+    "friction_coefficient": NOT_NEGATIVE,
+    "heat_capacity_ratio": AT_LEAST_ONE,
+    "efficiency": SHARE,
+}
+
+
+def _number(table: Mapping[str, Any], key: str, where: str, rule: Rule) -> float:
+    if key not in table:
+        raise IngestError(f"{FILE}: {where}.{key} is missing; expected {rule[0]}")
+    value = _float(table[key])
+    if value is None or not rule[1](value):
+        raise IngestError(f"{FILE}: {where}.{key} is {shown(table[key])}; expected {rule[0]}")
+    return value
+
+
+def _float(value: object) -> float | None:
+    """A finite TOML number; None for anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _gun(bench: Mapping[str, Any]) -> GunPart | None:
+    if "gun" not in bench:
+        return None
+    table = _table(bench, "gun")
+    _known_keys(table, tuple(_GUN), "bench.gun")
+    gun = GunPart(**{key: _number(table, key, "bench.gun", rule) for key, rule in _GUN.items()})
+    if gun.projectile_diameter_m > gun.bore_diameter_m:
+        raise IngestError(
+            f"{FILE}: bench.gun.projectile_diameter_m is {gun.projectile_diameter_m}; "
+            f"expected at most the bore, {gun.bore_diameter_m}"
+        )
+    return gun
+
+
+def _hammer(bench: Mapping[str, Any]) -> HammerPart | None:
+    if "hammer" not in bench:
+        return None
+    table = _table(bench, "hammer")
+    _known_keys(table, ("mass_kg",), "bench.hammer")
+    return HammerPart(mass_kg=_number(table, "mass_kg", "bench.hammer", ABOVE_ZERO))
+
+
+def _plate(bench: Mapping[str, Any]) -> PlatePart | None:
+    if "plate" not in bench:
+        return None
+    table = _table(bench, "plate")
+    _known_keys(table, ("modes", "material", "thickness_m", "outline_m"), "bench.plate")
+    modes = _text(table, "modes", "bench.plate")
+    material = _text(table, "material", "bench.plate")
+    thickness = _number(table, "thickness_m", "bench.plate", ABOVE_ZERO) if "thickness_m" in table else None
+    if modes is None and (material is None or thickness is None):
+        raise IngestError(
+            f'{FILE}: [bench.plate] needs modes = "FILE.csv", or material and thickness_m (with outline_m for the '
+            "finite element model)"
+        )
+    return PlatePart(modes, material, thickness, _outline(table))
+
+
+def _outline(table: Mapping[str, Any]) -> tuple[tuple[float, float], ...] | None:
+    value = table.get("outline_m")
+    if value is None:
+        return None
+    corners = [_corner(corner) for corner in value] if isinstance(value, list) else []
+    known = tuple(corner for corner in corners if corner is not None)
+    if len(known) < max(3, len(corners)):
+        raise IngestError(
+            f"{FILE}: bench.plate.outline_m is {shown(value)}; expected at least three corners [[x, y], …] in metres"
+        )
+    return known
+
+
+def _corner(value: object) -> tuple[float, float] | None:
+    x, y = (_float(value[0]), _float(value[1])) if isinstance(value, list) and len(value) == 2 else (None, None)
+    return None if x is None or y is None else (x, y)
+
+
+def _sensors(channels: Mapping[str, Any]) -> dict[str, Sensor]:
+    return {name: _sensor(name, _table(channels, name)) for name in channels}
+
+
+def _sensor(name: str, table: Mapping[str, Any]) -> Sensor:
+    where = f"channels.{_name(name, 'the name of a channel')}"
+    _known_keys(table, ("quantity", "unit", "sensitivity", "offset_v", "position", "axis", "range"), where)
+    sensor = Sensor(
+        name=name,
+        quantity=_choice(table, "quantity", where, tuple(SI_UNITS)),
+        unit=_text(table, "unit", where, required=True) or "",
+        sensitivity=_number(table, "sensitivity", where, NOT_ZERO) if "sensitivity" in table else None,
+        offset_v=_number(table, "offset_v", where, ANY) if "offset_v" in table else 0.0,
+        position=_text(table, "position", where),
+        axis=_text(table, "axis", where),
+        range=_number(table, "range", where, ABOVE_ZERO) if "range" in table else None,
+    )
+    if sensor.sensitivity is None and sensor.offset_v:
+        raise IngestError(f"{FILE}: {where}.offset_v is {sensor.offset_v}; expected a sensitivity beside it")
+    try:
+        gain, offset = sensor.conversion
+    except UnitError as error:
+        raise IngestError(f"{FILE}: {where}: {error}") from error
+    if not (math.isfinite(gain) and math.isfinite(offset)) or gain == 0:
+        raise IngestError(f"{FILE}: {where}.sensitivity is {sensor.sensitivity}; its conversion to SI is not a number")
+    return sensor

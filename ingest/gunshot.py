@@ -1,0 +1,70 @@
+"""What a gun's recording says of the shot: muzzle velocity from the laser, tank pressure before the valve opened."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .channel import Channel
+from .laser import NoPassageError, muzzle_velocity
+from .quality.base import Finding
+from .tank_pressure import NoDropError, tank_pressure_before
+
+#: Where a laser across the barrel stands in campaign.toml's `position`; a channel named laser… is one too.
+MUZZLE_POSITIONS = ("muzzle", "barrel")
+
+
+@dataclass(frozen=True)
+class ShotMeasurement:
+    """Measured values with their standard uncertainties; None where the channel is missing or tells nothing."""
+
+    velocity_m_s: float | None = None
+    velocity_u_m_s: float | None = None
+    tank_pressure_pa: float | None = None
+    tank_pressure_u_pa: float | None = None
+
+
+def laser_channel(channels: list[Channel]) -> Channel | None:
+    """The channel that sees the bullet pass: a displacement or voltage at the muzzle, or one named laser…"""
+    for channel in channels:
+        at_muzzle = (channel.sensor.position or "").lower() in MUZZLE_POSITIONS
+        if channel.quantity in ("displacement", "voltage") and (at_muzzle or channel.name.lower().startswith("laser")):
+            return channel
+    return None
+
+
+def measure_shot(
+    channels: list[Channel], bullet_length_m: float | None, bullet_length_u_m: float | None
+) -> tuple[ShotMeasurement | None, list[Finding]]:
+    """Velocity (eq. 5.2) and pressure of a shot, and findings where a channel is there but says nothing usable."""
+    velocity, problems = _velocity(laser_channel(channels), bullet_length_m, bullet_length_u_m)
+    pressure, more = _pressure(next((c for c in channels if c.quantity == "pressure"), None))
+    if velocity == (None, None) and pressure == (None, None):
+        return None, problems + more
+    return ShotMeasurement(*velocity, *pressure), problems + more
+
+
+Pair = tuple[float | None, float | None]
+
+
+def _velocity(laser: Channel | None, length: float | None, length_u: float | None) -> tuple[Pair, list[Finding]]:
+    if laser is None:
+        return (None, None), []
+    if length is None:
+        message = "no velocity from the laser: runs.csv gives no bullet_length_mm for this shot"
+        return (None, None), [Finding("no-bullet-length", "warning", message, laser.name)]
+    given = {} if length_u is None else {"length_u_m": length_u}
+    try:
+        found = muzzle_velocity(laser.si, laser.sampling_rate_hz, length, **given)
+    except (NoPassageError, ValueError) as error:
+        return (None, None), [Finding("no-passage", "warning", str(error), laser.name)]
+    return (found.velocity_m_s, found.velocity_u_m_s), []
+
+
+def _pressure(channel: Channel | None) -> tuple[Pair, list[Finding]]:
+    if channel is None:
+        return (None, None), []
+    try:
+        found = tank_pressure_before(channel.si)
+    except (NoDropError, ValueError) as error:
+        return (None, None), [Finding("no-pressure-drop", "note", str(error), channel.name)]
+    return (found.pressure_pa, found.pressure_u_pa), []

@@ -1,0 +1,112 @@
+"""Impact velocity of each hit from the impactor's own acceleration (thesis, section 4.1).
+
+Only an accelerometer that rides on the impactor can tell: its `position` in campaign.toml says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .channel import Channel
+from .conditioning import TransferFunctionError, clean_acceleration, delay_is_plausible, measured_delay_samples
+from .pulses import Pulse
+from .quality.base import Finding
+from .settings import ExtractionSettings
+from .velocity import impact_velocity
+
+Floats = NDArray[np.float64]
+
+#: Positions of an accelerometer that move with the impactor.
+IMPACTOR_POSITIONS = ("hammer", "impactor", "projectile", "bullet", "tip")
+
+
+@dataclass(frozen=True)
+class ImpactSpeed:
+    """Impact velocity and its standard uncertainty (m/s)."""
+
+    velocity_m_s: float
+    velocity_u_m_s: float
+
+
+def impactor_channel(channels: list[Channel]) -> Channel | None:
+    """The accelerometer on the impactor, if one was recorded."""
+    for channel in channels:
+        if channel.quantity == "acceleration" and (channel.sensor.position or "").lower() in IMPACTOR_POSITIONS:
+            return channel
+    return None
+
+
+#: Samples before a contact that its window begins with: the rest that noise and zero are taken from.
+_BEFORE = 64
+#: Longest window of a hit in seconds: a hammer head has rung down by then.
+_LONGEST_WINDOW_S = 0.08
+
+
+def impact_speeds(
+    channels: list[Channel], pulses: tuple[Pulse, ...], settings: ExtractionSettings, force: Floats | None
+) -> tuple[tuple[ImpactSpeed | None, ...], list[Finding]]:
+    """Velocity of each hit, and findings on the channel; no velocity where the impactor carries no accelerometer.
+
+    With enough hits the acceleration is first freed of the hammer's own dynamics, each hit by the transfer
+    function of the others. The delay behind the force is checked against eq. 4.1: the head's length is not part
+    of a campaign, and its wave takes less than a sample (thesis: 12.4 of 19.5 µs), so the limit is two samples.
+    """
+    channel = impactor_channel(channels)
+    if channel is None or force is None or not pulses or channel.recorded.size != force.size:
+        return (None,) * len(pulses), []
+    findings = _delays(channel, force, pulses)
+    windows, origins, problem = _windows(channel, force, pulses, settings)
+    speeds: list[ImpactSpeed | None] = []
+    for i, (pulse, window, origin) in enumerate(zip(pulses, windows, origins, strict=True)):
+        try:
+            found = impact_velocity(
+                window, channel.sampling_rate_hz, pulse.contact.first - origin, pulse.contact.peak - origin
+            )
+            speeds.append(ImpactSpeed(found.velocity_m_s, found.velocity_u_m_s))
+        except ValueError as error:
+            speeds.append(None)
+            findings.append(Finding("no-impact-velocity", "warning", str(error), channel.name, contact=i))
+    return tuple(speeds), findings + problem
+
+
+def _windows(
+    channel: Channel, force: Floats, pulses: tuple[Pulse, ...], settings: ExtractionSettings
+) -> tuple[list[Floats], list[int], list[Finding]]:
+    """The acceleration about each hit, its first sample in the record, and why it was not cleaned if it should be."""
+    rate = channel.sampling_rate_hz
+    origins = [max(0, pulse.contact.first - _BEFORE) for pulse in pulses]
+    ends = [*origins[1:], force.size]
+    longest = round(_LONGEST_WINDOW_S * rate)
+    raw = [channel.si[a : min(b, a + longest)] for a, b in zip(origins, ends, strict=True)]
+    if not 0 < settings.deconvolve_from_hits <= len(pulses):
+        return raw, origins, []
+    segment = min(longest, *(b - a for a, b in zip(origins, ends, strict=True))) // 2 * 2
+    try:
+        cleaned = clean_acceleration(
+            channel.si,
+            force,
+            rate,
+            np.array(origins, dtype=np.int64),
+            segment=segment,
+            band_hz=(settings.rigid_from_hz, settings.rigid_to_hz),
+        )
+    except TransferFunctionError as error:
+        message = f"the hammer's own dynamics stay in its acceleration: {error}"
+        return raw, origins, [Finding("not-deconvolved", "note", message, channel.name)]
+    return list(cleaned), origins, []
+
+
+def _delays(channel: Channel, force: Floats, pulses: tuple[Pulse, ...]) -> list[Finding]:
+    found = []
+    for i, pulse in enumerate(pulses):
+        origin = max(0, pulse.contact.first - _BEFORE)
+        near = slice(origin, pulse.contact.last + _BEFORE)  # a contact is short and the record long
+        span = (pulse.contact.first - origin, pulse.contact.last - origin)
+        delay = measured_delay_samples(force[near], channel.si[near], *span)
+        if not delay_is_plausible(delay, 0.0, channel.sampling_rate_hz):
+            message = f"acceleration follows force by {delay:.1f} samples; expected at most two, the wave's travel"
+            found.append(Finding("delay", "warning", message, channel.name, {"delay_samples": delay}, i))
+    return found

@@ -1,0 +1,173 @@
+"""`pyroshock ingest`: a campaign folder into the store, whole recordings at a time.
+
+Everything that can be refused is refused before the first row is written. Each recording is then read, judged and
+cut outside of any lock, and stored in one transaction with all its numbers and series: a kill between two
+recordings leaves whole ones, and a repeat goes on where it stopped, because what is stored is known by its hash.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from sqlalchemy import select
+
+from ..schema.materials import Material, MaterialAlias
+from ..schema.session import Store
+from .errors import IngestError
+from .folder import FILE as CAMPAIGN
+from .folder import CampaignFile, read_campaign_file
+from .impact_speed import IMPACTOR_POSITIONS
+from .matching import Hit, expected_hits, match
+from .modes import ModalTableFile, read_modal_table
+from .parallel import default_jobs, map_ahead
+from .processing import ProcessedRecording, file_hash, process_recording
+from .readers import RecordingError, reader_for
+from .report import IngestReport
+from .runs import FILE, MaterialNames, RunRow, read_runs
+from .settings import ExtractionSettings
+from .store import CampaignStore, Damaged
+
+#: Called with (done, total, what) after each recording.
+Progress = Callable[[int, int, str], None]
+
+
+Outcome = tuple[list[Hit], ProcessedRecording] | Damaged
+
+
+@dataclass(frozen=True)
+class Work:
+    """One recording to do, with the rows of `runs.csv` that name it."""
+
+    path: str
+    rows: tuple[RunRow, ...]
+    sha256: str
+    size_bytes: int
+
+
+def ingest_folder(
+    store: Store,
+    folder: Path,
+    settings: ExtractionSettings | None = None,
+    *,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+) -> IngestReport:
+    """Ingest the campaign in `folder`; `jobs` processes read and extract (None: what pays), and this one writes.
+
+    Raises `IngestError`, with nothing stored, for a campaign that is refused or holds nothing usable.
+    """
+    settings = settings or ExtractionSettings()
+    names = material_names(store)
+    file = _with_known_material(read_campaign_file(folder), names)
+    rows = read_runs(folder, file.kind, names)
+    target = CampaignStore(store, file, _modes(file), rows, settings)
+    work = _plan(file, rows, target)
+    damaged: list[Damaged] = []
+    jobs = jobs or default_jobs(sum(item.size_bytes for item in work))
+    results = map_ahead(partial(_process, file, rows, settings), work, jobs, _crashed)
+    for done, (item, result) in enumerate(results, 1):
+        if isinstance(result, Damaged):
+            damaged.append(result)
+        else:
+            hits, recording = result
+            target.add_recording(recording, hits)
+        if progress:
+            progress(done, len(work), item.path)
+    target.add_rows_without_recording()
+    if damaged and not target.holds_anything():
+        raise IngestError(f"{file.folder}: no usable recording; {damaged[0].path}: {damaged[0].reason}")
+    target.set_aside(damaged)
+    return target.report()
+
+
+def material_names(store: Store) -> MaterialNames:
+    """A reader of material names: any case, any alias; None for an unknown one."""
+    with store.reading() as session:
+        known = [(name, name) for name in session.scalars(select(Material.name))]
+        aliases = session.execute(select(MaterialAlias.alias, Material.name).join(Material.aliases)).all()
+    table = {alias.lower(): name for alias, name in (*((a, n) for a, n in aliases), *known)}
+    return lambda text: table.get(text.lower())
+
+
+def _with_known_material(file: CampaignFile, names: MaterialNames) -> CampaignFile:
+    """The campaign with its plate's material called as the store calls it."""
+    if file.plate is None or file.plate.material is None:
+        return file
+    material = names(file.plate.material)
+    if material is None:
+        raise IngestError(
+            f"{CAMPAIGN}: bench.plate.material is {file.plate.material!r}; expected a material of the store "
+            "(pyroshock materials lists and adds them)"
+        )
+    return replace(file, plate=replace(file.plate, material=material))
+
+
+def _modes(file: CampaignFile) -> ModalTableFile | None:
+    if file.plate is None or file.plate.modes is None:
+        return None
+    on_plate = (
+        sensor.name
+        for sensor in file.sensors.values()
+        if sensor.quantity == "acceleration" and (sensor.position or "").lower() not in IMPACTOR_POSITIONS
+    )
+    return read_modal_table(file.folder, file.plate.modes, tuple(on_plate))
+
+
+def _plan(file: CampaignFile, rows: tuple[RunRow, ...], target: CampaignStore) -> list[Work]:
+    """The recordings that the store lacks."""
+    by_path: defaultdict[str, list[RunRow]] = defaultdict(list)
+    for row in rows:
+        if row.recording:
+            _refuse_unknown_format(row)
+            by_path[row.recording].append(row)
+    work = []
+    for path, mine in by_path.items():
+        digest, size = _hash_and_size(file.folder / path, mine[0])
+        if not target.has_recording(path, digest):
+            work.append(Work(path, tuple(mine), digest, size))
+    return work
+
+
+def _hash_and_size(path: Path, row: RunRow) -> tuple[str, int]:
+    try:
+        return file_hash(path), path.stat().st_size
+    except (RecordingError, OSError) as error:
+        raise IngestError(f"{FILE}: row {row.line}, column 'recording': {error}") from error
+
+
+def _refuse_unknown_format(row: RunRow) -> None:
+    try:
+        reader_for(Path(row.recording or ""))
+    except RecordingError as error:
+        raise IngestError(f"{FILE}: row {row.line}, column 'recording': {error}") from error
+
+
+def _process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionSettings, work: Work) -> Outcome:
+    """Read and extract one recording, and tell its hits apart. Runs in any process."""
+    mine = list(work.rows)
+    try:
+        recording = process_recording(
+            file.folder,
+            work.path,
+            file.sensors,
+            settings,
+            expected=expected_hits(mine, rows),
+            bullet_length_m=mine[0].bullet_length_m,
+            bullet_length_u_m=mine[0].bullet_length_u_m,
+            sha256=work.sha256,
+        )
+        return match(work.path, mine, len(recording.pulses), rows), recording
+    except RecordingError as error:
+        return _damaged(work, str(error))
+
+
+def _crashed(work: Work) -> Outcome:
+    return _damaged(work, f"{work.path}: the library that reads it was crashed by it; the file is damaged")
+
+
+def _damaged(work: Work, reason: str) -> Damaged:
+    return Damaged(work.path, work.sha256, work.size_bytes, reason)

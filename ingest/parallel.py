@@ -1,0 +1,97 @@
+"""Reading ahead: several processes work on the next recordings while this one stores."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import threading
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+#: Below this, starting processes costs more than they save (measured: 1.5 s, in which one reads about 200 MB).
+_WORTH_PROCESSES_BYTES = 64 * 2**20
+
+
+def default_jobs(total_bytes: int) -> int:
+    """Processes for files of `total_bytes`: reading and compressing scale, the one writer soon does not."""
+    if total_bytes < _WORTH_PROCESSES_BYTES:
+        return 1
+    return min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+
+
+def map_ahead(
+    function: Callable[[Item], Result], items: Sequence[Item], jobs: int, crashed: Callable[[Item], Result]
+) -> Iterator[tuple[Item, Result]]:
+    """(item, function(item)) in order. With `jobs` > 1, at most `2 * jobs` results exist at a time, so that memory
+    does not grow with the number of items.
+
+    An item whose process dies (a C library can be crashed by a damaged file) gives `crashed(item)`, and the others go
+    on. With one job, or one item, there is no other process to die.
+    """
+    if jobs <= 1 or len(items) < 2:
+        for item in items:
+            yield item, function(item)
+        return
+    rest = deque(items)
+    while rest:
+        lost: list[Item] = []
+        yield from _until_a_crash(function, rest, min(jobs, len(rest)), lost)
+        for item in lost:
+            yield item, _alone(function, item, crashed)
+
+
+def _pool(jobs: int) -> ProcessPoolExecutor:
+    # Processes are forked from a clean server, not from this one, which may hold connections and threads; the
+    # server has imported what they need, so that each does not do it again.
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["pyroshock.ingest.load", "scipy.interpolate"])
+    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_end_with_parent)
+
+
+def _end_with_parent() -> None:
+    """Leave no process behind when the parent is killed: it cannot tell, and would be waited for in vain."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_wait_and_exit, args=(parent.join,), daemon=True).start()
+
+
+def _wait_and_exit(wait: Callable[[], None]) -> None:
+    wait()
+    os._exit(1)
+
+
+def _until_a_crash(
+    function: Callable[[Item], Result], rest: deque[Item], jobs: int, lost: list[Item]
+) -> Iterator[tuple[Item, Result]]:
+    """Work off `rest`; after a crash `lost` holds the items that were under way, one of which did it."""
+    waiting: deque[tuple[Item, Future[Result]]] = deque()
+    with _pool(jobs) as pool:
+        try:
+            while rest or waiting:
+                while rest and len(waiting) < 2 * jobs:
+                    waiting.append((rest[0], pool.submit(function, rest[0])))
+                    rest.popleft()
+                item, future = waiting[0]
+                result = future.result()
+                waiting.popleft()
+                yield item, result
+        except BrokenProcessPool:
+            lost.extend(item for item, _ in waiting)
+        finally:
+            for _, future in waiting:
+                future.cancel()
+
+
+def _alone(function: Callable[[Item], Result], item: Item, crashed: Callable[[Item], Result]) -> Result:
+    with _pool(1) as pool:
+        try:
+            return pool.submit(function, item).result()
+        except BrokenProcessPool:
+            return crashed(item)

@@ -1,0 +1,186 @@
+"""From what was read to rows of the store, within a transaction that the caller holds."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from datetime import UTC, datetime
+from typing import Any, TypeVar
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from ..schema.benches import Gun, Hammer, ModalTable, Mode, ModeShape, Plate
+from ..schema.campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
+from ..schema.impacts import ExtractionSettings as SettingsRow
+from ..schema.impacts import Pulse as PulseRow
+from ..schema.keys import get_or_add
+from ..schema.materials import Material
+from ..schema.recordings import RecordedChannel
+from ..schema.series import chunk_length, encode
+from .errors import IngestError
+from .folder import CampaignFile, PlatePart
+from .modes import ModalTableFile
+from .processing import StoredSeries
+from .pulses import Pulse
+from .runs import Level
+from .settings import EXTRACTION_VERSION, ExtractionSettings
+
+Part = TypeVar("Part", Gun, Hammer)
+
+
+def campaign_row(session: Session, file: CampaignFile, modes: ModalTableFile | None) -> Campaign:
+    """The campaign and its bench, added on first sight. Raises `IngestError` when another folder has the name."""
+    row = get_or_add(
+        session,
+        Campaign,
+        {"name": file.name},
+        {
+            "kind": file.kind,
+            "date": file.date,
+            "description": file.description,
+            "operator": file.operator,
+            "fingerprint": file.fingerprint,
+            "gun_id": _part(session, Gun, vars(file.gun)).id if file.gun else None,
+            "hammer_id": _part(session, Hammer, vars(file.hammer)).id if file.hammer else None,
+            "plate_id": _plate(session, file.plate, modes).id if file.plate else None,
+        },
+    )
+    refuse_other_campaign(row, file)
+    return row
+
+
+def refuse_other_campaign(row: Campaign, file: CampaignFile) -> None:
+    """Raise `IngestError` when a stored campaign of this name has another kind, date or bench."""
+    if row.fingerprint != file.fingerprint:
+        raise IngestError(
+            f"campaign.toml: campaign {file.name!r} is in the store with another kind, date or bench; "
+            "give this one another name"
+        )
+
+
+def _fingerprint(content: object) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _part(session: Session, model: type[Part], content: dict[str, float]) -> Part:
+    return get_or_add(session, model, {"fingerprint": _fingerprint(content)}, content)
+
+
+def _plate(session: Session, part: PlatePart, modes: ModalTableFile | None) -> Plate:
+    table = _modal_table(session, modes) if modes else None
+    outline = [list(corner) for corner in part.outline_m] if part.outline_m else None
+    values: dict[str, Any] = {
+        "modal_table_id": table.id if table else None,
+        "material_id": _material_id(session, part.material) if part.material else None,
+        "thickness_m": part.thickness_m,
+        "outline_m": outline,
+    }
+    content = [modes.fingerprint if modes else None, part.material, part.thickness_m, outline]
+    return get_or_add(session, Plate, {"fingerprint": _fingerprint(content)}, values)
+
+
+def _material_id(session: Session, name: str) -> int:
+    return session.scalars(select(Material.id).where(Material.name == name)).one()
+
+
+def _modal_table(session: Session, file: ModalTableFile) -> ModalTable:
+    modes = [
+        Mode(
+            number=mode.mode,
+            frequency_hz=mode.frequency_hz,
+            damping_ratio=mode.damping_ratio,
+            shape_impact_per_sqrt_kg=mode.shape_impact,
+            shapes=[ModeShape(channel=name, shape_per_sqrt_kg=value) for name, value in mode.shapes.items()],
+        )
+        for mode in file.modes
+    ]
+    return get_or_add(session, ModalTable, {"fingerprint": file.fingerprint}, {"modes": modes})
+
+
+def configuration_fingerprint(levels: tuple[Level, ...]) -> str:
+    """Hash of a combination of levels; the same combination has the same, whoever plans or records it."""
+    return _fingerprint(sorted([level.factor, level.label] for level in levels))
+
+
+def configuration_id(session: Session, levels: tuple[Level, ...]) -> int:
+    """Key of the configuration with these levels, made of known factors and levels where it is new."""
+    fingerprint = configuration_fingerprint(levels)
+    known = session.scalar(select(Configuration.id).where(Configuration.fingerprint == fingerprint))
+    if known is not None:
+        return known
+    level_rows = [_level(session, level) for level in levels]
+    row = get_or_add(session, Configuration, {"fingerprint": fingerprint})
+    for level in level_rows:
+        key = {"configuration_id": row.id, "level_id": level.id}
+        get_or_add(session, ConfigurationLevel, key, {"factor_id": level.factor_id})
+    return row.id
+
+
+def _level(session: Session, level: Level) -> FactorLevel:
+    factor = get_or_add(session, Factor, {"name": level.factor}, {"si_unit": level.si_unit})
+    material = _material_id(session, level.material) if level.material else None
+    return get_or_add(
+        session,
+        FactorLevel,
+        {"factor_id": factor.id, "label": level.label},
+        {"number": level.number, "material_id": material},
+    )
+
+
+def settings_id(session: Session, settings: ExtractionSettings) -> int:
+    """Key of these extraction settings at this version of the code."""
+    values = {"code_version": EXTRACTION_VERSION, "settings": settings.as_json()}
+    return get_or_add(session, SettingsRow, {"fingerprint": settings.fingerprint}, values).id
+
+
+def channel_row(series: StoredSeries) -> RecordedChannel:
+    """The row of a channel (its frames are written by `schema.series.write_series`)."""
+    channel = series.channel
+    sensor = channel.sensor
+    gain, offset = sensor.conversion
+    return RecordedChannel(
+        name=sensor.name,
+        quantity=sensor.quantity,
+        unit=sensor.unit,
+        sensitivity=sensor.sensitivity,
+        offset_v=sensor.offset_v if sensor.sensitivity is not None else None,
+        position=sensor.position,
+        axis=sensor.axis,
+        full_scale=sensor.range,
+        si_unit=channel.si_unit,
+        si_gain=gain,
+        si_offset=offset,
+        sampling_rate_hz=channel.sampling_rate_hz,
+        start_s=channel.start_s,
+        samples=series.samples,
+        dtype=channel.recorded.dtype.str,
+        chunk_samples=chunk_length(series.samples),
+        sha256=series.sha256,
+        header=channel.header,
+    )
+
+
+def pulse_row(pulse: Pulse, impact_id: int, settings: int) -> PulseRow:
+    """The row of a pulse in use."""
+    return PulseRow(
+        impact_id=impact_id,
+        settings_id=settings,
+        current=True,
+        extracted_at=datetime.now(UTC),
+        start_s=pulse.start_s,
+        contact_time_s=pulse.contact_time_s,
+        compression_time_s=pulse.compression_time_s,
+        peak_force_n=pulse.peak_force_n,
+        spline_peak_force_n=pulse.spline_peak_force_n,
+        impulse_n_s=pulse.impulse_n_s,
+        compression_impulse_n_s=pulse.compression_impulse_n_s,
+        width_half_s=pulse.width_half_s,
+        width_tenth_s=pulse.width_tenth_s,
+        samples_in_contact=pulse.samples_in_contact,
+        spline_nrmse=pulse.spline_nrmse,
+        segmentation_difference=pulse.segmentation_difference,
+        force_points_n=[float(x) for x in pulse.force_points_n],
+        fine_period_s=pulse.fine_period_s,
+        fine_force_n=encode(pulse.fine_force_n),
+    )

@@ -1,0 +1,220 @@
+"""`runs.csv`: one row per recorded impact or shot, every cell checked before anything is stored."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from .errors import IngestError
+from .factors import BY_COLUMN, BY_NAME, NONE, KnownFactor, level_label, parse_number
+from .tables import Line, read_table
+from .texts import LONGEST_NAME, shown
+
+FILE = "runs.csv"
+
+#: Reads a material's name (any case, any alias) as the store's; None for an unknown one.
+MaterialNames = Callable[[str], str | None]
+
+
+@dataclass(frozen=True)
+class Level:
+    """One factor's setting in one row: `number` in SI where it is a number."""
+
+    factor: str
+    label: str
+    number: float | None = None
+    si_unit: str | None = None
+    material: str | None = None
+
+
+@dataclass(frozen=True)
+class RunRow:
+    """A row of `runs.csv`. `line` is its line in the file; velocities in m/s, lengths in m."""
+
+    line: int
+    run: int
+    repetition: int
+    levels: tuple[Level, ...]
+    recording: str | None = None
+    impact_velocity_m_s: float | None = None
+    impact_velocity_u_m_s: float | None = None
+    measured_velocity_m_s: float | None = None
+    measured_velocity_u_m_s: float | None = None
+    bullet_length_m: float | None = None
+    bullet_length_u_m: float | None = None
+    laser_sampling_rate_hz: float | None = None
+    levels_by_factor: Mapping[str, Level] = field(default_factory=dict, compare=False)
+
+    def number(self, factor: str) -> float | None:
+        level = self.levels_by_factor.get(factor)
+        return level.number if level else None
+
+
+#: Columns that are measurements, not factors: (attribute, scale to SI, what is expected, zero allowed).
+_MEASURED: dict[str, tuple[str, float, bool]] = {
+    "impact_velocity_m_s": ("impact_velocity_m_s", 1.0, True),
+    "impact_velocity_u_m_s": ("impact_velocity_u_m_s", 1.0, True),
+    "measured_velocity_m_s": ("measured_velocity_m_s", 1.0, True),
+    "measured_velocity_u_m_s": ("measured_velocity_u_m_s", 1.0, True),
+    "bullet_length_mm": ("bullet_length_m", 1e-3, False),
+    "bullet_length_u_mm": ("bullet_length_u_m", 1e-3, True),
+    "laser_sampling_rate_hz": ("laser_sampling_rate_hz", 1.0, False),
+}
+#: Factors that are a quantity of matter or state: zero or less is a slip of the pen.
+_ABOVE_ZERO = ("tip_radius_mm", "bullet_mass_kg", "tank_pressure_bar")
+_REQUIRED = {"hammer": ("run", "repetition"), "gun": ("run", "repetition", "bullet_mass_kg", "tank_pressure_bar")}
+
+
+def read_runs(folder: Path, kind: str, materials: MaterialNames) -> tuple[RunRow, ...]:
+    """Read and check `folder`/runs.csv. Raises `IngestError` with file, row, column, value and what was expected.
+
+    Delimiter (comma, semicolon, tab) and decimal comma are recognised. Recordings must lie inside `folder` and exist.
+    """
+    header, lines = _table(folder)
+    _check_header(header, kind)
+    rows = []
+    seen: dict[tuple[int, int], int] = {}
+    for line, cells in lines:
+        row = _row(folder, line, cells, kind, materials)
+        key = (row.run, row.repetition)
+        if key in seen:
+            raise IngestError(
+                f"{FILE}: row {line}: duplicate run {row.run}, repetition {row.repetition}; see row {seen[key]}"
+            )
+        seen[key] = line
+        rows.append(row)
+    if not rows:
+        raise IngestError(f"{FILE}: no rows; expected at least one recorded impact or shot")
+    return tuple(rows)
+
+
+def _table(folder: Path) -> tuple[list[str], list[Line]]:
+    try:
+        return read_table(folder / FILE, FILE)
+    except FileNotFoundError as error:
+        raise IngestError(f"{folder}: no {FILE}; a campaign folder needs one (docs/campaigns.md)") from error
+
+
+def _check_header(header: list[str], kind: str) -> None:
+    for column in _REQUIRED[kind]:
+        if column not in header:
+            raise IngestError(f"{FILE}: no column {column!r}; a {kind} campaign needs {', '.join(_REQUIRED[kind])}")
+    for column in header:
+        if column in BY_NAME and column not in BY_COLUMN:
+            raise IngestError(f"{FILE}: column {column!r} states no unit; expected {BY_NAME[column].column!r}")
+
+
+def _row(folder: Path, line: int, cells: dict[str, str], kind: str, materials: MaterialNames) -> RunRow:
+    levels = []
+    measured: dict[str, float | None] = {}
+    for column, text in cells.items():
+        if len(text) > LONGEST_NAME:
+            raise _refusal(line, column, text, f"at most {LONGEST_NAME} characters")
+        if column in ("run", "repetition", "recording"):
+            continue
+        if column in _MEASURED:
+            name, scale, zero = _MEASURED[column]
+            measured[name] = _measurement(line, column, text, scale, zero)
+        elif text:
+            known = BY_COLUMN.get(column)
+            levels.append(_known_level(line, text, known, materials) if known else _free_level(column, text))
+        elif column in _REQUIRED[kind]:
+            raise _refusal(line, column, text, "a number above zero")
+    levels.sort(key=lambda level: level.factor)
+    return RunRow(
+        line=line,
+        run=_whole(line, "run", cells["run"], 0),
+        repetition=_whole(line, "repetition", cells["repetition"], 1),
+        levels=tuple(levels),
+        recording=_recording(folder, line, cells.get("recording", "")),
+        levels_by_factor={level.factor: level for level in levels},
+        **measured,
+    )
+
+
+def _refusal(line: int, column: str, text: str, expected: str) -> IngestError:
+    return IngestError(f"{FILE}: row {line}, column {shown(column)}: {shown(text)}; expected {expected}")
+
+
+def _whole(line: int, column: str, text: str, lowest: int) -> int:
+    value = int(text) if text.isascii() and text.isdigit() and len(text) <= 10 else lowest - 1
+    # ten digits hold the upper bound, which is PostgreSQL's integer
+    if not lowest <= value < 2**31:
+        raise _refusal(line, column, text, f"a whole number of {lowest} or more")
+    return value
+
+
+def _measurement(line: int, column: str, text: str, scale: float, zero: bool) -> float | None:
+    if not text:
+        return None
+    expected = "a number of zero or more" if zero else "a number above zero"
+    try:
+        value = parse_number(text) * scale
+    except ValueError as error:
+        raise _refusal(line, column, text, expected) from error
+    if not 0 <= value < math.inf or (value == 0 and not zero):
+        raise _refusal(line, column, text, expected)
+    return value
+
+
+def _known_level(line: int, text: str, known: KnownFactor, materials: MaterialNames) -> Level:
+    if known.si_unit is not None:
+        return _number_level(line, text, known, known.si_unit)
+    if known.material:
+        if known.optional_layer and text.lower() == NONE:
+            return Level(known.name, NONE)
+        material = materials(text)
+        if material is None:
+            raise _refusal(
+                line, known.column, text, "a material of the store (pyroshock materials lists and adds them)"
+            )
+        return Level(known.name, material, material=material)
+    if known.words:
+        word = text.lower()
+        if word not in known.words:
+            raise _refusal(line, known.column, text, f"one of {', '.join(known.words)}")
+        return Level(known.name, word)
+    return Level(known.name, text)
+
+
+def _number_level(line: int, text: str, known: KnownFactor, si_unit: str) -> Level:
+    try:
+        number = float(level_label(parse_number(text) * known.scale))
+    except ValueError as error:
+        raise _refusal(line, known.column, text, "a number above zero") from error
+    if not math.isfinite(number) or (number <= 0 and known.column in _ABOVE_ZERO):
+        raise _refusal(line, known.column, text, "a number above zero")
+    return Level(known.name, level_label(number), number, si_unit)
+
+
+def _free_level(column: str, text: str) -> Level:
+    try:
+        number = parse_number(text)
+    except ValueError:
+        return Level(column, text)
+    label = level_label(number)
+    if text.isdigit() and float(label) != number:
+        return Level(column, text)  # a serial number: rounded, it would be another's
+    return Level(column, label, float(label))
+
+
+def _recording(folder: Path, line: int, text: str) -> str | None:
+    if not text:
+        return None
+    path = folder / text
+    root = folder.resolve()
+    try:
+        inside = path.resolve().is_relative_to(root) and not Path(text).is_absolute()
+    except (OSError, RuntimeError, ValueError):  # a loop of links, a name no file can have
+        inside = False
+    if not inside:
+        raise _refusal(line, "recording", text, "a file inside the campaign folder")
+    try:
+        found = path.is_file()
+    except (OSError, ValueError):
+        found = False
+    if not found:
+        raise _refusal(line, "recording", text, "a file of the campaign folder; there is none of that name")
+    return path.resolve().relative_to(root).as_posix()

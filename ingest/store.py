@@ -1,0 +1,334 @@
+"""One campaign's rows in the store: what is there, and one transaction for each recording that is added."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sqlalchemy import delete, func, select
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session
+
+from ..schema.campaigns import Campaign
+from ..schema.impacts import Impact
+from ..schema.keys import get_or_add
+from ..schema.quality import QualityFinding
+from ..schema.recordings import Recording
+from ..schema.series import write_series
+from ..schema.session import Store
+from ..schema.shots import Shot
+from .errors import IngestError
+from .folder import CampaignFile
+from .known import KnownRecording, known_recordings, known_rows, refuse_other_modes, reported_uncertainty, row_content
+from .matching import Hit
+from .modes import ModalTableFile
+from .processing import ProcessedRecording
+from .quality.base import Finding
+from .readers import reader_for
+from .report import IngestReport
+from .rows import (
+    campaign_row,
+    channel_row,
+    configuration_id,
+    pulse_row,
+    refuse_other_campaign,
+    settings_id,
+)
+from .runs import FILE, RunRow
+from .settings import ExtractionSettings
+
+STORED, SET_ASIDE = "stored", "set aside"
+
+
+@dataclass(frozen=True)
+class Damaged:
+    """A recording that could not be read whole, and why."""
+
+    path: str
+    sha256: str
+    size_bytes: int
+    reason: str
+
+
+class CampaignStore:
+    """The rows of one campaign. Raises `IngestError` when the store holds other values under the same numbers."""
+
+    def __init__(
+        self,
+        store: Store,
+        file: CampaignFile,
+        modes: ModalTableFile | None,
+        rows: tuple[RunRow, ...],
+        settings: ExtractionSettings,
+    ) -> None:
+        self._store = store
+        self._file = file
+        self._modes = modes
+        self._rows = rows
+        self._settings = settings
+        self._report = IngestReport(file.name)
+        with store.reading() as session:
+            campaign = session.scalars(select(Campaign).where(Campaign.name == file.name)).one_or_none()
+            if campaign is not None:
+                refuse_other_campaign(campaign, file)
+                refuse_other_modes(session, campaign, modes)
+            self._recordings = known_recordings(session, campaign)
+            self._known = known_rows(session, campaign)
+        self._refuse_changed_rows()
+
+    def has_recording(self, path: str, sha256: str) -> bool:
+        """Whether this recording is stored. One that was set aside is not: what mends it may be a row or a channel.
+
+        Raises `IngestError` for a stored recording whose file has changed since: raw data are not replaced silently.
+        """
+        known = self._recordings.get(path)
+        if known is None or known.status == SET_ASIDE:
+            return False
+        if known.sha256 != sha256:
+            raise IngestError(
+                f"{path}: the file has changed since it was ingested (SHA-256 {known.sha256[:12]}… is stored, "
+                f"{sha256[:12]}… found); give the new recording a name of its own"
+            )
+        return True
+
+    def add_recording(self, done: ProcessedRecording, hits: list[Hit]) -> None:
+        """Store one recording with its series, impacts, shots, pulses and findings, or nothing of it."""
+        before = dict(self._report.added)
+        try:
+            with self._store.writing() as session:
+                self._write(session, done, hits)
+        except IntegrityError as error:
+            self._report.added = before
+            if not self._stored_meanwhile(done):
+                raise IngestError(f"{done.path}: refused by the store: {error.orig}") from error
+            return
+        self._report.added["recordings"] += 1
+
+    def add_rows_without_recording(self) -> None:
+        """Rows that carry their values themselves: one transaction for all."""
+        rows = [row for row in self._rows if not row.recording and (row.run, row.repetition) not in self._known]
+        if not rows:
+            return
+        before = dict(self._report.added)
+        try:
+            with self._store.writing() as session:
+                campaign = campaign_row(session, self._file, self._modes)
+                for row in rows:
+                    self._add_hit(session, campaign, Hit(row, row.repetition, None), None, None)
+        except IntegrityError as error:
+            self._report.added = before
+            with self._store.reading() as session:
+                campaign_or_none = session.scalars(
+                    select(Campaign).where(Campaign.name == self._file.name)
+                ).one_or_none()
+                self._known = known_rows(session, campaign_or_none)
+            if any((row.run, row.repetition) not in self._known for row in rows):
+                raise IngestError(f"{FILE}: refused by the store: {error.orig}") from error
+
+    def set_aside(self, damaged: list[Damaged]) -> None:
+        """Remember the recordings that could not be read: their rows say why, and nothing else of them is stored."""
+        new = [d for d in damaged if self._recordings.get(d.path) != KnownRecording(d.sha256, SET_ASIDE, d.reason)]
+        if new:
+            with self._store.writing() as session:
+                campaign = campaign_row(session, self._file, self._modes)
+                for item in new:
+                    _forget_set_aside(session, campaign, item.path)
+                    _set_aside(session, campaign, self._file, item)
+        self._report.set_aside = [{"recording": d.path, "reason": d.reason} for d in damaged]
+
+    def holds_anything(self) -> bool:
+        """Whether the store has any impact or shot of this campaign."""
+        with self._store.reading() as session:
+            campaign = session.scalar(select(Campaign.id).where(Campaign.name == self._file.name))
+            if campaign is None:
+                return False
+            return any(
+                session.scalar(select(table.id).where(table.campaign_id == campaign).limit(1)) is not None
+                for table in (Impact, Shot)
+            )
+
+    def report(self) -> IngestReport:
+        """Totals and findings of the campaign as it stands now."""
+        with self._store.reading() as session:
+            campaign = session.scalar(select(Campaign.id).where(Campaign.name == self._file.name))
+            report = self._report
+            stored = select(func.count()).where(Recording.campaign_id == campaign, Recording.status == STORED)
+            report.recordings = session.scalar(stored) or 0
+            report.impacts = session.scalar(select(func.count()).where(Impact.campaign_id == campaign)) or 0
+            report.shots = session.scalar(select(func.count()).where(Shot.campaign_id == campaign)) or 0
+            query = (
+                select(Recording.path, QualityFinding.check, QualityFinding.severity, QualityFinding.message)
+                .join(Recording, QualityFinding.recording_id == Recording.id)
+                .where(Recording.campaign_id == campaign)
+                .order_by(QualityFinding.id)
+            )
+            keys = ("recording", "check", "severity", "message")
+            report.findings = [dict(zip(keys, row, strict=True)) for row in session.execute(query)]
+        return report
+
+    def _refuse_changed_rows(self) -> None:
+        for row in self._rows:
+            where = f"{FILE}: row {row.line}: run {row.run}, repetition {row.repetition}"
+            known = self._known.get((row.run, row.repetition))
+            if known is None:
+                stored = self._recordings.get(row.recording or "")
+                if stored is not None and stored.status == STORED:
+                    raise IngestError(f"{where}: {row.recording} is in the store already, without this row")
+            elif known.recording != row.recording:
+                source = known.recording or "a row without recording"
+                raise IngestError(f"{where} is in the store from {source}; give this one a number of its own")
+            elif known.content != row_content(row, self._file.kind):
+                raise IngestError(
+                    f"{where} is in the store with other factors, velocity or bullet; "
+                    "a corrected run gets a number of its own"
+                )
+
+    def _write(self, session: Session, done: ProcessedRecording, hits: list[Hit]) -> None:
+        campaign = campaign_row(session, self._file, self._modes)
+        _forget_set_aside(session, campaign, done.path)
+        recording = Recording(
+            campaign_id=campaign.id,
+            path=done.path,
+            sha256=done.sha256,
+            size_bytes=done.size_bytes,
+            format=done.format,
+            status=STORED,
+            channels=[channel_row(series) for series in done.series],
+        )
+        session.add(recording)
+        session.flush()
+        channels = {row.name: row.id for row in recording.channels}
+        for series in done.series:
+            write_series(session, channels[series.channel.name], series.frames, self._store.written_by(session))
+        impacts: dict[int, int] = {}
+        for hit in hits:
+            impact = self._add_hit(session, campaign, hit, recording, done)
+            if impact is not None and hit.pulse is not None:
+                impacts[hit.pulse] = impact.id
+        session.add_all(_finding_row(f, recording.id, channels, impacts) for f in done.findings)
+
+    def _add_hit(
+        self,
+        session: Session,
+        campaign: Campaign,
+        hit: Hit,
+        recording: Recording | None,
+        done: ProcessedRecording | None,
+    ) -> Impact | None:
+        """The impact or shot of one hit (a gun's hit on a force channel is both). Returns the impact."""
+        row = hit.row
+        common = {
+            "campaign_id": campaign.id,
+            "run": row.run,
+            "repetition": hit.repetition,
+            "configuration_id": configuration_id(session, row.levels),
+            "recording_id": recording.id if recording else None,
+        }
+        impact = None
+        gun = self._file.kind == "gun"
+        if not gun or (done and done.has_force) or row.impact_velocity_m_s is not None:
+            impact = Impact(**common, **_impact_velocity(row, hit, done))
+            session.add(impact)
+            session.flush()
+            self._report.added["impacts"] += 1
+            if done and hit.pulse is not None:
+                settings = settings_id(session, self._settings)
+                session.add(pulse_row(done.pulses[hit.pulse], impact.id, settings))
+        if gun:
+            session.add(Shot(**common, impact_id=impact.id if impact else None, **_shot_values(row, done)))
+            self._report.added["shots"] += 1
+        return impact
+
+    def _stored_meanwhile(self, done: ProcessedRecording) -> bool:
+        """Whether another process has stored this very recording since we looked."""
+        with self._store.reading() as session:
+            query = (
+                select(Recording.id)
+                .join(Campaign)
+                .where(
+                    Campaign.name == self._file.name,
+                    Recording.path == done.path,
+                    Recording.sha256 == done.sha256,
+                    Recording.status == STORED,
+                )
+            )
+            return session.scalar(query) is not None
+
+
+def _impact_velocity(row: RunRow, hit: Hit, done: ProcessedRecording | None) -> dict[str, object]:
+    if row.impact_velocity_m_s is not None:
+        return {
+            "impact_velocity_m_s": row.impact_velocity_m_s,
+            "impact_velocity_u_m_s": row.impact_velocity_u_m_s,
+            "velocity_source": "reported",
+        }
+    speed = done.speeds[hit.pulse] if done and hit.pulse is not None and done.speeds else None
+    if speed is None:
+        return {}
+    return {
+        "impact_velocity_m_s": speed.velocity_m_s,
+        "impact_velocity_u_m_s": speed.velocity_u_m_s,
+        "velocity_source": "integrated",
+    }
+
+
+def _shot_values(row: RunRow, done: ProcessedRecording | None) -> dict[str, object]:
+    values: dict[str, object] = {
+        "tank_pressure_pa": row.number("tank_pressure"),
+        "bullet_mass_kg": row.number("bullet_mass"),
+        "bullet_length_m": row.bullet_length_m,
+    }
+    shot = done.shot if done else None
+    if shot and shot.tank_pressure_pa is not None:
+        values |= {"recorded_pressure_pa": shot.tank_pressure_pa, "recorded_pressure_u_pa": shot.tank_pressure_u_pa}
+    if row.measured_velocity_m_s is not None:
+        values |= {
+            "measured_velocity_m_s": row.measured_velocity_m_s,
+            "measured_velocity_u_m_s": reported_uncertainty(row),
+            "velocity_source": "reported",
+        }
+    elif shot and shot.velocity_m_s is not None:
+        values |= {
+            "measured_velocity_m_s": shot.velocity_m_s,
+            "measured_velocity_u_m_s": shot.velocity_u_m_s,
+            "velocity_source": "laser",
+        }
+    return values
+
+
+def _finding_row(
+    finding: Finding, recording_id: int, channels: dict[str, int], impacts: dict[int, int]
+) -> QualityFinding:
+    return QualityFinding(
+        recording_id=recording_id,
+        channel_id=channels.get(finding.channel),
+        impact_id=impacts.get(finding.contact) if finding.contact is not None else None,
+        check=finding.check,
+        severity=finding.severity,
+        message=finding.message,
+        evidence=finding.evidence,
+    )
+
+
+def _set_aside(session: Session, campaign: Campaign, file: CampaignFile, item: Damaged) -> None:
+    """Add the row that says why, unless another process has."""
+    get_or_add(
+        session,
+        Recording,
+        {"campaign_id": campaign.id, "path": item.path},
+        {
+            "sha256": item.sha256,
+            "size_bytes": item.size_bytes,
+            "format": reader_for(file.folder / item.path).format,
+            "status": SET_ASIDE,
+            "reason": item.reason,
+        },
+    )
+
+
+def _forget_set_aside(session: Session, campaign: Campaign, path: str) -> None:
+    """A recording that was set aside and has been mended makes room for its better self."""
+    session.execute(
+        delete(Recording).where(
+            Recording.campaign_id == campaign.id, Recording.path == path, Recording.status == SET_ASIDE
+        )
+    )

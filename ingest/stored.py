@@ -1,0 +1,33 @@
+"""Channels read back from the store, whole or by slice, as they were when they came from the file."""
+
+from __future__ import annotations
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from ..schema.recordings import RecordedChannel
+from ..schema.series import read_slice, resolve
+from .channel import Channel, Sensor
+
+
+def list_channels(session: Session, recording_id: int) -> list[RecordedChannel]:
+    """Rows of a recording's channels, by name; no sample is read."""
+    query = select(RecordedChannel).where(RecordedChannel.recording_id == recording_id)
+    return list(session.scalars(query.order_by(RecordedChannel.name)))
+
+
+def read_channel(session: Session, row: RecordedChannel, start: int | None = None, stop: int | None = None) -> Channel:
+    """Samples `start:stop` of a stored channel. Raises `schema.series.SeriesError` when its chunks are damaged."""
+    first, last = resolve(start, stop, row.samples)
+    recorded = read_slice(session.connection(), row.id, row.dtype, row.chunk_samples, first, last)
+    sensor = Sensor(
+        name=row.name,
+        quantity=row.quantity,
+        unit=row.unit,
+        sensitivity=row.sensitivity,
+        offset_v=row.offset_v or 0.0,
+        position=row.position,
+        axis=row.axis,
+        range=row.full_scale,
+    )
+    return Channel(sensor, recorded, row.sampling_rate_hz, row.start_s + first / row.sampling_rate_hz, row.header)

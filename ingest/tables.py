@@ -1,0 +1,59 @@
+"""The tables that a lab writes by hand: CSV, its delimiter found in the header, every row as long as the header."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+from .errors import IngestError
+from .texts import LONGEST_NAME, shown
+
+Line = tuple[int, dict[str, str]]
+
+
+def read_table(path: Path, name: str) -> tuple[list[str], list[Line]]:
+    """The header and, for each row that holds anything, its line number and its cells by column, blanks stripped.
+
+    Raises `IngestError` with `name` and row for a file that is not UTF-8 text, and for columns without a name of
+    their own; `FileNotFoundError` where there is none.
+    """
+    text = _read_text(path, name)
+    first = text.lstrip().split("\n", 1)[0]
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=first.count))
+    try:
+        lines = [(reader.line_num, [c.strip() for c in cells]) for cells in reader if any(c.strip() for c in cells)]
+    except csv.Error as error:
+        raise IngestError(f"{name}: row {reader.line_num}: {error}") from error
+    if not lines:
+        raise IngestError(f"{name}: empty; expected a header and at least one row")
+    header = lines[0][1]
+    _check_names(header, name)
+    for line, cells in lines[1:]:
+        if len(cells) != len(header):
+            raise IngestError(f"{name}: row {line}: {len(cells)} cells; expected {len(header)} as in the header")
+    return header, [(line, dict(zip(header, cells, strict=True))) for line, cells in lines[1:]]
+
+
+def _read_text(path: Path, name: str) -> str:
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        raise
+    except UnicodeDecodeError as error:
+        raise IngestError(f"{name}: byte {error.start} is not UTF-8; save the file as UTF-8") from error
+    except OSError as error:
+        raise IngestError(f"{name}: cannot be read: {error.strerror}") from error
+    if "\x00" in text:
+        raise IngestError(f"{name}: holds a NUL character at {text.index(chr(0))}; not a text file")
+    return text
+
+
+def _check_names(header: list[str], name: str) -> None:
+    for number, column in enumerate(header, 1):
+        if not column:
+            raise IngestError(f"{name}: column {number} has no name")
+        if header.count(column) > 1:
+            raise IngestError(f"{name}: column {shown(column)} stands twice")
+        if len(column) > LONGEST_NAME:
+            raise IngestError(f"{name}: column {shown(column)}: expected a name of at most {LONGEST_NAME} characters")

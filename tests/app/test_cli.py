@@ -1,0 +1,261 @@
+"""The command line as scripts rely on it: JSON and nothing else, exit codes, one line per error."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from campaigns import hammer_campaign, recording_name
+from click.testing import CliRunner
+from pyroshock import __version__
+from pyroshock.app.cli.main import COMMANDS, main
+from pyroshock.app.filters import parse_where
+from pyroshock.schema.listings import Condition
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory):
+    """A store with the shipped shots and a hammer campaign of two recordings; tests only read it."""
+    folder = tmp_path_factory.mktemp("cli")
+    url = f"sqlite:///{folder / 'x.db'}"
+    campaign = hammer_campaign(folder / "hammer")
+    result = CliRunner().invoke(
+        main, ["ingest", str(campaign), str(EXAMPLES / "first-shots"), "--db", url, "--jobs", "1"]
+    )
+    assert result.exit_code == 0, result.stderr
+    return url
+
+
+def run(*words: object, code: int = 0):
+    result = CliRunner().invoke(main, [str(word) for word in words])
+    assert result.exit_code == code, (result.output, result.stderr, result.exception)
+    return result
+
+
+def json_of(*words: object):
+    return json.loads(run(*words, "--json").stdout)
+
+
+def test_every_command_has_help_with_an_example():
+    for name in COMMANDS:
+        text = run(name, "--help").output
+        assert "Example:" in text or name == "db", name
+    assert "Example:" in run("db", "upgrade", "--help").output
+
+
+def test_ingest_prints_the_contract(tmp_path):
+    report = json_of("ingest", EXAMPLES / "first-shots", "--db", f"sqlite:///{tmp_path}/x.db")
+    assert report == {
+        "campaign": "first-shots",
+        "recordings": 0,
+        "impacts": 0,
+        "shots": 5,
+        "set_aside": [],
+        "findings": [],
+    }
+
+
+def test_json_before_the_folder_is_understood(tmp_path):
+    result = run("ingest", "--json", EXAMPLES / "first-shots", "--db", f"sqlite:///{tmp_path}/x.db")
+    assert json.loads(result.stdout)["shots"] == 5
+
+
+def test_json_goes_to_a_file(filled, tmp_path):
+    result = run("campaigns", "--db", filled, "--json", tmp_path / "c.json")
+    assert result.stdout == ""
+    assert {c["name"] for c in json.loads((tmp_path / "c.json").read_text())} == {"hammer", "first-shots"}
+
+
+def test_campaigns_have_the_contracts_keys(filled):
+    assert list(json_of("campaigns", "--db", filled)[0]) == [
+        "name",
+        "kind",
+        "date",
+        "impacts",
+        "shots",
+        "planned",
+        "done",
+    ]
+
+
+def test_impacts_have_the_contracts_keys(filled):
+    row = json_of("impacts", "--db", filled)[0]
+    expected = {"id", "campaign", "run", "repetition", "impact_velocity_m_s", "contact_time_s", "peak_force_n"}
+    assert expected | {"impulse_n_s", "compression_time_s", "quality", "tip_material"} <= set(row)
+
+
+def test_shots_have_the_contracts_keys(filled):
+    rows = json_of("shots", "--db", filled, "--campaign", "first-shots")
+    assert set(rows[0]) == {
+        "id",
+        "campaign",
+        "run",
+        "repetition",
+        "tank_pressure_pa",
+        "bullet_mass_kg",
+        "measured_velocity_m_s",
+        "measured_velocity_u_m_s",
+        "predicted_velocity_m_s",
+    }
+    assert [row["tank_pressure_pa"] for row in rows] == pytest.approx([23190, 26510, 61580, 40420, 57840])
+
+
+@pytest.mark.parametrize(
+    ("where", "runs"),
+    [("tank_pressure_bar=0.6158", [3]), ("tank_pressure_pa>50000", [3, 5]), ("measured_velocity_m_s<=11", [1])],
+)
+def test_where_filters_in_the_labs_units_and_in_si(filled, where, runs):
+    rows = json_of("shots", "--db", filled, "--campaign", "first-shots", "--where", where)
+    assert [row["run"] for row in rows] == runs
+
+
+@pytest.mark.parametrize(
+    ("text", "condition"),
+    [
+        ("tip_material=steel", Condition("tip_material", "=", "steel")),
+        ("tip_radius_mm = 45", Condition("tip_radius", "=", 0.045)),
+        ("peak_force_n>=1e3", Condition("peak_force_n", ">=", 1000.0)),
+        ("note!=a=b", Condition("note", "!=", "a=b")),
+    ],
+)
+def test_condition_is_parsed(text, condition):
+    assert parse_where((text,)) == (condition,)
+
+
+@pytest.mark.parametrize("text", ["", "steel", "=steel", "tip_material=", "peak_force_n>many"])
+def test_condition_that_is_none_is_refused(filled, text):
+    result = run("impacts", "--db", filled, "--where", text, code=2)
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert repr(text) in result.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["impacts", "--db", "sqlite:///nowhere.db"],
+        ["impacts", "--db", "nonsense"],
+        ["impacts", "--limit", "0"],
+        ["ingest"],
+        ["ingest", "/no/such/folder"],
+        ["nothing"],
+        ["--nothing"],
+        ["show"],
+        ["export", "impacts"],
+    ],
+    ids=" ".join,
+)
+def test_error_is_one_line_and_exit_code_2(tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    result = run(*words, code=2)
+    assert result.stdout == ""
+    assert len(result.stderr.strip().splitlines()) == 1
+    assert result.stderr.startswith("pyroshock: ")
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+@pytest.mark.parametrize("what", ["impacts", "shots", "pulses", "series"])
+def test_export_holds_what_the_store_holds(filled, tmp_path, what, suffix):
+    import pandas as pd
+
+    out = tmp_path / f"x.{suffix}"
+    run("export", what, "--db", filled, "--out", out, *(["--campaign", "hammer"] if what != "shots" else []))
+    table = pd.read_csv(out) if suffix == "csv" else pd.read_parquet(out)
+    if what == "series":
+        assert set(table.columns) == {"campaign", "recording", "channel", "time_s", "value", "unit"}
+        assert table.groupby("recording").size().nunique() == 1
+        return
+    rows = json_of("shots" if what == "shots" else "impacts", "--db", filled)
+    rows = [row for row in rows if what == "shots" or row["campaign"] == "hammer"]
+    assert table["id"].tolist() == [row["id"] for row in rows]
+    key = "measured_velocity_m_s" if what == "shots" else "peak_force_n"
+    assert table[key].tolist() == [row[key] for row in rows]
+    assert what != "pulses" or [c for c in table.columns if c.startswith("force_")][-1] == "force_20_n"
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_exported_series_is_the_recording(filled, tmp_path):
+    import pandas as pd
+    from pyroshock.ingest.readers import open_recording
+
+    recording, out = recording_name(1), tmp_path / "s.parquet"
+    run("export", "series", "--db", filled, "--campaign", "hammer", "--recording", recording, "--out", out)
+    table = pd.read_parquet(out)
+    with open_recording(hammer_campaign(tmp_path / "again") / recording) as source:
+        expected = source.read("force").astype(float)
+    np.testing.assert_array_equal(table[table["channel"] == "force"]["value"], expected)
+
+
+def test_show_tells_versions_and_findings(filled):
+    page = json_of("show", 1, "--db", filled)
+    assert page["pulses"][0]["in_use"] == "yes"
+    assert page["pulses"][0]["written_by"].startswith(f"{__version__}: ")
+    assert page["channels"][0]["channel"] == "force"
+
+
+def test_show_draws(filled, tmp_path):
+    run("show", 1, "--db", filled, "--plot", tmp_path / "x.png")
+    assert (tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_plot_of_unknown_kind_is_refused(filled, tmp_path):
+    assert "'x.doc'" in run("show", 1, "--db", filled, "--plot", tmp_path / "x.doc", code=2).stderr
+
+
+def test_material_is_added_once_and_then_known(tmp_path):
+    url = f"sqlite:///{tmp_path}/x.db"
+    run("init", "--db", url)
+    words = ["materials", "add", "titanium", "--youngs-modulus", "114GPa", "--poisson-ratio", "0.34"]
+    words += ["--density", "4430kg/m3", "--yield-strength", "880MPa", "--source", "data sheet", "--db", url]
+    run(*words)
+    found = next(m for m in json_of("materials", "--db", url) if m["name"] == "titanium")
+    assert (found["youngs_modulus_pa"], found["density_kg_m3"]) == (114e9, 4430.0)
+    assert "known already" in run(*words, code=2).stderr
+
+
+def test_bare_number_is_refused_with_the_unit(tmp_path):
+    run("init", "--db", f"sqlite:///{tmp_path}/x.db")
+    words = ["materials", "add", "t", "--youngs-modulus", "114", "--poisson-ratio", "0.3", "--density", "1kg/m3"]
+    words += ["--yield-strength", "1MPa", "--source", "s", "--db", f"sqlite:///{tmp_path}/x.db"]
+    assert "'114'; expected a number with a unit, such as 1Pa" in run(*words, code=2).stderr
+
+
+def test_extract_keeps_the_old_version_and_returns_to_it(tmp_path):
+    url = f"sqlite:///{tmp_path}/x.db"
+    campaign = hammer_campaign(tmp_path / "hammer")
+    count = json_of("ingest", campaign, "--db", url)["impacts"]
+    before = json_of("impacts", "--db", url)
+    changed = json_of("extract", "hammer", "--segmentation", "mask", "--db", url)
+    assert changed == {"campaign": "hammer", "added": count, "reused": 0, "skipped": []}
+    after = json_of("impacts", "--db", url)
+    assert all(a["contact_time_s"] < b["contact_time_s"] for a, b in zip(after, before, strict=True))
+    page = json_of("show", before[0]["id"], "--db", url)
+    assert [(p["segmentation"], p["in_use"]) for p in page["pulses"]] == [("walk", "no"), ("mask", "yes")]
+    assert json_of("extract", "hammer", "--db", url)["reused"] == count
+    assert json_of("impacts", "--db", url) == before
+
+
+def test_closed_pipe_is_no_error(filled):
+    code = "from pyroshock.app.cli.main import main; main()"
+    with subprocess.Popen(
+        [sys.executable, "-c", code, "impacts", "--db", filled, "--json"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert b"Traceback" not in process.stderr.read()
+
+
+def test_password_is_not_stored_with_the_command():
+    from pyroshock.app.cli.common import _without_password
+
+    assert _without_password("postgresql://me:secret@host/db") == "postgresql://me@host/db"
+    assert _without_password("--db=postgresql+psycopg://me:se@cret@host/db") == "--db=postgresql+psycopg://me@host/db"
+    assert _without_password("sqlite:///a@b.db") == "sqlite:///a@b.db"

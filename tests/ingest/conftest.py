@@ -1,0 +1,62 @@
+"""A store that is in use, and the check that a refused campaign leaves no trace in it."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from campaigns import gun_campaign, hammer_campaign
+from stores import counts, ingest, ingested
+
+Refused = Callable[..., str]
+
+
+@pytest.fixture(scope="session")
+def store_in_use(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An SQLite store with two campaigns, to be copied."""
+    folder = tmp_path_factory.mktemp("in-use")
+    path = folder / "used.db"
+    ingested(
+        f"sqlite:///{path}", hammer_campaign(folder / "h", 1, 1, "earlier"), gun_campaign(folder / "g", 1, "shots")
+    )
+    return path
+
+
+@pytest.fixture
+def used_url(store_in_use: Path, tmp_path: Path) -> str:
+    """A store that holds other campaigns already."""
+    return f"sqlite:///{shutil.copy(store_in_use, tmp_path / 'used.db')}"
+
+
+@pytest.fixture
+def hammer_folder(tmp_path: Path) -> Path:
+    """A good hammer campaign: two recordings, two hits and two rows each."""
+    return hammer_campaign(tmp_path / "campaign")
+
+
+@pytest.fixture
+def gun_folder(tmp_path: Path) -> Path:
+    """A good gun campaign: three shots, velocities in the table."""
+    return gun_campaign(tmp_path / "campaign")
+
+
+@pytest.fixture
+def refused(used_url: str, sqlite_url: str) -> Refused:
+    """`refused(folder, *words)`: the ingest says why on one line that holds the words, exits with 2 and stores
+    nothing, neither in a store in use nor in a new one. Returns the line."""
+
+    def check(folder: Path, *words: str) -> str:
+        before, seeded = counts(used_url), counts(sqlite_url)
+        result = ingest(used_url, folder)
+        lines = result.stderr.splitlines()
+        assert (result.exit_code, result.stdout, len(lines)) == (2, "", 1), result.output
+        for word in words:
+            assert word in lines[0]
+        assert counts(used_url) == before
+        assert ingest(sqlite_url, folder).exit_code == 2
+        assert counts(sqlite_url) == seeded
+        return lines[0]
+
+    return check

@@ -1,0 +1,56 @@
+"""Two processes and one store: nothing is lost, nothing is doubled, nobody sees an error."""
+
+from __future__ import annotations
+
+import pytest
+from campaigns import gun_campaign, hammer_campaign
+from stores import assert_whole, content, ingested, start_cli
+
+
+def run_together(*commands):
+    processes = [start_cli(*command) for command in commands]
+    for process in processes:
+        _, errors = process.communicate(timeout=100)
+        assert process.returncode == 0, errors
+        assert "Traceback" not in errors
+
+
+@pytest.fixture
+def sequential(tmp_path):
+    """`sequential(*folders)`: what an undisturbed ingest stores."""
+
+    def store(*folders):
+        url = f"sqlite:///{tmp_path / 'sequential.db'}"
+        ingested(url, *folders)
+        return content(url)
+
+    return store
+
+
+def test_same_folder_at_once(database_url, tmp_path, sequential):
+    folder = hammer_campaign(tmp_path / "c", recordings=8)
+    run_together(*[("ingest", folder, "--db", database_url, "--jobs", "1")] * 2)
+    assert content(database_url) == sequential(folder)
+    assert_whole(database_url, 2)
+
+
+def test_different_folders_at_once(database_url, tmp_path, sequential):
+    folders = [hammer_campaign(tmp_path / f"c{i}", 6, name=f"c{i}", seed=i) for i in range(2)]
+    folders.append(gun_campaign(tmp_path / "gun", 20, name="gun"))
+    run_together(*[("ingest", folder, "--db", database_url, "--jobs", "1") for folder in folders])
+    assert content(database_url) == sequential(*folders)
+
+
+def test_store_made_by_all_at_once(database_url):
+    run_together(*[("init", "--db", database_url)] * 4)
+    run_together(("campaigns", "--db", database_url))
+
+
+def test_reading_while_another_writes(database_url, tmp_path):
+    folder = hammer_campaign(tmp_path / "c", recordings=8)
+    run_together(("init", "--db", database_url))
+    run_together(
+        ("ingest", folder, "--db", database_url, "--jobs", "1"),
+        *[("impacts", "--db", database_url, "--json")] * 2,
+    )
+    assert_whole(database_url, 2)

@@ -1,0 +1,144 @@
+"""Measured records of others, ingested as a laboratory would: their published figures come out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pyroshock.ingest.load import ingest_folder
+from pyroshock.ingest.pulses import extract_pulses
+from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.schema.impacts import Impact, Pulse
+from pyroshock.schema.quality import QualityFinding
+from pyroshock.schema.recordings import Recording
+from pyroshock.schema.session import Writer, open_store
+from sqlalchemy import select
+
+HEAD = '[campaign]\nname = "{name}"\nkind = "hammer"\ndate = "2026-01-01"\n'
+
+
+def write(folder: Path, name: str, channels: str, recordings: dict[str, dict[str, object]]) -> Path:
+    """A hammer campaign of .npz recordings, one row each."""
+    folder.mkdir()
+    (folder / "campaign.toml").write_text(HEAD.format(name=name) + channels)
+    rows = [f"{i},1,{file}.npz" for i, file in enumerate(recordings, 1)]
+    (folder / "runs.csv").write_text("\n".join(["run,repetition,recording", *rows]) + "\n")
+    for file, arrays in recordings.items():
+        np.savez(folder / f"{file}.npz", **arrays)
+    return folder
+
+
+@pytest.fixture
+def store(sqlite_url):
+    with open_store(sqlite_url, Writer("test", "0"), create=True) as store:
+        yield store
+
+
+def pulses_of(store):
+    with store.reading() as session:
+        return list(session.scalars(select(Pulse).join(Impact).order_by(Impact.run)))
+
+
+def doubts(store):
+    """(recording, check) of every finding that is more than a note."""
+    with store.reading() as session:
+        query = select(Recording.path, QualityFinding.check).join(
+            QualityFinding, QualityFinding.recording_id == Recording.id
+        )
+        return {tuple(row) for row in session.execute(query.where(QualityFinding.severity != "note"))}
+
+
+def test_vrtac_hits_are_all_found_with_the_published_slope(store, real_data, tmp_path):
+    records = np.load(real_data / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz")
+    recordings = {
+        f"{key}_{i}": {"force": records[key][i, 0], "acceleration": records[key][i, 3], "fs": records["fs"]}
+        for key in records.files
+        if records[key].ndim == 3
+        for i in range(3)
+    }
+    channels = (
+        '[channels.force]\nquantity="force"\nunit="N"\n[channels.acceleration]\nquantity="acceleration"\nunit="m/s2"\n'
+    )
+    report = ingest_folder(store, write(tmp_path / "vrtac", "vrtac", channels, recordings))
+    pulses = pulses_of(store)
+    assert (report.impacts, len(pulses), report.set_aside) == (33, 33, [])
+    peak, width = (np.log([getattr(p, name) for p in pulses]) for name in ("peak_force_n", "width_half_s"))
+    slope, _ = np.polyfit(peak, width, 1)
+    assert slope == pytest.approx(-0.157, abs=0.01)
+    assert not {check for _, check in doubts(store)} & {"double-hit", "clipping", "saturation"}
+
+
+def test_ladisk_hit_has_the_published_figures(real_data):
+    from pyroshock.ingest.readers import open_recording
+
+    with open_recording(real_data / "ladisk-imac-tutorial" / "acceleration.lvm") as recording:
+        force = recording.read("Force (Trigger)")
+        rate = recording.info("Force (Trigger)").sampling_rate_hz
+    # the published width is where the force passes a tenth of the peak, on whole samples
+    (pulse,) = extract_pulses(force, rate, ExtractionSettings(threshold=0.1))
+    assert pulse.peak_force_n == pytest.approx(195.6, abs=0.5)
+    assert pulse.contact_time_s == pytest.approx(220e-6, abs=1e-9)
+    assert pulse.impulse_n_s == pytest.approx(0.0247, rel=0.01)
+    (whole,) = extract_pulses(force, rate)
+    assert whole.impulse_n_s == pytest.approx(0.0247, rel=0.01)
+
+
+#: Peak (1,000 g) and width at a tenth of it (ms) as published.
+AFRL = {
+    "T04": (6.5, 0.305),
+    "T04repeat": (7.95, 0.29),
+    "T05": (14, 0.22),
+    "T06": (21, 0.155),
+    "T07": (17.55, 0.13),
+    "T08": (29.5, 0.095),
+}
+
+
+@pytest.mark.parametrize("shock", AFRL)
+def test_afrl_shocks_have_the_published_peaks(real_data, shock):
+    """Published after a 50 kHz low-pass; the pulse is an acceleration here, in units of 1,000 g."""
+    from scipy.signal import butter, sosfiltfilt
+
+    record = np.load(real_data / "afrl-ds3-electronics-shock" / "shocks.npz")[shock]
+    smooth = sosfiltfilt(butter(4, 50e3, fs=1e6, output="sos"), record[:, 1]) / 1e3
+    (pulse,) = extract_pulses(smooth, 1e6)
+    peak_kg, width_ms = AFRL[shock]
+    assert pulse.peak_force_n == pytest.approx(peak_kg, rel=0.02)
+    # their reading of the width from a figure scatters by a tenth about ours
+    assert pulse.width_tenth_s * 1e3 == pytest.approx(width_ms, rel=0.25)
+
+
+def test_saturated_endaq_sensor_is_flagged_and_its_reference_not(store, real_data, tmp_path):
+    records = np.load(real_data / "endaq-ide" / "windows_300ms.npz")
+    recordings = {}
+    for name, key in (("saturated", "water6mps_40g_DC_Acceleration"), ("reference", "water6mps_100g_PR_Acceleration")):
+        time, x, *_ = records[key].astype(float).T
+        recordings[name] = {"time": time, "x": x.astype(np.float32)}
+    channels = '[channels.x]\nquantity="acceleration"\nunit="g"\nposition="impactor"\n'
+    ingest_folder(store, write(tmp_path / "endaq", "endaq", channels, recordings))
+    flagged = {path for path, check in doubts(store) if check in ("clipping", "saturation")}
+    assert flagged == {"saturated.npz"}
+
+
+def test_raw_irvine_record_is_flagged_for_zero_shift_and_the_cleaned_not(store, real_data, tmp_path):
+    records = np.load(real_data / "vibrationdata-irvine" / "records.npz")
+    recordings = {
+        name: {"time": records[key][:, 0], "a": records[key][:, 1]}
+        for name, key in (("raw", "rv_separation_raw_txt"), ("cleaned", "rv_separation_cleaned_txt"))
+    }
+    channels = '[channels.a]\nquantity="acceleration"\nunit="g"\n'
+    ingest_folder(store, write(tmp_path / "irvine", "irvine", channels, recordings))
+    assert {path for path, check in doubts(store) if check == "zero-shift"} == {"raw.npz"}
+
+
+@pytest.mark.parametrize(
+    ("name", "impacts", "shots", "recordings"),
+    [("gun-valve-flow", 0, 72, 0), ("hammer-effective-mass", 96, 0, 96), ("plate-damping", 24, 0, 24)],
+)
+def test_example_campaigns_ingest_whole(store, shared, name, impacts, shots, recordings):
+    report = ingest_folder(store, shared / "examples" / name)
+    assert (report.impacts, report.shots, report.recordings) == (impacts, shots, recordings)
+    assert report.set_aside == []
+    assert len(pulses_of(store)) == impacts
+    assert doubts(store) == set()

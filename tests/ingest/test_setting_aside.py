@@ -1,0 +1,156 @@
+"""A damaged recording among good ones is set aside with its reason, and never half stored."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from campaigns import (
+    FS_HZ,
+    blows,
+    force_record,
+    hammer_campaign,
+    hammer_rows,
+    recording_name,
+    write_recording,
+    write_runs,
+)
+from pyroshock.schema.impacts import Impact
+from pyroshock.schema.recordings import RecordedChannel, Recording
+from sqlalchemy import select
+from stores import assert_whole, content, counts, ingest, ingested, opened, pyroshock
+
+
+def cut(path, share=0.6):
+    data = path.read_bytes()
+    path.write_bytes(data[: int(len(data) * share)])
+
+
+def report_of(url, folder):
+    result = pyroshock("ingest", folder, "--db", url, "--jobs", "1", "--json")
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout), result.stderr
+
+
+@pytest.mark.parametrize("number", [1, 2], ids=["npz", "mat"])
+def test_truncated_recording_is_set_aside_and_the_others_stored(sqlite_url, tmp_path, number):
+    folder = hammer_campaign(tmp_path / "c", recordings=3)
+    cut(folder / recording_name(number))
+    report, notes = report_of(sqlite_url, folder)
+    assert (report["recordings"], report["impacts"]) == (2, 4)
+    (aside,) = report["set_aside"]
+    assert aside["recording"] == recording_name(number)
+    assert recording_name(number).split("/")[1] in aside["reason"]
+    assert recording_name(number) in notes
+    with opened(sqlite_url) as store, store.reading() as session:
+        row = session.scalars(select(Recording).where(Recording.status == "set aside")).one()
+        assert row.reason == aside["reason"]
+        assert session.scalars(select(RecordedChannel).where(RecordedChannel.recording_id == row.id)).all() == []
+        assert set(session.scalars(select(Impact.run))) == {1, 2, 3} - {number}
+    assert_whole(sqlite_url, 2)
+
+
+def test_set_aside_again_adds_no_row(sqlite_url, tmp_path):
+    folder = hammer_campaign(tmp_path / "c", recordings=3)
+    cut(folder / recording_name(2))
+    first, _ = report_of(sqlite_url, folder)
+    before = counts(sqlite_url)
+    second, _ = report_of(sqlite_url, folder)
+    assert counts(sqlite_url) == before
+    assert second == first
+
+
+def test_mended_recording_takes_its_place(sqlite_url, tmp_path):
+    folder = hammer_campaign(tmp_path / "c", recordings=3)
+    good = (folder / recording_name(2)).read_bytes()
+    cut(folder / recording_name(2))
+    ingested(sqlite_url, folder)
+    (folder / recording_name(2)).write_bytes(good)
+    report, _ = report_of(sqlite_url, folder)
+    assert (report["recordings"], report["set_aside"]) == (3, [])
+    whole = f"sqlite:///{tmp_path / 'whole.db'}"
+    ingested(whole, folder)
+    assert content(sqlite_url) == content(whole)
+
+
+def test_campaign_with_nothing_usable_is_refused(refused, tmp_path):
+    folder = hammer_campaign(tmp_path / "c", recordings=2)
+    cut(folder / recording_name(1))
+    cut(folder / recording_name(2))
+    refused(folder, "no usable recording", recording_name(1))
+
+
+def test_missing_channel_is_named(sqlite_url, tmp_path):
+    folder = hammer_campaign(tmp_path / "c", recordings=2)
+    record = force_record(blows(1, 2), np.random.default_rng(0))
+    write_recording(folder / recording_name(1), {"strain": record})
+    report, _ = report_of(sqlite_url, folder)
+    assert report["set_aside"][0]["recording"] == recording_name(1)
+    assert "'force'" in report["set_aside"][0]["reason"]
+    assert "strain" in report["set_aside"][0]["reason"]
+
+
+def test_fewer_hits_than_rows_set_the_recording_aside(sqlite_url, tmp_path):
+    folder = hammer_campaign(tmp_path / "c", recordings=2)
+    record = force_record(blows(1, 1), np.random.default_rng(0))
+    write_recording(folder / recording_name(1), {"force": record})
+    report, _ = report_of(sqlite_url, folder)
+    assert "1 impacts found for 2 rows" in report["set_aside"][0]["reason"]
+    assert report["impacts"] == 2
+
+
+def test_more_hits_than_rows_keep_the_main_peaks(sqlite_url, tmp_path):
+    folder = hammer_campaign(tmp_path / "c", recordings=1)
+    made = blows(1, 2)
+    weak = type(made[0])(0.6, made[0].peak_n * 0.2, made[0].width_s)
+    record = force_record([*made, weak], np.random.default_rng(0))
+    padded = np.pad(record, (0, max(0, round(0.8 * FS_HZ) - record.size))).astype(np.float32)
+    write_recording(folder / recording_name(1), {"force": padded})
+    report, _ = report_of(sqlite_url, folder)
+    assert (report["impacts"], report["set_aside"]) == (2, [])
+
+
+def test_one_row_stands_for_all_hits_of_its_recording(sqlite_url, tmp_path):
+    folder = hammer_campaign(tmp_path / "c", recordings=1, hits=10)
+    write_runs(folder, hammer_rows(1, 10)[:1])
+    report, _ = report_of(sqlite_url, folder)
+    assert report["impacts"] == 10
+    with opened(sqlite_url) as store, store.reading() as session:
+        assert session.scalars(select(Impact.repetition).order_by(Impact.id)).all() == list(range(1, 11))
+
+
+def test_file_whose_unit_contradicts_the_campaign_is_set_aside(sqlite_url, tmp_path):
+    import h5py
+
+    folder = hammer_campaign(tmp_path / "c", recordings=2)
+    rows = hammer_rows(2)
+    for row in rows[:2]:
+        row["recording"] = "recordings/wrong.h5"
+    write_runs(folder, rows)
+    with h5py.File(folder / "recordings" / "wrong.h5", "w") as file:
+        data = file.create_dataset("force", data=force_record(blows(1, 2), np.random.default_rng(0)))
+        data.attrs["unit"] = "kN"
+        file.attrs["fs"] = FS_HZ
+    report, _ = report_of(sqlite_url, folder)
+    assert "'kN' by the file, in 'N' by campaign.toml" in report["set_aside"][0]["reason"]
+
+
+def test_silent_recording_keeps_its_impacts_without_pulse(sqlite_url, tmp_path):
+    folder = hammer_campaign(tmp_path / "c", recordings=2)
+    noise = np.random.default_rng(0).normal(size=20000).astype(np.float32)
+    write_recording(folder / recording_name(1), {"force": noise})
+    report, _ = report_of(sqlite_url, folder)
+    assert (report["impacts"], report["set_aside"]) == (4, [])
+    assert "no-contact" in {f["check"] for f in report["findings"]}
+    listed = json.loads(pyroshock("impacts", "--db", sqlite_url, "--json").stdout)
+    assert [(i["run"], i["peak_force_n"] is None, i["quality"]) for i in listed][:2] == [(1, True, "reject")] * 2
+
+
+def test_ingest_error_leaves_an_existing_campaign_alone(sqlite_url, tmp_path):
+    folder = hammer_campaign(tmp_path / "c", recordings=2)
+    ingested(sqlite_url, folder)
+    before = counts(sqlite_url)
+    (folder / "runs.csv").write_text("run,repetition\n")
+    assert ingest(sqlite_url, folder).exit_code == 2
+    assert counts(sqlite_url) == before
