@@ -1,0 +1,155 @@
+"""What every command shares: the store's address, how errors end, how tables are printed."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+if TYPE_CHECKING:
+    from ...schema.session import Store
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+DEFAULT_DB = "sqlite:///pyroshock.db"
+
+#: What `--json` is when given without a file.
+STDOUT = "-"
+
+
+def db_option(function: Function) -> Function:
+    """`--db URL`: the store."""
+    return click.option(
+        "--db",
+        "db",
+        metavar="URL",
+        envvar="PYROSHOCK_DB",
+        default=DEFAULT_DB,
+        show_default=True,
+        show_envvar=True,
+        help="The store: sqlite:///FILE or postgresql+psycopg://USER@HOST/NAME.",
+    )(function)
+
+
+def json_option(function: Function) -> Function:
+    """`--json [FILE]`: JSON on standard output and nothing else there, or into a file."""
+    return click.option(
+        "--json",
+        "json_to",
+        is_flag=False,
+        flag_value=STDOUT,
+        default=None,
+        metavar="[FILE]",
+        help="Print JSON and nothing else on standard output, or write it to FILE.",
+    )(function)
+
+
+@contextmanager
+def errors_as_one_line() -> Iterator[None]:
+    """Turn what a user can mend into one line on standard error and exit code 2."""
+    try:
+        yield
+    except click.exceptions.Exit:
+        raise
+    except click.ClickException:
+        raise
+    except (KeyboardInterrupt, BrokenPipeError):
+        raise
+    except Exception as error:
+        if not _is_for_the_user(error):
+            raise
+        fail(str(error))
+
+
+def _is_for_the_user(error: Exception) -> bool:
+    from sqlalchemy.exc import SQLAlchemyError
+
+    from ...schema.engine import StoreError
+
+    # ValueError and LookupError are how our libraries refuse an argument; a bug of ours shows its traceback.
+    if type(error) in (ValueError, LookupError) or isinstance(error, StoreError | OSError | SQLAlchemyError):
+        return True
+    return isinstance(error, ValueError | LookupError) and type(error).__module__.startswith("pyroshock")
+
+
+def fail(message: str) -> None:
+    """One line on standard error, and exit code 2."""
+    click.echo("pyroshock: " + " ".join(message.split()), err=True)
+    raise click.exceptions.Exit(2)
+
+
+@contextmanager
+def opened(db: str, *, create: bool = False) -> Iterator[Store]:
+    """The store at `db`; errors become one line. Nothing below sees a database error."""
+    with errors_as_one_line():
+        from ...schema.session import Writer, open_store
+
+        with open_store(db, Writer(_command_line(), _version()), create=create) as store:
+            yield store
+
+
+def _version() -> str:
+    from ... import __version__
+
+    return __version__
+
+
+def _command_line() -> str:
+    """The command as typed, passwords out: stored with every row that it writes."""
+    words = [Path(sys.argv[0]).name, *sys.argv[1:]]
+    return " ".join(_without_password(word) for word in words)
+
+
+def _without_password(word: str) -> str:
+    if "://" not in word or "@" not in word:
+        return word
+    scheme, rest = word.split("://", 1)
+    login, host = rest.rsplit("@", 1)
+    return f"{scheme}://{login.split(':', 1)[0]}@{host}"
+
+
+def write_json(data: Any, json_to: str) -> None:
+    """JSON to standard output or a file; numbers that JSON has not (NaN) become null."""
+    if isinstance(data, Iterator):
+        data = list(data)
+    text = json.dumps(data, indent=2, allow_nan=False, default=str)
+    if json_to == STDOUT:
+        click.echo(text)
+    else:
+        with errors_as_one_line():
+            Path(json_to).write_text(text + "\n", encoding="utf-8")
+        click.echo(f"written: {json_to}", err=True)
+
+
+def print_table(rows: Iterable[dict[str, Any]], empty: str) -> None:
+    """Rows as aligned text; the header is the first row's keys, extended by later ones'."""
+    cells = [{key: format_cell(value) for key, value in row.items()} for row in rows]
+    if not cells:
+        click.echo(empty)
+        return
+    columns: dict[str, None] = {}
+    for row in cells:
+        columns |= dict.fromkeys(row)
+    widths = {key: max(len(key), *(len(row.get(key, "")) for row in cells)) for key in columns}
+    click.echo("  ".join(key.ljust(widths[key]) for key in columns).rstrip())
+    for row in cells:
+        click.echo("  ".join(row.get(key, "").ljust(widths[key]) for key in columns).rstrip())
+
+
+def format_cell(value: Any) -> str:
+    """A value for a person: five digits are more than any of our measurements holds."""
+    if value is None:
+        return "-"
+    if isinstance(value, float):
+        return f"{value:.5g}"
+    return str(value)
+
+
+def note(message: str) -> None:
+    """A remark on standard error, out of the way of what is piped."""
+    click.echo(message, err=True)

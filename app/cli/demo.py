@@ -1,0 +1,61 @@
+"""`demo`: the main job, on measurements that ship with the software."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+import click
+
+from .common import json_option, note, opened, print_table, write_json
+
+
+@click.command()
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    default=Path("results"),
+    show_default=True,
+    help="Folder of the results.",
+)
+@click.option("--db", metavar="URL", help="Store to fill. [sqlite:///OUT/demo.db]")
+@json_option
+def demo(out: Path, db: str | None, json_to: str | None) -> None:
+    """Ingest five measured gun shots and a real hammer hit, and hold them against what was published.
+
+    \b
+    Example:
+        pyroshock demo --out results
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise click.UsageError(f"cannot make the folder {str(out)!r}: {error.strerror}") from error
+    url = db or f"sqlite:///{out / 'demo.db'}"
+    picture = out / "demo.png"
+    with opened(url, create=True) as store:
+        from .. import demo as job
+
+        for report in job.ingest_examples(store):
+            counts = f"{report.recordings} recordings, {report.impacts} impacts, {report.shots} shots"
+            note(f"ingested {report.campaign}: {counts}")
+        with store.reading() as session:
+            comparison = job.compare_with_table_5_1(session)
+            hit = job.hit_figures(session)
+            job.draw(session, comparison, picture)
+    if json_to is not None:
+        data = {"shots": comparison.rows, "mean_error_percent": comparison.mean_error_percent, "hit": hit}
+        write_json(data, json_to)
+        return
+    click.echo("Five gun shots (Table 3.1), our prediction beside Table 5.1 of the thesis:")
+    print_table(comparison.rows, "none")
+    click.echo(
+        f"mean absolute error {comparison.mean_error_percent:.2f} % "
+        f"(from the thesis's printed column: {comparison.published_mean_error_percent:.2f} %)"
+    )
+    click.echo("\nOne hit of a modal hammer, cut from its LabVIEW record:")
+    print_table([hit], "none")
+    click.echo(f"\nThe results are here:\n  {out.resolve() / 'demo.png'}\n  store: {url}")
+    command = "pyroshock" if shutil.which("pyroshock") else sys.argv[0]
+    click.echo(f"Look around:\n  {command} impacts --db {url}\n  {command} shots --db {url}")

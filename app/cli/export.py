@@ -1,0 +1,32 @@
+"""`export`: tables and series out of the store, for any other program."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from .common import db_option, note, opened
+
+
+@click.command()
+@click.argument("what", type=click.Choice(["impacts", "shots", "pulses", "series"]))
+@db_option
+@click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE.csv or FILE.parquet.")
+@click.option("--campaign", metavar="NAME", help="Only of this campaign.")
+@click.option("--where", multiple=True, metavar="CONDITION", help="As for `impacts`; not for series.")
+@click.option("--recording", metavar="PATH", help="Series: only of this recording (its path in the campaign folder).")
+def export(what: str, db: str, out: Path, campaign: str | None, where: tuple[str, ...], recording: str | None) -> None:
+    """Write impacts, shots, pulses (in use, with their force points) or series (in SI) to a file.
+
+    \b
+    Example:
+        pyroshock export impacts --out impacts.csv
+        pyroshock export series --campaign spring --recording recordings/0001.mat --out 0001.parquet
+    """
+    with opened(db) as store, store.reading() as session:
+        from ..export import export_table
+        from ..filters import parse_where
+
+        rows = export_table(session, what, out, campaign, parse_where(where), recording)
+    note(f"{rows} rows written: {out}")

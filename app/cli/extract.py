@@ -1,0 +1,39 @@
+"""`extract`: pulses cut anew from the stored series."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from .common import db_option, json_option, note, opened, write_json
+from .settings import settings_from, settings_options
+
+
+@click.command()
+@click.argument("campaign")
+@db_option
+@json_option
+@settings_options
+def extract(campaign: str, db: str, json_to: str | None, **given: Any) -> None:
+    """Cut the pulses of CAMPAIGN anew, from the stored series, with other settings.
+
+    The new version is in use from then on; the old ones stay (`pyroshock show` lists them), and the same
+    settings again put the old version back in use.
+
+    \b
+    Example:
+        pyroshock extract spring --segmentation mask --threshold 0.01
+    """
+    with opened(db) as store:
+        from ...ingest.reextract import reextract
+        from ..progress import progress_bar
+
+        settings = settings_from(given)
+        with progress_bar(campaign, "recordings") as step:
+            report = reextract(store, campaign, settings, progress=step)
+    note(f"{campaign}: {report.added} pulses cut, {report.reused} earlier ones put back in use")
+    for item in report.skipped:
+        note(f"  left as it was: {item['recording']}: {item['reason']}")
+    if json_to is not None:
+        write_json(report.as_json(), json_to)

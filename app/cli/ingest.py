@@ -1,0 +1,67 @@
+"""`ingest`: campaign folders into the store."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .common import STDOUT, db_option, json_option, note, opened, write_json
+from .settings import settings_from, settings_options
+
+
+@click.command()
+@click.argument("folders", nargs=-1, type=click.Path(path_type=Path), metavar="FOLDER…")
+@db_option
+@json_option
+@click.option(
+    "--jobs",
+    type=click.IntRange(1),
+    default=None,
+    help="Processes that read and extract. [cores, at most 4; 1 for small files]",
+)
+@settings_options
+def ingest(folders: tuple[Path, ...], db: str, json_to: str | None, jobs: int | None, **given: Any) -> None:
+    """Read campaign folders into the store (which is made if there is none).
+
+    What is already stored is not stored again: ingesting twice, or after a kill, completes the campaign. A damaged
+    recording is set aside with its reason.
+
+    \b
+    Example:
+        pyroshock ingest my-campaign/ --db sqlite:///lab.db
+    """
+    # `--json FOLDER`: the folder is the argument, not where the JSON goes.
+    if json_to not in (None, STDOUT) and Path(json_to or "").is_dir():
+        folders, json_to = (Path(json_to or ""), *folders), STDOUT
+    if not folders:
+        raise click.UsageError("no campaign folder given; try: pyroshock ingest my-campaign/")
+    reports = []
+    with opened(db, create=True) as store:
+        from ...ingest.load import ingest_folder
+        from ..progress import progress_bar
+
+        settings = settings_from(given)
+        for folder in folders:
+            with progress_bar(folder.name, "recordings") as step:
+                report = ingest_folder(store, folder, settings, jobs=jobs, progress=step)
+            reports.append(report)
+            _tell(report)
+    if json_to is not None:
+        data = [report.as_json() for report in reports]
+        write_json(data[0] if len(data) == 1 else data, json_to)
+
+
+def _tell(report: Any) -> None:
+    added = ", ".join(f"{count} {what}" for what, count in report.added.items() if count) or "nothing new"
+    totals = f"{report.recordings} recordings, {report.impacts} impacts, {report.shots} shots"
+    note(f"{report.campaign}: added {added}; the campaign holds {totals}")
+    for item in report.set_aside:
+        note(f"  set aside {item['recording']}: {item['reason']}")
+    counts: dict[tuple[str, str], int] = {}
+    for finding in report.findings:
+        key = (finding["severity"], finding["check"])
+        counts[key] = counts.get(key, 0) + 1
+    for (severity, check), count in sorted(counts.items()):
+        note(f"  {severity}: {check} ({count})")

@@ -1,0 +1,91 @@
+"""`campaigns`, `impacts`, `shots`: what is in the store."""
+
+from __future__ import annotations
+
+import click
+
+from .common import db_option, json_option, opened, print_table, write_json
+
+
+@click.command()
+@db_option
+@json_option
+def campaigns(db: str, json_to: str | None) -> None:
+    """List the campaigns with their counts.
+
+    \b
+    Example:
+        pyroshock campaigns --json
+    """
+    with opened(db) as store, store.reading() as session:
+        from ...schema.listings import list_campaigns
+
+        rows = list_campaigns(session)
+        if json_to is not None:
+            write_json(rows, json_to)
+        else:
+            print_table(rows, "no campaigns yet; read one with: pyroshock ingest FOLDER")
+
+
+_CAMPAIGN = click.option("--campaign", metavar="NAME", help="Only of this campaign.")
+_WHERE = click.option(
+    "--where",
+    multiple=True,
+    metavar="CONDITION",
+    help='FIELD=VALUE, also != < <= > >=; repeat to narrow ("tip_material=steel").',
+)
+_LIMIT = click.option("--limit", type=click.IntRange(1), help="At most this many rows.")
+
+
+@click.command()
+@db_option
+@json_option
+@_CAMPAIGN
+@_WHERE
+@_LIMIT
+def impacts(db: str, json_to: str | None, campaign: str | None, where: tuple[str, ...], limit: int | None) -> None:
+    """List impacts with their factors and the figures of the pulse in use. Numbers are SI.
+
+    \b
+    Example:
+        pyroshock impacts --campaign spring --where tip_material=steel --where "peak_force_n>1000"
+    """
+    with opened(db) as store, store.reading() as session:
+        from itertools import islice
+
+        from ...schema.listings import iter_impacts
+        from ..filters import parse_where
+
+        rows = list(islice(iter_impacts(session, campaign, parse_where(where)), limit))
+        if json_to is not None:
+            write_json(rows, json_to)
+        else:
+            print_table(rows, "no impacts match")
+
+
+@click.command()
+@db_option
+@json_option
+@_CAMPAIGN
+@_WHERE
+@_LIMIT
+def shots(db: str, json_to: str | None, campaign: str | None, where: tuple[str, ...], limit: int | None) -> None:
+    """List shots of the gun: pressure (gauge), mass, measured velocity, and the nominal model's. Numbers are SI.
+
+    \b
+    Example:
+        pyroshock shots --campaign first-shots
+    """
+    with opened(db) as store, store.reading() as session:
+        from itertools import islice
+
+        from ...schema.listings import iter_shots
+        from ..filters import parse_where
+        from ..predictions import with_predictions
+
+        found = iter_shots(session, campaign, parse_where(where))
+        rows = list(islice(with_predictions(session, found), limit))
+        if json_to is not None:
+            write_json(rows, json_to)
+        else:
+            print_table(rows, "no shots match")

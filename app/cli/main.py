@@ -1,0 +1,78 @@
+"""`pyroshock`: the command line. Commands are imported when they are called, so that help is instant."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import click
+
+#: Command -> (module in this folder, its object, what `--help` says). The table keeps help from importing them.
+COMMANDS: dict[str, tuple[str, str, str]] = {
+    "init": ("store", "init", "Make an empty store."),
+    "ingest": ("ingest", "ingest", "Read campaign folders into the store."),
+    "campaigns": ("listing", "campaigns", "List the campaigns."),
+    "impacts": ("listing", "impacts", "List impacts with their factors and pulse figures."),
+    "shots": ("listing", "shots", "List shots of the gun beside the model's velocity."),
+    "show": ("show", "show", "Show one impact: figures, findings, versions of its pulse, a plot."),
+    "extract": ("extract", "extract", "Cut pulses anew with other settings; old versions stay."),
+    "export": ("export", "export", "Write impacts, shots, pulses or series to CSV or Parquet."),
+    "materials": ("materials", "materials", "List the known materials, or add one."),
+    "db": ("store", "db", "Keep the store: upgrade it."),
+    "demo": ("demo", "demo", "Ingest the shipped measurements and show what comes of them."),
+}
+
+
+class LazyGroup(click.Group):
+    """A group that knows its commands' names and imports one only to run it."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        module, name, _ = COMMANDS[cmd_name]
+        command = getattr(importlib.import_module(f".{module}", __package__), name)
+        assert isinstance(command, click.Command)
+        return command
+
+    def main(  # type: ignore[override]  # click's overloads, one of which never returns
+        self, args: Sequence[str] | None = None, *, standalone_mode: bool = True, **extra: Any
+    ) -> Any:
+        """Run, and end every error as one line on standard error with exit code 2."""
+        if not standalone_mode:
+            return super().main(args, standalone_mode=False, **extra)
+        try:
+            # click returns the code of an early exit, and None of a command that ran through
+            code = super().main(args, standalone_mode=False, **extra)
+        except click.exceptions.NoArgsIsHelpError as error:
+            error.show()
+            sys.exit(2)
+        except click.ClickException as error:
+            click.echo(f"pyroshock: {' '.join(error.format_message().split())}", err=True)
+            sys.exit(2)
+        except (click.Abort, KeyboardInterrupt):
+            click.echo("pyroshock: interrupted; what was stored is whole, and a repeat goes on from there", err=True)
+            sys.exit(130)
+        sys.exit(code or 0)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, text) for name, (_, _, text) in COMMANDS.items()])
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="pyroshock", message="pyroshock %(version)s")
+def main() -> None:
+    """The memory and the foresight of a shock laboratory.
+
+    \b
+    A first look, on measured shots:
+        pyroshock demo
+    Your own campaign:
+        pyroshock ingest my-campaign/
+        pyroshock impacts --where tip_material=steel
+    """

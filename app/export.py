@@ -1,0 +1,221 @@
+"""Tables for other programs, streamed: a file is written batch by batch, so memory does not grow with it.
+
+A file grows under another name and takes its own when it is whole.
+"""
+
+from __future__ import annotations
+
+import csv
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator
+from itertools import islice
+from pathlib import Path
+from typing import Any, TextIO
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from ..ingest.stored import list_channels, read_channel
+from ..schema.campaigns import Campaign, Factor, FactorLevel
+from ..schema.impacts import Pulse
+from ..schema.listings import Condition, get_campaign_id, iter_impacts, iter_shots, listing_key
+from ..schema.recordings import Recording
+from ..schema.series import iter_chunks
+from .predictions import with_predictions
+
+Row = dict[str, Any]
+
+#: Rows per batch of a table.
+BATCH = 10_000
+
+
+def export_table(
+    session: Session,
+    what: str,
+    out: Path,
+    campaign: str | None = None,
+    where: tuple[Condition, ...] = (),
+    recording: str | None = None,
+) -> int:
+    """Write `what` ("impacts", "shots", "pulses", "series") to `out`, CSV or Parquet by its suffix; returns the rows.
+
+    Raises `ValueError` for another suffix, `LookupError` for an unknown campaign or recording.
+    """
+    if what == "series":
+        if where:
+            raise ValueError("--where does not filter series; choose a --campaign or a --recording")
+        batches = _series(session, campaign, recording)
+    elif recording is not None:
+        raise ValueError("--recording goes with series; filter other tables with --where")
+    else:
+        batches = _in_batches(_TABLES[what](session, campaign, where), _factor_columns(session, what))
+    return _write(out, batches)
+
+
+def _impacts(session: Session, campaign: str | None, where: tuple[Condition, ...]) -> Iterator[Row]:
+    return iter_impacts(session, campaign, where)
+
+
+def _shots(session: Session, campaign: str | None, where: tuple[Condition, ...]) -> Iterator[Row]:
+    return with_predictions(session, iter_shots(session, campaign, where))
+
+
+def _pulses(session: Session, campaign: str | None, where: tuple[Condition, ...]) -> Iterator[Row]:
+    """Impacts that have a pulse, with all its figures and the equidistant forces as columns."""
+    impacts = iter_impacts(session, campaign, where)
+    while batch := list(islice(impacts, 500)):
+        keys = [row["id"] for row in batch]
+        pulses = {
+            p.impact_id: p for p in session.scalars(select(Pulse).where(Pulse.impact_id.in_(keys), Pulse.current))
+        }
+        for row in batch:
+            if row["id"] in pulses:
+                yield {**row, **_pulse_columns(pulses[row["id"]])}
+
+
+def _pulse_columns(pulse: Pulse) -> Row:
+    names = (
+        "start_s",
+        "spline_peak_force_n",
+        "compression_impulse_n_s",
+        "width_half_s",
+        "width_tenth_s",
+        "samples_in_contact",
+        "spline_nrmse",
+        "segmentation_difference",
+    )
+    forces = {f"force_{i:02d}_n": force for i, force in enumerate(pulse.force_points_n, 1)}
+    return {name: getattr(pulse, name) for name in names} | forces
+
+
+_TABLES = {"impacts": _impacts, "shots": _shots, "pulses": _pulses}
+
+
+def _factor_columns(session: Session, what: str) -> dict[str, bool]:
+    """Factors of the store, and whether each holds words: later rows may have one that the first has not, but the
+    header comes first; and a column of a free factor may hold numbers in one campaign and words in another."""
+    if what == "shots":
+        return {}
+    words = set(session.scalars(select(FactorLevel.factor_id).where(FactorLevel.number.is_(None)).distinct()))
+    factors = session.scalars(select(Factor).order_by(Factor.id))
+    return {listing_key(f.name, f.si_unit): f.id in words for f in factors}
+
+
+def _in_batches(rows: Iterator[Row], factors: dict[str, bool]) -> Iterator[dict[str, list[Any]]]:
+    columns: list[str] = []
+    while batch := list(islice(rows, BATCH)):
+        if not columns:
+            own = list(batch[0])
+            at = own.index("repetition") + 1
+            columns = own[:at] + list(factors) + [name for name in own[at:] if name not in factors]
+        yield {name: [_cell(row.get(name), factors.get(name, False)) for row in batch] for name in columns}
+
+
+def _cell(value: Any, as_word: bool) -> Any:
+    return value if value is None or not as_word else str(value)
+
+
+def _series(session: Session, campaign: str | None, recording: str | None) -> Iterator[dict[str, Any]]:
+    query = select(Recording.id, Recording.path, Campaign.name).join(Campaign).where(Recording.status == "stored")
+    if campaign is not None:
+        query = query.where(Recording.campaign_id == get_campaign_id(session, campaign))
+    if recording is not None:
+        query = query.where(Recording.path == recording)
+    found = session.execute(query.order_by(Recording.id)).all()
+    if recording is not None and not found:
+        raise LookupError(f"no recording {recording!r}" + (f" in campaign {campaign!r}" if campaign else ""))
+    for key, path, name in found:
+        for row in list_channels(session, key):
+            for start, stop in iter_chunks(row.samples, row.chunk_samples):
+                channel = read_channel(session, row, start, stop)
+                size = stop - start
+                yield {
+                    "campaign": [name] * size,
+                    "recording": [path] * size,
+                    "channel": [row.name] * size,
+                    "time_s": (row.start_s + _range(start, stop) / row.sampling_rate_hz).tolist(),
+                    "value": channel.si.tolist(),
+                    "unit": [row.si_unit] * size,
+                }
+
+
+def _range(start: int, stop: int) -> Any:
+    import numpy as np
+
+    return np.arange(start, stop, dtype=np.float64)
+
+
+class _Writer(ABC):
+    """A file that takes batches of columns."""
+
+    @abstractmethod
+    def __init__(self, path: Path) -> None: ...
+
+    @abstractmethod
+    def add(self, batch: dict[str, list[Any]]) -> None: ...
+
+    @abstractmethod
+    def close(self) -> None: ...
+
+
+class _Csv(_Writer):
+    def __init__(self, path: Path) -> None:
+        self._file: TextIO = path.open("w", encoding="utf-8", newline="")
+        self._writer = csv.writer(self._file)
+        self._header = False
+
+    def add(self, batch: dict[str, list[Any]]) -> None:
+        if not self._header:
+            self._writer.writerow(batch)
+            self._header = True
+        self._writer.writerows(zip(*batch.values(), strict=True))
+
+    def close(self) -> None:
+        self._file.close()
+
+
+class _Parquet(_Writer):
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._writer: Any = None
+
+    def add(self, batch: dict[str, list[Any]]) -> None:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        if self._writer is None:
+            table = pa.table(batch)
+            # A column that is empty in the first batch may hold numbers later; text columns are never numbers.
+            fields = [f.with_type(pa.float64()) if pa.types.is_null(f.type) else f for f in table.schema]
+            self._writer = pq.ParquetWriter(self._path, pa.schema(fields), compression="zstd")
+        self._writer.write_table(pa.table(batch, schema=self._writer.schema))
+
+    def close(self) -> None:
+        if self._writer is not None:
+            self._writer.close()
+
+
+_WRITERS: dict[str, type[_Writer]] = {".csv": _Csv, ".parquet": _Parquet}
+
+
+def _write(out: Path, batches: Iterable[dict[str, list[Any]]]) -> int:
+    if out.suffix.lower() not in _WRITERS:
+        raise ValueError(f"cannot write {out.name!r}; expected a name that ends in {' or '.join(_WRITERS)}")
+    partial = out.with_name(out.name + ".part")
+    rows = 0
+    writer: _Writer | None = None
+    try:
+        for batch in batches:
+            if writer is None:
+                writer = _WRITERS[out.suffix.lower()](partial)
+            writer.add(batch)
+            rows += len(next(iter(batch.values())))
+        if writer is None:
+            raise ValueError(f"nothing to write to {out.name!r}: no row matches")
+        writer.close()
+        partial.replace(out)
+    finally:
+        if writer is not None:
+            writer.close()
+        partial.unlink(missing_ok=True)
+    return rows

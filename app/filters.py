@@ -1,0 +1,45 @@
+"""`--where "tip_material=steel"`: words of a listing's filter into conditions in SI."""
+
+from __future__ import annotations
+
+import re
+
+from ..ingest.factors import BY_COLUMN, level_label
+from ..schema.listings import OPERATORS, Condition
+
+_FORM = re.compile(r"\s*(?P<field>[^=<>!]+?)\s*(?P<operator><=|>=|!=|=|<|>)\s*(?P<value>.*?)\s*$")
+
+
+def parse_where(words: tuple[str, ...]) -> tuple[Condition, ...]:
+    """Conditions from `field=value` (also != < <= > >=). Raises `ValueError` with the form that is expected.
+
+    A field may be a listing's key (`tip_radius_m`), or the column of `runs.csv` with its unit (`tip_radius_mm`).
+    """
+    return tuple(_condition(word) for word in words)
+
+
+def _condition(word: str) -> Condition:
+    found = _FORM.match(word)
+    if found is None or not found["value"]:
+        signs = " ".join(OPERATORS)
+        raise ValueError(f"--where {word!r} is not a condition; expected FIELD=VALUE (or one of {signs})")
+    field, operator, text = found["field"], found["operator"], found["value"]
+    known = BY_COLUMN.get(field)
+    value: str | float = text
+    number = _number(text)
+    if number is not None:
+        value = number
+    if known is not None:
+        field = known.name
+        if number is not None and known.si_unit is not None:
+            value = float(level_label(number * known.scale))
+    if operator not in ("=", "!=") and number is None:
+        raise ValueError(f"--where {word!r} compares with {text!r}; expected a number after {operator}")
+    return Condition(field, operator, value if isinstance(value, float) else text)
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
