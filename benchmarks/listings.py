@@ -1,0 +1,82 @@
+"""Filtered listings of a store with a million impacts against one with ten thousand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import islice
+from pathlib import Path
+
+from pyroshock.schema.listings import Condition, iter_impacts
+from pyroshock.schema.session import Store, Writer, open_store
+
+from .crowded import RARE, campaign_name, fill
+from .figures import Figure
+from .measuring import Spread, interleaved, ratio
+
+SMALL, LARGE, LIMIT = 10_000, 1_000_000, 2.0
+THEME = "Filtered listings with 1,000,000 impacts against 10,000"
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A question whose answer has as many rows in the small store as in the large one."""
+
+    name: str
+    campaign: str | None = None
+    where: tuple[Condition, ...] = ()
+    rows: int | None = None
+
+    def count(self, store: Store) -> int:
+        with store.reading() as session:
+            return sum(1 for _ in islice(iter_impacts(session, self.campaign, self.where), self.rows))
+
+
+_STEEL = Condition("tip_material", "=", "steel")
+_RARE = Condition(RARE[0], "=", RARE[1])
+_LOW = Condition("hammer_speed", "=", "low")
+_WIDE = Condition("tip_radius_m", "=", 0.03)
+_FAST = Condition("impact_velocity_m_s", ">", 1.4)
+LISTINGS = (
+    Listing("one campaign and tip_material=steel", campaign_name(5), (_STEEL,)),
+    Listing("one campaign and impact_velocity_m_s>1.4", campaign_name(3), (_FAST,)),
+    Listing("hammer_speed=low, first 100 of a half", where=(_LOW,), rows=100),
+    Listing("tip_material=steel and tip_radius_m=0.03, first 100", where=(_STEEL, _WIDE), rows=100),
+    Listing("a level that ten impacts have", where=(_RARE,)),
+    Listing("one campaign and that level", campaign_name(1), (_RARE,)),
+)
+
+
+def measure_listings(folder: Path, repeats: int = 15) -> Iterator[Figure]:
+    """Every listing on two SQLite stores in `folder`, made where they are not there yet."""
+    yield from compare(*(_filled(folder, impacts) for impacts in (SMALL, LARGE)), repeats)
+
+
+def _filled(folder: Path, impacts: int) -> str:
+    path = folder / f"impacts-{impacts}.db"
+    if not path.exists():
+        unfinished = folder / f"unfinished-{impacts}.db"
+        for old in folder.glob(f"{unfinished.name}*"):
+            old.unlink()
+        fill(f"sqlite:///{unfinished}", impacts)
+        unfinished.rename(path)
+    return f"sqlite:///{path}"
+
+
+def compare(small_url: str, large_url: str, repeats: int) -> Iterator[Figure]:
+    """Every listing on both stores. Raises `ValueError` when one gives another number of rows."""
+    writer = Writer("benchmark", "0")
+    with open_store(small_url, writer) as small, open_store(large_url, writer) as large:
+        kind = small.engine.dialect.name
+        for listing in LISTINGS:
+            counts = listing.count(small), listing.count(large)
+            if counts[0] != counts[1] or not counts[0]:
+                raise ValueError(f"{listing.name}: {counts[0]} and {counts[1]} rows; expected the same, and some")
+            taken = interleaved(
+                {"small": partial(listing.count, small), "large": partial(listing.count, large)}, repeats
+            )
+            texts = [Spread.of(taken[key]).text(" ms", 1e3) for key in ("large", "small")]
+            times = ratio(taken["large"], taken["small"])
+            nature = f"{counts[0]} rows either way"
+            yield Figure(THEME, f"{kind}, {listing.name}", *texts, times, "at most", LIMIT, nature)

@@ -1,0 +1,198 @@
+"""Stored series against h5py with gzip and shuffle: writing, reading, room, and a slice of one percent."""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pyroshock.schema.campaigns import Campaign
+from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
+from pyroshock.schema.series import chunk_length, decode, encode_chunks, read_slice, series_hash, write_series
+from pyroshock.schema.session import Store, Writer, open_store
+from sqlalchemy import func, select
+
+from .figures import Figure
+from .measuring import Spread, interleaved, ratio
+from .recordings import FULL_SCALE_N, NOISE_STEPS, hit_force, stepped
+
+THEME = "A stored series against h5py with gzip and shuffle"
+FASTER, SLICE_SHARE = 4.0, 0.1
+Samples = NDArray[Any]
+
+
+def kinds() -> dict[str, Callable[[], Samples]]:
+    """The series that are measured, all of 10 s with ten hits."""
+    return {
+        "51.2 kHz, 16 bits in float32": lambda: _record(51_200.0, 16),
+        "51.2 kHz, 16 bits in float32, noisy": lambda: _record(51_200.0, 16, noise_steps=8.0),
+        "51.2 kHz, 24 bits in float32": lambda: _record(51_200.0, 24),
+        "51.2 kHz, 16 bits scaled in float64": lambda: _record(51_200.0, 16).astype(np.float64) * 0.980665,
+        "1 MHz, 16 bits in float32": lambda: _record(1_000_000.0, 16),
+    }
+
+
+def _record(sampling_rate_hz: float, bits: int, noise_steps: float = NOISE_STEPS) -> NDArray[np.float32]:
+    rng = np.random.default_rng(3)
+    force = hit_force(round(10.0 * sampling_rate_hz), sampling_rate_hz, 10, rng)
+    return stepped(force, FULL_SCALE_N, rng, bits, noise_steps)
+
+
+def measure_series(url: str, folder: Path, repeats: int = 15) -> Iterator[Figure]:
+    """All figures of all kinds in an empty store at `url`; the peer's files go to `folder`."""
+    with open_store(url, Writer("benchmark", "0"), create=True) as store:
+        kind = store.engine.dialect.name
+        for name, make in kinds().items():
+            for figure in _measure_one(store, f"{kind}, {name}", make(), folder, repeats):
+                yield replace(figure, binding=figure.binding and kind == "sqlite")
+
+
+def _measure_one(store: Store, name: str, samples: Samples, folder: Path, repeats: int) -> Iterator[Figure]:
+    peer = _Peer(folder / "peer.h5", samples)
+    ours = _Stored(store, samples)
+    ours.write()
+    assert ours.read(0, samples.size).tobytes() == samples.tobytes()
+    part = samples.size // 100
+    at = samples.size // 3
+    taken = interleaved({"ours": ours.write, "peer": peer.write}, max(5, repeats // 3))
+    yield _faster(f"writing, {name}", taken["ours"], taken["peer"], ours.write_nature())
+    taken = interleaved(
+        {
+            "ours": lambda: ours.read(0, samples.size),
+            "peer": lambda: peer.read(0, samples.size),
+            "slices": lambda: ours.read_all_by(part),
+            "peer slices": lambda: peer.read_all_by(part),
+            "slice": lambda: ours.read(at, at + part),
+            "decode": ours.decode,
+            "copy": samples.copy,
+        },
+        repeats,
+    )
+    decode, copy = (Spread.of(taken[key]).text(" ms", 1e3) for key in ("decode", "copy"))
+    yield _faster(f"reading, {name}", taken["ours"], taken["peer"], f"decoding {decode}, copying {copy}")
+    yield _room(name, ours.stored_bytes(), peer.stored_bytes())
+    yield _slice(f"1 % over the whole, a hundred slices in one session, {name}", taken, 0.01, "slices", SLICE_SHARE)
+    alone = _slice(f"1 % over the whole, one slice in its own session, {name}", taken, 1.0, "slice", SLICE_SHARE)
+    yield replace(alone, binding=False)
+
+
+def _faster(name: str, ours: list[float], peer: list[float], nature: str) -> Figure:
+    texts = [Spread.of(values).text(" ms", 1e3) for values in (ours, peer)]
+    return Figure(THEME, name, *texts, ratio(peer, ours), "at least", FASTER, nature)
+
+
+def _room(name: str, ours: int, peer: int) -> Figure:
+    texts = [f"{size / 1e6:.3g} MB" for size in (ours, peer)]
+    return Figure(THEME, f"room, {name}", *texts, Spread.of([ours / peer]), "at most", 1.0, "noise: it does not pack")
+
+
+def _slice(name: str, taken: dict[str, list[float]], share: float, key: str, limit: float) -> Figure:
+    """`share` of the time under `key` is one slice's."""
+    slices = [share * value for value in taken[key]]
+    texts = [Spread.of(values).text(" ms", 1e3) for values in (slices, taken["ours"])]
+    peers = ratio([0.01 * value for value in taken["peer slices"]], taken["peer"])
+    nature = f"a chunk is decoded whole; h5py, its file open: {peers.text()}"
+    return Figure(THEME, name, *texts, ratio(slices, taken["ours"]), "at most", limit, nature)
+
+
+class _Stored:
+    """A channel of a store, written anew each time."""
+
+    def __init__(self, store: Store, samples: Samples) -> None:
+        self._store, self._samples = store, samples
+        self._chunk = chunk_length(samples.size)
+        self._frames = encode_chunks(samples)
+        self._key = 0
+        with store.writing() as session:
+            campaign = session.scalars(select(Campaign)).first() or Campaign(
+                name="measured", kind="hammer", date=dt.date(2026, 11, 1), fingerprint="x"
+            )
+            session.add(campaign)
+            session.flush()
+            self._campaign = campaign.id
+
+    def write(self) -> None:
+        """Encode, and one transaction with its commit."""
+        samples = self._samples
+        with self._store.writing() as session:
+            count = session.scalar(select(func.count()).select_from(Recording))
+            channel = RecordedChannel(
+                name="force", quantity="force", unit="N", si_unit="N", si_gain=1.0, si_offset=0.0,
+                sampling_rate_hz=1.0, start_s=0.0, samples=samples.size, dtype=samples.dtype.str,
+                chunk_samples=self._chunk, sha256="0" * 64, header={},
+            )  # fmt: skip
+            recording = Recording(
+                campaign_id=self._campaign, path=f"{count}", sha256="0" * 64, size_bytes=1, format="npz",
+                status="stored", channels=[channel],
+            )  # fmt: skip
+            session.add(recording)
+            session.flush()
+            write_series(session, channel.id, encode_chunks(samples), self._store.written_by(session))
+            self._key = channel.id
+
+    def write_nature(self) -> str:
+        taken = interleaved({"encode": lambda: encode_chunks(self._samples), "hash": self._hash}, 5)
+        encode, digest = (Spread.of(taken[key]).text(" ms", 1e3) for key in ("encode", "hash"))
+        return f"encoding {encode}; the hash that the ingest adds {digest}"
+
+    def _hash(self) -> None:
+        series_hash(self._samples)
+
+    def read(self, start: int, stop: int) -> Samples:
+        """In a session of its own."""
+        with self._store.reading() as session:
+            return read_slice(session.connection(), self._key, self._samples.dtype.str, self._chunk, start, stop)
+
+    def read_all_by(self, part: int) -> None:
+        """Slice after slice, in one session."""
+        with self._store.reading() as session:
+            connection = session.connection()
+            for i in range(0, self._samples.size - part + 1, part):
+                read_slice(connection, self._key, self._samples.dtype.str, self._chunk, i, i + part)
+
+    def decode(self) -> None:
+        for frame in self._frames:
+            decode(frame, self._samples.dtype.str)
+
+    def stored_bytes(self) -> int:
+        """Frames with their row's other columns, as the database counts them."""
+        with self._store.reading() as session:
+            query = select(func.sum(func.length(SeriesChunk.frame)), func.count())
+            frames, rows = session.execute(query.where(SeriesChunk.channel_id == self._key)).one()
+        return int(frames) + 16 * int(rows)
+
+
+class _Peer:
+    """An HDF5 file with one dataset."""
+
+    def __init__(self, path: Path, samples: Samples) -> None:
+        self._path, self._samples = path, samples
+
+    def write(self) -> None:
+        import h5py
+
+        with h5py.File(self._path, "w") as file:
+            file.create_dataset("x", data=self._samples, compression="gzip", shuffle=True)
+
+    def read(self, start: int, stop: int) -> Samples:
+        import h5py
+
+        with h5py.File(self._path) as file:
+            return np.asarray(file["x"][start:stop])
+
+    def read_all_by(self, part: int) -> None:
+        import h5py
+
+        with h5py.File(self._path) as file:
+            for i in range(0, self._samples.size - part + 1, part):
+                np.asarray(file["x"][i : i + part])
+
+    def stored_bytes(self) -> int:
+        import h5py
+
+        with h5py.File(self._path) as file:
+            return int(file["x"].id.get_storage_size())

@@ -1,0 +1,27 @@
+"""The promised figures, measured: `make bench`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from benchmarks.themes import THEMES, work_folder
+
+pytestmark = pytest.mark.bench
+
+
+@pytest.fixture(scope="session")
+def folder() -> Iterator[Path]:
+    with work_folder() as folder:
+        yield folder
+
+
+@pytest.mark.parametrize("theme", THEMES)
+def test_promises_hold(theme, folder):
+    if theme == "memory" and not sys.platform.startswith("linux"):
+        pytest.skip("memory of a family of processes is read from /proc, which only Linux has")
+    lost = [figure.row() for figure in THEMES[theme](folder) if figure.binding and not figure.holds]
+    assert not lost, "\n".join(lost)
