@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sqlite3
+import time
 from pathlib import Path
 from typing import Any
 
@@ -65,8 +67,7 @@ def _configure_sqlite(engine: Engine) -> None:
         connection.isolation_level = None  # transactions are ours, not the driver's guess
         cursor = connection.cursor()
         cursor.execute("PRAGMA foreign_keys = ON")
-        # Readers do not wait for the writer; a killed writer leaves the last whole transaction.
-        cursor.execute("PRAGMA journal_mode = WAL")
+        _write_ahead(cursor)
         cursor.execute("PRAGMA synchronous = NORMAL")
         cursor.close()
 
@@ -75,6 +76,23 @@ def _configure_sqlite(engine: Engine) -> None:
         # A writer takes its lock at once: a reader that turns writer can only fail.
         writes = connection.get_execution_options().get("pyroshock_writes", False)
         connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+
+def _write_ahead(cursor: sqlite3.Cursor) -> None:
+    """Write-ahead log: readers do not wait for the writer; a killed writer leaves the last whole transaction.
+
+    The mode is the file's, and set once. Setting it does not wait for other connections as all else does, so two
+    commands that make one store at the same moment would fail without a second try.
+    """
+    deadline = time.monotonic() + BUSY_TIMEOUT_S
+    while True:
+        try:
+            cursor.execute("PRAGMA journal_mode = WAL")
+            return
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode & 0xFF != sqlite3.SQLITE_BUSY or time.monotonic() > deadline:
+                raise
+            time.sleep(0.01)
 
 
 def make_engine_of_existing(url: str) -> Engine:

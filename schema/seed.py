@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import csv
 from importlib.resources import files
+from typing import Any
 
 from sqlalchemy import select
 
+from .keys import get_or_add
 from .materials import Material, MaterialAlias
 from .session import Store
 
@@ -19,10 +21,9 @@ def seed_materials(store: Store) -> None:
     if not rows:
         return
     with store.writing() as session:
-        present = set(session.scalars(select(Material.name)))  # another process may have been first
         for row in rows:
-            if row["name"] not in present:
-                session.add(_material(row))
+            # Another process may be making the same store at this moment.
+            get_or_add(session, Material, {"name": row["name"]}, _values(row))
 
 
 def _rows() -> list[dict[str, str]]:
@@ -30,13 +31,12 @@ def _rows() -> list[dict[str, str]]:
     return list(csv.DictReader(text.splitlines()))
 
 
-def _material(row: dict[str, str]) -> Material:
-    return Material(
-        name=row["name"],
-        youngs_modulus_pa=float(row["youngs_modulus_gpa"]) * 1e9,
-        poisson_ratio=float(row["poisson_ratio"]),
-        density_kg_m3=float(row["density_kg_m3"]),
-        yield_strength_pa=float(row["yield_strength_mpa"]) * 1e6,
-        source=row["source"],
-        aliases=[MaterialAlias(alias=alias) for alias in row["aliases"].split(";") if alias],
-    )
+def _values(row: dict[str, str]) -> dict[str, Any]:
+    return {
+        "youngs_modulus_pa": float(row["youngs_modulus_gpa"]) * 1e9,
+        "poisson_ratio": float(row["poisson_ratio"]),
+        "density_kg_m3": float(row["density_kg_m3"]),
+        "yield_strength_pa": float(row["yield_strength_mpa"]) * 1e6,
+        "source": row["source"],
+        "aliases": [MaterialAlias(alias=alias) for alias in row["aliases"].split(";") if alias],
+    }

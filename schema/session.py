@@ -16,7 +16,7 @@ from typing import Any
 
 from sqlalchemy import Connection, Engine, event, func, insert, inspect, select
 from sqlalchemy.exc import DBAPIError, IntegrityError
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, SessionTransaction
 
 from . import migrate
 from .base import Written
@@ -55,6 +55,7 @@ class Store:
         self.engine = engine
         self.writer = writer
         self._written_by_id: int | None = None
+        self._written_within: SessionTransaction | None = None  # the savepoint that holds the provenance row
 
     @contextmanager
     def reading(self) -> Iterator[Session]:
@@ -69,6 +70,7 @@ class Store:
         try:
             with self._translated(), Session(self.engine.execution_options(pyroshock_writes=True)) as session:
                 event.listen(session, "before_flush", self._sign)
+                event.listen(session, "after_rollback", self._forget_with)
                 with session.begin():
                     yield session
         except BaseException:
@@ -79,16 +81,20 @@ class Store:
         """Key of this command's provenance row, made on the first row that needs it: a command that
         changes nothing leaves no trace."""
         if self._written_by_id is None:
+            # Not through the session: this may run within a flush, and no flush runs inside another.
             self._written_by_id = self.writer.insert(session.connection())
+            self._written_within = session.get_nested_transaction()
         return self._written_by_id
 
     def _sign(self, session: Session, _context: Any, _instances: Any) -> None:
         unsigned = [row for row in session.new if isinstance(row, Written) and row.written_by_id is None]
-        if unsigned and self._written_by_id is None:
-            # No flush inside a flush: the row goes through the same connection by itself.
-            self._written_by_id = self.writer.insert(session.connection())
         for row in unsigned:
-            row.written_by_id = self._written_by_id
+            row.written_by_id = self.written_by(session)
+
+    def _forget_with(self, session: Session) -> None:
+        """The provenance row went with a savepoint that another writer's row made fail."""
+        if self._written_within is not None and self._written_within is session.get_nested_transaction():
+            self._written_by_id = None
 
     @contextmanager
     def _translated(self) -> Iterator[None]:

@@ -9,10 +9,9 @@ from stores import assert_whole, content, ingested, start_cli
 
 def run_together(*commands):
     processes = [start_cli(*command) for command in commands]
-    for process in processes:
-        _, errors = process.communicate(timeout=100)
-        assert process.returncode == 0, errors
-        assert "Traceback" not in errors
+    errors = [process.communicate(timeout=100)[1] for process in processes]
+    assert [process.returncode for process in processes] == [0] * len(processes), errors
+    assert not any("Traceback" in text for text in errors), errors
 
 
 @pytest.fixture

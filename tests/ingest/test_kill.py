@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import time
 
 import numpy as np
@@ -12,6 +10,7 @@ from campaigns import hammer_campaign
 from stores import assert_whole, content, ingested, start_cli
 
 HITS = 2
+KILLS_PER_STORE = 3
 
 
 def kill_many_times(tmp_path, kills: int, jobs: str, seed: int) -> int:
@@ -23,24 +22,25 @@ def kill_many_times(tmp_path, kills: int, jobs: str, seed: int) -> int:
     undisturbed = f"sqlite:///{tmp_path / 'undisturbed.db'}"
     began = time.perf_counter()
     process = start_cli("ingest", folder, "--db", undisturbed, "--jobs", jobs)
-    assert process.wait() == 0, process.stderr.read()
+    _, errors = process.communicate()
+    assert process.returncode == 0, errors
     seconds = time.perf_counter() - began
     expected = content(undisturbed)
-    moments = np.random.default_rng(seed).uniform(0.15, 1.0, size=kills) * seconds
+    moments = np.random.default_rng(seed).uniform(0.1, 0.95, size=kills) * seconds
     struck = 0
     url = f"sqlite:///{tmp_path / 'killed.db'}"
     for number, moment in enumerate(moments):
-        if number % 8 == 0:
-            # a new store now and then: the making of one is a moment too
+        if number % KILLS_PER_STORE == 0:
+            # a new store now and then: the making of one is a moment too, and a late one has little left to do
             url = f"sqlite:///{tmp_path / f'killed-{number}.db'}"
         process = start_cli("ingest", folder, "--db", url, "--jobs", jobs)
         time.sleep(moment)
         struck += process.poll() is None
-        os.kill(process.pid, signal.SIGKILL)
+        process.kill()
         process.communicate()
         if (tmp_path / url.rsplit("/", 1)[1]).exists():
             _look(url)
-        if number % 8 == 7 or number == kills - 1:
+        if number % KILLS_PER_STORE == KILLS_PER_STORE - 1 or number == kills - 1:
             ingested(url, folder)
             assert content(url) == expected
     return struck

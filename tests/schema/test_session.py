@@ -117,6 +117,18 @@ def test_times_come_back_in_utc(store):
         assert back.utcoffset() == dt.timedelta(0)
 
 
+def test_signature_survives_a_savepoint_that_failed_first(store):
+    with Store(make_engine(store.engine.url.render_as_string(hide_password=False)), WRITER) as fresh:
+        with fresh.writing() as session:
+            with pytest.raises(IntegrityError), session.begin_nested():
+                session.add(material(name="steel"))
+                session.flush()
+            session.add(material())
+        with fresh.reading() as session:
+            row = session.scalars(select(Material).where(Material.name == "test")).one()
+            assert session.get(Provenance, row.written_by_id) is not None
+
+
 def test_get_or_add_adds_once(store):
     with store.writing() as session:
         first = get_or_add(
