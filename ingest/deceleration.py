@@ -80,15 +80,25 @@ def _end_of_compression(values: Floats, peak: int, noise: float) -> tuple[float,
     x = np.arange(begin, end + 1.0) - peak
     basis = np.vander(x, 4 if x.size >= 5 else 3, increasing=True)
     cubic = np.polynomial.Polynomial(np.linalg.lstsq(basis, values[begin : end + 1])[0])
-    roots = cubic.deriv().roots()
-    roots = roots[np.isreal(roots)].real
-    roots = roots[(roots >= x[0]) & (roots <= x[-1]) & (cubic.deriv(2)(roots) < 0)]
-    top = float(roots[np.argmin(np.abs(roots))]) if roots.size else 0.0
+    top = _maximum(cubic, float(x[0]), float(x[-1]))
     powers = np.arange(basis.shape[1])
     slope = powers * top ** np.maximum(powers - 1, 0)  # of the basis: the slope's noise over the curvature
     variance = slope @ np.linalg.inv(basis.T @ basis) @ slope
     curvature = max(abs(cubic.deriv(2)(top)), np.finfo(np.float64).tiny)
     return peak + top, min(noise * float(np.sqrt(variance)) / curvature, float(x.size)), end
+
+
+def _maximum(cubic: np.polynomial.Polynomial, low: float, high: float) -> float:
+    """Where a cubic or parabola has its maximum within [low, high]; 0.0 where it has none there.
+
+    Not by a general root finder: a symmetric contact has a cubic term of rounding errors, which throws its roots off.
+    """
+    slope, curvature, third = (*cubic.deriv().coef, 0.0)[:3]
+    discriminant = curvature**2 - 4 * third * slope
+    if curvature >= 0 or discriminant < 0:
+        return 0.0
+    top = 2 * slope / (np.sqrt(discriminant) - curvature)
+    return float(top) if low <= top <= high else 0.0
 
 
 def _integral(values: Floats, first: int, peak: int, top: float, last: int, noise: float) -> tuple[float, float]:

@@ -57,6 +57,8 @@ def level_label(number: float) -> str:
 
 def parse_number(text: str) -> float:
     """A number as a person or a German spreadsheet writes it; `ValueError` for anything that is not finite."""
+    if "_" in text or not text.isascii():  # Python's own spellings: 1_0 in a table is a slip of the keyboard
+        raise ValueError(f"{text!r} is no decimal number")
     value = float(text.replace(",", ".") if "," in text and "." not in text else text)
     if not math.isfinite(value):
         raise ValueError(f"{text!r} is not finite")

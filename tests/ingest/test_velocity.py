@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pyroshock.ingest.channel import Channel, Sensor
 from pyroshock.ingest.velocity import (
@@ -161,6 +161,9 @@ def contact(power: float, samples: float, phase: float, *, quiet: int = 220) -> 
 
 @settings(max_examples=60, deadline=None)
 @given(st.sampled_from([HALF_SINE, HERTZ]), st.floats(10, 60), st.floats(0, 0.999))
+@example(HALF_SINE, 32.0, 0.0)  # symmetric about a sample
+@example(HALF_SINE, 13.0, 0.5)
+@example(HERTZ, 35.0, 0.5)  # two samples share the peak
 def test_integral_is_the_known_velocity(power: float, samples: float, phase: float) -> None:
     pulse, first, peak = contact(power, samples, phase)
     rate, height = 51_200.0, 3e4
