@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from pyroshock.schema.series import encode_chunks, series_hash
+from pyroshock.schema.series import encode_series
 
 from .figures import Figure
 from .measuring import Child, Spread, interleaved, ratio, run_child
@@ -77,8 +77,7 @@ def _floor_s() -> float:
     def work() -> None:
         hashlib.sha256(content)
         for channel in channels:
-            series_hash(channel)
-            encode_chunks(channel)
+            encode_series(channel)
 
     return Spread.of(interleaved({"floor": work}, 15)["floor"]).median
 

@@ -55,7 +55,7 @@ def stepped(
     step = 2 * full_scale / 2**bits
     noise = rng.normal(0.0, noise_steps * 2 * full_scale / 2**16, values.size)
     codes = np.clip(np.round((values + noise) / step), -(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
-    return (codes * step).astype(np.float32)
+    return (codes.astype(np.int32) * step).astype(np.float32)  # a converter gives integers: no negative zero
 
 
 def hit_force(samples: int, sampling_rate_hz: float, hits: int, rng: np.random.Generator) -> Floats:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
-from pyroshock.schema.series import chunk_length, decode, encode_chunks, read_slice, series_hash, write_series
+from pyroshock.schema.series import encode_series, read_slice, samples_of, series_hash, write_series
 from pyroshock.schema.session import Store, Writer, open_store
 from sqlalchemy import func, select
 
@@ -104,8 +104,7 @@ class _Stored:
 
     def __init__(self, store: Store, samples: Samples) -> None:
         self._store, self._samples = store, samples
-        self._chunk = chunk_length(samples.size)
-        self._frames = encode_chunks(samples)
+        self._encoded = encode_series(samples)
         self._key = 0
         with store.writing() as session:
             campaign = session.scalars(select(Campaign)).first() or Campaign(
@@ -119,11 +118,12 @@ class _Stored:
         """Encode, and one transaction with its commit."""
         samples = self._samples
         with self._store.writing() as session:
+            encoded = encode_series(samples)
             count = session.scalar(select(func.count()).select_from(Recording))
             channel = RecordedChannel(
                 name="force", quantity="force", unit="N", si_unit="N", si_gain=1.0, si_offset=0.0,
-                sampling_rate_hz=1.0, start_s=0.0, samples=samples.size, dtype=samples.dtype.str,
-                chunk_samples=self._chunk, sha256="0" * 64, header={},
+                sampling_rate_hz=1.0, start_s=0.0, samples=samples.size, **vars(encoded.layout), sha256=encoded.sha256,
+                header={},
             )  # fmt: skip
             recording = Recording(
                 campaign_id=self._campaign, path=f"{count}", sha256="0" * 64, size_bytes=1, format="npz",
@@ -131,13 +131,13 @@ class _Stored:
             )  # fmt: skip
             session.add(recording)
             session.flush()
-            write_series(session, channel.id, encode_chunks(samples), self._store.written_by(session))
+            write_series(session, channel.id, encoded.frames, self._store.written_by(session))
             self._key = channel.id
 
     def write_nature(self) -> str:
-        taken = interleaved({"encode": lambda: encode_chunks(self._samples), "hash": self._hash}, 5)
+        taken = interleaved({"encode": lambda: encode_series(self._samples), "hash": self._hash}, 5)
         encode, digest = (Spread.of(taken[key]).text(" ms", 1e3) for key in ("encode", "hash"))
-        return f"encoding {encode}; the hash that the ingest adds {digest}"
+        return f"encoding {encode}, of which the SHA-256 {digest}"
 
     def _hash(self) -> None:
         series_hash(self._samples)
@@ -145,18 +145,17 @@ class _Stored:
     def read(self, start: int, stop: int) -> Samples:
         """In a session of its own."""
         with self._store.reading() as session:
-            return read_slice(session.connection(), self._key, self._samples.dtype.str, self._chunk, start, stop)
+            return read_slice(session.connection(), self._key, self._encoded.layout, start, stop)
 
     def read_all_by(self, part: int) -> None:
         """Slice after slice, in one session."""
         with self._store.reading() as session:
             connection = session.connection()
             for i in range(0, self._samples.size - part + 1, part):
-                read_slice(connection, self._key, self._samples.dtype.str, self._chunk, i, i + part)
+                read_slice(connection, self._key, self._encoded.layout, i, i + part)
 
     def decode(self) -> None:
-        for frame in self._frames:
-            decode(frame, self._samples.dtype.str)
+        samples_of(self._encoded)
 
     def stored_bytes(self) -> int:
         """Frames with their row's other columns, as the database counts them."""

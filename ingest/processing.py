@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..schema.series import encode_chunks, series_hash
+from ..schema.series import EncodedSeries, encode_series
 from .channel import Channel, Sensor
 from .gunshot import ShotMeasurement, measure_shot
 from .impact_speed import ImpactSpeed, impact_speeds
@@ -30,15 +30,12 @@ class StoredSeries:
     """A channel without its samples, which are heavy to hand from process to process, and their compressed frames."""
 
     channel: Channel  # `recorded` is empty, of the samples' dtype
-    samples: int
-    frames: list[bytes]
-    sha256: str
+    encoded: EncodedSeries
 
     @classmethod
     def of(cls, channel: Channel) -> StoredSeries:
         recorded = channel.recorded
-        bare = replace(channel, recorded=recorded[:0].copy())
-        return cls(bare, recorded.size, encode_chunks(recorded), series_hash(recorded))
+        return cls(replace(channel, recorded=recorded[:0].copy()), encode_series(recorded))
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from ..schema.impacts import Pulse as PulseRow
 from ..schema.keys import get_or_add
 from ..schema.materials import Material
 from ..schema.recordings import RecordedChannel
-from ..schema.series import chunk_length, encode
+from ..schema.series import encode
 from .errors import IngestError
 from .folder import CampaignFile, PlatePart
 from .modes import ModalTableFile
@@ -153,10 +153,11 @@ def channel_row(series: StoredSeries) -> RecordedChannel:
         si_offset=offset,
         sampling_rate_hz=channel.sampling_rate_hz,
         start_s=channel.start_s,
-        samples=series.samples,
-        dtype=channel.recorded.dtype.str,
-        chunk_samples=chunk_length(series.samples),
-        sha256=series.sha256,
+        samples=series.encoded.samples,
+        dtype=series.encoded.layout.dtype,
+        chunk_samples=series.encoded.layout.chunk_samples,
+        step=series.encoded.layout.step,
+        sha256=series.encoded.sha256,
         header=channel.header,
     )
 

@@ -198,7 +198,7 @@ class CampaignStore:
         session.flush()
         channels = {row.name: row.id for row in recording.channels}
         for series in done.series:
-            write_series(session, channels[series.channel.name], series.frames, self._store.written_by(session))
+            write_series(session, channels[series.channel.name], series.encoded.frames, self._store.written_by(session))
         impacts: dict[int, int] = {}
         for hit in hits:
             impact = self._add_hit(session, campaign, hit, recording, done)

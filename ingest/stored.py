@@ -6,7 +6,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ..schema.recordings import RecordedChannel
-from ..schema.series import read_slice, resolve
+from ..schema.series import layout_of, read_slice, resolve
 from .channel import Channel, Sensor
 
 
@@ -19,7 +19,7 @@ def list_channels(session: Session, recording_id: int) -> list[RecordedChannel]:
 def read_channel(session: Session, row: RecordedChannel, start: int | None = None, stop: int | None = None) -> Channel:
     """Samples `start:stop` of a stored channel. Raises `schema.series.SeriesError` when its chunks are damaged."""
     first, last = resolve(start, stop, row.samples)
-    recorded = read_slice(session.connection(), row.id, row.dtype, row.chunk_samples, first, last)
+    recorded = read_slice(session.connection(), row.id, layout_of(row), first, last)
     sensor = Sensor(
         name=row.name,
         quantity=row.quantity,

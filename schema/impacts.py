@@ -24,7 +24,8 @@ class Impact(HasId, Written, Base):
         CheckConstraint(not_negative("impact_velocity_m_s"), "velocity_not_negative"),
         CheckConstraint(not_negative("impact_velocity_u_m_s"), "velocity_u_not_negative"),
         CheckConstraint("(impact_velocity_m_s IS NULL) = (velocity_source IS NULL)", "velocity_with_source"),
-        # the filtered listing: configurations first, then their impacts in order
+        # a listing goes through one campaign, or one configuration, in the order of keys
+        Index("ix_impacts_campaign_id_id", "campaign_id", "id"),
         Index("ix_impacts_configuration_id_id", "configuration_id", "id"),
         Index("ix_impacts_recording_id", "recording_id"),
     )

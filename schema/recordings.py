@@ -50,6 +50,7 @@ class RecordedChannel(HasId, Written, Base):
         CheckConstraint(positive("sampling_rate_hz"), "sampling_rate_positive"),
         CheckConstraint("samples > 0", "samples_positive"),
         CheckConstraint("chunk_samples > 0", "chunk_samples_positive"),
+        CheckConstraint(positive("step"), "step_positive"),
         CheckConstraint("sensitivity <> 0", "sensitivity_not_zero"),
         CheckConstraint("length(sha256) = 64", "sha256_length"),
         # "the same shot exported twice in two formats"
@@ -73,6 +74,7 @@ class RecordedChannel(HasId, Written, Base):
     samples: Mapped[int]
     dtype: Mapped[str]
     chunk_samples: Mapped[int]
+    step: Mapped[float | None]  # samples are multiples of it, and stored as counts
     sha256: Mapped[str]  # of the samples
     header: Mapped[dict[str, Any]]
 

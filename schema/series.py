@@ -1,19 +1,20 @@
 """Raw series in the store: exact, compressed, read by slice.
 
 A series is cut into chunks of equal length; each chunk is one Blosc frame (bits or bytes transposed, then zstd), and
-a slice fetches and decodes only the chunks that it touches. Frames tell their own filter and length, but not the
-dtype: that stands in the channel's row, next to the count of samples and the chunk's length.
+a slice fetches and decodes only the chunks that it touches. Frames tell their own filter and length; what else it
+takes to read them, the `SeriesLayout`, stands in the channel's row.
 
-Measured (docs/benchmarks.md) on series of 16-bit recorders: where noise is of one or two steps, transposed bits pack
-into a fifth less room than transposed bytes and decode in two thirds of the time; with more noise, or ringing that
-uses every bit of its mantissa, bytes pack better. Hence a look at some samples before the filter is chosen. Higher
-levels of zstd save 1 to 5 % of room for two to three times the time.
+Floats that are whole multiples of one step are kept as the counts of their converter (`counts`): a third less room,
+and four times faster either way (docs/benchmarks.md). Transposed bits pack better than bytes where noise is of a few
+steps, and bytes where it uses every bit of a mantissa: hence a look at some samples before the filter is chosen.
+Higher levels of zstd save 1 to 5 % of room for two to three times the time.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -21,7 +22,8 @@ from numpy.typing import NDArray
 from sqlalchemy import Connection, insert
 from sqlalchemy.orm import Session
 
-from .recordings import SeriesChunk
+from .counts import as_counts, from_counts
+from .recordings import RecordedChannel, SeriesChunk
 
 #: A chunk is this share of its series: shorter ones decode slower (15 µs each), longer ones make short slices dear.
 CHUNKS_PER_SERIES = 16
@@ -32,8 +34,35 @@ _PROBE_SAMPLES = 16_384
 _CONTENT_BYTES, _FRAME_BYTES = slice(4, 8), slice(12, 16)
 
 
+@dataclass(frozen=True)
+class SeriesLayout:
+    """What a reader must know of a stored series: dtype and chunk length of its samples, and the step of its counts.
+
+    Without a step the frames hold the samples themselves.
+    """
+
+    dtype: str
+    chunk_samples: int
+    step: float | None = None
+
+
+@dataclass(frozen=True)
+class EncodedSeries:
+    """A series as it is stored: frames of consecutive chunks."""
+
+    layout: SeriesLayout
+    samples: int
+    sha256: str
+    frames: list[bytes]
+
+
 class SeriesError(ValueError):
     """A stored series is missing a chunk or cannot be decoded; the message names channel and chunk."""
+
+
+def layout_of(row: RecordedChannel) -> SeriesLayout:
+    """The layout that a channel's row tells."""
+    return SeriesLayout(row.dtype, row.chunk_samples, row.step)
 
 
 def series_hash(samples: NDArray[Any]) -> str:
@@ -66,11 +95,14 @@ def decode(frame: bytes, dtype: str) -> NDArray[Any]:
     return out
 
 
-def encode_chunks(samples: NDArray[Any], chunk_samples: int | None = None) -> list[bytes]:
-    """Frames of consecutive chunks of `samples` (n,), by default of `chunk_length`."""
+def encode_series(samples: NDArray[Any], chunk_samples: int | None = None) -> EncodedSeries:
+    """`samples` (n,) in frames of consecutive chunks, by default of `chunk_length`."""
     length = chunk_samples or chunk_length(samples.size)
-    by_bits = _better_by_bits(samples)
-    return [encode(samples[i : i + length], by_bits=by_bits) for i in range(0, samples.size, length)]
+    found = as_counts(samples)
+    content, step = found if found else (samples, None)
+    by_bits = _better_by_bits(content)
+    frames = [encode(content[i : i + length], by_bits=by_bits) for i in range(0, samples.size, length)]
+    return EncodedSeries(SeriesLayout(samples.dtype.str, length, step), samples.size, series_hash(samples), frames)
 
 
 def _better_by_bits(samples: NDArray[Any]) -> bool:
@@ -96,65 +128,84 @@ _SELECT = (
 )
 
 
-def read_slice(
-    connection: Connection, channel_id: int, dtype: str, chunk_samples: int, start: int, stop: int
-) -> NDArray[Any]:
+def read_slice(connection: Connection, channel_id: int, layout: SeriesLayout, start: int, stop: int) -> NDArray[Any]:
     """Samples `start:stop` of a stored channel, exactly as recorded.
 
     `start` and `stop` lie within the series (0 <= start <= stop <= samples): callers resolve open ends.
     Raises `SeriesError` when a chunk is missing, damaged, or cannot be fetched.
     """
-    out = np.empty(stop - start, dtype=np.dtype(dtype))
-    if stop == start:
-        return out
-    first, last = start // chunk_samples, (stop - 1) // chunk_samples
-    expected = first
-    for number, frame in _frames(connection, channel_id, first, last):
+    length = layout.chunk_samples
+    chunks = range(start // length, -(-stop // length)) if stop > start else range(0)
+    return _gather(_frames(connection, channel_id, chunks), chunks, layout, start, stop, f"channel {channel_id}")
+
+
+def samples_of(encoded: EncodedSeries) -> NDArray[Any]:
+    """The samples of a series that is not stored yet. Raises `SeriesError` when it is damaged."""
+    chunks = range(len(encoded.frames))
+    return _gather(enumerate(encoded.frames), chunks, encoded.layout, 0, encoded.samples, "series")
+
+
+def _gather(
+    frames: Iterable[tuple[int, bytes]], chunks: range, layout: SeriesLayout, start: int, stop: int, name: str
+) -> NDArray[Any]:
+    """Samples `start:stop` out of the numbered frames of `chunks`."""
+    out = np.empty(stop - start, dtype=np.dtype(layout.dtype))
+    expected = chunks.start
+    for number, frame in frames:
         if number != expected:
             break
         expected += 1
-        origin = number * chunk_samples
-        low, high = max(start, origin), min(stop, origin + chunk_samples)
+        origin = number * layout.chunk_samples
+        low, high = max(start, origin), min(stop, origin + layout.chunk_samples)
         try:
-            _decode_into(frame, out[low - start : high - start], low - origin)
+            _decode_into(frame, out[low - start : high - start], low - origin, layout.step)
         except (RuntimeError, ValueError) as error:
-            raise SeriesError(f"channel {channel_id}: chunk {number} is damaged ({error})") from error
-    if expected != last + 1:
-        raise SeriesError(f"channel {channel_id}: chunk {expected} of {last} is missing")
+            raise SeriesError(f"{name}: chunk {number} is damaged ({error})") from error
+    if expected != chunks.stop:
+        raise SeriesError(f"{name}: chunk {expected} of {chunks.stop - 1} is missing")
     return out
 
 
-def _frames(connection: Connection, channel_id: int, first: int, last: int) -> Iterator[tuple[int, bytes]]:
-    """Numbers and frames of chunks `first` to `last`, by the driver's own cursor.
+def _frames(connection: Connection, channel_id: int, chunks: range) -> Iterator[tuple[int, bytes]]:
+    """Numbers and frames of `chunks`, by the driver's own cursor.
 
     SQLAlchemy's result costs as much as decoding a short slice, and psycopg sends bytes as hexadecimal text unless
     told otherwise.
     """
+    if not chunks:
+        return
     is_postgres = connection.dialect.name == "postgresql"
     driver: Any = connection.connection  # the pool's proxy passes the driver's arguments on
     try:
         cursor = driver.cursor(binary=True) if is_postgres else driver.cursor()
         try:
-            cursor.execute(_SELECT.format("%s" if is_postgres else "?"), (channel_id, first, last))
+            cursor.execute(_SELECT.format("%s" if is_postgres else "?"), (channel_id, chunks.start, chunks.stop - 1))
             yield from cursor
         finally:
             cursor.close()
     except connection.dialect.loaded_dbapi.Error as error:
-        raise SeriesError(f"channel {channel_id}: chunks {first} to {last} cannot be fetched ({error})") from error
+        raise SeriesError(
+            f"channel {channel_id}: chunks {chunks.start} to {chunks.stop - 1} cannot be fetched ({error})"
+        ) from error
 
 
-def _decode_into(frame: bytes, target: NDArray[Any], skip: int) -> None:
+def _decode_into(frame: bytes, target: NDArray[Any], skip: int, step: float | None) -> None:
     """Samples of a frame from `skip` on, into `target`."""
     from numcodecs.blosc import decompress
 
+    stored = target.dtype if step is None else np.dtype(np.int16)
     content = _content_bytes(frame)
-    wanted = skip * target.itemsize + target.nbytes
+    wanted = (skip + target.size) * stored.itemsize
     if content < wanted:
         raise ValueError(f"{content} bytes; expected at least {wanted}")
-    if content == target.nbytes:
+    if step is None and content == target.nbytes:
         decompress(frame, target)
+        return
+    part = np.frombuffer(decompress(frame), dtype=stored)[skip : skip + target.size]
+    if step is None:
+        target[:] = part
     else:
-        target[:] = np.frombuffer(decompress(frame), dtype=target.dtype)[skip : skip + target.size]
+        from_counts(part, step, target)
 
 
 def _content_bytes(frame: bytes) -> int:

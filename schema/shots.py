@@ -25,6 +25,7 @@ class Shot(HasId, Written, Base):
         CheckConstraint(not_negative("measured_velocity_m_s"), "velocity_not_negative"),
         CheckConstraint(not_negative("measured_velocity_u_m_s"), "velocity_u_not_negative"),
         CheckConstraint("(measured_velocity_m_s IS NULL) = (velocity_source IS NULL)", "velocity_with_source"),
+        Index("ix_shots_campaign_id_id", "campaign_id", "id"),
         Index("ix_shots_configuration_id_id", "configuration_id", "id"),
         Index("ix_shots_recording_id", "recording_id"),
     )

@@ -15,7 +15,7 @@ from click.testing import CliRunner, Result
 from pyroshock.app.cli.main import main
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.recordings import RecordedChannel, Recording
-from pyroshock.schema.series import read_slice, series_hash
+from pyroshock.schema.series import layout_of, read_slice, series_hash
 from pyroshock.schema.session import Store, Writer, count_rows, open_store
 from pyroshock.schema.tables import metadata
 from sqlalchemy import func, select, text
@@ -109,5 +109,4 @@ def assert_whole(url: str, hits_per_recording: int) -> None:
 
 
 def _hash(session: Session, row: RecordedChannel) -> str:
-    connection = session.connection()
-    return series_hash(read_slice(connection, row.id, row.dtype, row.chunk_samples, 0, row.samples))
+    return series_hash(read_slice(session.connection(), row.id, layout_of(row), 0, row.samples))

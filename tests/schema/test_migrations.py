@@ -11,7 +11,7 @@ from pyroshock.app.cli.main import main
 from pyroshock.schema import migrate
 from pyroshock.schema.listings import iter_impacts, iter_shots
 from pyroshock.schema.recordings import RecordedChannel
-from pyroshock.schema.series import read_slice, series_hash
+from pyroshock.schema.series import layout_of, read_slice, series_hash
 from pyroshock.schema.session import StoreVersionError, Writer, make_engine, open_store
 from sqlalchemy import select
 
@@ -38,8 +38,8 @@ def test_upgraded_store_is_used_as_a_new_one(old_store):
             assert all(200 < i["peak_force_n"] < 900 for i in impacts)
             assert len(list(iter_shots(session, "first-shots"))) == 5
             for channel in session.scalars(select(RecordedChannel)):
-                whole = (channel.id, channel.dtype, channel.chunk_samples, 0, channel.samples)
-                assert series_hash(read_slice(session.connection(), *whole)) == channel.sha256
+                whole = read_slice(session.connection(), channel.id, layout_of(channel), 0, channel.samples)
+                assert series_hash(whole) == channel.sha256
 
 
 def test_migrations_make_the_models_tables(database_url):

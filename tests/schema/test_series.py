@@ -8,9 +8,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
-from pyroshock.schema.series import SeriesError, decode, encode, encode_chunks, read_slice, series_hash, write_series
+from pyroshock.schema.series import (
+    SeriesError,
+    SeriesLayout,
+    decode,
+    encode,
+    encode_series,
+    read_slice,
+    samples_of,
+    series_hash,
+    write_series,
+)
 from pyroshock.schema.session import Store, Writer, open_store
 
+#: Layout of `np.arange(100.0)` in chunks of thirty.
+WHOLE_NUMBERS = SeriesLayout("<f8", 30, 1.0)
 KINDS = ["<f4", "<f8", "<i2", "<i4", "<i8", "|u1"]
 
 
@@ -45,10 +57,10 @@ def stored(store: Store, samples: np.ndarray, chunk_samples: int) -> int:
         campaign = Campaign(name="c", kind="hammer", date=dt.date(2026, 1, 1), fingerprint="x")
         session.add(campaign)
         session.flush()
+        encoded = encode_series(samples, chunk_samples)
         channel = RecordedChannel(
             name="force", quantity="force", unit="N", si_unit="N", si_gain=1.0, si_offset=0.0, sampling_rate_hz=1.0,
-            start_s=0.0, samples=samples.size, dtype=samples.dtype.str, chunk_samples=chunk_samples,
-            sha256=series_hash(samples), header={},
+            start_s=0.0, samples=samples.size, sha256=encoded.sha256, header={}, **vars(encoded.layout),
         )  # fmt: skip
         recording = Recording(
             campaign_id=campaign.id, path="a.npz", sha256="0" * 64, size_bytes=1, format="npz", status="stored",
@@ -56,19 +68,24 @@ def stored(store: Store, samples: np.ndarray, chunk_samples: int) -> int:
         )  # fmt: skip
         session.add(recording)
         session.flush()
-        write_series(session, channel.id, encode_chunks(samples, chunk_samples), store.written_by(session))
+        write_series(session, channel.id, encoded.frames, store.written_by(session))
         return channel.id
 
 
 @pytest.mark.parametrize("chunk_samples", [7, 64, 1000])
-def test_any_slice_is_the_slice_of_the_whole(store, chunk_samples):
+@pytest.mark.parametrize("step", [None, 0.125])
+def test_any_slice_is_the_slice_of_the_whole(store, chunk_samples, step):
     rng = np.random.default_rng(1)
-    samples = rng.normal(size=500).astype(np.float32)
-    samples[13] = np.nan
+    if step is None:
+        samples = rng.normal(size=500).astype(np.float32)
+        samples[13] = np.nan
+    else:
+        samples = (rng.normal(0, 5, 500).astype(np.int16) * step).astype(np.float32)
     channel = stored(store, samples, chunk_samples)
+    layout = SeriesLayout("<f4", chunk_samples, step)
     with store.reading() as session:
         for start, stop in [(0, 500), (0, 0), (499, 500), (0, 7), (7, 14), (3, 471), *_random_slices(rng)]:
-            part = read_slice(session.connection(), channel, "<f4", chunk_samples, start, stop)
+            part = read_slice(session.connection(), channel, layout, start, stop)
             assert part.tobytes() == samples[start:stop].tobytes(), (start, stop)
 
 
@@ -82,7 +99,7 @@ def test_missing_chunk_is_named(store):
     with store.writing() as session:
         session.delete(session.get_one(SeriesChunk, (channel, 2)))
     with store.reading() as session, pytest.raises(SeriesError, match="chunk 2"):
-        read_slice(session.connection(), channel, "<f8", 30, 0, 100)
+        read_slice(session.connection(), channel, WHOLE_NUMBERS, 0, 100)
 
 
 @pytest.mark.parametrize("damage", [lambda f: f[:-3], lambda f: b"\x00" * len(f), lambda f: f[:16], lambda f: b""])
@@ -92,4 +109,11 @@ def test_damaged_chunk_is_named(store, damage):
         chunk = session.get_one(SeriesChunk, (channel, 1))
         chunk.frame = damage(chunk.frame)
     with store.reading() as session, pytest.raises(SeriesError, match="chunk 1"):
-        read_slice(session.connection(), channel, "<f8", 30, 0, 100)
+        read_slice(session.connection(), channel, WHOLE_NUMBERS, 0, 100)
+
+
+@given(hnp.arrays(st.sampled_from(KINDS), st.integers(1, 300), elements={"allow_nan": True, "allow_infinity": True}))
+def test_series_returns_the_same_bits(samples):
+    again = samples_of(encode_series(samples, 64))
+    assert again.dtype == samples.dtype
+    assert again.tobytes() == samples.tobytes()
