@@ -41,13 +41,9 @@ def _as_counts(samples: NDArray[Any]) -> tuple[Counts, float] | None:
         step = _step(known, rough, samples.dtype)
         if step is None:
             return None
-        counts = _round(samples, step)
-        if counts is None:
-            return None
-        again = np.empty_like(samples)
-        from_counts(counts, step, again)
-        bits = f"u{samples.itemsize}"
-        wrong = np.flatnonzero(again.view(bits) != samples.view(bits))
+        if _counts_of(known.astype(samples.dtype), step)[1].size:
+            return None  # no step gives even these
+        counts, wrong = _counts_of(samples, step)
         if not wrong.size:
             return counts, step
         known = np.concatenate([known, samples[wrong[:_PROBE_SAMPLES]]])
@@ -81,8 +77,11 @@ def _step(values: NDArray[np.float64], rough: float, dtype: np.dtype[Any]) -> fl
     return narrow if dtype == np.float32 and low <= narrow <= high else middle
 
 
-def _round(samples: NDArray[Any], step: float) -> Counts | None:
-    counts: NDArray[np.floating[Any]] = np.rint(samples / samples.dtype.type(step))
-    if not (counts.min() >= -LARGEST_COUNT and counts.max() <= LARGEST_COUNT):  # also where one is no number
-        return None
-    return counts.astype(np.int16)
+def _counts_of(samples: NDArray[Any], step: float) -> tuple[Counts, NDArray[np.intp]]:
+    """Counts of `samples` (n,), and the indices of those that they do not give back."""
+    # Beyond the counts, and where there is no number, the conversion gives anything: the comparison notices.
+    counts = np.rint(samples / samples.dtype.type(step)).clip(-LARGEST_COUNT, LARGEST_COUNT).astype(np.int16)
+    again = np.empty_like(samples)
+    from_counts(counts, step, again)
+    bits = f"u{samples.itemsize}"
+    return counts, np.flatnonzero(again.view(bits) != samples.view(bits))
