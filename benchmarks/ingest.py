@@ -82,19 +82,17 @@ def _floor_s() -> float:
     return Spread.of(interleaved({"floor": work}, 15)["floor"]).median
 
 
-def measure_memory(folder: Path) -> Iterator[Figure]:
-    """Peak memory of larger and larger campaigns over that of the smallest."""
+def measure_memory(folder: Path, repeats: int = 3) -> Iterator[Figure]:
+    """Peak memory of larger and larger campaigns over that of the smallest, which is long enough for all to be busy."""
     for jobs in (1, 2):
-        sizes = (20, 60, RECORDINGS)
-        peaks = [_peak(folder, count, jobs) for count in sizes]
-        for count, peak in zip(sizes[1:], peaks[1:], strict=True):
-            texts = [f"{value / 2**20:.0f} MiB" for value in (peak, peaks[0])]
+        sizes = (RECORDINGS // 4, RECORDINGS // 2, RECORDINGS)
+        peaks = {count: [_peak(folder, count, jobs) for _ in range(repeats)] for count in sizes}
+        for count in sizes[1:]:
+            texts = [Spread.of(peaks[size]).text(" MiB", 2.0**-20) for size in (count, sizes[0])]
             name = f"{count} recordings against {sizes[0]}, --jobs {jobs}"
-            grown = Spread.of([peak / peaks[0]])
             nature = f"recordings in flight ({2 * jobs if jobs > 1 else 1} at most, 4 MiB each), and the libraries"
-            yield Figure(MEMORY_THEME, name, *texts, grown, "at most", 1.1, nature)
+            yield Figure(MEMORY_THEME, name, *texts, ratio(peaks[count], peaks[sizes[0]]), "at most", 1.1, nature)
 
 
 def _peak(folder: Path, recordings: int, jobs: int) -> int:
-    source = campaign(folder, recordings, ".mat")
-    return min(ingest_once(source, folder, jobs=jobs, watch_memory=True).peak_bytes for _ in range(2))
+    return ingest_once(campaign(folder, recordings, ".mat"), folder, jobs=jobs, watch_memory=True).peak_bytes

@@ -23,9 +23,9 @@ from .folder import CampaignFile, read_campaign_file
 from .impact_speed import IMPACTOR_POSITIONS
 from .matching import Hit, expected_hits, match
 from .modes import ModalTableFile, read_modal_table
-from .parallel import default_jobs, map_ahead
+from .parallel import Isolation, default_jobs, map_ahead
 from .processing import ProcessedRecording, file_hash, process_recording
-from .readers import RecordingError, reader_for
+from .readers import RecordingError, may_crash, reader_for
 from .report import IngestReport
 from .runs import FILE, MaterialNames, RunRow, read_runs
 from .settings import ExtractionSettings
@@ -34,6 +34,9 @@ from .store import CampaignStore, Damaged
 #: Called with (done, total, what) after each recording.
 Progress = Callable[[int, int, str], None]
 
+
+#: A recording whose reading takes longer than this, and longer than its size explains, never ends.
+_PATIENCE_S, _SLOWEST_BYTES_PER_S = 120.0, 0.5e6
 
 Outcome = tuple[list[Hit], ProcessedRecording] | Damaged
 
@@ -68,7 +71,10 @@ def ingest_folder(
     work = _plan(file, rows, target)
     damaged: list[Damaged] = []
     jobs = jobs or default_jobs(sum(item.size_bytes for item in work))
-    results = map_ahead(partial(_process, file, rows, settings), work, jobs, _crashed)
+    crashing = any(may_crash(folder / item.path) for item in work)
+    results = map_ahead(
+        partial(_process, file, rows, settings), work, jobs, Isolation(_lost, _patience_s, always=crashing)
+    )
     for done, (item, result) in enumerate(results, 1):
         if isinstance(result, Damaged):
             damaged.append(result)
@@ -165,8 +171,14 @@ def _process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionS
         return _damaged(work, str(error))
 
 
-def _crashed(work: Work) -> Outcome:
-    return _damaged(work, f"{work.path}: the library that reads it was crashed by it; the file is damaged")
+def _lost(work: Work) -> Outcome:
+    reason = f"crashed by it, or did not end within {_patience_s(work):.0f} s; the file is damaged"
+    return _damaged(work, f"{work.path}: the library that reads it was {reason}")
+
+
+def _patience_s(work: Work) -> float:
+    """Far above what a recording takes (0.03 s for a megabyte), also from a slow network."""
+    return _PATIENCE_S + work.size_bytes / _SLOWEST_BYTES_PER_S
 
 
 def _damaged(work: Work, reason: str) -> Damaged:

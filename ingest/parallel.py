@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import multiprocessing
 import os
 import threading
@@ -9,7 +10,9 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from typing import TypeVar
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Generic, TypeVar
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -26,25 +29,36 @@ def default_jobs(total_bytes: int) -> int:
     return min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
 
 
+@dataclass(frozen=True)
+class Isolation(Generic[Item, Result]):
+    """What stands in for an item whose process dies (a C library can be crashed by a damaged file, or never return).
+
+    `patience_s(item)` is the time after which its process is ended; with `always`, not even a single item, or a
+    single job, runs in this process.
+    """
+
+    lost: Callable[[Item], Result]
+    patience_s: Callable[[Item], float]
+    always: bool = False
+
+
 def map_ahead(
-    function: Callable[[Item], Result], items: Sequence[Item], jobs: int, crashed: Callable[[Item], Result]
+    function: Callable[[Item], Result], items: Sequence[Item], jobs: int, isolation: Isolation[Item, Result]
 ) -> Iterator[tuple[Item, Result]]:
     """(item, function(item)) in order. With `jobs` > 1, at most `2 * jobs` results exist at a time, so that memory
-    does not grow with the number of items.
-
-    An item whose process dies (a C library can be crashed by a damaged file) gives `crashed(item)`, and the others go
-    on. With one job, or one item, there is no other process to die.
+    does not grow with the number of items. An item whose process dies gives `isolation.lost(item)`, and the others
+    go on.
     """
-    if jobs <= 1 or len(items) < 2:
+    if not isolation.always and (jobs <= 1 or len(items) < 2):
         for item in items:
             yield item, function(item)
         return
     rest = deque(items)
     while rest:
-        lost: list[Item] = []
-        yield from _until_a_crash(function, rest, min(jobs, len(rest)), lost)
-        for item in lost:
-            yield item, _alone(function, item, crashed)
+        under_way: list[Item] = []
+        yield from _until_a_crash(function, rest, max(1, min(jobs, len(rest))), isolation, under_way)
+        for item in under_way:
+            yield item, _alone(function, item, isolation)
 
 
 def _pool(jobs: int) -> ProcessPoolExecutor:
@@ -53,6 +67,16 @@ def _pool(jobs: int) -> ProcessPoolExecutor:
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["pyroshock.ingest.load", "scipy.interpolate"])
     return ProcessPoolExecutor(jobs, mp_context=context, initializer=_end_with_parent)
+
+
+def _watched(function: Callable[[Item], Result], patience_s: float, item: Item) -> Result:
+    """In a process of its own, which ends when the item takes too long, even inside a C library."""
+    with Path(os.devnull).open("w") as nowhere:
+        faulthandler.dump_traceback_later(patience_s, exit=True, file=nowhere)
+        try:
+            return function(item)
+        finally:
+            faulthandler.cancel_dump_traceback_later()
 
 
 def _end_with_parent() -> None:
@@ -68,30 +92,34 @@ def _wait_and_exit(wait: Callable[[], None]) -> None:
 
 
 def _until_a_crash(
-    function: Callable[[Item], Result], rest: deque[Item], jobs: int, lost: list[Item]
+    function: Callable[[Item], Result],
+    rest: deque[Item],
+    jobs: int,
+    isolation: Isolation[Item, Result],
+    under_way: list[Item],
 ) -> Iterator[tuple[Item, Result]]:
-    """Work off `rest`; after a crash `lost` holds the items that were under way, one of which did it."""
+    """Work off `rest`; after a crash `under_way` holds the items of which one did it."""
     waiting: deque[tuple[Item, Future[Result]]] = deque()
     with _pool(jobs) as pool:
         try:
             while rest or waiting:
                 while rest and len(waiting) < 2 * jobs:
-                    waiting.append((rest[0], pool.submit(function, rest[0])))
+                    waiting.append((rest[0], pool.submit(_watched, function, isolation.patience_s(rest[0]), rest[0])))
                     rest.popleft()
                 item, future = waiting[0]
                 result = future.result()
                 waiting.popleft()
                 yield item, result
         except BrokenProcessPool:
-            lost.extend(item for item, _ in waiting)
+            under_way.extend(item for item, _ in waiting)
         finally:
             for _, future in waiting:
                 future.cancel()
 
 
-def _alone(function: Callable[[Item], Result], item: Item, crashed: Callable[[Item], Result]) -> Result:
+def _alone(function: Callable[[Item], Result], item: Item, isolation: Isolation[Item, Result]) -> Result:
     with _pool(1) as pool:
         try:
-            return pool.submit(function, item).result()
+            return pool.submit(_watched, function, isolation.patience_s(item), item).result()
         except BrokenProcessPool:
-            return crashed(item)
+            return isolation.lost(item)

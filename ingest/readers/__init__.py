@@ -26,7 +26,16 @@ READERS: tuple[Reader, ...] = (
     NpzReader(),
 )
 
-__all__ = ["READERS", "ChannelInfo", "OpenRecording", "Reader", "RecordingError", "open_recording", "reader_for"]
+__all__ = [
+    "READERS",
+    "ChannelInfo",
+    "OpenRecording",
+    "Reader",
+    "RecordingError",
+    "may_crash",
+    "open_recording",
+    "reader_for",
+]
 
 
 def reader_for(path: Path) -> Reader:
@@ -42,3 +51,15 @@ def reader_for(path: Path) -> Reader:
 def open_recording(path: Path) -> OpenRecording:
     """The recording at `path`, held open: use as a context manager. Raises `RecordingError`."""
     return reader_for(path).open(Path(path))
+
+
+def may_crash(path: Path) -> bool:
+    """Whether a damaged file like this can crash the process that reads it, or hold it for ever.
+
+    libhdf5 does either on about one in 3000 wrong bytes of its metadata; no other library has been seen to.
+    """
+    if Path(path).suffix.lower() not in (*MatReader.suffixes, *Hdf5Reader.suffixes):
+        return False
+    import h5py
+
+    return bool(h5py.is_hdf5(path))
