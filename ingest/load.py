@@ -173,7 +173,7 @@ def _process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionS
 
 def _lost(work: Work) -> Outcome:
     reason = f"crashed by it, or did not end within {_patience_s(work):.0f} s; the file is damaged"
-    return _damaged(work, f"{work.path}: the library that reads it was {reason}")
+    return _damaged(work, f"the library that reads it was {reason}")
 
 
 def _patience_s(work: Work) -> float:
