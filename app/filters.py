@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from ..ingest.factors import BY_COLUMN, level_label
+from ..schema.columns import BY_COLUMN, level_label
 from ..schema.listings import OPERATORS, Condition
 
 _FORM = re.compile(r"\s*(?P<field>[^=<>!]+?)\s*(?P<operator><=|>=|!=|=|<|>)\s*(?P<value>.*?)\s*$")

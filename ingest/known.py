@@ -10,12 +10,12 @@ from sqlalchemy.orm import Session
 
 from ..schema.benches import ModalTable, Plate
 from ..schema.campaigns import Campaign, Configuration
+from ..schema.configurations import configuration_fingerprint
 from ..schema.impacts import Impact
 from ..schema.recordings import Recording
 from ..schema.shots import Shot
 from .errors import IngestError
 from .modes import ModalTableFile
-from .rows import configuration_fingerprint
 from .runs import RunRow
 from .velocity import muzzle_velocity_uncertainty
 

@@ -13,9 +13,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from sqlalchemy import select
-
-from ..schema.materials import Material, MaterialAlias
+from ..schema.levels import MaterialNames
+from ..schema.materials import material_names
 from ..schema.session import Store
 from .errors import IngestError
 from .folder import FILE as CAMPAIGN
@@ -27,7 +26,7 @@ from .parallel import Isolation, default_jobs, map_ahead
 from .processing import ProcessedRecording, file_hash, process_recording
 from .readers import RecordingError, may_crash, reader_for
 from .report import IngestReport
-from .runs import FILE, MaterialNames, RunRow, read_runs
+from .runs import FILE, RunRow, read_runs
 from .settings import ExtractionSettings
 from .store import CampaignStore, Damaged
 
@@ -64,7 +63,8 @@ def ingest_folder(
     Raises `IngestError`, with nothing stored, for a campaign that is refused or holds nothing usable.
     """
     settings = settings or ExtractionSettings()
-    names = material_names(store)
+    with store.reading() as session:
+        names = material_names(session)
     file = _with_known_material(read_campaign_file(folder), names)
     rows = read_runs(folder, file.kind, names)
     target = CampaignStore(store, file, _modes(file), rows, settings)
@@ -88,15 +88,6 @@ def ingest_folder(
         raise IngestError(f"{file.folder}: no usable recording; {damaged[0].path}: {damaged[0].reason}")
     target.set_aside(damaged)
     return target.report()
-
-
-def material_names(store: Store) -> MaterialNames:
-    """A reader of material names: any case, any alias; None for an unknown one."""
-    with store.reading() as session:
-        known = [(name, name) for name in session.scalars(select(Material.name))]
-        aliases = session.execute(select(MaterialAlias.alias, Material.name).join(Material.aliases)).all()
-    table = {alias.lower(): name for alias, name in (*((a, n) for a, n in aliases), *known)}
-    return lambda text: table.get(text.lower())
 
 
 def _with_known_material(file: CampaignFile, names: MaterialNames) -> CampaignFile:

@@ -7,8 +7,8 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from ..schema.columns import parse_number
 from .errors import IngestError
-from .factors import parse_number
 from .tables import Line, read_table
 
 _FIXED = ("mode", "frequency_hz", "damping_ratio", "shape_impact")

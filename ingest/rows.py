@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from datetime import UTC, datetime
 from typing import Any, TypeVar
 
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ..schema.benches import Gun, Hammer, ModalTable, Mode, ModeShape, Plate
-from ..schema.campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
+from ..schema.campaigns import Campaign
 from ..schema.impacts import ExtractionSettings as SettingsRow
 from ..schema.impacts import Pulse as PulseRow
-from ..schema.keys import get_or_add
-from ..schema.materials import Material
+from ..schema.keys import fingerprint_of, get_or_add
+from ..schema.materials import material_id
 from ..schema.recordings import RecordedChannel
 from ..schema.series import encode
 from .errors import IngestError
@@ -23,7 +20,6 @@ from .folder import CampaignFile, PlatePart
 from .modes import ModalTableFile
 from .processing import StoredSeries
 from .pulses import Pulse
-from .runs import Level
 from .settings import EXTRACTION_VERSION, ExtractionSettings
 
 Part = TypeVar("Part", Gun, Hammer)
@@ -59,12 +55,8 @@ def refuse_other_campaign(row: Campaign, file: CampaignFile) -> None:
         )
 
 
-def _fingerprint(content: object) -> str:
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-
-
 def _part(session: Session, model: type[Part], content: dict[str, float]) -> Part:
-    return get_or_add(session, model, {"fingerprint": _fingerprint(content)}, content)
+    return get_or_add(session, model, {"fingerprint": fingerprint_of(content)}, content)
 
 
 def _plate(session: Session, part: PlatePart, modes: ModalTableFile | None) -> Plate:
@@ -72,16 +64,12 @@ def _plate(session: Session, part: PlatePart, modes: ModalTableFile | None) -> P
     outline = [list(corner) for corner in part.outline_m] if part.outline_m else None
     values: dict[str, Any] = {
         "modal_table_id": table.id if table else None,
-        "material_id": _material_id(session, part.material) if part.material else None,
+        "material_id": material_id(session, part.material) if part.material else None,
         "thickness_m": part.thickness_m,
         "outline_m": outline,
     }
     content = [modes.fingerprint if modes else None, part.material, part.thickness_m, outline]
-    return get_or_add(session, Plate, {"fingerprint": _fingerprint(content)}, values)
-
-
-def _material_id(session: Session, name: str) -> int:
-    return session.scalars(select(Material.id).where(Material.name == name)).one()
+    return get_or_add(session, Plate, {"fingerprint": fingerprint_of(content)}, values)
 
 
 def _modal_table(session: Session, file: ModalTableFile) -> ModalTable:
@@ -96,36 +84,6 @@ def _modal_table(session: Session, file: ModalTableFile) -> ModalTable:
         for mode in file.modes
     ]
     return get_or_add(session, ModalTable, {"fingerprint": file.fingerprint}, {"modes": modes})
-
-
-def configuration_fingerprint(levels: tuple[Level, ...]) -> str:
-    """Hash of a combination of levels; the same combination has the same, whoever plans or records it."""
-    return _fingerprint(sorted([level.factor, level.label] for level in levels))
-
-
-def configuration_id(session: Session, levels: tuple[Level, ...]) -> int:
-    """Key of the configuration with these levels, made of known factors and levels where it is new."""
-    fingerprint = configuration_fingerprint(levels)
-    known = session.scalar(select(Configuration.id).where(Configuration.fingerprint == fingerprint))
-    if known is not None:
-        return known
-    level_rows = [_level(session, level) for level in levels]
-    row = get_or_add(session, Configuration, {"fingerprint": fingerprint})
-    for level in level_rows:
-        key = {"configuration_id": row.id, "level_id": level.id}
-        get_or_add(session, ConfigurationLevel, key, {"factor_id": level.factor_id})
-    return row.id
-
-
-def _level(session: Session, level: Level) -> FactorLevel:
-    factor = get_or_add(session, Factor, {"name": level.factor}, {"si_unit": level.si_unit})
-    material = _material_id(session, level.material) if level.material else None
-    return get_or_add(
-        session,
-        FactorLevel,
-        {"factor_id": factor.id, "label": level.label},
-        {"number": level.number, "material_id": material},
-    )
 
 
 def settings_id(session: Session, settings: ExtractionSettings) -> int:

@@ -3,30 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ..schema.columns import BY_COLUMN, BY_NAME, parse_number
+from ..schema.levels import Level, LevelError, MaterialNames, level_of
 from .errors import IngestError
-from .factors import BY_COLUMN, BY_NAME, NONE, KnownFactor, level_label, parse_number
 from .tables import Line, read_table
 from .texts import LONGEST_NAME, shown
 
 FILE = "runs.csv"
-
-#: Reads a material's name (any case, any alias) as the store's; None for an unknown one.
-MaterialNames = Callable[[str], str | None]
-
-
-@dataclass(frozen=True)
-class Level:
-    """One factor's setting in one row: `number` in SI where it is a number."""
-
-    factor: str
-    label: str
-    number: float | None = None
-    si_unit: str | None = None
-    material: str | None = None
 
 
 @dataclass(frozen=True)
@@ -62,8 +49,6 @@ _MEASURED: dict[str, tuple[str, float, bool]] = {
     "bullet_length_u_mm": ("bullet_length_u_m", 1e-3, True),
     "laser_sampling_rate_hz": ("laser_sampling_rate_hz", 1.0, False),
 }
-#: Factors that are a quantity of matter or state: zero or less is a slip of the pen.
-_ABOVE_ZERO = ("tip_radius_mm", "bullet_mass_kg", "tank_pressure_bar")
 _REQUIRED = {"hammer": ("run", "repetition"), "gun": ("run", "repetition", "bullet_mass_kg", "tank_pressure_bar")}
 
 
@@ -118,8 +103,7 @@ def _row(folder: Path, line: int, cells: dict[str, str], kind: str, materials: M
             name, scale, zero = _MEASURED[column]
             measured[name] = _measurement(line, column, text, scale, zero)
         elif text:
-            known = BY_COLUMN.get(column)
-            levels.append(_known_level(line, text, known, materials) if known else _free_level(column, text))
+            levels.append(_level(line, column, text, materials))
         elif column in _REQUIRED[kind]:
             raise _refusal(line, column, text, "a number above zero")
     levels.sort(key=lambda level: level.factor)
@@ -159,45 +143,11 @@ def _measurement(line: int, column: str, text: str, scale: float, zero: bool) ->
     return value
 
 
-def _known_level(line: int, text: str, known: KnownFactor, materials: MaterialNames) -> Level:
-    if known.si_unit is not None:
-        return _number_level(line, text, known, known.si_unit)
-    if known.material:
-        if known.optional_layer and text.lower() == NONE:
-            return Level(known.name, NONE)
-        material = materials(text)
-        if material is None:
-            raise _refusal(
-                line, known.column, text, "a material of the store (pyroshock materials lists and adds them)"
-            )
-        return Level(known.name, material, material=material)
-    if known.words:
-        word = text.lower()
-        if word not in known.words:
-            raise _refusal(line, known.column, text, f"one of {', '.join(known.words)}")
-        return Level(known.name, word)
-    return Level(known.name, text)
-
-
-def _number_level(line: int, text: str, known: KnownFactor, si_unit: str) -> Level:
+def _level(line: int, column: str, text: str, materials: MaterialNames) -> Level:
     try:
-        number = float(level_label(parse_number(text) * known.scale))
-    except ValueError as error:
-        raise _refusal(line, known.column, text, "a number above zero") from error
-    if not math.isfinite(number) or (number <= 0 and known.column in _ABOVE_ZERO):
-        raise _refusal(line, known.column, text, "a number above zero")
-    return Level(known.name, level_label(number), number, si_unit)
-
-
-def _free_level(column: str, text: str) -> Level:
-    try:
-        number = parse_number(text)
-    except ValueError:
-        return Level(column, text)
-    label = level_label(number)
-    if text.isdigit() and float(label) != number:
-        return Level(column, text)  # a serial number: rounded, it would be another's
-    return Level(column, label, float(label))
+        return level_of(column, text, materials)
+    except LevelError as error:
+        raise _refusal(line, column, text, str(error)) from error
 
 
 def _recording(folder: Path, line: int, text: str) -> str | None:

@@ -9,6 +9,7 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
+from ..schema.configurations import configuration_id
 from ..schema.impacts import Impact
 from ..schema.keys import get_or_add
 from ..schema.quality import QualityFinding
@@ -28,7 +29,6 @@ from .report import IngestReport
 from .rows import (
     campaign_row,
     channel_row,
-    configuration_id,
     pulse_row,
     refuse_other_campaign,
     settings_id,

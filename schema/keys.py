@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from typing import Any, TypeVar
 
 from sqlalchemy import select
@@ -11,6 +13,11 @@ from sqlalchemy.orm import Session
 from .base import Base
 
 Row = TypeVar("Row", bound=Base)
+
+
+def fingerprint_of(content: object) -> str:
+    """SHA-256 of JSON content, whatever the order of its keys: the natural key of rows that are sets of values."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def get_or_add(session: Session, model: type[Row], key: dict[str, Any], values: dict[str, Any] | None = None) -> Row:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from sqlalchemy import CheckConstraint, ForeignKey, UniqueConstraint
-from sqlalchemy.orm import Mapped, mapped_column, relationship
+from sqlalchemy import CheckConstraint, ForeignKey, UniqueConstraint, select
+from sqlalchemy.orm import Mapped, Session, mapped_column, relationship
 
 from .base import Base, HasId, Written, positive
+from .levels import MaterialNames
 
 
 class Material(HasId, Written, Base):
@@ -38,3 +39,16 @@ class MaterialAlias(HasId, Written, Base):
     material_id: Mapped[int] = mapped_column(ForeignKey("materials.id"), index=True)
     alias: Mapped[str]
     material: Mapped[Material] = relationship(back_populates="aliases")
+
+
+def material_id(session: Session, name: str) -> int:
+    """Key of the material with the store's own `name`. Raises `NoResultFound` where there is none."""
+    return session.scalars(select(Material.id).where(Material.name == name)).one()
+
+
+def material_names(session: Session) -> MaterialNames:
+    """A reader of material names: any case, any alias; None for an unknown one."""
+    known = [(name, name) for name in session.scalars(select(Material.name))]
+    aliases = session.execute(select(MaterialAlias.alias, Material.name).join(Material.aliases)).all()
+    table = {alias.lower(): name for alias, name in (*((a, n) for a, n in aliases), *known)}
+    return lambda text: table.get(text.lower())

@@ -58,11 +58,12 @@ def add(
 ) -> None:
     """Add a material; a name that is taken is refused."""
     with opened(db) as store:
-        from ...ingest.load import material_names
-        from ...schema.materials import Material
+        from ...schema.materials import Material, material_names
         from .quantities import parse_quantity
 
-        if material_names(store)(name):
+        with store.reading() as session:
+            taken = material_names(session)(name)
+        if taken:
             raise ValueError(f"material {name!r} is known already; pyroshock materials lists it")
         if not -1 < poisson_ratio < 0.5:
             raise ValueError(f"--poisson-ratio is {poisson_ratio}; expected a number above -1 and below 0.5")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import datetime as dt
 
 import pytest
-from pyroshock.ingest.rows import configuration_id
-from pyroshock.ingest.runs import Level
 from pyroshock.schema.campaigns import Campaign
+from pyroshock.schema.configurations import configuration_id
 from pyroshock.schema.impacts import Impact
+from pyroshock.schema.levels import Level
 from pyroshock.schema.listings import Condition, UnknownFieldError, iter_impacts, list_campaigns
 from pyroshock.schema.plans import Plan, PlannedRun
 from pyroshock.schema.session import Writer, open_store

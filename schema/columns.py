@@ -1,6 +1,6 @@
-"""The factors of the thesis (Tables 3.2 and 4.1) as `runs.csv` names them, and what a cell may hold.
+"""The factors of the thesis (Tables 3.2 and 4.1) as tables of runs name them, and what a cell may hold.
 
-Any other column of `runs.csv` is a free factor, kept under its own name as number or text.
+Any other column is a free factor, kept under its own name as number or text.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ NONE = "none"
 
 @dataclass(frozen=True)
 class KnownFactor:
-    """A column of `runs.csv` with a meaning.
+    """A column of a table of runs, recorded or planned, with a meaning.
 
     `name` and `si_unit` are stored; a cell times `scale` is SI. `words` are the allowed texts; `material` takes the
     name of a known material (`optional_layer`: or "none").
@@ -26,6 +26,7 @@ class KnownFactor:
     scale: float = 1.0
     words: tuple[str, ...] = ()
     material: bool = False
+    above_zero: bool = False  # a quantity of matter or state: zero or less is a slip of the pen
     optional_layer: bool = False
 
     @property
@@ -35,15 +36,15 @@ class KnownFactor:
 
 KNOWN_FACTORS: tuple[KnownFactor, ...] = (
     KnownFactor("tip_material", "tip_material", material=True),
-    KnownFactor("tip_radius_mm", "tip_radius", "m", 1e-3),
+    KnownFactor("tip_radius_mm", "tip_radius", "m", 1e-3, above_zero=True),
     KnownFactor("plate_material", "plate_material", material=True),
     KnownFactor("anvil_material", "anvil_material", material=True, optional_layer=True),
     KnownFactor("insulator", "insulator", words=(NONE, "polymeric")),
     KnownFactor("boundary_conditions", "boundary_conditions", words=("free", "fixed")),
     KnownFactor("impact_position", "impact_position"),
     KnownFactor("hammer_speed", "hammer_speed", words=("low", "high")),
-    KnownFactor("bullet_mass_kg", "bullet_mass", "kg"),
-    KnownFactor("tank_pressure_bar", "tank_pressure", "Pa", 1e5),
+    KnownFactor("bullet_mass_kg", "bullet_mass", "kg", above_zero=True),
+    KnownFactor("tank_pressure_bar", "tank_pressure", "Pa", 1e5, above_zero=True),
 )
 
 BY_COLUMN = {factor.column: factor for factor in KNOWN_FACTORS}

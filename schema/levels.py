@@ -1,0 +1,74 @@
+"""A cell of a table of runs as a factor's level: known columns by their meaning, any other as number or text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from .columns import BY_COLUMN, NONE, KnownFactor, level_label, parse_number
+
+#: Reads a material's name (any case, any alias) as the store's; None for an unknown one.
+MaterialNames = Callable[[str], str | None]
+
+
+class LevelError(ValueError):
+    """A cell is no level of its factor; the message is what was expected."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """One factor's setting in one run: `number` in SI where it is a number."""
+
+    factor: str
+    label: str
+    number: float | None = None
+    si_unit: str | None = None
+    material: str | None = None
+
+
+def level_of(column: str, text: str, materials: MaterialNames) -> Level:
+    """The level that a cell states. Raises `LevelError` where a known column holds something else."""
+    known = BY_COLUMN.get(column)
+    if known is None:
+        return _free_level(column, text)
+    if known.si_unit is not None:
+        return _number_level(text, known, known.si_unit)
+    if known.material:
+        return _material_level(text, known, materials)
+    if known.words:
+        word = text.lower()
+        if word not in known.words:
+            raise LevelError(f"one of {', '.join(known.words)}")
+        return Level(known.name, word)
+    return Level(known.name, text)
+
+
+def _material_level(text: str, known: KnownFactor, materials: MaterialNames) -> Level:
+    if known.optional_layer and text.lower() == NONE:
+        return Level(known.name, NONE)
+    material = materials(text)
+    if material is None:
+        raise LevelError("a material of the store (pyroshock materials lists and adds them)")
+    return Level(known.name, material, material=material)
+
+
+def _number_level(text: str, known: KnownFactor, si_unit: str) -> Level:
+    try:
+        number = float(level_label(parse_number(text) * known.scale))
+    except ValueError as error:
+        raise LevelError("a number above zero") from error
+    if not math.isfinite(number) or (number <= 0 and known.above_zero):
+        raise LevelError("a number above zero")
+    return Level(known.name, level_label(number), number, si_unit)
+
+
+def _free_level(column: str, text: str) -> Level:
+    try:
+        number = parse_number(text)
+    except ValueError:
+        return Level(column, text)
+    label = level_label(number)
+    if text.isdigit() and float(label) != number:
+        return Level(column, text)  # a serial number: rounded, it would be another's
+    return Level(column, label, float(label))
