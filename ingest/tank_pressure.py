@@ -49,8 +49,11 @@ def tank_pressure_before(
     stretch = values[first:stop]
     rest = rest_level(stretch)
     kept = np.where(np.abs(stretch - rest.baseline) <= 6 * rest.noise, stretch, np.nan) if rest.noise else stretch
-    means = np.array([np.nanmean(piece) for piece in np.array_split(kept, _PIECES)])
-    return TankPressure(float(np.nanmean(kept)), float(means.std(ddof=1) / np.sqrt(_PIECES)), first, stop)
+    pieces = [piece[np.isfinite(piece)] for piece in np.array_split(kept, _PIECES)]
+    means = np.array([piece.mean() for piece in pieces if piece.size])  # a valve's slow start may take a whole one
+    if means.size < 2:
+        raise NoDropError(f"no level before the drop at {stop}: the pressure does not rest")
+    return TankPressure(float(np.nanmean(kept)), float(means.std(ddof=1) / np.sqrt(means.size)), first, stop)
 
 
 def _drop(values: NDArray[np.float64]) -> int:

@@ -268,6 +268,15 @@ def test_only_the_stretch_next_to_the_drop_counts(rng: np.random.Generator) -> N
     assert middle > 5600
 
 
+@pytest.mark.parametrize(("drop", "slowness"), [(600, 3000), (1000, 6000), (5000, 10_000)])
+def test_slow_valve_takes_pieces_of_the_rest(rng: np.random.Generator, drop: int, slowness: int) -> None:
+    """The drop is found late, and whole pieces before it have left their level: NaN once came out of them."""
+    since = np.clip(np.arange(30_000) - drop, 0, None) / slowness
+    result = tank_pressure_before(4e5 * np.exp(-(since**3)) + 50 * rng.standard_normal(30_000))
+    assert result.pressure_pa == pytest.approx(4e5, rel=2e-3)
+    assert 0 < result.pressure_u_pa < 800
+
+
 def test_noiseless_pressure_is_exact() -> None:
     result = tank_pressure_before(tank(np.random.default_rng(0), noise=0.0))
     assert result.pressure_pa == pytest.approx(40_420, rel=1e-12)
