@@ -139,12 +139,15 @@ def open_store(url: str, writer: Writer, *, create: bool = False) -> Store:
 
 def _check_revision(engine: Engine, url: str, create: bool) -> None:
     revision = migrate.current_revision(engine)
+    if revision is None and inspect(engine).get_table_names():
+        # Looked at twice: between the two looks another process may have made the store.
+        revision = migrate.current_revision(engine)
+        if revision is None:
+            raise StoreError(f"{describe(engine)} holds tables that are not a pyroshock store")
     if revision == migrate.HEAD:
         return
     if revision is not None:
         raise StoreVersionError(_version_message(engine, url, revision))
-    if inspect(engine).get_table_names():
-        raise StoreError(f"{describe(engine)} holds tables that are not a pyroshock store")
     if not create:
         raise StoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {url}")
     migrate.upgrade(engine)
