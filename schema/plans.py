@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from sqlalchemy import CheckConstraint, ForeignKey, Index, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from .base import Base, HasId, Written, one_of
-from .campaigns import Configuration
+from .campaigns import KINDS, Configuration
 
 STATUSES = ("planned", "done", "discarded")
 
 
 class Plan(HasId, Written, Base):
-    """A design of experiments: how it was made, and from which seed."""
+    """A design of experiments: of which factors, how it was made, and from which seed."""
 
     __tablename__ = "plans"
+    __table_args__ = (CheckConstraint(one_of("kind", KINDS), "kind_known"),)
 
     name: Mapped[str] = mapped_column(unique=True)
+    kind: Mapped[str]
+    factors: Mapped[str]  # TOML: factors, levels, dependencies and bench limits, as the plan was made from
     method: Mapped[str]  # "lhs", "factorial", "import", ...
     seed: Mapped[int | None]
     description: Mapped[str | None]
@@ -41,6 +46,8 @@ class PlannedRun(HasId, Written, Base):
     position: Mapped[int]
     repetitions: Mapped[int] = mapped_column(default=10)
     configuration_id: Mapped[int] = mapped_column(ForeignKey("configurations.id"), index=True)
+    treatment: Mapped[dict[str, Any]]  # column of the plan's table -> level, as written there
+    settings: Mapped[dict[str, Any]]  # what follows from the treatment, such as tank_pressure_bar
     status: Mapped[str] = mapped_column(default="planned")
     reason: Mapped[str | None]
     plan: Mapped[Plan] = relationship()

@@ -15,6 +15,7 @@ from pyroshock.schema.session import Writer, open_store
 
 TIPS = ("steel", "delrin")
 RADII = (0.03, 0.045)
+NOTHING = {"treatment": {}, "settings": {}}
 
 
 @pytest.fixture
@@ -27,7 +28,7 @@ def filled(database_url):
 
 def _fill(store):
     with store.writing() as session:
-        plan = Plan(name="p", method="lhs")
+        plan = Plan(name="p", kind="hammer", factors="", method="lhs")
         session.add(plan)
         for name in ("a", "b"):
             campaign = Campaign(name=name, kind="hammer", date=dt.date(2026, 1, 1), fingerprint=name)
@@ -43,12 +44,12 @@ def _fill(store):
                 impact = Impact(campaign_id=campaign.id, run=i, repetition=1, configuration_id=key)
                 impact.impact_velocity_m_s, impact.velocity_source = float(i), "reported"
                 if name == "b":
-                    planned = PlannedRun(plan=plan, run=i, position=i, configuration_id=key, status="done")
+                    planned = PlannedRun(plan=plan, run=i, position=i, configuration_id=key, status="done", **NOTHING)
                     session.add(planned)
                     session.flush()
                     impact.planned_run_id = planned.id
                 session.add(impact)
-        session.add(PlannedRun(plan=plan, run=99, position=99, configuration_id=key))
+        session.add(PlannedRun(plan=plan, run=99, position=99, configuration_id=key, **NOTHING))
 
 
 def listed(store, *conditions, campaign=None, page=2000):

@@ -1,0 +1,1 @@
+"""Planning campaigns: factors and their feasible combinations, designs, the order of runs, the bench's limits."""

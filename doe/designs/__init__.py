@@ -1,0 +1,1 @@
+"""One way of choosing treatments per file; each gives a `base.Design`."""

@@ -1,0 +1,47 @@
+"""Further runs for a campaign that went otherwise than planned: what was lost is made good by what balances best."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..space import Space
+from .base import Design
+
+#: Space, number of further treatments, and the recorded ones (k, axes), which stay as they are.
+Choose = Callable[[Space, int, NDArray[np.int64]], Design]
+
+
+def augment(space: Space, recorded: NDArray[np.int64], n: int, choose: Choose) -> Design:
+    """`n` further treatments beside those really recorded (k, axes); k may be 0.
+
+    Failed and discarded runs are not recorded: leave them out of `recorded`, count them in `n`, and they are replaced
+    by the treatments that serve the whole best, which need not be the lost ones. `choose` says which; it carries the
+    randomness and is held to its task: `n` treatments of this space, and none that is there already while new ones
+    remain. Raises `ValueError` for `n` below 1, for recorded rows that are no treatments, and where `choose` fails.
+    """
+    if n < 1:
+        raise ValueError(f"n is {n!r}; expected at least 1 further treatment")
+    fixed = space.checked(recorded)
+    chosen = choose(space, n, fixed.copy())
+    if chosen.space != space or len(chosen.treatments) != n:
+        raise ValueError(
+            f"{len(chosen.treatments)} treatments of space {chosen.space.name!r} were chosen; "
+            f"expected {n} of {space.name!r}"
+        )
+    _check_new(space, fixed, chosen.treatments)
+    return replace(chosen, method="augment")
+
+
+def _check_new(space: Space, fixed: NDArray[np.int64], chosen: NDArray[np.int64]) -> None:
+    before, after = _distinct(fixed), _distinct(np.vstack([fixed, chosen]))
+    expected = min(len(chosen), space.size - before)
+    if after - before < expected:
+        raise ValueError(f"{after - before} of the chosen treatments are new; expected {expected}")
+
+
+def _distinct(treatments: NDArray[np.int64]) -> int:
+    return len(np.unique(treatments, axis=0)) if treatments.size else 0

@@ -1,0 +1,167 @@
+"""Swaps of levels between runs, accepted as in simulated annealing: the level counts of every axis stay as they are.
+
+A step takes one run and looks at every swap of one level with every other run. Among these and the choice of staying
+it draws by the Boltzmann distribution (a heat bath), so that no step is lost on rejected trials. The number of steps is
+given and no clock is read: the same seed gives the same runs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .criterion import Kernel
+
+Floats = NDArray[np.float64]
+Ids = NDArray[np.int64]
+
+#: In units of the criterion: at first a cell's count one off its share is drawn freely, in the end hardly.
+FIRST_TEMPERATURE, LAST_TEMPERATURE = 1.6, 0.7
+
+
+class Surface(Protocol):
+    """The criterion as seen from a design. Treatments are numbers: the flat index of their levels."""
+
+    partners: int  #: how many other runs a step looks at
+
+    def between(self, x: Ids, y: Ids) -> Floats:
+        """Of treatments x and y, broadcasting."""
+
+    def field(self, x: Ids) -> Floats:
+        """Twice the sum of `between` x (...,) and all runs, with what x brings alone."""
+
+    def own(self, x: Ids) -> Floats:
+        """`between` x (...,) and itself."""
+
+    def replace(self, old: Ids, new: Ids) -> None:
+        """Runs of the design change."""
+
+
+class Landscape:
+    """The criterion of counts (size,) of treatments with a design's runs added to them (sign 1) or taken away (-1).
+
+    `levels` (size, axes) are those of all treatments; `penalty` (size,) is for each treatment among the runs.
+    """
+
+    def __init__(self, kernel: Kernel, levels: Ids, counts: Floats, sign: float, penalty: Floats) -> None:
+        self.table = np.vstack([kernel.between(one, levels) for one in levels])
+        beside = (self.table * counts).sum(
+            axis=1
+        )  # no product of BLAS: its last digits depend on the number of threads
+        self.ground = sign * (2 * beside + kernel.alone(levels)) + penalty
+
+    def height(self, runs: Ids) -> float:
+        """The criterion of runs (n,), but for what the counts have alone."""
+        return float(self.table[np.ix_(runs, runs)].sum() + self.ground[runs].sum())
+
+
+class TableSurface:
+    """A design of `runs` (n,) in a landscape that is tabulated whole: for small spaces, and fast."""
+
+    def __init__(self, landscape: Landscape, runs: Ids) -> None:
+        self._table = landscape.table
+        self._flat, self._own = self._table.ravel(), self._table.diagonal().copy()
+        self._field = landscape.ground + 2 * self._table[runs].sum(axis=0)
+        self.partners = len(runs)
+
+    def between(self, x: Ids, y: Ids) -> Floats:
+        return np.asarray(self._flat.take(x * len(self._table) + y))  # twice as fast as two indices
+
+    def field(self, x: Ids) -> Floats:
+        return np.asarray(self._field.take(x))
+
+    def own(self, x: Ids) -> Floats:
+        return np.asarray(self._own.take(x))
+
+    def replace(self, old: Ids, new: Ids) -> None:
+        for before, after in zip(old, new, strict=True):
+            self._field += 2 * (self._table[after] - self._table[before])
+
+
+class DirectSurface:
+    """Everything computed when asked for: for spaces of any size, and slow. `others` are runs beside the design."""
+
+    partners = 6
+
+    def __init__(self, kernel: Kernel, sizes: tuple[int, ...], runs: Ids, others: Ids) -> None:
+        self._kernel, self._sizes = kernel, sizes
+        self._runs = np.concatenate([runs, others])
+
+    def between(self, x: Ids, y: Ids) -> Floats:
+        return self._kernel.between(self._levels(x), self._levels(y))
+
+    def field(self, x: Ids) -> Floats:
+        near = self.between(x[..., None], self._runs)
+        return np.asarray(2 * near.sum(axis=-1) + self._kernel.alone(self._levels(x)))
+
+    def own(self, x: Ids) -> Floats:
+        return self.between(x, x)
+
+    def replace(self, old: Ids, new: Ids) -> None:
+        for before, after in zip(old, new, strict=True):
+            self._runs[np.flatnonzero(self._runs == before)[0]] = after
+
+    def _levels(self, x: Ids) -> Ids:
+        return np.stack(np.unravel_index(x, self._sizes), axis=-1)
+
+
+@dataclass(frozen=True)
+class Swaps:
+    """All swaps of one level of a run with its partners: what both become (2, partners, axes), and the change."""
+
+    partners: Ids
+    become: Ids
+    change: Floats  #: of the criterion, (partners, axes); infinite where both have the same level
+
+
+def anneal(surface: Surface, levels: Ids, sizes: tuple[int, ...], steps: int, rng: np.random.Generator) -> Ids:
+    """The best runs (n, axes) met in `steps` steps from `levels` (n, axes), which the surface has as its design."""
+    current, strides = levels.copy(), strides_of(sizes)
+    best, height, lowest = current.copy(), 0.0, 0.0
+    for temperature in np.geomspace(FIRST_TEMPERATURE, LAST_TEMPERATURE, steps if len(levels) > 1 else 0):
+        row = int(rng.integers(len(current)))
+        partners = np.arange(len(levels))
+        if surface.partners < len(levels):
+            partners = rng.choice(len(levels), size=surface.partners, replace=False)
+        swaps = swaps_of(surface, current, strides, row, partners)
+        choice = _drawn(swaps.change.ravel(), temperature, rng)
+        if choice is None:
+            continue
+        place, axis = divmod(choice, len(sizes))
+        pair = [row, int(partners[place])]
+        surface.replace(current[pair] @ strides, swaps.become[:, place, axis])
+        current[pair, axis] = current[pair[::-1], axis]
+        height += float(swaps.change[place, axis])
+        if height < lowest - 1e-9:
+            best, lowest = current.copy(), height
+    return best
+
+
+def swaps_of(surface: Surface, levels: Ids, strides: Ids, row: int, partners: Ids) -> Swaps:
+    """What the swaps of `row` with each partner and each axis would do; `levels` (n, axes) are the design's."""
+    step = (levels[partners] - levels[row]) * strides
+    a, b = np.asarray(levels[row] @ strides), (levels[partners] @ strides)[:, None]
+    become = np.stack([a + step, b - step])
+    gain = surface.field(become) + surface.own(become)
+    gain -= 2 * (surface.between(a, become) + surface.between(b, become))
+    # Swapped or not, two runs agree on the same axes: what is between them counts for both.
+    loss = surface.field(a) - surface.own(a) + surface.field(b) - surface.own(b) - 4 * surface.between(a, b)
+    change = gain[0] + gain[1] - loss
+    change[step == 0] = np.inf
+    return Swaps(partners, become, change)
+
+
+def _drawn(change: Floats, temperature: float, rng: np.random.Generator) -> int | None:
+    """Which change is made, by the Boltzmann distribution; None for none."""
+    floor = min(0.0, float(change.min()))
+    total = np.exp((floor - change) / temperature).cumsum()
+    drawn = rng.random() * (total[-1] + np.exp(floor / temperature))
+    return int(total.searchsorted(drawn, side="right")) if drawn < total[-1] else None
+
+
+def strides_of(sizes: tuple[int, ...]) -> Ids:
+    """What a step of each axis is worth in the number of a treatment."""
+    return np.array([int(np.prod(sizes[axis + 1 :], dtype=np.int64)) for axis in range(len(sizes))], dtype=np.int64)

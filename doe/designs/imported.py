@@ -1,0 +1,94 @@
+"""A design that somebody else has made: a table with a run number and one column per factor."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..space import Space
+from .base import Design
+
+RUN = "run"
+_BIGGEST_RUN = 10**9
+
+Lines = list[tuple[int, list[str]]]
+
+
+@dataclass(frozen=True)
+class ImportedDesign(Design):
+    """A design with the table's own run numbers, one per treatment."""
+
+    runs: tuple[int, ...]
+
+
+def read_table(path: Path, space: Space) -> ImportedDesign:
+    """The treatments of a table, in its order; equal ones are kept.
+
+    CSV in UTF-8, commas or semicolons between the cells, the columns "run" and those of the space in any order.
+    Raises `ValueError` naming file, row, column, value and what was expected; `FileNotFoundError`.
+    """
+    try:
+        header, *lines = _lines(_text(path))
+        _check_header(header[1], space)
+        rows = [_row(header[1], cells, line) for line, cells in lines]
+        if not rows:
+            raise ValueError("no runs below the header; expected at least one")
+        runs = _run_numbers(rows, [line for line, _ in lines])
+        return ImportedDesign(space, space.treatments(rows), "import", None, runs)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"byte {error.start} is not UTF-8; save the file as UTF-8") from error
+
+
+def _lines(text: str) -> Lines:
+    """Line number and cells, stripped, of each line that holds anything; the header first."""
+    first = next((line for line in text.splitlines() if line.strip()), "")
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;", key=first.count), strict=True)
+    try:
+        lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
+    except csv.Error as error:
+        raise ValueError(f"row {reader.line_num}: {error}") from error
+    lines = [(line, cells) for line, cells in lines if any(cells)]
+    if not lines:
+        raise ValueError("empty; expected a header and at least one run")
+    return lines
+
+
+def _check_header(header: Sequence[str], space: Space) -> None:
+    expected = (RUN, *space.columns)
+    for column, count in Counter(header).items():
+        if column not in expected:
+            raise ValueError(f"unknown column {column[:200]!r}; expected {', '.join(expected)}")
+        if count > 1:
+            raise ValueError(f"column {column!r} stands {count} times; expected once")
+    for column in expected:
+        if column not in header:
+            raise ValueError(f"column {column!r} is missing; expected {', '.join(expected)}")
+
+
+def _row(header: Sequence[str], cells: Sequence[str], line: int) -> dict[str, str]:
+    if len(cells) != len(header):
+        raise ValueError(f"row {line}: {len(cells)} cells; expected {len(header)} as in the header")
+    return dict(zip(header, cells, strict=True))
+
+
+def _run_numbers(rows: Sequence[dict[str, str]], lines: Sequence[int]) -> tuple[int, ...]:
+    seen: dict[int, int] = {}
+    for row, line in zip(rows, lines, strict=True):
+        text = row[RUN]
+        if not (text.isascii() and text.isdigit() and len(text) < 20 and 0 < int(text) < _BIGGEST_RUN):
+            raise ValueError(f"row {line}: run is {text[:200]!r}; expected a whole number from 1 to {_BIGGEST_RUN - 1}")
+        if int(text) in seen:
+            raise ValueError(f"row {line}: run {int(text)} stands in row {seen[int(text)]} too; expected once")
+        seen[int(text)] = line
+    return tuple(seen)

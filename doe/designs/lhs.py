@@ -1,0 +1,174 @@
+"""A Latin hypercube over categorical and ordered axes that is balanced in levels, pairs and triples.
+
+The thesis (chapter 3) took MATLAB's `lhsdesign` and rounded it to levels, which repeats treatments and leaves levels
+and pairs out of balance (Table A.1). Here the hypercube is the start: its ranks are cut into exactly balanced levels,
+and swaps of levels between runs, which keep that balance, even out pairs, triples and discrepancy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..merit.places import axis_centres
+from ..space import Space
+from .base import Design
+from .criterion import Kernel, Weights
+from .exchange import DirectSurface, Landscape, TableSurface, anneal
+from .shares import cut_hypercube, level_counts, repaired
+
+Floats = NDArray[np.float64]
+Ids = NDArray[np.int64]
+
+#: A table of all treatments by all is kept up to here (32 MB).
+MOST_TABULATED = 2000
+#: Steps for each swap of one level of one run, and no more than some seconds' worth; a step looks at a run's swaps.
+_STEPS_PER_SWAP, _MOST_STEPS, _MOST_SWAPS = 90, 50_000, 60_000_000
+_MOST_STARTS = 5
+#: Steps are some hundred times dearer where nothing is tabulated.
+_MOST_DIRECT_STEPS = 1500
+#: For a treatment that must not be taken (again).
+_FORBIDDEN = 50.0
+
+
+@dataclass(frozen=True)
+class _Task:
+    """`n` different treatments of `pool` (k,) are wanted beside those that `counts` (size,) says are there."""
+
+    space: Space
+    n: int
+    pool: Ids
+    counts: Floats
+    runs: int  #: of the whole design
+    weights: Weights
+    steps: int | None
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        return tuple(axis.size for axis in self.space.axes)
+
+
+def balanced(
+    space: Space,
+    n: int,
+    rng: np.random.Generator,
+    *,
+    fixed: Ids | None = None,
+    weights: Weights | None = None,
+    steps: int | None = None,
+) -> Design:
+    """`n` treatments that, together with the `fixed` (k, axes) ones, are balanced. Only the `n` are given back.
+
+    No treatment is taken again while new ones remain. Level counts are within one of their share where `fixed`
+    allows; pairs and triples as near as `steps` of annealing bring them (by default as many as take some seconds).
+    The runs stand in no particular order; the design's seed, which only the caller knows, is None. Raises
+    `ValueError` for `n` or `steps` below 1, for rows of `fixed` that are no treatments, and in spaces of more than
+    `MOST_TABULATED` treatments for runs that take more than half of them.
+    """
+    for name, value in (("n", n), ("steps", 1 if steps is None else steps)):
+        if value < 1:
+            raise ValueError(f"{name} is {value!r}; expected at least 1")
+    recorded = space.checked(np.zeros((0, len(space.axes)), dtype=np.int64) if fixed is None else fixed)
+    weights = weights or Weights()
+    if space.size > MOST_TABULATED:
+        chosen = _choose_directly(space, n, recorded, weights, steps, rng)
+    else:
+        chosen = _choose(space, n, recorded, weights, steps, rng)
+    return Design(space, rng.permutation(chosen), "lhs", None)
+
+
+def _choose(space: Space, n: int, recorded: Ids, weights: Weights, steps: int | None, rng: np.random.Generator) -> Ids:
+    """What is there least often is taken first: whole rounds of it, and a chosen part of the last round."""
+    levels = space.all_treatments()
+    counts = np.bincount(_numbers(space, recorded), minlength=space.size).astype(np.float64)
+    runs, taken = n + len(recorded), []
+    while True:
+        pool = np.flatnonzero(counts == counts.min())
+        if len(pool) > n:
+            break
+        taken.append(pool)
+        counts[pool] += 1
+        n -= len(pool)
+    if n:
+        task = _Task(space, n, pool, counts, runs, weights, steps)
+        taken.append(_optimised(task, levels, 1.0, rng) if 2 * n <= len(pool) else _all_but(task, levels, rng))
+    return levels[np.concatenate(taken)]
+
+
+def _all_but(task: _Task, levels: Ids, rng: np.random.Generator) -> Ids:
+    """Near a full factorial hardly a swap is free: those to leave out are chosen instead."""
+    everything = task.counts.copy()
+    everything[task.pool] += 1
+    left_out = _optimised(replace(task, n=len(task.pool) - task.n, counts=everything), levels, -1.0, rng)
+    return np.setdiff1d(task.pool, left_out)
+
+
+def _optimised(task: _Task, levels: Ids, sign: float, rng: np.random.Generator) -> Ids:
+    """Numbers of different treatments that, added to the counts (sign 1) or taken away (-1), balance the whole."""
+    penalty = np.full(task.space.size, _FORBIDDEN)
+    penalty[task.pool] = 0.0
+    kernel = Kernel(axis_centres(task.space), task.runs, task.weights)
+    landscape = Landscape(kernel, levels, task.counts, sign, penalty)
+    return min((_started(task, levels, sign, landscape, rng) for _ in range(_starts(task))), key=landscape.height)
+
+
+def _started(task: _Task, levels: Ids, sign: float, landscape: Landscape, rng: np.random.Generator) -> Ids:
+    """One shares-out of the levels, annealed; which levels get one more is left to chance."""
+    shares = [
+        level_counts(
+            sign * np.bincount(levels[:, axis], task.counts, size).astype(np.float64),
+            np.bincount(levels[task.pool, axis], minlength=size),
+            task.n,
+            rng,
+        )
+        for axis, size in enumerate(task.sizes)
+    ]
+    start = cut_hypercube(shares, task.n, rng)
+    surface = TableSurface(landscape, _numbers(task.space, start))
+    found = anneal(surface, start, task.sizes, task.steps or _steps(start.size, _MOST_STEPS), rng)
+    return repaired(_numbers(task.space, found), task.pool, levels, shares)
+
+
+def _starts(task: _Task) -> int:
+    """Few runs leave time for more than one start, and beside recorded ones it matters which levels get one more."""
+    return 1 if task.steps else max(1, min(_MOST_STARTS, _MOST_STEPS // _steps(task.n * len(task.sizes), _MOST_STEPS)))
+
+
+def _choose_directly(
+    space: Space, n: int, recorded: Ids, weights: Weights, steps: int | None, rng: np.random.Generator
+) -> Ids:
+    """The same in a space too large for a table of all treatments, where new ones never run out."""
+    sizes = tuple(axis.size for axis in space.axes)
+    if 2 * (n + len(recorded)) > space.size:
+        raise ValueError(f"{n + len(recorded)} runs of {space.size} treatments; expected half of them at most")
+    already = [np.bincount(recorded[:, axis], minlength=size) for axis, size in enumerate(sizes)]
+    shares = [level_counts(one.astype(np.float64), np.full(len(one), n), n, rng) for one in already]
+    start = cut_hypercube(shares, n, rng)
+    kernel = Kernel(axis_centres(space), n + len(recorded), weights)
+    surface = DirectSurface(kernel, sizes, _numbers(space, start), _numbers(space, recorded))
+    found = anneal(surface, start, sizes, steps or _steps(start.size, _MOST_DIRECT_STEPS), rng)
+    return _different(found, recorded, sizes, rng)
+
+
+def _different(found: Ids, recorded: Ids, sizes: tuple[int, ...], rng: np.random.Generator) -> Ids:
+    """Repeats, which annealing hardly leaves, give way to treatments drawn at random."""
+    seen, result = set(map(tuple, recorded.tolist())), []
+    for run in map(tuple, found.tolist()):
+        while run in seen:
+            run = tuple(rng.integers(sizes).tolist())
+        seen.add(run)
+        result.append(run)
+    return np.array(result, dtype=np.int64)
+
+
+def _numbers(space: Space, treatments: Ids) -> Ids:
+    """(n,): the flat index of each treatment (n, axes)."""
+    sizes = tuple(axis.size for axis in space.axes)
+    return np.asarray(np.ravel_multi_index(tuple(treatments.T), sizes), dtype=np.int64)
+
+
+def _steps(swaps: int, most: int) -> int:
+    """In proportion to the swaps that a run has; fewer where each step looks at very many."""
+    return max(1, min(_STEPS_PER_SWAP * swaps, most, _MOST_SWAPS // swaps))

@@ -1,0 +1,223 @@
+"""What a campaign varies: factors with their levels, and the rules by which some levels need others.
+
+Glossary: a level is one setting of a factor; a combination holds one level for each of several factors; a treatment
+is a combination of all factors of a space.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ..schema.columns import parse_number
+
+#: Names stand in table headers and in names of axes: no signs that a table or an axis gives a meaning to.
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,62}", re.ASCII)
+#: Columns of a plan's sheet or of runs.csv that say something else about a run.
+_RESERVED = (
+    *("run", "order", "position", "repetition", "repetitions", "done", "remarks", "recording"),
+    *("impact_velocity_m_s", "impact_velocity_u_m_s", "measured_velocity_m_s", "measured_velocity_u_m_s"),
+    *("bullet_length_mm", "bullet_length_u_mm", "laser_sampling_rate_hz"),
+)
+_LONGEST_LEVEL = 200
+#: Combinations of connected factors are listed one by one, before any rule thins them out.
+_MOST_COMBINATIONS = 100_000
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One thing that the bench can set. Raises `ValueError` naming the factor, the value and what was expected."""
+
+    name: str  #: as in the store where recordings know the column too: "tip_radius"
+    column: str  #: in a plan's table and in runs.csv: "tip_radius_mm"
+    levels: tuple[str, ...]  #: as a table writes them, all different
+    numbers: tuple[float, ...] | None  #: the levels as numbers in `unit`, rising; None where they are words
+    ordered: bool  #: words with an order too: low < medium < high
+    change: int  #: work to change it: 0 for easy, the higher the more
+    unit: str | None = None  #: of `numbers`, or of `values`
+    values: tuple[float, ...] | None = None  #: what ordered words stand for (a velocity level's m/s), rising
+
+    def __post_init__(self) -> None:
+        for key, value in (("name", self.name), ("column", self.column)):
+            if not _NAME.fullmatch(value) or value in _RESERVED:
+                raise ValueError(
+                    f"factor {self.name!r}: {key} is {value!r}; expected lower-case letters, digits and _, at most 63, "
+                    "and no name that a table of runs needs for something else"
+                )
+        if self.change < 0:
+            raise ValueError(f"factor {self.name!r}: change is {self.change!r}; expected 0 (easy) or more")
+        _check_levels(self)
+        if self.numbers is not None:
+            _check_numbers(self, self.numbers)
+        if self.values is not None:
+            _check_numbers(self, self.values)
+        ending = _ending(self.unit or "")
+        if self.numbers is not None and not self.column.endswith(ending):
+            expected = f"a name that ends in {ending!r} for unit {self.unit!r}"
+            raise ValueError(f"factor {self.name!r}: column is {self.column!r}; expected {expected}")
+
+    @property
+    def has_order(self) -> bool:
+        return self.ordered or self.numbers is not None
+
+    def index(self, text: str) -> int:
+        """Index of the level that a cell names; a number may be written otherwise ("30.0", "30", "0,5").
+
+        Raises `ValueError` with the known levels.
+        """
+        cell = text.strip()
+        if cell in self.levels:
+            return self.levels.index(cell)
+        labels = [number_label(number) for number in self.numbers or ()]
+        label = _label_of(cell)
+        if label is None or label not in labels:
+            raise ValueError(f"{self.column} is {text[:_LONGEST_LEVEL]!r}; expected one of {', '.join(self.levels)}")
+        return labels.index(label)
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """`level` of `factor` needs `needs` to be at one of `levels` (the insulator needs an anvil)."""
+
+    factor: str
+    level: str
+    needs: str
+    levels: tuple[str, ...]
+
+    @property
+    def factors(self) -> tuple[str, ...]:
+        return self.factor, self.needs
+
+    @property
+    def mentions(self) -> tuple[tuple[str, str], ...]:
+        """Every (factor, level) that the rule names."""
+        return (self.factor, self.level), *((self.needs, level) for level in self.levels)
+
+    def allows(self, levels: Mapping[str, str]) -> bool:
+        return levels[self.factor] != self.level or levels[self.needs] in self.levels
+
+    def __str__(self) -> str:
+        return f"{self.factor} = {self.level} needs {self.needs} = {' or '.join(self.levels)}"
+
+
+@dataclass(frozen=True)
+class Tie:
+    """Factors that are set together: only these combinations exist (each hammer tip has its radius)."""
+
+    factors: tuple[str, ...]
+    combinations: tuple[tuple[str, ...], ...]
+
+    @property
+    def mentions(self) -> tuple[tuple[str, str], ...]:
+        """Every (factor, level) that the rule names."""
+        return tuple(pair for levels in self.combinations for pair in zip(self.factors, levels, strict=True))
+
+    def allows(self, levels: Mapping[str, str]) -> bool:
+        return tuple(levels[name] for name in self.factors) in self.combinations
+
+    def __str__(self) -> str:
+        allowed = ", ".join("/".join(levels) for levels in self.combinations)
+        return f"{' and '.join(self.factors)} go together as {allowed}"
+
+
+Rule = Requirement | Tie
+Combinations = tuple[tuple[int, ...], ...]
+
+
+def connected(factors: Sequence[Factor], rules: Sequence[Rule]) -> list[tuple[tuple[Factor, ...], Combinations]]:
+    """Factors that depend on each other, with the feasible combinations (level index per factor) of each group.
+
+    Groups stand in the order of their first factor; combinations in that of their levels, the last factor fastest.
+    Raises `ValueError` where a rule names what is not there, where nothing is feasible, and where a level never is.
+    """
+    _check_rules(factors, rules)
+    group = {factor.name: index for index, factor in enumerate(factors)}
+    for rule in rules:
+        joined = {group[name] for name in rule.factors}
+        group = {name: min(joined) if index in joined else index for name, index in group.items()}
+    result = []
+    for index in sorted(set(group.values())):
+        members = tuple(factor for factor in factors if group[factor.name] == index)
+        own = [rule for rule in rules if group[rule.factors[0]] == index]
+        result.append((members, _feasible(members, own)))
+    return result
+
+
+def _feasible(factors: tuple[Factor, ...], rules: Sequence[Rule]) -> Combinations:
+    names = "+".join(factor.name for factor in factors)
+    if math.prod(len(factor.levels) for factor in factors) > _MOST_COMBINATIONS:
+        raise ValueError(f"{names}: more than {_MOST_COMBINATIONS} combinations of connected factors; expected fewer")
+    found = []
+    for levels in itertools.product(*(range(len(factor.levels)) for factor in factors)):
+        texts = {factor.name: factor.levels[level] for factor, level in zip(factors, levels, strict=True)}
+        if all(rule.allows(texts) for rule in rules):
+            found.append(levels)
+    if not found:
+        raise ValueError(f"{names}: no feasible combination: {'; '.join(map(str, rules))}")
+    for place, factor in enumerate(factors):
+        missing = set(range(len(factor.levels))) - {levels[place] for levels in found}
+        if missing:
+            raise ValueError(
+                f"factor {factor.name!r}: level {factor.levels[min(missing)]!r} is in no feasible combination"
+            )
+    return tuple(found)
+
+
+def _check_rules(factors: Sequence[Factor], rules: Sequence[Rule]) -> None:
+    known = {factor.name: factor for factor in factors}
+    for rule in rules:
+        if len(set(rule.factors)) != len(rule.factors) or len(rule.factors) < 2:
+            raise ValueError(
+                f"rule '{rule}': factors are {', '.join(rule.factors)}; expected two or more different ones"
+            )
+        for name in rule.factors:
+            if name not in known:
+                raise ValueError(f"rule '{rule}': factor {name!r} is unknown; expected one of {', '.join(known)}")
+        for name, level in rule.mentions:
+            if level not in known[name].levels:
+                expected = ", ".join(known[name].levels)
+                raise ValueError(f"rule '{rule}': {name!r} has no level {level!r}; expected one of {expected}")
+
+
+def _check_levels(factor: Factor) -> None:
+    if not factor.levels:
+        raise ValueError(f"factor {factor.name!r}: levels is empty; expected at least one")
+    for level in factor.levels:
+        if not level or level != level.strip() or not level.isprintable() or len(level) > _LONGEST_LEVEL:
+            raise ValueError(
+                f"factor {factor.name!r}: level {level[:_LONGEST_LEVEL]!r}; expected printable text without blanks "
+                f"around it, at most {_LONGEST_LEVEL} characters"
+            )
+        if factor.levels.count(level) > 1:
+            raise ValueError(f"factor {factor.name!r}: level {level!r} stands twice; expected different ones")
+
+
+def _check_numbers(factor: Factor, numbers: tuple[float, ...]) -> None:
+    if len(numbers) != len(factor.levels):
+        raise ValueError(
+            f"factor {factor.name!r}: {len(numbers)} numbers; expected {len(factor.levels)}, one per level"
+        )
+    if not all(map(math.isfinite, numbers)) or any(low >= high for low, high in itertools.pairwise(numbers)):
+        raise ValueError(f"factor {factor.name!r}: levels are {numbers}; expected finite numbers in rising order")
+
+
+def number_label(number: float) -> str:
+    """A number as a table writes it: 12 digits at most, none to spare. Levels with the same label are the same."""
+    return f"{number + 0.0:.12g}"  # the sum makes -0 a 0
+
+
+def _label_of(cell: str) -> str | None:
+    """The label of a number however it is written, None where it is none."""
+    try:
+        return number_label(parse_number(cell))
+    except ValueError:
+        return None
+
+
+def _ending(unit: str) -> str:
+    """What a column's name ends in: "_m_s" for "m/s", nothing where a unit has no letters ("%", "1")."""
+    words = re.findall("[a-z]+[0-9]*", unit.lower())
+    return "".join(f"_{word}" for word in words)

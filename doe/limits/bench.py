@@ -1,0 +1,117 @@
+"""The limits of one bench, as data; the defaults are the thesis's bench."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from .ballistic import BALLISTIC_LAWS, STANDARD_GRAVITY_M_S2, positive
+from .bolts import LoadCellArray
+from .contact_force import Elastic, ResonantPlate
+from .suspension import DESIGN_MOMENTUM_KG_M_S
+
+#: Infinity says that the sensor is not fitted.
+_MAY_BE_INFINITE = ("max_contact_force_n", "max_acceleration_m_s2")
+_PLATE_KEYS = ("youngs_modulus_pa", "poisson_ratio", "density_kg_m3", "thickness_m", "area_m2")
+
+
+def _plates() -> Mapping[str, ResonantPlate]:
+    """Table 4.2, 10 mm (section 2.1.1); the area is assumed, a diamond of 1 m x 0.6 m: the outline is only drawn."""
+    return {
+        "aluminum": ResonantPlate(Elastic(69.9e9, 0.33), 2700.0, 0.010, 0.3),
+        "steel": ResonantPlate(Elastic(200e9, 0.30), 7800.0, 0.010, 0.3),
+    }
+
+
+@dataclass(frozen=True)
+class BenchLimits:
+    """What a shot must not exceed. Raises `ValueError` naming the field and the value when one is unphysical.
+
+    Sources, all of thesis chapter 2: tank certified for 2 MPa, valve tight to 6.48 MPa, regulator 0-8 bar (2.1.2);
+    bullet of 48 mm (2.1.2), up to 1 kg and 80 m/s (2.1.3), momentum 80 kg m/s (Table 2.1); load-cell array 2240 kN and
+    accelerometers of 10000 g (2.2.1). Safety plate: aluminium of 10 mm, the weaker of the two in 2.1.3, which does not
+    say which one was built. The thesis sizes it for 150 m/s where 80 m/s are shot: that is the margin.
+
+    Pressures are gauge. `max_contact_force_n` and `max_acceleration_m_s2` may be infinite: not fitted. Without
+    `accelerometer_distance_m` the plate's acceleration is that of a rigid body; with it, the bending wave counts too.
+    """
+
+    max_tank_pressure_pa: float = 2.0e6
+    max_regulated_pressure_pa: float = 0.8e6
+    max_valve_pressure_pa: float = 6.48e6
+    safety_plate_material: str = "aluminum"
+    safety_plate_thickness_m: float = 0.010
+    safety_plate_margin: float = 150.0 / 80.0  # ballistic limit over the largest velocity allowed
+    bullet_diameter_m: float = 0.048
+    max_bullet_mass_kg: float = 1.0
+    max_impact_velocity_m_s: float = 80.0
+    max_momentum_kg_m_s: float = DESIGN_MOMENTUM_KG_M_S
+    max_contact_force_n: float = LoadCellArray().capacity_n
+    max_acceleration_m_s2: float = 10_000 * STANDARD_GRAVITY_M_S2
+    accelerometer_distance_m: float | None = None  # from the point of impact to the nearest one
+    plates: Mapping[str, ResonantPlate] = field(default_factory=_plates, hash=False)
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if isinstance(value, float | int) and not (item.name in _MAY_BE_INFINITE and value == math.inf):
+                positive(**{item.name: value})
+        if self.safety_plate_material not in BALLISTIC_LAWS:
+            known = ", ".join(BALLISTIC_LAWS)
+            raise ValueError(f"safety_plate_material = {self.safety_plate_material!r}: expected one of {known}")
+        if self.safety_plate_margin < 1:
+            raise ValueError(f"safety_plate_margin = {self.safety_plate_margin!r}: expected at least 1")
+
+    def ballistic_limit(self, bullet_mass_kg: float) -> float:
+        """Velocity (m/s) at which half of the bullets of this mass perforate the safety plate."""
+        law = BALLISTIC_LAWS[self.safety_plate_material]
+        return law(bullet_mass_kg, self.bullet_diameter_m, self.safety_plate_thickness_m)
+
+    def plate(self, name: str) -> ResonantPlate:
+        """The plate of that name, or `ValueError` listing those there are."""
+        if name not in self.plates:
+            raise ValueError(f"plate {name!r}: the bench's limits know {', '.join(self.plates)}")
+        return self.plates[name]
+
+
+def read_limits(table: Mapping[str, Any]) -> BenchLimits:
+    """Limits from a mapping, such as a TOML file's `[bench]`: the fields by name, the thesis's where one is left out.
+
+    `plates` is a table of plates by name, each with `youngs_modulus_pa`, `poisson_ratio`, `density_kg_m3`,
+    `thickness_m` and `area_m2`; where given, it replaces both of the thesis's. Raises `ValueError` for a key that is
+    not known, a value of another kind, and a value out of range.
+    """
+    known = [item.name for item in fields(BenchLimits)]
+    unknown = [key for key in table if key not in known]
+    if unknown:
+        raise ValueError(f"bench limit {unknown[0]!r} is not known; expected {', '.join(known)}")
+    return BenchLimits(**{key: _value(key, table[key]) for key in table})
+
+
+def _value(key: str, value: object) -> Any:
+    if key == "safety_plate_material":
+        if not isinstance(value, str):
+            raise ValueError(f"{key} = {value!r}: expected a material's name")
+        return value
+    return _read_plates(value) if key == "plates" else _number(key, value)
+
+
+def _number(key: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"{key} = {value!r}: expected a number")
+    return float(value)
+
+
+def _read_plates(value: object) -> Mapping[str, ResonantPlate]:
+    if not isinstance(value, Mapping) or not value:
+        raise ValueError(f"plates = {value!r}: expected a table of plates by name")
+    return {str(name): _read_plate(f"plates.{name}", plate) for name, plate in value.items()}
+
+
+def _read_plate(key: str, value: object) -> ResonantPlate:
+    if not isinstance(value, Mapping) or set(value) != set(_PLATE_KEYS):
+        raise ValueError(f"{key} = {value!r}: expected a table of {', '.join(_PLATE_KEYS)}, all of them and no other")
+    modulus, poisson, density, thickness, area = (_number(f"{key}.{name}", value[name]) for name in _PLATE_KEYS)
+    return ResonantPlate(Elastic(modulus, poisson), density, thickness, area)

@@ -1,0 +1,127 @@
+"""All figures by which a design is judged, and two designs side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..changeovers import changeovers
+from ..space import Space
+from . import balance, spread
+from .places import centres
+
+Sense = Literal["less", "more", "neither"]
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Figures of one design; deviations are counts minus balanced shares, in runs."""
+
+    runs: int
+    distinct: int
+    level_counts: Mapping[str, Mapping[str, int]]  #: axis to level to runs
+    worst_level: float
+    worst_pair: float
+    worst_triple: float
+    rms_triple: float
+    uneven_triples: int  #: cells of three axes a whole run or more off their share
+    centred_discrepancy: float
+    wrap_around_discrepancy: float
+    minimum_distance: float  #: in the unit cube; 0 with repeats, infinite for one run
+    fewest_differences: int  #: axes in which the two most similar runs differ
+    largest_correlation: float  #: canonical, between two axes
+    d_efficiency: float  #: main effects in effect coding
+    d_efficiency_limit: float  #: what a balanced orthogonal design would have
+    changeovers: Mapping[str, int]  #: factor to the times it is changed, in the order given
+
+
+def quality(space: Space, treatments: NDArray[np.int64]) -> Quality:
+    """The quality of treatments (n, axes) in order of run.
+
+    Raises `ValueError` where there is no run, and for rows that are no treatments of the space.
+    """
+    rows = space.checked(treatments)
+    if not len(rows):
+        raise ValueError("treatments: no run; expected at least one")
+    sizes, points = [axis.size for axis in space.axes], centres(space, rows)
+    return Quality(
+        runs=len(rows),
+        distinct=balance.distinct(rows),
+        level_counts=_level_counts(space, rows),
+        worst_level=balance.worst_deviation(rows, sizes, 1),
+        worst_pair=balance.worst_deviation(rows, sizes, 2),
+        worst_triple=balance.worst_deviation(rows, sizes, 3),
+        rms_triple=balance.rms_deviation(rows, sizes, 3),
+        uneven_triples=balance.beyond_one(rows, sizes, 3),
+        centred_discrepancy=spread.discrepancy(points, "CD"),
+        wrap_around_discrepancy=spread.discrepancy(points, "WD"),
+        minimum_distance=spread.minimum_distance(points),
+        fewest_differences=spread.fewest_differences(rows),
+        largest_correlation=spread.largest_correlation(rows, sizes),
+        d_efficiency=spread.d_efficiency(rows, sizes),
+        d_efficiency_limit=spread.d_efficiency_limit(sizes),
+        changeovers=changeovers(space, rows),
+    )
+
+
+def _level_counts(space: Space, rows: NDArray[np.int64]) -> dict[str, dict[str, int]]:
+    counts = [np.bincount(rows[:, index], minlength=axis.size) for index, axis in enumerate(space.axes)]
+    return {
+        axis.name: dict(zip(axis.labels, one.tolist(), strict=True))
+        for axis, one in zip(space.axes, counts, strict=True)
+    }
+
+
+#: Figure, its words, and what is better.
+FIGURES: dict[str, tuple[str, Sense]] = {
+    "runs": ("runs", "neither"),
+    "distinct": ("distinct treatments", "more"),
+    "worst_level": ("worst level from its share", "less"),
+    "worst_pair": ("worst pair from its share", "less"),
+    "worst_triple": ("worst triple from its share", "less"),
+    "rms_triple": ("triples from their share, rms", "less"),
+    "uneven_triples": ("triples a run or more off", "less"),
+    "centred_discrepancy": ("centred discrepancy", "less"),
+    "wrap_around_discrepancy": ("wrap-around discrepancy", "less"),
+    "minimum_distance": ("minimum distance", "more"),
+    "fewest_differences": ("fewest differing axes", "more"),
+    "largest_correlation": ("largest correlation", "less"),
+    "d_efficiency": ("D-efficiency", "more"),
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One figure of two designs as text, and which is better to the digits shown: "a", "b" or neither ("")."""
+
+    figure: str
+    a: str
+    b: str
+    better: Literal["a", "b", ""]
+
+
+def compare(a: Quality, b: Quality) -> list[Row]:
+    """All figures side by side, for printing: those of `FIGURES`, then changeovers by factor.
+
+    A factor that only one of the designs has is left blank for the other.
+    """
+    rows = [_row(words, sense, getattr(a, name), getattr(b, name)) for name, (words, sense) in FIGURES.items()]
+    factors = dict.fromkeys([*a.changeovers, *b.changeovers])
+    changed = [(f"changeovers, {name}", a.changeovers.get(name), b.changeovers.get(name)) for name in factors]
+    return rows + [_row(words, "less", of_a, of_b) for words, of_a, of_b in changed]
+
+
+def _row(words: str, sense: Sense, a: float | None, b: float | None) -> Row:
+    texts = figure_text(a), figure_text(b)
+    if a is None or b is None or sense == "neither" or texts[0] == texts[1]:
+        return Row(words, *texts, "")
+    return Row(words, *texts, "a" if (a < b) == (sense == "less") else "b")
+
+
+def figure_text(value: float | None) -> str:
+    """Whole numbers as they are, others to four digits."""
+    return "" if value is None else str(value) if isinstance(value, int) else f"{value:.4g}"

@@ -1,0 +1,89 @@
+"""How well runs fill the space, and how well a model of main effects can be fitted to them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .balance import cell_counts
+
+Floats = NDArray[np.float64]
+Levels = NDArray[np.int64]
+
+
+def discrepancy(points: Floats, kind: str) -> float:
+    """Squared L2 discrepancy of points (n, axes) in the unit cube, centred ("CD") or wrap-around ("WD").
+
+    As scipy.stats.qmc gives it (Hickernell, Math. Comp. 67, 1998). It depends on the order of the levels.
+    """
+    from scipy.stats import qmc
+
+    if kind not in ("CD", "WD"):
+        raise ValueError(f"kind is {kind!r}; expected CD or WD")
+    return float(qmc.discrepancy(points, method="CD" if kind == "CD" else "WD"))
+
+
+def minimum_distance(points: Floats) -> float:
+    """Euclidean distance of the two nearest of points (n, axes); infinite for a single one."""
+    from scipy.spatial.distance import pdist
+
+    return float(pdist(points).min()) if len(points) > 1 else float("inf")
+
+
+def fewest_differences(treatments: Levels) -> int:
+    """Number of axes in which the two most similar of treatments (n, axes) differ; all axes for a single one."""
+    from scipy.spatial.distance import pdist
+
+    axes = int(treatments.shape[1])
+    return round(float(pdist(treatments, "hamming").min()) * axes) if len(treatments) > 1 else axes
+
+
+def largest_correlation(treatments: Levels, sizes: Sequence[int]) -> float:
+    """The largest canonical correlation between two axes: 0 for orthogonal ones, 1 for confounded ones.
+
+    It is the largest Pearson correlation that any scores for the levels of both axes can give (Hirschfeld 1935), so
+    that it needs no order of the levels; between axes of two levels it is Pearson's.
+    """
+    pairs = itertools.combinations(range(len(sizes)), 2)
+    return max((_canonical(cell_counts(treatments, sizes, pair)) for pair in pairs), default=0.0)
+
+
+def _canonical(counts: Levels) -> float:
+    used = counts[np.ix_(counts.sum(axis=1) > 0, counts.sum(axis=0) > 0)].astype(np.float64)
+    rows, columns = used.sum(axis=1), used.sum(axis=0)
+    independent = np.outer(rows, columns) / used.sum()
+    standardised = (used - independent) / np.sqrt(np.outer(rows, columns))
+    return min(1.0, float(np.linalg.svd(standardised, compute_uv=False)[0]))
+
+
+def main_effects(treatments: Levels, sizes: Sequence[int]) -> Floats:
+    """Model matrix (n, 1 + sum of (levels - 1)): a constant and main effects in effect coding.
+
+    A level has a column of its own (1), and -1 in all columns of its axis for the last level.
+    """
+    columns = [np.ones((len(treatments), 1))]
+    for axis, size in enumerate(sizes):
+        coding = np.vstack([np.eye(size - 1), -np.ones((1, size - 1))])
+        columns.append(coding[treatments[:, axis]])
+    return np.hstack(columns)
+
+
+def d_efficiency(treatments: Levels, sizes: Sequence[int]) -> float:
+    """|X'X / n|^(1/p) of `main_effects`; 0 where they cannot be estimated (Montgomery, section 11.4).
+
+    With effect coding a balanced orthogonal design has `d_efficiency_limit`, not 1.
+    """
+    x = main_effects(treatments, sizes)
+    sign, log_determinant = np.linalg.slogdet(x.T @ x / len(x))
+    if sign <= 0 or np.linalg.matrix_rank(x) < x.shape[1]:
+        return 0.0
+    return float(np.exp(log_determinant / x.shape[1]))
+
+
+def d_efficiency_limit(sizes: Sequence[int]) -> float:
+    """`d_efficiency` of a balanced orthogonal design: an axis of k levels has |X'X / n| = k^(2 - k)."""
+    parameters = 1 + sum(size - 1 for size in sizes)
+    return float(np.exp(sum((2 - size) * np.log(size) for size in sizes) / parameters))

@@ -1,0 +1,118 @@
+"""The order of runs: what is hard to change stays as long as it can, everything else is left to chance.
+
+Random order spreads drift over all effects (Montgomery, section 1.3), but a plate weighs too much to be changed at
+random (thesis, appendix A). The plan becomes a split plot: the hard factors are the whole plots, and their effects
+are confounded with time as far as `time_confounding` says.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .changeovers import changeovers, factor_levels
+from .space import Axis, Space
+
+Levels = NDArray[np.int64]
+Costs = list[list[int]]
+
+#: All paths are tried up to here, 720 of them; beyond, the nearest next one is taken.
+_MOST_TRIED = 6
+#: Orders drawn, of which the one with the fewest changeovers is kept.
+_DRAWS = 12
+
+
+def order(space: Space, treatments: Levels, rng: np.random.Generator) -> Levels:
+    """The run order of treatments (n, axes): indices (n,), such that `treatments[order]` is fired from first to last.
+
+    Axes with a `change` above 0 stay together, the hardest outermost: each of their combinations is one block, and
+    blocks follow each other with few changes, those of the hardest factors counted first. A block begins where the
+    one before ended, so that the second plate meets the anvils in reverse, which balances a steady drift. Within a
+    block the runs are in random order. Raises `ValueError` for rows that are no treatments.
+    """
+    rows = space.checked(treatments)
+    weights = _weights(space, len(rows))
+    hard = [index for index, axis in enumerate(space.axes) if axis.change > 0]
+    hard.sort(key=lambda index: -space.axes[index].change)
+    paths = [(index, _costs(space.axes[index], weights)) for index in hard]
+    drawn = [_nested(rows, np.arange(len(rows)), paths, {}, rng) for _ in range(_DRAWS if hard else 1)]
+    return min(drawn, key=lambda one: _work(space, rows[one], weights))
+
+
+def time_confounding(space: Space, ordered: Levels) -> dict[str, float]:
+    """Axis to its correlation ratio (eta squared) with time, treatments (n, axes) in order of run.
+
+    It is the share of the variance of the run's position that the axis's levels explain: 1 would be all of it. In
+    random order k levels have (k - 1) / (n - 1) on average. A linear drift disturbs an axis's effects by that share.
+    Raises `ValueError` for rows that are no treatments.
+    """
+    rows = space.checked(ordered)
+    return {axis.name: _correlation_ratio(rows[:, index]) for index, axis in enumerate(space.axes)}
+
+
+def _correlation_ratio(levels: Levels) -> float:
+    position = np.arange(len(levels)) - (len(levels) - 1) / 2
+    counts = np.bincount(levels)
+    sums = np.bincount(levels, position)
+    between = float((sums[counts > 0] ** 2 / counts[counts > 0]).sum())
+    return between / float(position @ position) if len(levels) > 1 else 0.0
+
+
+def _weights(space: Space, runs: int) -> dict[str, int]:
+    """Cost of a change of each factor: one of a harder factor outweighs all changes of easier ones."""
+    ranks = sorted({factor.change for factor in space.factors} | {0})
+    base = runs * len(space.factors) + 1
+    return {factor.name: base ** ranks.index(factor.change) if factor.change else 0 for factor in space.factors}
+
+
+def _work(space: Space, rows: Levels, weights: dict[str, int]) -> int:
+    return sum(weights[name] * count for name, count in changeovers(space, rows).items())
+
+
+def _costs(axis: Axis, weights: dict[str, int]) -> Costs:
+    """Of going from one combination to another."""
+    levels, each = factor_levels(axis).tolist(), [weights[factor.name] for factor in axis.factors]
+    return [
+        [sum(w for w, x, y in zip(each, a, b, strict=True) if x != y) for b in levels]
+        for a in levels
+    ]  # fmt: skip
+
+
+def _nested(
+    rows: Levels, indices: Levels, paths: Sequence[tuple[int, Costs]], at: dict[int, int], rng: np.random.Generator
+) -> Levels:
+    """Blocks of the first axis, in each of them blocks of the next; `at` is where each axis was left."""
+    if not paths or not len(indices):
+        return rng.permutation(indices)
+    (axis, costs), inner = paths[0], paths[1:]
+    parts = []
+    for level in _path(np.unique(rows[indices, axis]).tolist(), costs, at.get(axis), rng):
+        at[axis] = level
+        parts.append(_nested(rows, indices[rows[indices, axis] == level], inner, at, rng))
+    return np.concatenate(parts)
+
+
+def _path(levels: list[int], costs: Costs, start: int | None, rng: np.random.Generator) -> list[int]:
+    """A cheapest order of the levels, coming from `start`; chance decides between equals."""
+    shuffled = [int(level) for level in rng.permutation(levels)]
+    if len(levels) > _MOST_TRIED:
+        return _nearest(shuffled, costs, start)
+
+    def cost(path: Iterable[int]) -> int:
+        steps = itertools.pairwise(path if start is None else (start, *path))
+        return sum(costs[a][b] for a, b in steps)
+
+    return list(min(itertools.permutations(shuffled), key=cost))
+
+
+def _nearest(shuffled: list[int], costs: Costs, start: int | None) -> list[int]:
+    left, path, here = list(shuffled), [], start
+    while left:
+        following = left[0] if here is None else min(left, key=costs[here].__getitem__)
+        left.remove(following)
+        path.append(following)
+        here = following
+    return path

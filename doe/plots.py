@@ -1,0 +1,94 @@
+"""A design's quality as a picture. Draws on a figure that it is given: matplotlib itself is the caller's affair."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .merit.balance import cell_counts, deviations, worst_deviation
+from .space import Space
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Levels = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+COLOUR, QUIET, MAP, LEVELS_MAP = "#1b6ca8", "#8d99ae", "RdBu_r", "viridis"
+
+
+def draw_quality(figure: Figure, space: Space, designs: Mapping[str, Levels]) -> None:
+    """Designs by name, treatments (n, axes) in order of run: a column each, on the same scales.
+
+    From above: every pair of levels, counts minus share (the diagonal blocks show the levels themselves); how far the
+    cells of three axes are from their share; the levels run by run, where long stripes are what is seldom changed.
+    Raises `ValueError` where there is no design, a design has no run, or a row is no treatment.
+    """
+    if not designs:
+        raise ValueError("designs is empty; expected at least one to draw")
+    checked = {name: space.checked(treatments) for name, treatments in designs.items()}
+    for name, rows in checked.items():
+        if not len(rows):
+            raise ValueError(f"design {name!r}: no run; expected at least one")
+    sizes = [axis.size for axis in space.axes]
+    scale = max(worst_deviation(rows, sizes, order) for rows in checked.values() for order in (1, 2)) or 1.0
+    reach = max(worst_deviation(rows, sizes, 3) for rows in checked.values()) or 1.0
+    panels = figure.subplots(3, len(checked), squeeze=False, height_ratios=(5, 2, 2))
+    for column, (name, rows) in enumerate(checked.items()):
+        picture = _draw_pairs(panels[0, column], space, rows, scale)
+        panels[0, column].set_title(f"{name}: {len(rows)} runs")
+        _draw_triples(panels[1, column], sizes, rows, reach)
+        _draw_runs(panels[2, column], space, rows)
+    top = max(axes.get_ylim()[1] for axes in panels[1])
+    for axes in panels[1]:
+        axes.set_ylim(0.7, top)
+    figure.colorbar(picture, ax=panels[0].tolist(), label="runs above the share", shrink=0.8)
+
+
+def pair_matrix(space: Space, rows: Levels) -> Floats:
+    """Count minus share of each pair of levels, (levels, levels) of all axes in turn; NaN where levels exclude."""
+    sizes = [axis.size for axis in space.axes]
+    starts = np.cumsum([0, *sizes])
+    result = np.full((starts[-1], starts[-1]), np.nan)
+    for a, _ in enumerate(sizes):
+        for b, _ in enumerate(sizes):
+            block = result[starts[a] : starts[a + 1], starts[b] : starts[b + 1]]
+            counts = cell_counts(rows, sizes, (a, b) if a != b else (a,))
+            if a == b:
+                np.fill_diagonal(block, counts - len(rows) / counts.size)
+            else:
+                block[:] = counts - len(rows) / counts.size
+    return result
+
+
+def _draw_pairs(axes: Any, space: Space, rows: Levels, scale: float) -> Any:
+    picture = axes.imshow(pair_matrix(space, rows), cmap=MAP, vmin=-scale, vmax=scale)
+    axes.set_facecolor(QUIET)  # where levels of one axis exclude each other
+    for edge in np.cumsum([axis.size for axis in space.axes])[:-1] - 0.5:
+        axes.axhline(edge, color="black", lw=0.5)
+        axes.axvline(edge, color="black", lw=0.5)
+    labels = [label for axis in space.axes for label in axis.labels]
+    axes.set_xticks(range(len(labels)), labels, rotation=90, fontsize=6)
+    axes.set_yticks(range(len(labels)), labels, fontsize=6)
+    return picture
+
+
+def _draw_triples(axes: Any, sizes: list[int], rows: Levels, reach: float) -> None:
+    found = [one.ravel() for _, one in deviations(rows, sizes, 3)]
+    if found:
+        axes.hist(np.concatenate(found), bins=np.linspace(-reach, reach, 61), color=COLOUR)
+        axes.set_yscale("log")
+    axes.axvspan(-1, 1, color=QUIET, alpha=0.25, lw=0)
+    axes.set_xlim(-1.05 * max(1.0, reach), 1.05 * max(1.0, reach))
+    axes.set_xlabel("runs above the share, cells of three axes")
+    axes.set_ylabel("cells")
+
+
+def _draw_runs(axes: Any, space: Space, rows: Levels) -> None:
+    shares = rows / np.maximum(1, [axis.size - 1 for axis in space.axes])
+    axes.imshow(shares.T, cmap=LEVELS_MAP, aspect="auto", interpolation="nearest", vmin=0, vmax=1)
+    axes.set_yticks(range(len(space.axes)), [axis.name for axis in space.axes], fontsize=6)
+    axes.set_xlabel("run")

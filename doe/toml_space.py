@@ -1,0 +1,198 @@
+"""The file in which a lab writes down its factors: TOML, every key checked.
+
+name = "gun"                        # of the space
+kind = "gun"                        # or "hammer"
+
+[[factors]]
+name = "tip_radius"                 # as in the store
+column = "tip_radius_mm"            # in tables; the name where it is left out
+kind = "numeric"                    # numbers; "ordered": words with an order; "categorical": words without
+unit = "mm"                         # of numbers
+levels = [30, 45, 60]               # rising
+change = 0                          # work to change it: 0 for easy (the default), the higher the more
+
+[[factors]]
+name = "velocity_level"
+kind = "ordered"
+levels = ["low", "high"]
+unit = "m/s"                        # of the values
+values = [10, 30]                   # what ordered words stand for, where it is known
+
+[[requires]]                        # a level that needs another factor's level
+factor = "insulator"
+level = "polymeric"
+needs = "anvil_material"
+levels = ["aluminum", "steel"]
+
+[[tied]]                            # factors that are set together
+factors = ["tip_material", "tip_radius"]
+combinations = [["aluminum", 30], ["polyurethane", 15]]
+
+[bench]                             # what the bench withstands; kept as it is, read by the guards
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..schema.columns import BY_COLUMN, BY_NAME
+from .factors import Factor, Requirement, Rule, Tie, number_label
+
+_KINDS = ("numeric", "ordered", "categorical")
+#: Required and optional keys of each table.
+_TOP = ({"name", "kind", "factors"}, {"requires", "tied", "bench"})
+_FACTOR = ({"name", "kind", "levels"}, {"column", "unit", "values", "change"})
+_REQUIRES = ({"factor", "level", "needs", "levels"}, set[str]())
+_TIED = ({"factors", "combinations"}, set[str]())
+
+
+@dataclass(frozen=True)
+class SpaceFile:
+    """What the file says, each entry checked by itself; what they say together is the space's business."""
+
+    name: str
+    kind: str
+    factors: tuple[Factor, ...]
+    rules: tuple[Rule, ...]
+    bench: Mapping[str, Any]
+
+
+def read_text(path: Path) -> str:
+    """The text of a file of factors. Raises `ValueError` where it is not UTF-8; `FileNotFoundError`."""
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"byte {error.start} is not UTF-8; save the file as UTF-8") from error
+
+
+def parse(text: str) -> SpaceFile:
+    """What a file of factors says. Raises `ValueError` naming key, value and what was expected."""
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"not TOML: {error}") from error
+    except RecursionError as error:
+        raise ValueError("not TOML that we read: lists within lists beyond any use") from error
+    _check_keys(table, _TOP, "the file")
+    bench = table.get("bench", {})
+    if not isinstance(bench, dict):
+        raise ValueError(f"bench is {bench!r}; expected a table")
+    factors = tuple(_factor(entry, where) for entry, where in _entries(table, "factors"))
+    requires = [_requirement(entry, where) for entry, where in _entries(table, "requires")]
+    ties = [_tie(entry, where) for entry, where in _entries(table, "tied")]
+    return SpaceFile(
+        _text(table, "name", "the file"), _text(table, "kind", "the file"), factors, (*requires, *ties), bench
+    )
+
+
+def _factor(entry: dict[str, Any], where: str) -> Factor:
+    _check_keys(entry, _FACTOR, where)
+    name, kind = _text(entry, "name", where), _text(entry, "kind", where)
+    if kind not in _KINDS:
+        raise ValueError(f"{where}: kind is {kind!r}; expected one of {', '.join(_KINDS)}")
+    measured = kind == "numeric" or (kind == "ordered" and "values" in entry)
+    if measured != ("unit" in entry):
+        raise ValueError(f"{where}: unit is {entry.get('unit')!r}; expected one for a numeric factor, or with values")
+    if "values" in entry and kind != "ordered":
+        raise ValueError(f"{where}: values are given; expected them for an ordered factor, whose levels are words")
+    change = entry.get("change", 0)
+    if not isinstance(change, int) or isinstance(change, bool):
+        raise ValueError(f"{where}: change is {change!r}; expected a whole number")
+    column = _text(entry, "column", where) if "column" in entry else name
+    levels = tuple(_level(level, where, numeric=kind == "numeric") for level in _list(entry, "levels", where))
+    _check_known(name, column, kind, levels, where)
+    return Factor(
+        name=name,
+        column=column,
+        levels=levels,
+        numbers=tuple(map(float, levels)) if kind == "numeric" else None,
+        ordered=kind != "categorical",
+        change=change,
+        unit=_text(entry, "unit", where) if measured else None,
+        values=_values(entry, where) if "values" in entry else None,
+    )
+
+
+def _values(entry: dict[str, Any], where: str) -> tuple[float, ...]:
+    """What an ordered factor's words stand for."""
+    return tuple(float(_level(value, where, numeric=True)) for value in _list(entry, "values", where))
+
+
+def _check_known(name: str, column: str, kind: str, levels: tuple[str, ...], where: str) -> None:
+    """A factor that recordings know too must be the same there, or no recording would ever match its plan."""
+    known = BY_COLUMN.get(column) or BY_NAME.get(name)
+    if known is None:
+        return
+    if (name, column, kind == "numeric") != (known.name, known.column, known.is_number):
+        expected = f"{known.name!r} in {known.column!r}, {'numeric' if known.is_number else 'words'}"
+        raise ValueError(f"{where}: {kind} {name!r} in column {column!r}; tables of runs know {expected}")
+    for level in levels:
+        if (known.words and level not in known.words) or (known.above_zero and not float(level) > 0):
+            expected = f"one of {', '.join(known.words)}" if known.words else "a number above zero"
+            raise ValueError(f"{where}: {column} has level {level!r}; expected {expected}")
+
+
+def _requirement(entry: dict[str, Any], where: str) -> Requirement:
+    _check_keys(entry, _REQUIRES, where)
+    levels = tuple(_level(level, where) for level in _list(entry, "levels", where))
+    return Requirement(
+        _text(entry, "factor", where), _level(entry["level"], where), _text(entry, "needs", where), levels
+    )
+
+
+def _tie(entry: dict[str, Any], where: str) -> Tie:
+    _check_keys(entry, _TIED, where)
+    factors = tuple(_list(entry, "factors", where))
+    if not all(isinstance(name, str) for name in factors):
+        raise ValueError(f"{where}: factors is {list(factors)!r}; expected names")
+    combinations = []
+    for levels in _list(entry, "combinations", where):
+        if not isinstance(levels, list) or len(levels) != len(factors):
+            raise ValueError(f"{where}: combination {levels!r}; expected a list of {len(factors)} levels")
+        combinations.append(tuple(_level(level, where) for level in levels))
+    return Tie(factors, tuple(combinations))
+
+
+def _level(value: object, where: str, *, numeric: bool | None = None) -> str:
+    """A level's text; a number's is the shortest that a person would write."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (is_number or isinstance(value, str)) or (numeric is not None and numeric != is_number):
+        expected = {None: "a text or a number", True: "a number", False: "a text in quotes"}[numeric]
+        raise ValueError(f"{where}: level {value!r}; expected {expected}")
+    try:
+        return number_label(float(value)) if isinstance(value, int | float) else str(value)
+    except OverflowError as error:
+        raise ValueError(f"{where}: a level is beyond any number that a bench sets") from error
+
+
+def _entries(table: dict[str, Any], key: str) -> list[tuple[dict[str, Any], str]]:
+    entries = table.get(key, [])
+    if not isinstance(entries, list) or not all(isinstance(entry, dict) for entry in entries):
+        raise ValueError(f"{key} is {entries!r}; expected tables [[{key}]]")
+    return [(entry, f"[[{key}]] {number}") for number, entry in enumerate(entries, 1)]
+
+
+def _check_keys(entry: dict[str, Any], keys: tuple[set[str], set[str]], where: str) -> None:
+    required, optional = keys
+    for key in sorted(entry.keys() - required - optional):
+        raise ValueError(f"{where}: unknown key {key!r}; expected {', '.join(sorted(required | optional))}")
+    for key in sorted(required - entry.keys()):
+        raise ValueError(f"{where}: key {key!r} is missing; expected {', '.join(sorted(required))}")
+
+
+def _text(entry: dict[str, Any], key: str, where: str) -> str:
+    value = entry[key]
+    if not isinstance(value, str) or value != value.strip() or not value.isprintable() or not value:
+        raise ValueError(f"{where}: {key} is {value!r}; expected printable text without blanks around it")
+    return value
+
+
+def _list(entry: dict[str, Any], key: str, where: str) -> list[Any]:
+    value = entry[key]
+    if not isinstance(value, list) or not value:
+        raise ValueError(f"{where}: {key} is {value!r}; expected a list with at least one entry")
+    return value

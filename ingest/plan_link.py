@@ -1,0 +1,170 @@
+"""Recorded runs of a campaign and the planned ones: linked where they agree, told apart where they do not.
+
+A recorded run belongs to the planned run of its number when every setting agrees that the plan made: words exactly,
+numbers within a twentieth (a tank is never filled to the digit). A plan's own words that the campaign does not
+record, such as a velocity level, are left out of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from sqlalchemy import func, select, update
+from sqlalchemy.orm import Session
+
+from ..schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
+from ..schema.columns import BY_NAME
+from ..schema.impacts import Impact
+from ..schema.plans import Plan, PlannedRun
+from ..schema.session import Store
+from ..schema.shots import Shot
+from .errors import IngestError
+
+#: Numbers agree within this share of the planned one.
+TOLERANCE = 0.05
+
+Levels = Mapping[str, tuple[str, float | None]]  # factor -> label, number
+
+
+@dataclass(frozen=True)
+class PlanLinks:
+    """What of a campaign is planned: linked repetitions, runs that became done, and what does not match and why."""
+
+    plan: str
+    linked: int
+    done: int
+    mismatches: tuple[dict[str, object], ...]  # {"run", "reason"}
+
+    def as_findings(self) -> list[dict[str, object]]:
+        """The mismatches in the form of an ingest's findings."""
+        return [
+            {
+                "recording": None,
+                "check": "plan-mismatch",
+                "severity": "warning",
+                "message": f"run {item['run']} of plan {self.plan}: {item['reason']}",
+            }
+            for item in self.mismatches
+        ]
+
+
+def link_to_plan(store: Store, campaign: str, plan: str | None) -> PlanLinks | None:
+    """`link_campaign` with the plan named; without a name, with the campaign's own, or not at all (None)."""
+    if plan is None:
+        with store.reading() as session:
+            if session.scalar(select(Plan.id).where(Plan.name == campaign)) is None:
+                return None
+    return link_campaign(store, campaign, plan or campaign)
+
+
+def link_campaign(store: Store, campaign: str, plan: str) -> PlanLinks:
+    """Point the campaign's impacts and shots to the runs of `plan`, and mark as done those recorded often enough.
+
+    Safe to repeat: what is linked stays so. Raises `IngestError` for an unknown campaign or plan, or another kind.
+    """
+    with store.writing() as session:
+        campaign_row, plan_row = _rows(session, campaign, plan)
+        planned = {row.run: row for row in session.scalars(select(PlannedRun).filter_by(plan_id=plan_row.id))}
+        wanted = _levels(session, {row.configuration_id for row in planned.values()})
+        linked, mismatches = 0, {}
+        for table in (Impact, Shot):  # a gun's hit on a load cell is both
+            counts = table is _counted(plan_row)
+            recorded = select(table.run, table.configuration_id, table.planned_run_id)
+            for run, configuration, link in session.execute(
+                recorded.where(table.campaign_id == campaign_row.id).distinct()
+            ).all():
+                reason = _mismatch(session, planned.get(run), configuration, wanted)
+                if reason is not None:
+                    mismatches[run] = reason
+                elif link is None:
+                    linked += counts * _link(session, table, campaign_row, run, configuration, planned[run])
+        done = _mark_done(session, plan_row, planned)
+    told = tuple({"run": run, "reason": reason} for run, reason in sorted(mismatches.items()))
+    return PlanLinks(plan, linked, done, told)
+
+
+def _rows(session: Session, campaign: str, plan: str) -> tuple[Campaign, Plan]:
+    campaign_row = session.scalars(select(Campaign).where(Campaign.name == campaign)).one_or_none()
+    plan_row = session.scalars(select(Plan).where(Plan.name == plan)).one_or_none()
+    if campaign_row is None:
+        raise IngestError(f"no campaign {campaign!r} in the store")
+    if plan_row is None:
+        known = ", ".join(session.scalars(select(Plan.name).order_by(Plan.name))) or "none"
+        raise IngestError(f"no plan {plan!r} in the store; there: {known}")
+    if campaign_row.kind != plan_row.kind:
+        raise IngestError(f"campaign {campaign!r} is one of a {campaign_row.kind}, plan {plan!r} of a {plan_row.kind}")
+    return campaign_row, plan_row
+
+
+def _levels(session: Session, configurations: set[int]) -> dict[int, Levels]:
+    query = (
+        select(ConfigurationLevel.configuration_id, Factor.name, FactorLevel.label, FactorLevel.number)
+        .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
+        .join(Factor, ConfigurationLevel.factor_id == Factor.id)
+        .where(ConfigurationLevel.configuration_id.in_(configurations))
+    )
+    found: dict[int, dict[str, tuple[str, float | None]]] = {}
+    for configuration, factor, label, number in session.execute(query):
+        found.setdefault(configuration, {})[factor] = (label, number)
+    return dict(found)
+
+
+def _mismatch(
+    session: Session, planned: PlannedRun | None, configuration: int, wanted: Mapping[int, Levels]
+) -> str | None:
+    """Why a recorded configuration is not what was planned; None where it is."""
+    if planned is None:
+        return "the plan has no run of this number"
+    if planned.status == "discarded":
+        return f"the plan's run was discarded: {planned.reason}"
+    if planned.configuration_id == configuration:
+        return None
+    recorded = _levels(session, {configuration}).get(configuration, {})
+    wrong = []
+    for factor, (label, number) in sorted(wanted[planned.configuration_id].items()):
+        found = recorded.get(factor)
+        if found is None:
+            if factor in BY_NAME:
+                wrong.append(f"{factor} is not recorded, planned {label}")
+        elif not _agree(found, (label, number)):
+            wrong.append(f"{factor} is {found[0]}, planned {label}")
+    return "; ".join(wrong) or None
+
+
+def _agree(found: tuple[str, float | None], planned: tuple[str, float | None]) -> bool:
+    if found[1] is None or planned[1] is None:
+        return found[0] == planned[0]
+    return abs(found[1] - planned[1]) <= TOLERANCE * abs(planned[1])
+
+
+def _link(
+    session: Session,
+    table: type[Impact] | type[Shot],
+    campaign: Campaign,
+    run: int,
+    configuration: int,
+    planned: PlannedRun,
+) -> int:
+    of_run = (table.campaign_id == campaign.id, table.run == run, table.configuration_id == configuration)
+    result = session.execute(update(table).where(*of_run).values(planned_run_id=planned.id))
+    return int(result.rowcount)  # type: ignore[attr-defined]  # SQLAlchemy types `execute` for rows only
+
+
+def _counted(plan: Plan) -> type[Impact] | type[Shot]:
+    """What a repetition is: a gun's shot, a hammer's impact."""
+    return Shot if plan.kind == "gun" else Impact
+
+
+def _mark_done(session: Session, plan: Plan, planned: Mapping[int, PlannedRun]) -> int:
+    table = _counted(plan)
+    counts = session.execute(
+        select(table.planned_run_id, func.count())
+        .where(table.planned_run_id.in_(row.id for row in planned.values()))
+        .group_by(table.planned_run_id)
+    )
+    recorded = dict(counts.all())
+    done = [row for row in planned.values() if row.status == "planned" and recorded.get(row.id, 0) >= row.repetitions]
+    for row in done:
+        row.status = "done"
+    return len(done)

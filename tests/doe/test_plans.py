@@ -1,0 +1,112 @@
+"""Plans in the store: what was planned comes back, and its state with it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pyroshock.doe.designs.base import Design
+from pyroshock.doe.plans import (
+    PlanExistsError,
+    UnknownPlanError,
+    add_plan,
+    discard_run,
+    extend_plan,
+    read_plan,
+)
+from pyroshock.doe.space import gun_space, shipped_factors
+from pyroshock.schema.plans import PlannedRun
+from pyroshock.schema.session import Store, Writer, count_rows, open_store
+from sqlalchemy import select
+
+FACTORS = shipped_factors("gun")
+
+
+@pytest.fixture
+def store(database_url):
+    with open_store(database_url, Writer("test", "0"), create=True) as store:
+        yield store
+
+
+def design(n: int = 12, seed: int = 1) -> Design:
+    space = gun_space()
+    chosen = np.random.default_rng(seed).choice(space.size, n, replace=False)
+    return Design(space, space.all_treatments()[chosen], "lhs", seed)
+
+
+def planned(store: Store, name: str = "spring", n: int = 12) -> Design:
+    made = design(n)
+    settings = [{"tank_pressure_bar": 1.0 + 0.1 * i} for i in range(n)]
+    add_plan(store, name, FACTORS, made, repetitions=3, settings=settings)
+    return made
+
+
+def read(store: Store, name: str = "spring"):
+    with store.reading() as session:
+        return read_plan(session, name)
+
+
+def test_plan_comes_back_as_it_was_made(store):
+    made = planned(store)
+    plan = read(store)
+    assert plan.treatments().tolist() == made.treatments.tolist()
+    assert (plan.method, plan.seed, plan.space) == ("lhs", 1, made.space)
+    assert [run.run for run in plan.runs] == list(range(1, 13))
+    assert plan.runs[3].settings == {"tank_pressure_bar": 1.3}
+    assert {(run.status, run.repetitions, run.recorded) for run in plan.runs} == {("planned", 3, 0)}
+
+
+def test_configuration_holds_treatment_and_settings(store):
+    planned(store)
+    with store.reading() as session:
+        row = session.scalars(select(PlannedRun).where(PlannedRun.run == 2)).one()
+        levels = {level.factor.name: level.number or level.label for level in row.configuration.levels}
+    assert levels["tank_pressure"] == pytest.approx(1.1e5)
+    assert levels["tip_radius"] == pytest.approx(1e-3 * float(row.treatment["tip_radius_mm"]))
+    assert levels["velocity_level"] == row.treatment["velocity_level"]
+
+
+def test_name_is_taken_once(store):
+    planned(store)
+    before = count_rows(store)
+    with pytest.raises(PlanExistsError, match="'spring' is in the store already"):
+        planned(store)
+    assert count_rows(store) == before
+
+
+def test_unknown_plan_lists_those_there_are(store):
+    planned(store)
+    with pytest.raises(UnknownPlanError, match=r"no plan 'autumn'.*spring"):
+        read(store, "autumn")
+
+
+def test_unknown_material_stores_nothing(store):
+    space = gun_space()
+    rows = [{**row, "tip_material": "unobtainium"} for row in space.rows(design(2).treatments)]
+    planned(store)
+    before = count_rows(store)
+    with pytest.raises(ValueError, match=r"run 13: tip_material is 'unobtainium'"):
+        extend_plan(store, "spring", rows, repetitions=3)
+    assert count_rows(store) == before
+
+
+def test_further_runs_go_to_the_end(store):
+    planned(store)
+    assert extend_plan(store, "spring", design(2, seed=5).rows, repetitions=1) == [13, 14]
+    plan = read(store)
+    assert [run.position for run in plan.runs] == list(range(1, 15))
+    assert plan.runs[-1].repetitions == 1
+
+
+def test_discarded_run_is_out_with_its_reason(store):
+    planned(store)
+    discard_run(store, "spring", 4, "tip broke")
+    plan = read(store)
+    assert [(run.run, run.reason) for run in plan.runs if run.status == "discarded"] == [(4, "tip broke")]
+    assert len(plan.treatments("planned", "done")) == 11
+
+
+@pytest.mark.parametrize(("run", "reason", "said"), [(99, "x", "no run 99"), (1, " ", "no reason")])
+def test_discarding_needs_a_run_and_a_reason(store, run, reason, said):
+    planned(store)
+    with pytest.raises(ValueError, match=said):
+        discard_run(store, "spring", run, reason)

@@ -1,0 +1,120 @@
+"""Recorded runs find their planned ones, and say where they differ."""
+
+from __future__ import annotations
+
+import pytest
+from campaigns import gun_campaign, hammer_campaign, hammer_rows, with_cell
+from pyroshock.ingest.errors import IngestError
+from pyroshock.ingest.load import ingest_folder
+from pyroshock.ingest.plan_link import link_campaign
+from pyroshock.schema.configurations import configuration_id
+from pyroshock.schema.impacts import Impact
+from pyroshock.schema.levels import level_of
+from pyroshock.schema.materials import material_names
+from pyroshock.schema.plans import Plan, PlannedRun
+from pyroshock.schema.session import Writer, open_store
+from sqlalchemy import select
+
+COLUMNS = ("tip_material", "tip_radius_mm", "hammer_speed")
+
+
+@pytest.fixture
+def store(database_url):
+    with open_store(database_url, Writer("test", "0"), create=True) as store:
+        yield store
+
+
+def plan_of(store, rows, name="plan", kind="hammer", repetitions=2, columns=COLUMNS):
+    """A plan of the runs in `rows`, which are those of a `runs.csv`."""
+    with store.writing() as session:
+        plan = Plan(name=name, kind=kind, factors="", method="lhs")
+        session.add(plan)
+        session.flush()
+        names = material_names(session)
+        for number, row in {row["run"]: row for row in rows}.items():
+            levels = [level_of(column, str(row[column]), names) for column in columns]
+            session.add(
+                PlannedRun(
+                    plan_id=plan.id, run=number, position=number, repetitions=repetitions, treatment={}, settings={},
+                    configuration_id=configuration_id(session, levels),
+                )
+            )  # fmt: skip
+
+
+def statuses(store):
+    with store.reading() as session:
+        return dict(session.execute(select(PlannedRun.run, PlannedRun.status)).all())
+
+
+def ingested(store, folder):
+    ingest_folder(store, folder, jobs=1)
+
+
+def test_recorded_runs_become_done(store, tmp_path):
+    plan_of(store, hammer_rows(3))
+    ingested(store, hammer_campaign(tmp_path / "c", 2))
+    links = link_campaign(store, "hammer", "plan")
+    assert (links.linked, links.done, links.mismatches) == (4, 2, ())
+    assert statuses(store) == {1: "done", 2: "done", 3: "planned"}
+
+
+def test_repeat_changes_nothing(store, tmp_path):
+    plan_of(store, hammer_rows(2))
+    ingested(store, hammer_campaign(tmp_path / "c", 2))
+    link_campaign(store, "hammer", "plan")
+    again = link_campaign(store, "hammer", "plan")
+    assert (again.linked, again.done, again.mismatches) == (0, 0, ())
+
+
+def test_run_with_too_few_repetitions_stays_to_do(store, tmp_path):
+    plan_of(store, hammer_rows(2), repetitions=3)
+    ingested(store, hammer_campaign(tmp_path / "c", 2))
+    assert link_campaign(store, "hammer", "plan").linked == 4
+    assert set(statuses(store).values()) == {"planned"}
+
+
+def test_other_setting_is_told_and_not_linked(store, tmp_path):
+    plan_of(store, with_cell(hammer_rows(2, 1), "tip_material", "delrin"))
+    ingested(store, hammer_campaign(tmp_path / "c", 2, 1))
+    links = link_campaign(store, "hammer", "plan")
+    assert links.mismatches == ({"run": 1, "reason": "tip_material is aluminum, planned delrin"},)
+    with store.reading() as session:
+        assert session.scalars(select(Impact.planned_run_id).where(Impact.run == 1)).all() == [None]
+
+
+def test_run_that_nobody_planned_is_told(store, tmp_path):
+    plan_of(store, hammer_rows(1))
+    ingested(store, hammer_campaign(tmp_path / "c", 2))
+    (told,) = link_campaign(store, "hammer", "plan").mismatches
+    assert told == {"run": 2, "reason": "the plan has no run of this number"}
+
+
+@pytest.mark.parametrize(("pressure", "matches"), [("0.257", True), ("0.3", False)])
+def test_measured_pressure_is_near_the_planned_one(store, tmp_path, pressure, matches):
+    rows = [{"run": 1, "bullet_mass_kg": 0.1428, "tank_pressure_bar": pressure, "velocity_level": "low"}]
+    columns = ("bullet_mass_kg", "tank_pressure_bar", "velocity_level")
+    plan_of(store, rows, kind="gun", repetitions=1, columns=columns)
+    ingested(store, gun_campaign(tmp_path / "g", 1))
+    links = link_campaign(store, "gun", "plan")
+    assert (links.linked == 1, not links.mismatches) == (matches, matches)
+
+
+def test_setting_that_was_not_recorded_is_told(store, tmp_path):
+    plan_of(
+        store, with_cell(hammer_rows(1, 1), "boundary_conditions", "free"), columns=(*COLUMNS, "boundary_conditions")
+    )
+    ingested(store, hammer_campaign(tmp_path / "c", 1, 1))
+    (told,) = link_campaign(store, "hammer", "plan").mismatches
+    assert told["reason"] == "boundary_conditions is not recorded, planned free"
+
+
+@pytest.mark.parametrize(
+    ("campaign", "plan", "said"),
+    [("none", "plan", "no campaign 'none'"), ("hammer", "none", r"no plan 'none'.*plan"), ("gun", "plan", "of a gun")],
+)
+def test_what_does_not_go_together_is_refused(store, tmp_path, campaign, plan, said):
+    plan_of(store, hammer_rows(1, 1))
+    ingested(store, hammer_campaign(tmp_path / "c", 1, 1))
+    ingested(store, gun_campaign(tmp_path / "g", 1))
+    with pytest.raises(IngestError, match=said):
+        link_campaign(store, campaign, plan)
