@@ -1,0 +1,94 @@
+"""The spectral element: nodes, polynomials, and the states of strain that it must hold exactly."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from pyroshock.virtualbench.plate.assembly import assemble, deflection_rows
+from pyroshock.virtualbench.plate.build import PlateMaterial
+from pyroshock.virtualbench.plate.elements import basis, lobatto_nodes
+from pyroshock.virtualbench.plate.mesh import Mesh
+from pyroshock.virtualbench.plate.resonant import OUTLINE_M
+
+STEEL = PlateMaterial(200e9, 0.30, 7800.0)
+THICKNESS_M = 0.01
+AREA_M2 = 0.3448
+
+
+def test_nodes_of_degree_four() -> None:
+    inner = math.sqrt(3 / 7)
+    assert lobatto_nodes(4) == pytest.approx([-1, -inner, 0, inner, 1])
+
+
+@pytest.mark.parametrize("degree", [1, 2, 6, 9])
+def test_polynomials_up_to_the_degree_are_exact(degree: int) -> None:
+    x = np.linspace(-1, 1, 17)
+    values, slopes = basis(degree, x)
+    for power in range(degree + 1):
+        at_nodes = lobatto_nodes(degree) ** power
+        assert values @ at_nodes == pytest.approx(x**power, abs=1e-12)
+        assert slopes @ at_nodes == pytest.approx(power * x ** max(power - 1, 0), abs=1e-10)
+
+
+@pytest.fixture(scope="module")
+def plate() -> tuple[Mesh, np.ndarray, np.ndarray, np.ndarray]:
+    """Mesh, stiffness, mass and node positions (nodes, 2) of the irregular plate, a few elements large."""
+    mesh = Mesh.regular(OUTLINE_M, 3, 2, 4)
+    stiffness, mass = assemble(mesh, STEEL, THICKNESS_M)
+    return mesh, stiffness.toarray(), mass.toarray(), _positions(mesh)
+
+
+def _positions(mesh: Mesh) -> np.ndarray:
+    nodes = (lobatto_nodes(mesh.degree)[:-1] + 1) / 2
+    u, v = (
+        np.append((lines[:-1, None] + np.diff(lines)[:, None] * nodes).ravel(), 1.0)[:, None]
+        for lines in (mesh.u, mesh.v)
+    )
+    a, b, c, d = mesh.corners_m
+    grid_u, grid_v = np.repeat(u, v.size, axis=0), np.tile(v, (u.size, 1))
+    return a * (1 - grid_u) * (1 - grid_v) + b * grid_u * (1 - grid_v) + c * grid_u * grid_v + d * (1 - grid_u) * grid_v
+
+
+def _state(deflection: np.ndarray, turn_x: np.ndarray | float, turn_y: np.ndarray | float) -> np.ndarray:
+    return np.stack(np.broadcast_arrays(deflection, turn_x, turn_y), axis=-1).ravel()
+
+
+def test_translation_weighs_the_plate(plate: tuple[Mesh, np.ndarray, np.ndarray, np.ndarray]) -> None:
+    _, stiffness, mass, positions = plate
+    up = _state(np.ones(len(positions)), 0.0, 0.0)
+    assert up @ mass @ up == pytest.approx(7800 * THICKNESS_M * AREA_M2, rel=1e-12)
+    assert np.abs(stiffness @ up).max() < 1e-9 * np.abs(stiffness).max()
+
+
+def test_rotation_of_the_whole_costs_nothing(plate: tuple[Mesh, np.ndarray, np.ndarray, np.ndarray]) -> None:
+    _, stiffness, _, positions = plate
+    x, y = positions.T
+    assert np.abs(stiffness @ _state(2 * x - 3 * y, -2.0, 3.0)).max() < 1e-9 * np.abs(stiffness).max()
+
+
+def test_uniform_curvature_is_exact(plate: tuple[Mesh, np.ndarray, np.ndarray, np.ndarray]) -> None:
+    # Twice the energy of pure bending, D (kx^2 + ky^2 + 2 nu kx ky) A, and no shear; the patch test on a bilinear map.
+    _, stiffness, _, positions = plate
+    x, y = positions.T
+    kx, ky = 0.3, -0.7
+    bent = _state(-(kx * x**2 + ky * y**2) / 2, kx * x, ky * y)
+    rigidity = 200e9 * THICKNESS_M**3 / (12 * (1 - 0.3**2))
+    expected = rigidity * (kx**2 + ky**2 + 2 * 0.3 * kx * ky) * AREA_M2
+    assert bent @ stiffness @ bent == pytest.approx(expected, rel=1e-9)
+
+
+def test_uniform_shear_is_exact(plate: tuple[Mesh, np.ndarray, np.ndarray, np.ndarray]) -> None:
+    _, stiffness, _, positions = plate
+    sheared = _state(positions[:, 0], 0.0, 0.0)
+    modulus = 200e9 / 2.6
+    assert sheared @ stiffness @ sheared == pytest.approx(5 / 6 * modulus * THICKNESS_M * AREA_M2, rel=1e-9)
+
+
+def test_deflection_between_nodes(plate: tuple[Mesh, np.ndarray, np.ndarray, np.ndarray]) -> None:
+    mesh, _, _, positions = plate
+    x, y = positions.T
+    points = [(0.47, 0.28), (0.9, 0.37), (0.0, 0.10)]
+    read = deflection_rows(mesh, points) @ _state(1 + x * y - y**2, 0.0, 0.0)
+    assert read == pytest.approx([1 + x * y - y**2 for x, y in points], rel=1e-12)

@@ -1,0 +1,175 @@
+"""The modes of the bench's plate: rigid ones, normalisation, and what each effect does to them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.polynomial import legendre
+from pyroshock.virtualbench.effects import Effects
+from pyroshock.virtualbench.plate.build import PlateBuild, PlateSensor
+from pyroshock.virtualbench.plate.mesh import bilinear
+from pyroshock.virtualbench.plate.modes import PlateModes, modes
+from pyroshock.virtualbench.plate.resonant import resonant_plate
+
+LIMIT_HZ = 1500.0
+NONE = Effects.none()
+
+
+def _plate(boundary: str = "free") -> PlateBuild:
+    return resonant_plate("aluminum", boundary, np.random.default_rng(7))
+
+
+def _solved(plate: PlateBuild, effects: Effects = NONE) -> PlateModes:
+    return modes(plate, effects, max_frequency_hz=LIMIT_HZ)
+
+
+def _grid(plate: PlateBuild) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 2) and the masses (n,) that stand for the plate at them, by Gauss's rule."""
+    points, weights = legendre.leggauss(14)
+    u, v = np.repeat((points + 1) / 2, 14), np.tile((points + 1) / 2, 14)
+    position, slopes = bilinear(np.array(plate.outline_m), u, v)
+    density = plate.material.density_kg_m3 * plate.thickness_m
+    return position, density * np.outer(weights, weights).ravel() / 4 * np.linalg.det(slopes)
+
+
+def _rigid_receptance(plate: PlateBuild, at: np.ndarray, hit: np.ndarray) -> np.ndarray:
+    """Acceleration per force of the plate as a rigid body, by Newton and Euler, rotary inertia h^2 / 12 included."""
+    position, mass = _grid(plate)
+    centre = mass @ position / mass.sum()
+    arm = position - centre
+    second = (arm * mass[:, None]).T @ arm + mass.sum() * plate.thickness_m**2 / 12 * np.eye(2)
+    return 1 / mass.sum() + (at - centre) @ np.linalg.solve(second, hit - centre)
+
+
+def test_three_rigid_modes_and_no_more() -> None:
+    solved = _solved(_plate())
+    assert solved.frequencies_hz[:3].tolist() == [0.0, 0.0, 0.0]
+    assert solved.frequencies_hz[3] > 50
+    assert np.all(np.diff(solved.frequencies_hz[3:]) > 0)
+
+
+def test_rigid_modes_obey_newton_and_euler() -> None:
+    plate = _plate()
+    solved = _solved(plate)
+    sensors = np.array([sensor.position_m for sensor in plate.sensors])
+    for k, point in enumerate(plate.impact_points_m):
+        expected = _rigid_receptance(plate, sensors, np.array(point))
+        assert solved.shapes[:, :3] @ solved.shape_impact[k, :3] == pytest.approx(expected, rel=1e-6)
+
+
+def test_shapes_are_orthonormal_in_mass() -> None:
+    plate = _plate()
+    position, mass = _grid(plate)
+    watched = replace(plate, sensors=tuple(PlateSensor(f"{k}", tuple(p)) for k, p in enumerate(position.tolist())))
+    shapes = _solved(watched).shapes[:, :16]
+    # Rotary inertia holds the little that is missing: k^2 h^2 / 12 of a mode with wavenumber k.
+    assert (shapes * mass[:, None]).T @ shapes == pytest.approx(np.eye(16), abs=5e-3)
+
+
+def test_shapes_squared_give_the_mobility_of_an_endless_plate() -> None:
+    # Cremer: the mean real mobility of a plate of any size is 1 / (8 sqrt(D rho h)).
+    plate = _plate()
+    interior = tuple((x, y) for x in (0.40, 0.45, 0.5, 0.55) for y in (0.22, 0.27, 0.32))
+    limit = 8000.0
+    solved = modes(replace(plate, impact_points_m=interior, sensors=()), NONE, max_frequency_hz=limit)
+    endless = 1 / (8 * math.sqrt(plate.rigidity_n_m * plate.material.density_kg_m3 * plate.thickness_m))
+    mean = math.pi / 2 * (solved.shape_impact**2).sum(axis=1) / (2 * math.pi * limit)
+    assert mean.mean() == pytest.approx(endless, rel=0.1)
+
+
+def test_stiffness_scales_every_frequency() -> None:
+    nominal = modes(_plate(), NONE, max_frequency_hz=1000.0)
+    stiffer = modes(_plate(), Effects.only("plate.stiffness", 3.0), max_frequency_hz=1030.0)
+    assert stiffer.frequencies_hz == pytest.approx(1.03 * nominal.frequencies_hz, rel=1e-6)
+
+
+def test_small_sensors_lower_frequencies_as_rayleigh_says() -> None:
+    plate = _plate()
+    light = Effects.only("plate.sensor_mass", 0.01)
+    nominal, loaded = _solved(plate), _solved(plate, light)
+    mass = np.array([0.01 * sensor.mass_kg for sensor in plate.sensors])
+    expected = -(mass @ nominal.shapes[:, 3:] ** 2) / 2
+    assert loaded.frequencies_hz[3:] / nominal.frequencies_hz[3:] - 1 == pytest.approx(expected, rel=0.05, abs=2e-6)
+
+
+def test_real_sensors_only_lower_frequencies() -> None:
+    nominal, loaded = _solved(_plate()), _solved(_plate(), Effects.only("plate.sensor_mass"))
+    fall = 1 - loaded.frequencies_hz[3:] / nominal.frequencies_hz[3 : loaded.frequencies_hz.size]
+    assert fall.min() > 0
+    assert 1e-3 < fall.max() < 2e-2
+
+
+def test_suspension_carries_the_rigid_plate() -> None:
+    plate = _plate()
+    solved = _solved(plate, Effects.only("plate.boundary", 0.01))
+    points = np.array([spring.position_m for spring in plate.springs])
+    stiffness = np.array([0.01 * spring.stiffness_n_m for spring in plate.springs])
+    flexibility = np.array([_rigid_receptance(plate, points, point) for point in points])
+    squares = np.sort(np.linalg.eigvals(flexibility * stiffness).real)
+    assert solved.frequencies_hz[:3] == pytest.approx(np.sqrt(squares) / (2 * np.pi), rel=1e-3)
+
+
+@pytest.mark.parametrize("boundary", ["free", "fixed"])
+def test_supports_raise_the_low_modes_most(boundary: str) -> None:
+    nominal, held = _solved(_plate(boundary)), _solved(_plate(boundary), Effects.only("plate.boundary", 5.0))
+    first = 3 if boundary == "free" else 0
+    count = min(nominal.frequencies_hz.size, held.frequencies_hz.size)
+    rise = held.frequencies_hz[first:count] / nominal.frequencies_hz[first:count] - 1
+    assert rise.min() > 0
+    assert rise[:3].mean() > 10 * rise[-10:].mean()
+
+
+def test_clamped_plate_is_not_rigid() -> None:
+    assert _solved(_plate("fixed")).frequencies_hz[0] > 50
+
+
+def test_damping_is_the_plate_s_and_grows_with_the_effect() -> None:
+    plate = _plate()
+    nominal, damped = _solved(plate), _solved(plate, Effects.only("plate.damping", 4.0))
+    assert nominal.damping.tolist() == list(plate.damping_ratios[: nominal.damping.size])
+    assert damped.damping == pytest.approx(1.4 * nominal.damping)
+    assert damped.frequencies_hz is nominal.frequencies_hz  # solved once
+
+
+def test_other_stages_leave_the_plate_alone() -> None:
+    other = Effects.default()
+    for name in ("plate.damping", "plate.stiffness", "plate.sensor_mass", "plate.boundary"):
+        other = other.with_strength(name, 0.0)
+    assert np.array_equal(_solved(_plate(), other).shapes, _solved(_plate()).shapes)
+
+
+def test_solved_arrays_are_shared_and_closed() -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        _solved(_plate()).shapes[0, 0] = 1.0
+
+
+@pytest.mark.parametrize(
+    ("name", "strength"), [("plate.boundary", -1.0), ("plate.stiffness", -100.0), ("plate.damping", -10.0)]
+)
+def test_effect_without_a_meaning_is_refused(name: str, strength: float) -> None:
+    with pytest.raises(ValueError, match=name):
+        _solved(_plate(), Effects.only(name, strength))
+
+
+def test_damping_beyond_critical_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"under plate\.damping"):
+        _solved(_plate(), Effects.only("plate.damping", 1e4))
+
+
+def test_too_few_damping_ratios_are_refused() -> None:
+    with pytest.raises(ValueError, match="damping_ratios has 5 values"):
+        _solved(replace(_plate(), damping_ratios=(0.01,) * 5))
+
+
+def test_sensor_off_the_plate_is_refused() -> None:
+    with pytest.raises(ValueError, match="off the plate"):
+        _solved(replace(_plate(), sensors=(PlateSensor("lost", (0.0, 0.6)),)))
+
+
+@pytest.mark.parametrize("limit", [0.0, -1.0, math.nan])
+def test_frequency_limit_is_checked(limit: float) -> None:
+    with pytest.raises(ValueError, match="max_frequency_hz"):
+        modes(_plate(), NONE, max_frequency_hz=limit)

@@ -1,0 +1,50 @@
+"""A row of a gun's plan as the bench plays it, and what is sealed of its shot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..gun.truth import ShotTruth
+from ..impact.build import Impactor, Target, target
+from ..impact.impactors import projectile
+from ..impact.strike import ImpactTruth
+from .base import Row, Truth, cell, positive
+from .plates import THICKNESS_M, Key
+
+
+def plate_of(row: Row) -> Key:
+    return cell(row, "plate_material"), "free"
+
+
+def impactor_of(row: Row) -> Impactor:
+    radius = positive(row, "tip_radius_mm") * 1e-3
+    return projectile(positive(row, "bullet_mass_kg"), cell(row, "tip_material"), radius)
+
+
+def target_of(row: Row) -> Target:
+    anvil, insulator = cell(row, "anvil_material"), cell(row, "insulator")
+    return target(cell(row, "plate_material"), THICKNESS_M, anvil_material=anvil, insulator=insulator)
+
+
+def truth_of(shot: ShotTruth, impact: ImpactTruth | None, start_s: float, length_m: float) -> Truth:
+    truth: Truth = {
+        "tank_pressure_pa": float(shot.tank_pressure_pa[0]),
+        "muzzle_velocity_m_s": shot.muzzle_velocity_m_s,
+        "bullet_length_m": length_m,
+        "exit_time_s": shot.exit_time_s if math.isfinite(shot.exit_time_s) else None,
+        "velocity_m_s": shot.impact_velocity_m_s,
+    }
+    if impact is None:
+        return truth
+    return truth | {
+        "start_s": start_s,
+        "mass_kg": impact.mass_kg,
+        "contact_time_s": impact.contact_time_s,
+        "restitution": impact.restitution,
+        "peak_force_n": impact.peak_force_n,
+        "peak_plate_force_n": float(impact.plate_force_n.max()),
+        "contacts": impact.contacts,
+        "impulse_n_s": float(np.trapezoid(impact.force_n, impact.time_s)),
+    }

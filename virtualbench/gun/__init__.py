@@ -1,0 +1,1 @@
+"""The virtual gun: gas dynamics of tank, valve, barrel and clearance, in absolute pressures."""

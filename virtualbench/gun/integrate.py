@@ -1,0 +1,129 @@
+"""The shot over time: LSODA between strikes on the plate, and a rebound at each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .friction import CREEP_M_S
+from .motion import TOLERANCES, Phase, V, X, derivative, initial_state
+from .setting import Setting
+from .valve import valve_moments
+
+Floats = NDArray[np.float64]
+
+#: Output step, and how much is integrated at once between looks at the plate.
+STEP_S, CHUNK_S = 2e-4, 0.1
+RELATIVE_TOLERANCE = 1e-6
+#: After the first strike only rebounds and the emptying of the tank are left: tolerances grow by this.
+LOOSER_AFTER = 30.0
+#: The plate returns the projectile after this time, at rest on the scale of the barrel.
+CONTACT_S = 1e-6
+#: A projectile that comes back slower than this stays on the plate; a longer stay at the valve is never modelled.
+SLOWEST_M_S = 0.5
+
+
+@dataclass(frozen=True)
+class Strike:
+    """The first meeting of nose and plate."""
+
+    time_s: float
+    velocity_m_s: float
+
+
+def integrate(
+    setting: Setting, until_s: float, restitution: float, tightness: float
+) -> tuple[Floats, Floats, Strike | None]:
+    """Times (n,), states (n, 12) and the first strike. `tightness` multiplies every tolerance."""
+    times, states = [np.zeros(1)], [initial_state(setting)[None]]
+    first, phase = None, Phase(held=False, sealed=True)
+    stops = [*valve_moments(setting.opening_time_s), until_s]
+    while (start := float(times[-1][-1])) < until_s - CONTACT_S:
+        stop = _next_stop(stops, start, phase.held)
+        time, state = _advance(setting, states[-1][-1], start, stop, phase, tightness)
+        if phase.sealed and (past := _first(state[:, X] >= setting.vent_position_m)):
+            time, state = _up_to(setting, time, state, past, setting.vent_position_m, phase)
+            phase = Phase(held=False, sealed=False)
+        elif not phase.held and (past := _first(_outside(setting, state))):
+            time, state = _up_to(setting, time, state, past, setting.travel_m if state[past, V] > 0 else 0.0, phase)
+            speed = float(state[-1, V])
+            if first is None and speed > 0:
+                first, tightness = Strike(float(time[-1]), speed), LOOSER_AFTER * tightness
+            phase = Phase(held=speed > 0 and restitution * speed < SLOWEST_M_S, sealed=phase.sealed)
+            time, state = _thrown_back(time, state, 0.0 if phase.held else -restitution * speed)
+        times.append(time[1:])
+        states.append(state[1:])
+    return np.concatenate(times), np.concatenate(states), first
+
+
+def _next_stop(stops: list[float], start: float, held: bool) -> float:
+    """Not past the moments at which the valve begins and ends to open, where the flow has kinks."""
+    return min([stop for stop in stops if stop > start + CONTACT_S] + ([] if held else [start + CHUNK_S]))
+
+
+def _advance(
+    setting: Setting, state: Floats, start: float, stop: float, phase: Phase, tightness: float
+) -> tuple[Floats, Floats]:
+    """Times (k,) from start to stop, both included, and states (k, 12)."""
+    from scipy.integrate import odeint
+
+    steps = max(1, round((stop - start) / STEP_S))
+    time = np.linspace(start, stop, steps + 1)
+    run, told = odeint(  # type: ignore[call-overload]
+        lambda moment, now: derivative(moment, now, setting, phase),
+        state,
+        time,
+        tfirst=True,
+        full_output=True,
+        rtol=tightness * RELATIVE_TOLERANCE,
+        atol=tightness * TOLERANCES,
+        mxstep=20_000,
+    )
+    if told["message"] != "Integration successful.":
+        raise RuntimeError(f"the shot could not be integrated past {start:.4g} s: {told['message']}")
+    return time, np.asarray(run)
+
+
+def _outside(setting: Setting, state: Floats) -> NDArray[np.bool_]:
+    """Where the projectile is past either end of its way, and moves on."""
+    at_plate = (state[:, X] >= setting.travel_m) & (state[:, V] > 0)
+    return at_plate | ((state[:, X] <= 0) & (state[:, V] < -CREEP_M_S))
+
+
+def _first(there: NDArray[np.bool_]) -> int:
+    """The first point after the start that is there; 0 for none."""
+    found = np.flatnonzero(there[1:])
+    return int(found[0]) + 1 if found.size else 0
+
+
+def _up_to(setting: Setting, time: Floats, state: Floats, past: int, end: float, phase: Phase) -> tuple[Floats, Floats]:
+    """The same up to the moment at which the position is `end`, between points `past - 1` and `past`."""
+    ends = state[past - 1], state[past]
+    slopes = tuple(np.array(derivative(time[k], state[k], setting, phase)) for k in (past - 1, past))
+    step = float(time[past] - time[past - 1])
+    onwards = 1 if ends[1][V] > 0 else -1
+    low, high = 0.0, 1.0
+    for _ in range(40):  # bisection: the way is monotonous within a step, but may begin with contact
+        middle = (low + high) / 2
+        beyond = (_between(ends, slopes, step, middle)[X] - end) * onwards >= 0
+        low, high = (low, middle) if beyond else (middle, high)
+    last = _between(ends, slopes, step, high)
+    last[X] = end
+    moment = max(time[past - 1] + high * step, np.nextafter(time[past - 1], np.inf))
+    return np.append(time[:past], moment), np.vstack([state[:past], last])
+
+
+def _between(ends: tuple[Floats, ...], slopes: tuple[Floats, ...], step: float, share: float) -> Floats:
+    """Hermite's cubic at a share of a step: it keeps what the balances keep."""
+    rest = 1 - share
+    value = rest**2 * (1 + 2 * share) * ends[0] + share**2 * (3 - 2 * share) * ends[1]
+    return np.asarray(value + share * rest * step * (rest * slopes[0] - share * slopes[1]))
+
+
+def _thrown_back(time: Floats, state: Floats, velocity: float) -> tuple[Floats, Floats]:
+    """With one more point, a contact later."""
+    after = state[-1].copy()
+    after[V] = velocity
+    return np.append(time, time[-1] + CONTACT_S), np.vstack([state, after])

@@ -1,0 +1,135 @@
+"""What strikes and what is struck. Positive is towards the plate."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from .materials import ContactMaterial, contact_material
+
+__all__ = ["Anvil", "Impactor", "Layer", "Target", "target"]
+
+
+@dataclass(frozen=True)
+class Impactor:
+    """A tip on a front mass, and behind a neck the mass on which the accelerometer sits.
+
+    `mass_kg` is all that moves (nominal). With `rear_fraction` 0 it is one rigid body. The load cell sits between the
+    tip and the front mass. The spreads are standard deviations of the logarithm from one strike to the next, under
+    `bench.hand_scatter`; `mass_error` is what `contact.effective_mass` adds at strength 1.
+    Raises `ValueError` for figures that no impactor has.
+    """
+
+    tip: ContactMaterial
+    tip_radius_m: float
+    mass_kg: float
+    tip_height_m: float = math.inf  # of a polymer tip, which stiffens against its metal holder
+    tip_mass_kg: float = 0.0
+    rear_fraction: float = 0.0
+    rear_resonance_hz: float = 0.0
+    rear_damping: float = 0.0
+    wave_delay_s: float = 0.0
+    mass_error: float = 0.05
+    mass_spread: float = 0.0
+    radius_spread: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("tip_radius_m", "mass_kg", "tip_height_m"):
+            _check(name, getattr(self, name), getattr(self, name) > 0, "a number above 0")
+        for name in ("tip_mass_kg", "wave_delay_s", "mass_spread", "radius_spread", "rear_damping"):
+            _check(name, getattr(self, name), 0 <= getattr(self, name) < math.inf, "0 or more")
+        _check("mass_kg", self.mass_kg, math.isfinite(self.mass_kg), "a finite number")
+        _check("rear_fraction", self.rear_fraction, 0 <= self.rear_fraction < 1, "a number from 0 to below 1")
+        _check("rear_damping", self.rear_damping, self.rear_damping < 1, "less than critical damping")
+        resonance = self.rear_resonance_hz
+        _check("rear_resonance_hz", resonance, (resonance > 0) == (self.rear_fraction > 0), "above 0 with a rear mass")
+        front = self.mass_kg * (1 - self.rear_fraction)
+        _check("tip_mass_kg", self.tip_mass_kg, self.tip_mass_kg < front, "less than the front mass it is a part of")
+
+
+@dataclass(frozen=True)
+class Anvil:
+    """A plate of metal that is bolted to the resonant plate through a stiff joint.
+
+    The size is assumed (100 x 100 x 15 mm), and so is the joint: pressed dry metal faces some 100 cm^2 wide.
+    """
+
+    material: ContactMaterial
+    volume_m3: float = 0.1 * 0.1 * 0.015
+    joint_stiffness_n_m: float = 2e9
+    joint_damping: float = 0.05  # of critical, anvil on its joint
+
+    def __post_init__(self) -> None:
+        for name in ("volume_m3", "joint_stiffness_n_m"):
+            _check(name, getattr(self, name), 0 < getattr(self, name) < math.inf, "a number above 0")
+        _check("joint_damping", self.joint_damping, 0 <= self.joint_damping < 1, "0 to below critical damping")
+
+    @property
+    def mass_kg(self) -> float:
+        return self.material.density_kg_m3 * self.volume_m3
+
+
+@dataclass(frozen=True)
+class Layer:
+    """The insulator: a polymer sheet that the tip presses against the anvil (thesis chapter 4).
+
+    Its kind and size are not given there: a sheet of polyethylene, 3 mm, is assumed.
+    """
+
+    thickness_m: float = 3e-3
+    oedometric_modulus_pa: float = 1.3e9  # E (1 - nu) / ((1 + nu) (1 - 2 nu)) of E = 0.5 GPa, nu = 0.42
+    retardation_time_s: float = 10e-6
+    crushed_share: float = 0.7  # of the thickness, where it is solid
+    seating_force_n: float = 20.0  # with which the sheet is held down
+
+    def __post_init__(self) -> None:
+        for name in ("thickness_m", "oedometric_modulus_pa", "retardation_time_s", "crushed_share", "seating_force_n"):
+            _check(name, getattr(self, name), 0 < getattr(self, name) < math.inf, "a number above 0")
+
+
+@dataclass(frozen=True)
+class Target:
+    """What the impactor meets. `plate_impedance_n_s_m` is the force per velocity of the resonant plate's surface."""
+
+    face: ContactMaterial
+    plate_impedance_n_s_m: float
+    anvil: Anvil | None = None
+    insulator: Layer | None = None
+
+    def __post_init__(self) -> None:
+        impedance = self.plate_impedance_n_s_m
+        _check("plate_impedance_n_s_m", impedance, 0 < impedance < math.inf, "a number above 0")
+        if self.insulator is not None and self.anvil is None:
+            raise ValueError("an insulator without an anvil: expected an anvil on which it lies")
+
+
+def target(
+    plate_material: str,
+    plate_thickness_m: float,
+    *,
+    anvil_material: str = "none",
+    insulator: str = "none",
+    edge_factor: float = 1.0,
+) -> Target:
+    """A target in the words of a plan's table.
+
+    The plate carries flexural waves away as the point impedance 8 sqrt(D rho h) of an infinite thin plate does (Cremer,
+    Heckl and Petersson, Structure-Borne Sound, 2005, section 5.4; Zener, Phys. Rev. 59 (1941) 669), before their
+    echoes come back. `edge_factor` lowers it near an edge: 0.44 on a free one (3.5 for 8, ibid.).
+    Raises `ValueError` for unknown words and impossible figures.
+    """
+    plate = contact_material(plate_material)
+    _check("plate_thickness_m", plate_thickness_m, 0 < plate_thickness_m < math.inf, "a number above 0")
+    _check("edge_factor", edge_factor, 0 < edge_factor <= 1, "a share of the impedance far from edges")
+    if insulator not in ("none", "polymeric"):
+        raise ValueError(f"insulator {insulator!r}: expected 'none' or 'polymeric'")
+    anvil = None if anvil_material == "none" else Anvil(contact_material(anvil_material))
+    rigidity = plate_thickness_m**3 / (12 * plate.compliance_1_pa)
+    impedance = 8 * math.sqrt(rigidity * plate.density_kg_m3 * plate_thickness_m)
+    layer = Layer() if insulator == "polymeric" else None
+    return Target(plate if anvil is None else anvil.material, edge_factor * impedance, anvil, layer)
+
+
+def _check(name: str, value: float, fine: bool, expected: str) -> None:
+    if not fine:
+        raise ValueError(f"{name} = {value!r}: expected {expected}")

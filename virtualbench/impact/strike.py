@@ -1,0 +1,143 @@
+"""One strike, or many at once: `strike` and `strike_many`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..effects import Effects
+from .assemble import assemble
+from .build import Impactor, Target
+from .chain import Chain
+from .integrate import CREEPING, Solution, solve
+from .tail import ringing
+
+Floats = NDArray[np.float64]
+
+__all__ = ["STEP_S", "ImpactTruth", "strike", "strike_many"]
+
+#: Step of the grid on which a strike is reported: 2 MHz, far above any recorder of the bench.
+STEP_S = 0.5e-6
+
+
+@dataclass(frozen=True)
+class ImpactTruth:
+    """What happened in one impact; arrays are (n,) on a uniform grid from first contact.
+
+    `force_n` acts between tip and target, `plate_force_n` is what of it reaches the resonant plate (the same without
+    an anvil), `cell_force_n` what the load cell between tip and front mass feels. The acceleration is that at the
+    impactor's rear, late by the wave's way there, and positive when it slows the impactor down.
+    `restitution` is the speed at which the impactor flies back over that of the impact; an impactor that follows the
+    plate has a negative one. An impact without rebound ends when the force has fallen to 0.5 % of its peak.
+    """
+
+    time_s: Floats
+    force_n: Floats
+    plate_force_n: Floats
+    cell_force_n: Floats
+    impactor_acceleration_m_s2: Floats
+    contact_time_s: float
+    restitution: float
+    peak_force_n: float
+    velocity_m_s: float
+    mass_kg: float  # with what this strike's hand and the effects made of it
+    contacts: int  # more than one when the impactor hit again at once
+
+
+def strike(
+    impactor: Impactor, target: Target, effects: Effects, velocity_m_s: float, rng: np.random.Generator
+) -> ImpactTruth:
+    """One impact at a speed (m/s). Raises as `strike_many` does."""
+    return strike_many([impactor], [target], effects, [velocity_m_s], rng)[0]
+
+
+def strike_many(
+    impactors: Sequence[Impactor],
+    targets: Sequence[Target],
+    effects: Effects,
+    velocities_m_s: ArrayLike,
+    rng: np.random.Generator,
+    *,
+    steps_per_contact: int = 250,
+    tail_s: float = 4e-3,
+) -> list[ImpactTruth]:
+    """As many impacts as there are impactors, solved abreast: ten cost little more than one.
+
+    The records go on for `tail_s` after contact, while hammer and anvil ring. Raises `ValueError` for numbers of
+    impactors, targets and speeds that differ, and for speeds that are not above 0.
+    """
+    velocity = np.asarray(velocities_m_s, dtype=np.float64)
+    if not len(impactors) == len(targets) == velocity.size or velocity.ndim != 1 or not len(impactors):
+        raise ValueError(f"{len(impactors)} impactors, {len(targets)} targets, speeds of shape {velocity.shape}")
+    if not np.all((velocity > 0) & np.isfinite(velocity)):
+        raise ValueError(f"velocities_m_s = {velocity.tolist()}: expected finite numbers above 0")
+    if steps_per_contact < 20 or not 0 <= tail_s < np.inf:
+        raise ValueError(
+            f"steps_per_contact = {steps_per_contact!r}, tail_s = {tail_s!r}: expected 20 or more, 0 or more"
+        )
+    chain = assemble(impactors, targets, effects, rng)
+    solution = solve(chain, velocity, steps_per_contact=steps_per_contact)
+    rear, plate = ringing(chain, solution.state, tail_s, STEP_S)
+    return [
+        _truth(index, impactor, float(velocity[index]), chain, solution, (rear[:, index], plate[:, index]))
+        for index, impactor in enumerate(impactors)
+    ]
+
+
+def _truth(
+    index: int, impactor: Impactor, velocity: float, chain: Chain, solution: Solution, tail: tuple[Floats, Floats]
+) -> ImpactTruth:
+    step, end = float(solution.step_s[index]), int(solution.ends[index])
+    force = solution.contact_force_n[:end, index]
+    solved = step * np.arange(end)
+    time = STEP_S * np.arange(int(solved[-1] / STEP_S) + tail[0].size)
+    tail_time = solved[-1] + STEP_S * np.arange(1, tail[0].size + 1)
+
+    def sampled(history: Floats, after: Floats, delay: float = 0.0) -> Floats:
+        known = np.concatenate([history[:end, index], after])
+        return np.asarray(np.interp(time - delay, np.concatenate([solved, tail_time]), known, left=0.0))
+
+    silence = np.zeros_like(tail[0])
+    contact = sampled(solution.contact_force_n, silence)
+    front = sampled(solution.front_m_s2, tail[0] * _front_over_rear(chain, index))
+    duration, contacts = _contact(force, step, 1.0 if chain.relaxing[index] > 0 else 1.5)
+    return ImpactTruth(
+        time_s=np.asarray(time, dtype=np.float64),
+        force_n=contact,
+        plate_force_n=sampled(solution.plate_force_n, tail[1]),
+        cell_force_n=contact - impactor.tip_mass_kg * front,
+        impactor_acceleration_m_s2=sampled(solution.rear_m_s2, tail[0], impactor.wave_delay_s),
+        contact_time_s=duration,
+        restitution=-float(chain.velocity(solution.state)[index]) / velocity,
+        peak_force_n=float(force.max()),
+        velocity_m_s=velocity,
+        mass_kg=float(chain.mass_kg[index]),
+        contacts=contacts,
+    )
+
+
+def _front_over_rear(chain: Chain, index: int) -> float:
+    """In free flight the neck pulls front and rear with equal and opposite forces."""
+    inverse = float(chain.inverse_rear_1_kg[index])
+    return -1 / (inverse * float(chain.front_kg[index])) if inverse else 0.0
+
+
+def _contact(force: Floats, step: float, power: float) -> tuple[float, int]:
+    """Duration (s) from first contact to the last instant of contact, and the number of separate contacts.
+
+    An end at force 0 lies between two steps: there the force falls as (t_end - t)^power, 1.5 for an elastic contact
+    and 1 for a relaxing one, which lets go before it has sprung back.
+    """
+    pressing = force > CREEPING * force.max()
+    last = int(np.flatnonzero(pressing)[-1])
+    contacts = int(np.count_nonzero(np.diff(pressing.astype(int)) > 0))
+    quiet = np.flatnonzero(force[last:] == 0)
+    if not quiet.size:
+        return last * step, contacts
+    before = last + int(quiet[0]) - 2
+    earlier, later = force[before] ** (1 / power), force[before + 1] ** (1 / power)
+    share = min(later / (earlier - later), 1.0) if earlier > later else 1.0
+    return step * (before + 1 + share), contacts

@@ -1,0 +1,146 @@
+"""The modes of a plate as it hangs on the bench, with the effects that act on it.
+
+Strength 1 of `plate.damping` raises every damping ratio by 10 %; of `plate.stiffness` all frequencies of the bare
+plate by 1 %; of `plate.sensor_mass` and `plate.boundary` it is the sensors and supports as they were built.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..effects import Effects
+from .assembly import assemble, at_points, clamped_unknowns, deflection_rows
+from .build import PlateBuild
+from .eigen import modes_below
+from .elements import SHEAR_CORRECTION
+from .mesh import Mesh
+
+__all__ = ["PlateModes", "flexural_wavenumber", "modes"]
+
+DAMPING_STEP = 0.10
+FREQUENCY_STEP = 0.01
+DEGREE = 8
+#: Wavelengths an element of degree 8 may span at the highest frequency. The bench's plates up to 20 kHz: frequencies
+#: are less than 0.1 % too high.
+_WAVES_PER_ELEMENT = 1.7
+_RIGID_MODES = 3
+
+
+@dataclass(frozen=True)
+class PlateModes:
+    """Modes in rising order of frequency; rigid ones of a plate without supports come first, at 0 Hz.
+
+    Shapes are mass-normalised, in 1/sqrt(kg), and mean the deflection along the normal.
+    """
+
+    frequencies_hz: NDArray[np.float64]  # (modes,)
+    damping: NDArray[np.float64]  # (modes,) ratios
+    shape_impact: NDArray[np.float64]  # (impact points, modes)
+    shapes: NDArray[np.float64]  # (sensors, modes)
+    sensor_names: tuple[str, ...]
+
+
+def modes(plate: PlateBuild, effects: Effects, *, max_frequency_hz: float = 20e3) -> PlateModes:
+    """All modes up to a frequency.
+
+    The same plate under the same effects is solved once (some seconds for 300 modes). Raises `ValueError` for points
+    off the plate, for a support that pushes (`plate.boundary` below 0), for effects that leave no stiffness or
+    damping, and where the plate was given fewer damping ratios than it has modes.
+    """
+    stretch = 1 + FREQUENCY_STEP * effects["plate.stiffness"]
+    share = 1 + DAMPING_STEP * effects["plate.damping"]
+    _checked(effects, stretch, share, max_frequency_hz)
+    # Damping has no part in the solution: plates that differ by it share one.
+    bare = replace(plate, damping_ratios=())
+    solved = _solved(bare, stretch, effects["plate.sensor_mass"], effects["plate.boundary"], max_frequency_hz)
+    count = solved.frequencies_hz.size
+    if len(plate.damping_ratios) < count:
+        raise ValueError(
+            f"damping_ratios has {len(plate.damping_ratios)} values: expected one for each of {count} modes"
+        )
+    damping = share * np.array(plate.damping_ratios[:count])
+    if np.any(damping >= 1):
+        raise ValueError(f"damping ratio {damping.max():.3g} under plate.damping: expected below 1")
+    return replace(solved, damping=damping)
+
+
+def flexural_wavenumber(plate: PlateBuild, frequency_hz: float) -> float:
+    """Wavenumber (rad/m) of Mindlin's flexural wave (J. Appl. Mech. 18, 1951)."""
+    rho, h = plate.material.density_kg_m3, plate.thickness_m
+    omega = 2 * math.pi * frequency_hz
+    shear = rho / (SHEAR_CORRECTION * plate.material.shear_modulus_pa)
+    rotary = rho * h**3 / (12 * plate.rigidity_n_m)
+    static = rho * h / plate.rigidity_n_m
+    mean, half = omega**2 * (shear + rotary) / 2, omega**2 * (shear - rotary) / 2
+    return math.sqrt(mean + math.sqrt(half**2 + omega**2 * static))
+
+
+@lru_cache(maxsize=16)
+def _solved(plate: PlateBuild, stretch: float, loading: float, support: float, max_hz: float) -> PlateModes:
+    mesh = _mesh(plate, max_hz / stretch)
+    stiffness, mass = assemble(mesh, plate.material, plate.thickness_m)
+    springs = deflection_rows(mesh, [spring.position_m for spring in plate.springs])
+    sensors = deflection_rows(mesh, [sensor.position_m for sensor in plate.sensors])
+    hits = deflection_rows(mesh, plate.impact_points_m)
+    held = at_points(springs, support * np.array([spring.stiffness_n_m for spring in plate.springs]))
+    stiffness = stretch**2 * stiffness + held
+    mass = mass + at_points(sensors, loading * np.array([sensor.mass_kg for sensor in plate.sensors]))
+    free = _free_unknowns(mesh, plate)
+    frequencies, shapes = modes_below(
+        stiffness[free][:, free],
+        mass[free][:, free],
+        max_hz,
+        expected=_expected(plate, max_hz / stretch),
+        shift_hz=_lowest_scale_hz(plate),
+    )
+    if not plate.clamps and not (support > 0 and plate.springs):
+        frequencies[:_RIGID_MODES] = 0.0
+    names = tuple(sensor.name for sensor in plate.sensors)
+    at_hits, at_sensors = (np.asarray(rows[:, free] @ shapes) for rows in (hits, sensors))
+    arrays = (frequencies, np.zeros_like(frequencies), at_hits, at_sensors)
+    for array in arrays:
+        array.setflags(write=False)  # the cache hands out the same ones again
+    return PlateModes(*arrays, names)
+
+
+def _mesh(plate: PlateBuild, max_hz: float) -> Mesh:
+    length = _WAVES_PER_ELEMENT * 2 * math.pi / flexural_wavenumber(plate, max_hz)
+    corners = np.array(plate.outline_m)
+    sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
+    columns, rows = (max(2, math.ceil(max(pair) / length)) for pair in (sides[::2], sides[1::2]))
+    return Mesh.regular(plate.outline_m, columns, rows, DEGREE, plate.clamps)
+
+
+def _free_unknowns(mesh: Mesh, plate: PlateBuild) -> NDArray[np.intp]:
+    held = [clamped_unknowns(mesh.edge_nodes(clamp)) for clamp in plate.clamps]
+    return np.setdiff1d(np.arange(mesh.size), np.concatenate(held)) if held else np.arange(mesh.size)
+
+
+def _expected(plate: PlateBuild, max_hz: float) -> int:
+    """Weyl's count with its edge term for free edges, and some to spare."""
+    k = flexural_wavenumber(plate, max_hz)
+    corners = np.array(plate.outline_m)
+    length = float(np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1).sum())
+    return math.ceil(plate.area_m2 * k**2 / (4 * math.pi) + 1.8 * length * k / (4 * math.pi)) + 6
+
+
+def _lowest_scale_hz(plate: PlateBuild) -> float:
+    """A frequency of the order of the first elastic mode: sqrt(D / rho h) over the area."""
+    per_area = plate.material.density_kg_m3 * plate.thickness_m
+    return math.sqrt(plate.rigidity_n_m / per_area) / plate.area_m2
+
+
+def _checked(effects: Effects, stretch: float, share: float, max_hz: float) -> None:
+    if not (math.isfinite(max_hz) and max_hz > 0):
+        raise ValueError(f"max_frequency_hz = {max_hz!r}: expected a number above 0")
+    if stretch <= 0:
+        raise ValueError(f"plate.stiffness at {effects['plate.stiffness']!r}: expected above {-1 / FREQUENCY_STEP:g}")
+    if share <= 0:
+        raise ValueError(f"plate.damping at {effects['plate.damping']!r}: expected above {-1 / DAMPING_STEP:g}")
+    if effects["plate.boundary"] < 0:
+        raise ValueError(f"plate.boundary at {effects['plate.boundary']!r}: expected 0 or more, a support cannot push")

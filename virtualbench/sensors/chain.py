@@ -1,0 +1,103 @@
+"""The whole chain: mounting, electronics, anti-alias filter, faults, noise, converter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .adc import converted, written
+from .build import SensorBuild
+from .faults import gain, offset_si, zero_shift
+from .filters import decimated, low_passed
+from .mounting import mounted, resonance_hz
+
+Floats = NDArray[np.float64]
+
+
+def record(
+    signal_time_s: NDArray[Any],
+    signal_si: NDArray[Any],
+    sensor: SensorBuild,
+    sampling_rate_hz: float,
+    effects: Mapping[str, float],
+    rng: np.random.Generator,
+    *,
+    day_fraction: float = 0.0,
+) -> NDArray[np.float32]:
+    """What the recorder writes of a signal (n,) on even times (n,): samples at `sampling_rate_hz` from the first on.
+
+    In volts where the sensor has a sensitivity, else in its unit. Between its samples the signal is linear, before and
+    after them it stays at its ends. Raises `ValueError` for uneven times, NaN, and a signal that is coarser than
+    the recorder.
+    """
+    band_limited = analog(signal_time_s, signal_si, sensor, sampling_rate_hz, effects)
+    return digitised(band_limited, sensor, sampling_rate_hz, effects, rng, day_fraction=day_fraction)
+
+
+def analog(
+    signal_time_s: NDArray[Any],
+    signal_si: NDArray[Any],
+    sensor: SensorBuild,
+    sampling_rate_hz: float,
+    effects: Mapping[str, float],
+) -> Floats:
+    """The linear half of `record`, SI (m,): so windows of a long recording can be filtered alone and added up."""
+    values, period, ratio = _on_multiple(signal_time_s, signal_si, sampling_rate_hz)
+    resonance = resonance_hz(sensor, effects)
+    if resonance is not None:
+        values = mounted(values, period, resonance, sensor.mount_damping)
+    corner = corner_hz(sensor, effects)
+    if corner is not None:
+        values = low_passed(values, period, corner)
+    return decimated(values, ratio)
+
+
+def digitised(
+    band_limited_si: Floats,
+    sensor: SensorBuild,
+    sampling_rate_hz: float,
+    effects: Mapping[str, float],
+    rng: np.random.Generator,
+    *,
+    day_fraction: float = 0.0,
+) -> NDArray[np.float32]:
+    """The other half of `record`, on a whole recording (n,) at the recorder's rate: faults, noise, conversion."""
+    values = np.asarray(band_limited_si, dtype=np.float64) * gain(sensor, effects, day_fraction)
+    share = effects["sensor.zero_shift"] * sensor.zero_shift_fault
+    if sensor.quantity == "acceleration" and share:
+        values = values + zero_shift(values, 1 / sampling_rate_hz, share, sensor.zero_shift_decay_s)
+    values = values + offset_si(sensor, effects, day_fraction)
+    noise = effects["bench.noise"] * sensor.noise * sensor.si_per_unit
+    if noise:
+        values = values + noise * rng.standard_normal(values.size)
+    return converted(written(values, sensor), sensor)
+
+
+def corner_hz(sensor: SensorBuild, effects: Mapping[str, float]) -> float | None:
+    """The low-pass of the electronics, None without one; that of a force channel is an effect."""
+    if sensor.quantity != "force" or sensor.bandwidth_hz is None:
+        return sensor.bandwidth_hz
+    strength = effects["sensor.force_bandwidth"]
+    return sensor.bandwidth_hz / strength if strength else None
+
+
+def _on_multiple(time_s: NDArray[Any], signal: NDArray[Any], rate_hz: float) -> tuple[Floats, float, int]:
+    """The signal on a grid that is a whole multiple of the recorder's, the grid's period, and the multiple."""
+    time, values = np.asarray(time_s, dtype=np.float64), np.asarray(signal, dtype=np.float64)
+    if time.shape != values.shape or time.ndim != 1 or time.size < 2:
+        raise ValueError(f"signal {values.shape} on times {time.shape}: expected two of one length, at least 2")
+    period = float(time[-1] - time[0]) / (time.size - 1)
+    if not period > 0 or np.abs(np.diff(time) - period).max() > 1e-3 * period:
+        raise ValueError(f"times from {time[0]:g} to {time[-1]:g} s: expected an even, rising grid")
+    exact = 1 / (period * rate_hz)
+    ratio = max(1, int(np.ceil(exact - 1e-9)))
+    if exact < 1 - 1e-9:
+        raise ValueError(f"signal at {1 / period:g} Hz: expected at least the recorder's {rate_hz:g} Hz")
+    if abs(exact - ratio) < 1e-9 * ratio:
+        return values, period, ratio
+    finer = 1 / (rate_hz * ratio)
+    grid = time[0] + finer * np.arange(int((time[-1] - time[0]) / finer * (1 + 1e-12)) + 1)
+    return np.interp(grid, time, values), finer, ratio

@@ -1,0 +1,153 @@
+"""A plan played on the virtual bench: a campaign folder as a real bench would leave it, and a sealed envelope."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Generator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from .campaigns.base import Bench, Row, Task, Truth
+from .campaigns.gun import set_up as set_up_gun
+from .campaigns.hammer import set_up as set_up_hammer
+from .effects import Effects
+from .recorder import RECORDING_FORMATS, CampaignCard, write_card, write_recording, write_runs
+from .seal import Seal, folder_hash, seal_path, write_seal
+
+#: Called with (done, total, what) after each recording.
+Progress = Callable[[int, int, str], None]
+
+#: Kind of campaign to what sets its bench up for a plan.
+KINDS: Mapping[str, Callable[[Sequence[Row], Effects, np.random.Generator], Bench]] = {
+    "hammer": set_up_hammer,
+    "gun": set_up_gun,
+}
+
+_DESCRIPTION = "Recorded on the virtual bench."
+#: A fixed day: the same arguments give the same bytes.
+_DATE = "2026-01-01"
+
+
+@dataclass(frozen=True)
+class SimulatedCampaign:
+    """What was written where; `hits` are impacts or shots."""
+
+    folder: Path
+    seal: Path
+    recordings: int
+    hits: int
+
+
+def simulate(
+    plan_rows: Sequence[Row],
+    kind: str,
+    out: Path,
+    *,
+    seed: int,
+    effects: Effects,
+    repetitions: int = 10,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+    name: str | None = None,
+    date: str = _DATE,
+    suffix: str = ".npz",
+) -> SimulatedCampaign:
+    """Play every row of a plan `repetitions` times into the campaign folder `out`, and seal the truth beside it.
+
+    A hammer's row gives one recording with that many hits, a gun's row that many recordings. The files depend on the
+    arguments other than `jobs` (processes; None: one per processor, four at most) and on nothing else. campaign.toml
+    comes last: a campaign that was interrupted is no campaign.
+
+    Raises `ValueError` for what cannot be played, and for a folder that is not empty, before anything is written.
+    """
+    _check(plan_rows, kind, out, seed, repetitions, suffix)
+    sequence = np.random.SeedSequence(seed)
+    bench = KINDS[kind](plan_rows, effects, np.random.default_rng(sequence.spawn(1)[0]))
+    tasks = bench.tasks(plan_rows, repetitions)
+    seeds = sequence.spawn(len(tasks))
+    out.mkdir(parents=True, exist_ok=True)
+    jobs = jobs or min(4, os.cpu_count() or 1)
+    truths: list[list[Truth]] = []
+    with closing(_made(bench, list(zip(tasks, seeds, strict=True)), out, suffix, min(jobs, len(tasks)))) as made:
+        for task, truth in zip(tasks, made, strict=True):
+            truths.append(truth)
+            if progress:
+                progress(len(truths), len(tasks), _path(task, suffix))
+    write_runs(out, [{**task.cells, "recording": _path(task, suffix)} for task in tasks])
+    write_card(out, CampaignCard(name or out.name, kind, date, bench.sensors, _DESCRIPTION, bench.stages()))
+    runs = [{**_key(t), "recording": _path(t, suffix), "hits": h} for t, h in zip(tasks, truths, strict=True)]
+    seal = write_seal(out, Seal(kind, seed, effects.as_json(), runs, folder_hash(out)))
+    return SimulatedCampaign(out, seal, len(tasks), sum(len(hits) for hits in truths))
+
+
+def _check(rows: Sequence[Row], kind: str, out: Path, seed: int, repetitions: int, suffix: str) -> None:
+    if kind not in KINDS:
+        raise ValueError(f"kind of campaign {kind!r}; expected one of {', '.join(KINDS)}")
+    if suffix not in RECORDING_FORMATS:
+        raise ValueError(f"format {suffix!r}; expected one of {', '.join(RECORDING_FORMATS)}")
+    if not rows:
+        raise ValueError("plan: no rows; expected at least one run")
+    if repetitions < 1 or seed < 0:
+        raise ValueError(f"repetitions = {repetitions!r}, seed = {seed!r}; expected 1 or more, and 0 or more")
+    runs = [str(row.get("run", "")) for row in rows]
+    wrong = next((run for run in runs if not run.isdigit() or runs.count(run) > 1), None)
+    if wrong is not None:
+        raise ValueError(f"plan: run {wrong!r}; expected whole numbers, each once")
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise ValueError(f"{out}: there is something already; expected a new or empty folder")
+    if seal_path(out).exists():
+        raise ValueError(f"{seal_path(out)}: there is a seal already; expected a new name for the folder")
+
+
+def _key(task: Task) -> dict[str, int]:
+    """Run, and the repetition of its first hit."""
+    return {"run": int(task.cells["run"]), "repetition": int(task.cells["repetition"])}
+
+
+def _path(task: Task, suffix: str) -> str:
+    return f"recordings/{task.name}{suffix}"
+
+
+Item = tuple[Task, np.random.SeedSequence]
+
+
+def _made(bench: Bench, items: Sequence[Item], out: Path, suffix: str, jobs: int) -> Generator[list[Truth], None, None]:
+    """The truths of the items in order, their recordings written."""
+    if jobs == 1:
+        yield from map(partial(_make, bench, out, suffix), items)
+        return
+    # from a clean server, not from this process, which may hold threads and connections
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["pyroshock.virtualbench.simulate", "scipy.signal"])
+    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_keep, initargs=(bench, out, suffix)) as pool:
+        try:
+            yield from pool.map(_make_kept, items)
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+_kept: list[tuple[Bench, Path, str]] = []
+
+
+def _keep(bench: Bench, out: Path, suffix: str) -> None:
+    _kept[:] = [(bench, out, suffix)]
+
+
+def _make_kept(item: Item) -> list[Truth]:
+    return _make(*_kept[0], item)
+
+
+def _make(bench: Bench, out: Path, suffix: str, item: Item) -> list[Truth]:
+    task, seed = item
+    try:
+        taken = bench.take(task, np.random.default_rng(seed))
+    except ValueError as error:
+        raise ValueError(f"recording {task.name}: {error}") from error
+    write_recording(out / _path(task, suffix), taken.channels, bench.sampling_rate_hz)
+    return list(taken.truths)
