@@ -5,10 +5,17 @@ from __future__ import annotations
 import shutil
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .common import json_option, note, opened, print_table, write_json
+
+if TYPE_CHECKING:
+    from ...schema.session import Store
+
+#: The rehearsal's run sheet, among the results.
+SHEET = "rehearsal-sheet.html"
 
 
 @click.command()
@@ -44,8 +51,10 @@ def demo(out: Path, db: str | None, json_to: str | None) -> None:
             comparison = job.compare_with_table_5_1(session)
             hit = job.hit_figures(session)
             job.draw(session, comparison, picture)
+        rehearsal = _rehearse(store, out)
     if json_to is not None:
         data = {"shots": comparison.rows, "mean_error_percent": comparison.mean_error_percent, "hit": hit}
+        data["rehearsal"] = rehearsal
         write_json(data, json_to)
         return
     click.echo("Five gun shots (Table 3.1), our prediction beside Table 5.1 of the thesis:")
@@ -56,6 +65,23 @@ def demo(out: Path, db: str | None, json_to: str | None) -> None:
     )
     click.echo("\nOne hit of a modal hammer, cut from its LabVIEW record:")
     print_table([hit], "none")
-    click.echo(f"\nThe results are here:\n  {out.resolve() / 'demo.png'}\n  store: {url}")
+    click.echo(
+        "\nA campaign before the first real one: planned, played on the virtual bench, ingested, held against its plan:"
+    )
+    print_table([rehearsal], "none")
+    click.echo(f"\nThe results are here:\n  {out.resolve() / 'demo.png'}\n  {out.resolve() / SHEET}\n  store: {url}")
     command = "pyroshock" if shutil.which("pyroshock") else sys.argv[0]
     click.echo(f"Look around:\n  {command} impacts --db {url}\n  {command} shots --db {url}")
+
+
+def _rehearse(store: Store, out: Path) -> dict[str, Any]:
+    from ...doe.plans import read_plan
+    from ...doe.sheet import write_sheet
+    from .. import rehearsal
+    from ..progress import progress_bar
+
+    with progress_bar(rehearsal.NAME, "recordings") as step:
+        came = rehearsal.rehearse(store, out / rehearsal.NAME, step)
+    with store.reading() as session:
+        write_sheet(read_plan(session, rehearsal.NAME), out / SHEET)
+    return came.as_row()

@@ -21,12 +21,15 @@ from .settings import settings_from, settings_options
     default=None,
     help="Processes that read and extract. [cores, at most 4; 1 for small files]",
 )
+@click.option("--plan", default=None, help="The plan that is worked off. [the one of the campaign's name, if any]")
 @settings_options
-def ingest(folders: tuple[Path, ...], db: str, json_to: str | None, jobs: int | None, **given: Any) -> None:
+def ingest(
+    folders: tuple[Path, ...], db: str, json_to: str | None, jobs: int | None, plan: str | None, **given: Any
+) -> None:
     """Read campaign folders into the store (which is made if there is none).
 
     What is already stored is not stored again: ingesting twice, or after a kill, completes the campaign. A damaged
-    recording is set aside with its reason.
+    recording is set aside with its reason. Runs of a plan are marked as done; what does not match it is told.
 
     \b
     Example:
@@ -40,6 +43,7 @@ def ingest(folders: tuple[Path, ...], db: str, json_to: str | None, jobs: int | 
     reports = []
     with opened(db, create=True) as store:
         from ...ingest.load import ingest_folder
+        from ...ingest.plan_link import link_to_plan
         from ..progress import progress_bar
 
         settings = settings_from(given)
@@ -48,9 +52,19 @@ def ingest(folders: tuple[Path, ...], db: str, json_to: str | None, jobs: int | 
                 report = ingest_folder(store, folder, settings, jobs=jobs, progress=step)
             reports.append(report)
             _tell(report)
+            links = link_to_plan(store, report.campaign, plan)
+            if links is not None:
+                _tell_links(links)
+                report.findings += links.as_findings()
     if json_to is not None:
         data = [report.as_json() for report in reports]
         write_json(data[0] if len(data) == 1 else data, json_to)
+
+
+def _tell_links(links: Any) -> None:
+    note(f"  plan {links.plan}: {links.linked} repetitions linked, {links.done} runs done")
+    for item in links.mismatches:
+        note(f"  not as planned: run {item['run']}: {item['reason']}")
 
 
 def _tell(report: Any) -> None:

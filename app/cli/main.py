@@ -13,6 +13,8 @@ import click
 COMMANDS: dict[str, tuple[str, str, str]] = {
     "init": ("store", "init", "Make an empty store."),
     "ingest": ("ingest", "ingest", "Read campaign folders into the store."),
+    "plan": ("plan", "plan", "Plan a campaign: designs, run sheets, what is to do."),
+    "simulate": ("simulate", "simulate", "Play a plan on the virtual bench, into a campaign folder."),
     "campaigns": ("listing", "campaigns", "List the campaigns."),
     "impacts": ("listing", "impacts", "List impacts with their factors and pulse figures."),
     "shots": ("listing", "shots", "List shots of the gun beside the model's velocity."),

@@ -10,11 +10,20 @@ from pyroshock.app.cli.main import main
 
 
 @pytest.fixture(scope="module")
-def demo(tmp_path_factory):
+def told(tmp_path_factory):
+    """The folder of the results, and what the command said."""
     out = tmp_path_factory.mktemp("demo") / "results"
-    result = CliRunner().invoke(main, ["demo", "--out", str(out), "--json"])
+    result = CliRunner().invoke(main, ["demo", "--out", str(out)])
     assert result.exit_code == 0, result.stderr
-    return out, json.loads(result.stdout)
+    return out, result.stdout
+
+
+@pytest.fixture(scope="module")
+def demo(told):
+    """A second run over the same folder, as JSON."""
+    result = CliRunner().invoke(main, ["demo", "--out", str(told[0]), "--json"])
+    assert result.exit_code == 0, result.stderr
+    return told[0], json.loads(result.stdout)
 
 
 def test_predictions_are_the_thesis_to_a_hundredth(demo):
@@ -43,14 +52,20 @@ def test_hit_is_the_published_one(demo):
     assert hit["impulse_n_s"] == pytest.approx(0.0247, rel=0.01)
 
 
-def test_picture_and_store_are_where_it_says(tmp_path):
-    out = tmp_path / "results"
-    result = CliRunner().invoke(main, ["demo", "--out", str(out)])
-    assert result.exit_code == 0, result.stderr
-    assert str(out / "demo.png") in result.stdout
+def test_picture_and_store_are_where_it_says(told):
+    out, said = told
+    assert str(out / "demo.png") in said
     assert (out / "demo.png").read_bytes().startswith(b"\x89PNG")
     assert (out / "demo.db").is_file()
-    assert "mean absolute error 4.06 %" in result.stdout
+    assert "mean absolute error 4.06 %" in said
+
+
+def test_rehearsal_works_its_plan_off(demo):
+    out, data = demo
+    rehearsal = data["rehearsal"]
+    assert rehearsal["planned"] == rehearsal["done"] == rehearsal["shots"]
+    assert 0.4 < rehearsal["median_ratio"] < 1.2  # the virtual bench is another gun than the nominal one
+    assert "rehearsal" in (out / "rehearsal-sheet.html").read_text(encoding="utf-8")
 
 
 def test_demo_twice_is_the_same(demo):

@@ -1,0 +1,90 @@
+"""`simulate`: a plan played on the virtual bench, into a campaign folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from .common import db_option, json_option, note, opened, write_json
+
+if TYPE_CHECKING:
+    from ...virtualbench.effects import Effects
+
+
+@click.command()
+@click.argument("plan")
+@click.option("--out", type=click.Path(path_type=Path), required=True, metavar="FOLDER", help="A new folder.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same files.")
+@click.option(
+    "--effect",
+    "effects",
+    multiple=True,
+    metavar="NAME=STRENGTH",
+    help="Set an effect: 0 takes it away, 1 is a realistic bench's. Repeat for several.",
+)
+@click.option("--name", default=None, help="The campaign's name. [the plan's]")
+@click.option("--repetitions", type=click.IntRange(1), default=None, help="[the plan's]")
+@click.option("--jobs", type=click.IntRange(1), default=None, help="Processes. [cores, at most 4]")
+@db_option
+@json_option
+def simulate(
+    plan: str,
+    out: Path,
+    seed: int,
+    effects: tuple[str, ...],
+    name: str | None,
+    repetitions: int | None,
+    jobs: int | None,
+    db: str,
+    json_to: str | None,
+) -> None:
+    """Play PLAN on the virtual bench: recordings as a real bench would leave them, to try everything on.
+
+    What was set and what really happened goes to FOLDER.sealed.json, for whoever scores a diagnosis afterwards.
+
+    \b
+    Example:
+        pyroshock plan lhs spring --runs 105
+        pyroshock simulate spring --out spring/ --effect gun.blow_by=3
+        pyroshock ingest spring/
+    """
+    with opened(db) as store:
+        from ...virtualbench.simulate import simulate as play
+        from ..progress import progress_bar
+        from ..simulation import rows_of
+
+        kind, rows, planned = rows_of(store, plan)
+        with progress_bar(plan, "recordings") as step:
+            made = play(
+                rows,
+                kind,
+                out,
+                seed=seed,
+                effects=_effects(effects),
+                repetitions=repetitions or planned,
+                jobs=jobs,
+                progress=step,
+                name=name or plan,
+            )
+    note(f"{made.folder}: {made.recordings} recordings, {made.hits} hits; sealed: {made.seal}")
+    if json_to is not None:
+        write_json(
+            {"folder": str(made.folder), "recordings": made.recordings, "hits": made.hits, "seal": str(made.seal)},
+            json_to,
+        )
+
+
+def _effects(texts: tuple[str, ...]) -> Effects:
+    from ...virtualbench.effects import Effects
+
+    effects = Effects.default()
+    for text in texts:
+        name, sign, strength = text.partition("=")
+        try:
+            value = float(strength) if sign else 1.0
+        except ValueError as error:
+            raise ValueError(f"--effect {text!r}; expected NAME=STRENGTH, such as gun.blow_by=2") from error
+        effects = effects.with_strength(name.strip(), value)
+    return effects
