@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks import designs
 from benchmarks.themes import THEMES, work_folder
 
 pytestmark = pytest.mark.bench
@@ -25,3 +26,9 @@ def test_promises_hold(theme, folder):
         pytest.skip("memory of a family of processes is read from /proc, which only Linux has")
     lost = [figure.row() for figure in THEMES[theme](folder) if figure.binding and not figure.holds]
     assert not lost, "\n".join(lost)
+
+
+def test_designs_are_at_least_the_peers(capsys):
+    if not designs.TABLE.is_file():
+        pytest.skip("no ../shared beside the repository: Table A.1 is there")
+    assert designs.main([]) == 0, capsys.readouterr().out

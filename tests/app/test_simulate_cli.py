@@ -1,0 +1,69 @@
+"""`simulate` refuses what it cannot play, before it plays anything."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from stores import pyroshock
+
+
+@pytest.fixture
+def url(tmp_path: Path) -> str:
+    """A store with a plan of one hammer configuration left."""
+    url = f"sqlite:///{tmp_path / 'lab.db'}"
+    table = tmp_path / "one.csv"
+    table.write_text(
+        "run,impact_position,hammer_speed,tip_material,tip_radius_mm,anvil_material,insulator,boundary_conditions\n"
+        "4,#1,low,delrin,30,steel,none,free\n"
+    )
+    made = pyroshock("plan", "import", "p", table, "--kind", "hammer", "--repetitions", "2", "--db", url)
+    assert made.exit_code == 0, made.stderr
+    return url
+
+
+def refused(*words: str | Path) -> str:
+    result = pyroshock("simulate", *words)
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1, result.stderr
+    return result.stderr
+
+
+def test_unknown_plan_is_named(url, tmp_path):
+    assert "no plan 'q' in the store; there: p" in refused("q", "--out", tmp_path / "c", "--db", url)
+
+
+@pytest.mark.parametrize(
+    ("effect", "said"),
+    [
+        ("gun.ghosts=1", "unknown effect 'gun.ghosts'"),
+        ("gun.blow_by=much", "expected NAME=STRENGTH"),
+        ("gun.blow_by=-1", "no sign"),
+        ("gun.blow_by=nan", "finite"),
+    ],
+)
+def test_effect_that_there_is_none_of(url, tmp_path, effect, said):
+    assert said in refused("p", "--out", tmp_path / "c", "--db", url, "--effect", effect)
+    assert not (tmp_path / "c").exists()
+
+
+def test_folder_that_holds_something_is_left_alone(url, tmp_path):
+    (tmp_path / "c").mkdir()
+    (tmp_path / "c" / "theirs.txt").write_text("mine")
+    assert "expected a new or empty folder" in refused("p", "--out", tmp_path / "c", "--db", url)
+    assert [path.name for path in (tmp_path / "c").iterdir()] == ["theirs.txt"]
+
+
+def test_plan_of_discarded_runs_is_nothing_to_play(url, tmp_path):
+    assert pyroshock("plan", "discard", "p", "4", "--reason", "broke", "--db", url).exit_code == 0
+    assert "no run that is not discarded" in refused("p", "--out", tmp_path / "c", "--db", url)
+
+
+@pytest.mark.slow
+def test_simulated_campaign_works_its_plan_off(url, tmp_path):
+    out = tmp_path / "c"
+    made = pyroshock("simulate", "p", "--out", out, "--db", url, "--jobs", "1")
+    assert made.exit_code == 0, made.stderr
+    assert (tmp_path / "c.sealed.json").is_file()
+    done = pyroshock("ingest", out, "--db", url)
+    assert "2 repetitions linked, 1 runs done" in done.stderr
