@@ -66,7 +66,27 @@ def simulate(
 
     Raises `ValueError` for what cannot be played, and for a folder that is not empty, before anything is written.
     """
+    from threadpoolctl import threadpool_limits
+
     _check(plan_rows, kind, out, seed, repetitions, suffix)
+    # One thread of linear algebra for each process: more get into each other's way, and change the last bits.
+    with threadpool_limits(limits=1):
+        return _simulate(plan_rows, kind, out, seed, effects, repetitions, jobs, progress, name, date, suffix)
+
+
+def _simulate(
+    plan_rows: Sequence[Row],
+    kind: str,
+    out: Path,
+    seed: int,
+    effects: Effects,
+    repetitions: int,
+    jobs: int | None,
+    progress: Progress | None,
+    name: str | None,
+    date: str,
+    suffix: str,
+) -> SimulatedCampaign:
     sequence = np.random.SeedSequence(seed)
     bench = KINDS[kind](plan_rows, effects, np.random.default_rng(sequence.spawn(1)[0]))
     tasks = bench.tasks(plan_rows, repetitions)
@@ -136,6 +156,9 @@ _kept: list[tuple[Bench, Path, str]] = []
 
 
 def _keep(bench: Bench, out: Path, suffix: str) -> None:
+    from threadpoolctl import threadpool_limits
+
+    threadpool_limits(limits=1)
     _kept[:] = [(bench, out, suffix)]
 
 
