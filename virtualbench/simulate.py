@@ -71,39 +71,23 @@ def simulate(
     _check(plan_rows, kind, out, seed, repetitions, suffix)
     # One thread of linear algebra for each process: more get into each other's way, and change the last bits.
     with threadpool_limits(limits=1):
-        return _simulate(plan_rows, kind, out, seed, effects, repetitions, jobs, progress, name, date, suffix)
-
-
-def _simulate(
-    plan_rows: Sequence[Row],
-    kind: str,
-    out: Path,
-    seed: int,
-    effects: Effects,
-    repetitions: int,
-    jobs: int | None,
-    progress: Progress | None,
-    name: str | None,
-    date: str,
-    suffix: str,
-) -> SimulatedCampaign:
-    sequence = np.random.SeedSequence(seed)
-    bench = KINDS[kind](plan_rows, effects, np.random.default_rng(sequence.spawn(1)[0]))
-    tasks = bench.tasks(plan_rows, repetitions)
-    seeds = sequence.spawn(len(tasks))
-    out.mkdir(parents=True, exist_ok=True)
-    jobs = jobs or min(4, os.cpu_count() or 1)
-    truths: list[list[Truth]] = []
-    with closing(_made(bench, list(zip(tasks, seeds, strict=True)), out, suffix, min(jobs, len(tasks)))) as made:
-        for task, truth in zip(tasks, made, strict=True):
-            truths.append(truth)
-            if progress:
-                progress(len(truths), len(tasks), _path(task, suffix))
-    write_runs(out, [{**task.cells, "recording": _path(task, suffix)} for task in tasks])
-    write_card(out, CampaignCard(name or out.name, kind, date, bench.sensors, _DESCRIPTION, bench.stages()))
-    runs = [{**_key(t), "recording": _path(t, suffix), "hits": h} for t, h in zip(tasks, truths, strict=True)]
-    seal = write_seal(out, Seal(kind, seed, effects.as_json(), runs, folder_hash(out)))
-    return SimulatedCampaign(out, seal, len(tasks), sum(len(hits) for hits in truths))
+        sequence = np.random.SeedSequence(seed)
+        bench = KINDS[kind](plan_rows, effects, np.random.default_rng(sequence.spawn(1)[0]))
+        tasks = bench.tasks(plan_rows, repetitions)
+        seeds = sequence.spawn(len(tasks))
+        out.mkdir(parents=True, exist_ok=True)
+        jobs = jobs or min(4, os.cpu_count() or 1)
+        truths: list[list[Truth]] = []
+        with closing(_made(bench, list(zip(tasks, seeds, strict=True)), out, suffix, min(jobs, len(tasks)))) as made:
+            for task, truth in zip(tasks, made, strict=True):
+                truths.append(truth)
+                if progress:
+                    progress(len(truths), len(tasks), _path(task, suffix))
+        write_runs(out, [{**task.cells, "recording": _path(task, suffix)} for task in tasks])
+        write_card(out, CampaignCard(name or out.name, kind, date, bench.sensors, _DESCRIPTION, bench.stages()))
+        runs = [{**_key(t), "recording": _path(t, suffix), "hits": h} for t, h in zip(tasks, truths, strict=True)]
+        seal = write_seal(out, Seal(kind, seed, effects.as_json(), runs, folder_hash(out)))
+        return SimulatedCampaign(out, seal, len(tasks), sum(len(hits) for hits in truths))
 
 
 def _check(rows: Sequence[Row], kind: str, out: Path, seed: int, repetitions: int, suffix: str) -> None:
