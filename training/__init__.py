@@ -1,0 +1,1 @@
+"""How a contact model is made, judged and promoted."""

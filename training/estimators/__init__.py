@@ -1,0 +1,1 @@
+"""Regressions of several outputs on the predictors, one family a file, behind one interface."""

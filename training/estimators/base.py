@@ -1,0 +1,60 @@
+"""What every regression promises."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+#: Learned numbers by name, and nothing else: what is written to disk and read back without running any code of the file's.
+Arrays = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class Gaussian:
+    """Mean and standard deviation of each output, both n x m. `spread` is None where the regression has none of its own."""
+
+    mean: Floats
+    spread: Floats | None
+
+
+class NotFittedError(ValueError):
+    """A regression is asked before it has learned anything."""
+
+
+class Estimator(ABC):
+    """Regression of m outputs on d predictors. The constructor keeps settings and does nothing else; what `fit` learns ends in `_`.
+
+    Standardisation of x and y is the estimator's own affair. The same data, settings and seed give the same numbers.
+    """
+
+    #: Under which it is written and found again, unique in `estimators`.
+    kind: ClassVar[str]
+
+    @abstractmethod
+    def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
+        """Learn y (n x m) from x (n x d). `groups` (n,) are configurations: inner cross-validation never parts one."""
+
+    @abstractmethod
+    def predict(self, x: Floats) -> Gaussian:
+        """Outputs at x (n x d). Raises `NotFittedError` before `fit`."""
+
+    def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
+        """A new one, learned from other rows with what this one tuned (kernel parameters, say) kept; cheap where it can be."""
+        return type(self)(**self.settings()).fit(x, y, groups, rng)
+
+    @abstractmethod
+    def settings(self) -> dict[str, Any]:
+        """The constructor's arguments, as JSON holds them."""
+
+    @abstractmethod
+    def arrays(self) -> Arrays:
+        """Everything learned. Raises `NotFittedError` before `fit`."""
+
+    @abstractmethod
+    def restore(self, arrays: Arrays) -> Self:
+        """Learned state from `arrays()`; returns self. Raises `ValueError` for arrays that are not of this kind."""

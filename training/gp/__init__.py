@@ -1,0 +1,1 @@
+"""Gaussian processes: kernels, exact marginal likelihoods, posteriors."""

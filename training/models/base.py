@@ -1,0 +1,57 @@
+"""What every contact model promises: inputs in, a pulse with its spread out."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from ...dataset.table import Floats, Inputs, PulseTable
+from ..estimators.base import Arrays
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPrediction:
+    """Pulses of n impacts: force (n x 20) at equidistant points of the contact, ends included, and contact time (n,).
+
+    The spreads are standard deviations of a new measurement (not of its mean); None where a law of physics gives none.
+    The 90 % band is the mean plus and minus 1.645 spreads.
+    """
+
+    force_n: Floats
+    contact_time_s: Floats
+    force_spread_n: Floats | None
+    contact_time_spread_s: Floats | None
+
+
+class ContactModel(ABC):
+    """Force and contact time of impacts. The constructor keeps settings; what `fit` learns ends in `_`."""
+
+    #: Under which it is written and found again, unique in `models`.
+    kind: ClassVar[str]
+
+    @abstractmethod
+    def fit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
+        """Learn from measured pulses. The same pulses, settings and seed give the same model."""
+
+    @abstractmethod
+    def predict(self, inputs: Inputs) -> ContactPrediction:
+        """Pulses of impacts. Raises `NotFittedError` before `fit`, `ValueError` for other predictors than were learned."""
+
+    def refit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
+        """A new one, learned from other pulses with what this one tuned kept; cheap where it can be."""
+        return type(self)(**self.settings()).fit(pulses, rng)
+
+    @abstractmethod
+    def settings(self) -> dict[str, Any]:
+        """The constructor's arguments, as JSON holds them: numbers, texts, and {"kind", "settings"} of an inner part."""
+
+    @abstractmethod
+    def arrays(self) -> Arrays:
+        """Everything learned, by name ("force.alpha"). Raises `NotFittedError` before `fit`."""
+
+    @abstractmethod
+    def restore(self, arrays: Arrays) -> Self:
+        """Learned state from `arrays()`; returns self."""

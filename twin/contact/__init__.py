@@ -1,0 +1,1 @@
+"""Nominal laws of contact: impact velocity and bodies to a force pulse."""
