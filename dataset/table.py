@@ -63,10 +63,10 @@ class Inputs:
 class PulseTable(Inputs):
     """Measured pulses beside their inputs; every array has n rows.
 
-    `force_n` (n x 20) is equidistant over the contact, ends included; the four figures after `contact_time_s` are those of
-    the finely smoothed pulse (`peak_force_n` its peak). `configuration` tells factor combinations apart (repetitions share
-    it), `treatment` only those that the predictors other than the impact velocity see. `key` identifies the pulse
-    by content, in any store; `pulse_id` is its row in this one.
+    `force_n` (n x 20) is equidistant over the contact, ends included; the four figures after `contact_time_s` are those
+    of the finely smoothed pulse (`peak_force_n` its peak). `configuration` tells factor combinations apart (repetitions
+    share it), `treatment` only those that the predictors other than the impact velocity see. `target_material` is the
+    first layer hit. `key` identifies the pulse by content, in any store; `pulse_id` is its row in this one.
     """
 
     force_n: Floats
@@ -77,6 +77,8 @@ class PulseTable(Inputs):
     compression_impulse_n_s: Floats
     configuration: Texts
     treatment: Texts
+    tip_material: Texts
+    target_material: Texts
     campaign: Texts
     run: Integers
     repetition: Integers
