@@ -45,7 +45,7 @@ def pulse_table(
     positions: int = 1,
     campaign: str = "synthetic",
 ) -> PulseTable:
-    """A hammer campaign of 60 x `positions` configurations (the 30 treatments of Table 4.1, two speeds each).
+    """A hammer campaign of 60 x `positions` configurations (Table 4.1's 30 treatments, two speeds each).
 
     Truth: contact time T = T(tip, insulator) u^-0.2, impulse 1.6 m u, force (pi P / 2 T) sin(pi t / T)^s with s = 1 + 0.3
     (insulator); times and impulses scatter by `noise` (log-normal), points by a fifth of it of the peak.
@@ -89,6 +89,8 @@ def pulse_table(
         compression_impulse_n_s=0.5 * np.trapezoid(force, phase, axis=1) * time,
         configuration=np.array([row[7] for row in rows]),
         treatment=np.array([row[8] for row in rows]),
+        tip_material=np.array([row[2] for row in rows]),
+        target_material=np.array(["aluminum" if row[3] == "none" else row[3] for row in rows]),
         campaign=np.full(n, campaign),
         run=np.array([row[0] for row in rows], dtype=np.int64),
         repetition=np.array([row[1] for row in rows], dtype=np.int64),

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
-#: Learned numbers by name, and nothing else: what is written to disk and read back without running any code of the file's.
+#: Learned numbers by name and nothing else: written to disk, and read back without running any code of the file's.
 Arrays = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True, eq=False)
 class Gaussian:
-    """Mean and standard deviation of each output, both n x m. `spread` is None where the regression has none of its own."""
+    """Mean and standard deviation of each output, n x m. `spread` is None where the regression has none of its own."""
 
     mean: Floats
     spread: Floats | None
@@ -27,9 +27,10 @@ class NotFittedError(ValueError):
 
 
 class Estimator(ABC):
-    """Regression of m outputs on d predictors. The constructor keeps settings and does nothing else; what `fit` learns ends in `_`.
+    """Regression of m outputs on d predictors. The constructor keeps settings only; what `fit` learns ends in `_`.
 
     Standardisation of x and y is the estimator's own affair. The same data, settings and seed give the same numbers.
+    The spread is a new measurement's: noise included.
     """
 
     #: Under which it is written and found again, unique in `estimators`.
@@ -44,7 +45,7 @@ class Estimator(ABC):
         """Outputs at x (n x d). Raises `NotFittedError` before `fit`."""
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
-        """A new one, learned from other rows with what this one tuned (kernel parameters, say) kept; cheap where it can be."""
+        """A new one, learned from other rows with what this one tuned (kernel parameters, say) kept."""
         return type(self)(**self.settings()).fit(x, y, groups, rng)
 
     @abstractmethod

@@ -38,7 +38,7 @@ class ContactModel(ABC):
 
     @abstractmethod
     def predict(self, inputs: Inputs) -> ContactPrediction:
-        """Pulses of impacts. Raises `NotFittedError` before `fit`, `ValueError` for other predictors than were learned."""
+        """Pulses of impacts. Raises `NotFittedError` before `fit`, `ValueError` for other predictors than learned."""
 
     def refit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
         """A new one, learned from other pulses with what this one tuned kept; cheap where it can be."""
@@ -46,7 +46,7 @@ class ContactModel(ABC):
 
     @abstractmethod
     def settings(self) -> dict[str, Any]:
-        """The constructor's arguments, as JSON holds them: numbers, texts, and {"kind", "settings"} of an inner part."""
+        """The constructor's arguments as JSON holds them; an inner part is {"kind": ..., "settings": ...}."""
 
     @abstractmethod
     def arrays(self) -> Arrays:
