@@ -47,8 +47,8 @@ def pulse_table(
 ) -> PulseTable:
     """A hammer campaign of 60 x `positions` configurations (Table 4.1's 30 treatments, two speeds each).
 
-    Truth: contact time T = T(tip, insulator) u^-0.2, impulse 1.6 m u, force (pi P / 2 T) sin(pi t / T)^s with s = 1 + 0.3
-    (insulator); times and impulses scatter by `noise` (log-normal), points by a fifth of it of the peak.
+    Truth: contact time T = T(tip, insulator) u^-0.2, impulse P = 1.6 m u, force as sin(pi t / T)^s with impulse P and
+    s = 1, behind an insulator 1.3; times and impulses scatter by `noise` (log-normal), points by a fifth of it of the peak.
     """
     rows: list[tuple[int, int, str, str, str, str, float, str, str]] = []
     run = 0
