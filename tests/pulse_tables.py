@@ -48,7 +48,8 @@ def pulse_table(
     """A hammer campaign of 60 x `positions` configurations (Table 4.1's 30 treatments, two speeds each).
 
     Truth: contact time T = T(tip, insulator) u^-0.2, impulse P = 1.6 m u, force as sin(pi t / T)^s with impulse P and
-    s = 1, behind an insulator 1.3; times and impulses scatter by `noise` (log-normal), points by a fifth of it of the peak.
+    s = 1, behind an insulator 1.3; times and impulses scatter by `noise` (log-normal), points by a fifth of it of the
+    peak.
     """
     rows: list[tuple[int, int, str, str, str, str, float, str, str]] = []
     run = 0
