@@ -1,0 +1,93 @@
+"""Hunt and Crossley's impact: it loses what it was told to, and is Hertz' without loss."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from contact_bodies import impacts, impulse
+from pyroshock.twin.contact.damping import low_loss_damping, matched_damping, restitution_of
+from pyroshock.twin.contact.hertz import hertz
+from pyroshock.twin.contact.hunt_crossley import hunt_crossley
+from pyroshock.twin.contact.restitution.base import constant
+from scipy.integrate import cumulative_trapezoid, solve_ivp
+
+MASS, VELOCITY = 0.32, 1.2
+
+
+@pytest.mark.parametrize("restitution", [0.02, 0.1, 2 / 3, 0.95, 0.9999])
+def test_motion_in_si_ends_with_the_restitution(restitution: float) -> None:
+    """Eq. 1.21 integrated for the law's own contact time: indentation gone, velocity -e u."""
+    bodies = impacts()
+    stiffness = float(bodies.hertz_stiffness_n_m15[0])
+    damping = float(matched_damping(np.array([restitution]))[0]) / VELOCITY
+    time = float(hunt_crossley(bodies, constant(restitution)).contact_time_s[0])
+    run = solve_ivp(
+        lambda _, s: [s[1], -stiffness / MASS * max(s[0], 0) ** 1.5 * (1 + damping * s[1])],
+        (0, time),
+        [0, VELOCITY],
+        "LSODA",
+        rtol=1e-11,
+        atol=1e-15,
+    )
+    assert run.y[0, -1] == pytest.approx(0.0, abs=1e-6 * run.y[0].max())
+    assert run.y[1, -1] == pytest.approx(-restitution * VELOCITY, rel=1e-6)
+
+
+@pytest.mark.parametrize("restitution", [0.02, 0.1, 2 / 3, 0.95])
+def test_force_balances_momentum_and_energy(restitution: float) -> None:
+    pulse = hunt_crossley(impacts(), constant(restitution))
+    time, force = float(pulse.contact_time_s[0]), pulse.force_n(20_001)
+    velocity = VELOCITY - cumulative_trapezoid(force[0], dx=time / 20_000, initial=0) / MASS
+    assert impulse(pulse.contact_time_s, force) == pytest.approx(pulse.impulse_n_s, rel=3e-5)
+    assert pulse.impulse_n_s == pytest.approx((1 + restitution) * MASS * VELOCITY)
+    spent = np.trapezoid(force[0] * velocity, dx=time / 20_000)
+    assert spent == pytest.approx(MASS * VELOCITY**2 / 2 * (1 - restitution**2), rel=1e-4)
+    assert np.interp(pulse.compression_time_s, np.linspace(0, time, 20_001), velocity) == pytest.approx(0, abs=1e-4)
+
+
+def test_any_restitution_between_those_solved() -> None:
+    """1,800 restitutions in one call; the impulse of each force is that of momentum."""
+    asked = np.linspace(0.02, 1, 1800)
+    bodies = impacts(impact_velocity_m_s=np.full(1800, VELOCITY))
+    pulse = hunt_crossley(bodies, lambda one: type(constant(1)(one)).bounded(asked))
+    found = impulse(pulse.contact_time_s, pulse.force_n(2001)) / (MASS * VELOCITY) - 1
+    assert found == pytest.approx(asked, abs=5e-4)
+
+
+def test_without_loss_it_is_hertz() -> None:
+    ours, his = hunt_crossley(impacts(), constant(1.0)), hertz(impacts())
+    assert ours.contact_time_s == pytest.approx(his.contact_time_s, rel=1e-12)
+    assert ours.force_n() == pytest.approx(his.force_n(), abs=1e-9 * his.peak_force_n[0])
+
+
+def test_damped_pulse_leans_forward() -> None:
+    pulse = hunt_crossley(impacts(), constant(0.3))
+    assert pulse.compression_time_s < 0.5 * pulse.contact_time_s
+    assert np.argmax(pulse.force_n(1001)) < 1000 * pulse.compression_time_s / pulse.contact_time_s
+
+
+def test_damping_solves_the_implicit_relation() -> None:
+    """a (1 + e) = ln((1 + a) / (1 - e a)), Gonthier et al. 2004."""
+    e = np.linspace(0.1, 0.99, 30)
+    a = matched_damping(e)
+    assert a * (1 + e) == pytest.approx(np.log((1 + a) / (1 - e * a)), rel=1e-9)
+
+
+def test_damping_and_restitution_are_inverse() -> None:
+    e = np.r_[np.geomspace(0.01, 1, 40), 0.9999, 0.99991]
+    assert restitution_of(matched_damping(e)) == pytest.approx(e, rel=1e-9)
+
+
+def test_low_loss_damping_loses_less_than_asked() -> None:
+    e = np.array([0.1, 0.5, 2 / 3, 0.9])
+    ends_with = restitution_of(low_loss_damping(e))
+    assert np.all(ends_with > e)
+    assert ends_with == pytest.approx([0.516, 0.663, 0.748, 0.909], abs=5e-4)
+    nearly = 1 - 1e-3
+    assert restitution_of(low_loss_damping(np.array([nearly]))) == pytest.approx(nearly, abs=1e-6)
+
+
+def test_damping_of_eq_1_20_can_be_chosen() -> None:
+    pulse = hunt_crossley(impacts(), constant(2 / 3), low_loss_damping)
+    assert pulse.impulse_n_s == pytest.approx((1 + 0.7484349) * MASS * VELOCITY, rel=1e-6)
+    assert impulse(pulse.contact_time_s, pulse.force_n(4001)) == pytest.approx(pulse.impulse_n_s, rel=1e-5)

@@ -1,0 +1,116 @@
+"""What every law of contact keeps to."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from contact_bodies import any_impacts, impacts, impulse
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pyroshock.twin.contact.bodies import Bodies
+from pyroshock.twin.contact.laws import LAWS, LOSSY, RESTITUTIONS, contact_law
+from pyroshock.twin.contact.pulse import Law
+
+ALL = {**LAWS, **{f"{law}, {e}": contact_law(law, e) for law in LOSSY for e in RESTITUTIONS}}
+every_law = pytest.mark.parametrize("law", ALL.values(), ids=ALL.keys())
+
+#: Powers of kilogram, metre and second.
+DIMENSIONS = {
+    "radius_m": (0, 1, 0),
+    "thickness_m": (0, 1, 0),
+    "mass_kg": (1, 0, 0),
+    "modulus_pa": (1, -1, -2),
+    "strength_pa": (1, -1, -2),
+    "density_kg_m3": (1, -3, 0),
+    "velocity_m_s": (0, 1, -1),
+    "ratio": (0, 0, 0),
+}
+
+
+def _in_other_units(bodies: Bodies, units: np.ndarray) -> Bodies:
+    values = {}
+    for item in fields(bodies):
+        powers = next(powers for end, powers in DIMENSIONS.items() if item.name.endswith(end))
+        values[item.name] = getattr(bodies, item.name) * np.prod(units ** np.array(powers))
+    return Bodies.of(**values)
+
+
+@every_law
+@settings(max_examples=30, deadline=None)
+@given(bodies=any_impacts, units=st.tuples(*[st.sampled_from([0.1, 0.3, 1.0, 7.0])] * 3))
+def test_units_do_not_matter(law: Law, bodies: Bodies, units: tuple[float, float, float]) -> None:
+    kilogram, metre, second = units
+    here, there = law(bodies), law(_in_other_units(bodies, np.array(units)))
+    force = kilogram * metre / second**2
+    assert there.contact_time_s == pytest.approx(here.contact_time_s * second, rel=1e-9)
+    assert there.compression_time_s == pytest.approx(here.compression_time_s * second, rel=1e-9)
+    assert there.impulse_n_s == pytest.approx(here.impulse_n_s * force * second, rel=1e-9)
+    assert there.force_n() == pytest.approx(here.force_n() * force, rel=1e-6, abs=1e-9 * force * here.peak_force_n[0])
+
+
+@every_law
+@settings(max_examples=20, deadline=None)
+@given(bodies=any_impacts)
+def test_pulse_pushes_and_ends_at_zero(law: Law, bodies: Bodies) -> None:
+    pulse = law(bodies)
+    force = pulse.force_n(101)
+    assert np.all(force[:, [0, -1]] == 0)
+    assert np.all((force >= 0) & (force <= (1 + 1e-4) * pulse.peak_force_n[:, None]))
+    assert np.all((pulse.compression_time_s > 0) & (pulse.compression_time_s < pulse.contact_time_s))
+
+
+@every_law
+def test_impulse_is_the_integral_of_the_force(law: Law) -> None:
+    pulse = law(impacts(impact_velocity_m_s=[0.3, 1.0, 30.0]))
+    assert impulse(pulse.contact_time_s, pulse.force_n(5001)) == pytest.approx(pulse.impulse_n_s, rel=1e-5)
+
+
+@every_law
+def test_impacts_do_not_meet(law: Law) -> None:
+    """Each impact alone gives what it gives among others."""
+    speeds = np.array([0.3, 1.0, 30.0])
+    together = law(impacts(impact_velocity_m_s=speeds)).force_n()
+    alone = [law(impacts(impact_velocity_m_s=speed)).force_n()[0] for speed in speeds]
+    assert together == pytest.approx(np.array(alone), rel=1e-9)
+
+
+@every_law
+def test_a_campaign_in_one_call(law: Law) -> None:
+    bodies = impacts(impact_velocity_m_s=np.linspace(0.2, 2, 1800))
+    started = time.perf_counter()
+    assert law(bodies).force_n().shape == (1800, 20)
+    assert time.perf_counter() - started < 1.0
+
+
+@pytest.mark.parametrize("name", ["hunter", "reed", "hertz"])
+def test_without_loss_restitution_is_one(name: str) -> None:
+    found = LAWS[name](impacts()).restitution
+    assert found.value == pytest.approx(1.0)
+    assert not found.clipped.any()
+
+
+def test_restitution_can_be_chosen() -> None:
+    bodies = impacts(impact_velocity_m_s=90.0)
+    times = [float(contact_law("hann", name)(bodies).contact_time_s[0]) for name in (None, *RESTITUTIONS)]
+    assert times[0] == times[1] != times[2]
+
+
+@pytest.mark.parametrize("phase", [-0.1, 1.001, float("nan")])
+def test_phase_outside_of_the_contact_is_refused(phase: float) -> None:
+    with pytest.raises(ValueError, match="expected all in \\[0, 1\\]"):
+        LAWS["hunter"](impacts()).force_at(np.array([0.5, phase]))
+
+
+def test_unknown_names_are_told_with_the_known() -> None:
+    with pytest.raises(LookupError, match="'hanning'; there are: hunter, reed, hertz, hann, hunt-crossley"):
+        contact_law("hanning")
+    with pytest.raises(LookupError, match="'newton'; there are: zener, weir-tallon"):
+        contact_law("hann", "newton")
+
+
+def test_restitution_of_a_law_without_loss_is_refused() -> None:
+    with pytest.raises(ValueError, match="restitution 'zener' for 'reed'"):
+        contact_law("reed", "zener")

@@ -1,0 +1,105 @@
+"""Zener's and Weir and Tallon's restitution."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from contact_bodies import ball, impacts
+from pyroshock.twin.contact.bodies import MissingQuantityError
+from pyroshock.twin.contact.restitution.base import LEAST, Restitution, constant
+from pyroshock.twin.contact.restitution.weir_tallon import weir_tallon
+from pyroshock.twin.contact.restitution.zener import inelasticity, zener
+from scipy.integrate import solve_ivp
+
+STEEL = {
+    "impactor_youngs_modulus_pa": 200e9,
+    "impactor_poisson_ratio": 0.3,
+    "impactor_density_kg_m3": 7800.0,
+    "impactor_yield_strength_pa": 400e6,
+}
+
+
+def test_inelasticity_is_mass_over_impedance_and_time() -> None:
+    """Eq. 1.14 is m / (Z T): Z = 8 sqrt(D rho t) of the plate, T = (m^2 / (k^2 u))^(1/5) of the contact."""
+    bodies = ball(plate_thickness_m=[0.004, 0.01], **STEEL)
+    rigidity = np.array([0.004, 0.01]) ** 3 * 69.9e9 / (12 * (1 - 0.33**2))
+    impedance = 8 * np.sqrt(rigidity * 2700 * np.array([0.004, 0.01]))
+    mass = bodies.sphere_mass_kg
+    time = (mass**2 / (bodies.hertz_stiffness_n_m15**2 * 1.2)) ** 0.2
+    assert inelasticity(bodies) == pytest.approx(mass / (impedance * time), rel=1e-12)
+
+
+@pytest.mark.parametrize("parameter", [0.02, 0.1, 0.5, 1.0, 1.4])
+def test_zeners_exponential_follows_his_equation(parameter: float) -> None:
+    """xi'' + (1 + lambda d/ds) xi^1.5 = 0 from first contact to the loss of it."""
+
+    def parted(_, state):
+        return state[0]
+
+    parted.terminal, parted.direction = True, -1
+
+    def rate(_, state):
+        root = np.sqrt(abs(state[0]))
+        return [state[1], -state[0] * root - 1.5 * parameter * root * state[1]]
+
+    run = solve_ivp(rate, (0, 100), [0, 1], events=parted, rtol=1e-9, atol=1e-12)
+    thickness = 0.01 * np.sqrt(inelasticity(impacts()) / parameter)
+    assert inelasticity(impacts(plate_thickness_m=thickness)) == pytest.approx(parameter)
+    assert zener(impacts(plate_thickness_m=thickness)).value == pytest.approx(-run.y[1, -1], abs=0.014)
+
+
+def test_zener_loses_nothing_on_a_thick_plate() -> None:
+    assert zener(impacts(plate_thickness_m=[0.01, 0.1, 10.0])).value == pytest.approx([0.5, 1, 1], abs=0.05)
+
+
+def test_zener_on_a_sheet_is_clipped_and_told() -> None:
+    found = zener(impacts(plate_thickness_m=[0.01, 0.001]))
+    assert found.clipped.tolist() == [False, True]
+    assert found.value[1] == LEAST
+
+
+def test_weir_tallon_in_johnsons_form() -> None:
+    """Johnson's eq. 11.37, 3.8 (Y/E*)^(1/2) (m u^2 / (2 Y R^3))^(-1/8), with 3.1 for what is 3.47 for a sphere."""
+    bodies = ball(impact_velocity_m_s=np.array([5.0, 50.0]), **STEEL)
+    strength = 276e6  # of the plate, the softer one
+    johnson = 3.8 * np.sqrt(strength * bodies.compliance_1_pa)
+    johnson *= (bodies.sphere_mass_kg * bodies.impact_velocity_m_s**2 / (2 * strength * 0.03**3)) ** -0.125
+    found = weir_tallon(bodies)
+    assert found.value / johnson == pytest.approx(3.1 / (3.8 * (2 * np.pi / 3) ** -0.125), rel=1e-12)
+    assert not found.clipped.any()
+
+
+def test_weir_tallon_above_one_is_clipped_and_told() -> None:
+    found = weir_tallon(impacts(impact_velocity_m_s=[0.5, 200.0]))
+    assert found.clipped.tolist() == [True, False]
+    assert found.value[0] == 1.0
+
+
+def test_either_body_may_be_the_softer_one() -> None:
+    tip, target = (weir_tallon(impacts(impact_velocity_m_s=90.0, **{name: 1e6})).value for name in _STRENGTHS)
+    assert tip == pytest.approx(target)
+    assert tip < weir_tallon(impacts(impact_velocity_m_s=90.0)).value
+
+
+_STRENGTHS = ("impactor_yield_strength_pa", "target_yield_strength_pa")
+
+
+@pytest.mark.parametrize("quantity", _STRENGTHS)
+def test_weir_tallon_asks_for_strengths(quantity: str) -> None:
+    with pytest.raises(MissingQuantityError, match=f"Weir and Tallon's restitution needs {quantity}"):
+        weir_tallon(impacts(**{quantity: None}))
+
+
+def test_zener_asks_for_the_thickness() -> None:
+    with pytest.raises(MissingQuantityError, match="Zener's restitution needs plate_thickness_m"):
+        zener(impacts(plate_thickness_m=None))
+
+
+@pytest.mark.parametrize("value", [0.0, 1.01, float("nan")])
+def test_impossible_restitution_is_refused(value: float) -> None:
+    with pytest.raises(ValueError, match="restitution = "):
+        constant(value)
+
+
+def test_bounds_are_allowed() -> None:
+    assert not Restitution.bounded(np.array([LEAST, 1.0])).clipped.any()
