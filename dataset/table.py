@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Self, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,4 +102,5 @@ def concatenate(tables: Sequence[PulseTable]) -> PulseTable:
     if any(table.predictors != first.predictors for table in tables):
         raise ValueError("tables of different predictors cannot be joined")
     names = [f.name for f in fields(first) if f.name != "predictors"]
-    return replace(first, **{name: np.concatenate([getattr(table, name) for table in tables]) for name in names})
+    arrays: dict[str, Any] = {name: np.concatenate([getattr(table, name) for table in tables]) for name in names}
+    return replace(first, **arrays)

@@ -20,6 +20,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "shots": ("listing", "shots", "List shots of the gun beside the model's velocity."),
     "show": ("show", "show", "Show one impact: figures, findings, versions of its pulse, a plot."),
     "extract": ("extract", "extract", "Cut pulses anew with other settings; old versions stay."),
+    "dataset": ("dataset", "dataset", "Freeze pulses for training; splits, ranges, traces."),
     "export": ("export", "export", "Write impacts, shots, pulses or series to CSV or Parquet."),
     "materials": ("materials", "materials", "List the known materials, or add one."),
     "db": ("store", "db", "Keep the store: upgrade it."),

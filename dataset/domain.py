@@ -1,0 +1,162 @@
+"""Where a model may be asked: the values, and the combinations of values, that it was trained on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from .combinations import positions, unmet
+from .limits import Limit, Outside
+from .subspace import Subspace
+from .table import Floats, Inputs, Integers, Predictor
+
+_FORMAT = 1
+#: Quantities of the bench that are inputs, if no predictors: name -> (attribute of `Inputs`, unit).
+_BENCH = {"impactor_mass": ("impactor_mass_kg", "kg"), "plate_thickness": ("plate_thickness_m", "m")}
+
+_Found = list[list[Outside]]
+
+
+@dataclass(frozen=True, eq=False)
+class Domain:
+    """The validity domain of what is trained on a table. `bench` limits what no predictor tells; `met` (k x q) are
+    the combinations of levels that were recorded, of the limits that have levels."""
+
+    limits: tuple[Limit, ...]
+    bench: tuple[Limit, ...]
+    met: Integers
+    subspace: Subspace
+
+    @classmethod
+    def of(cls, table: Inputs) -> Self:
+        """The domain of training rows: none of them lies outside. Raises `ValueError` for no rows, or a NaN."""
+        unknown = int(np.isnan(table.x).sum())
+        if not len(table) or unknown:
+            raise ValueError(f"{len(table)} impacts with {unknown} unknown values; expected at least one, and none")
+        limits = tuple(Limit.of(p, column) for p, column in zip(table.predictors, table.x.T, strict=True))
+        met = np.unique(_positions(limits, table.x), axis=0)
+        return cls(limits, _bench(table), met, Subspace.of(_encoded(limits, table.x)))
+
+    @property
+    def predictors(self) -> tuple[Predictor, ...]:
+        """Those that may be asked about, in their order."""
+        return tuple(limit.predictor for limit in self.limits)
+
+    def outside(self, inputs: Inputs) -> list[tuple[Outside, ...]]:
+        """For each impact what lies outside, an empty tuple where nothing does.
+
+        First each value by itself; where all are inside, their combination: levels that never met, then leverage. A
+        combination is told by the predictor that contributes most. Raises `ValueError` for other predictors.
+        """
+        if inputs.predictors != self.predictors:
+            mine, theirs = (", ".join(p.name for p in ps) for ps in (self.predictors, inputs.predictors))
+            raise ValueError(f"inputs have predictors {theirs}; the domain is of {mine}")
+        found: _Found = [[] for _ in range(len(inputs))]
+        for limit, column in zip(self.limits, inputs.x.T, strict=True):
+            _tell(limit, column, ~limit.inside(column), found)
+        self._tell_unmet(inputs.x, _clean(found), found)
+        self._tell_far(inputs.x, _clean(found), found)
+        for limit in self.bench:
+            column = getattr(inputs, _BENCH[limit.predictor.name][0])
+            # Not known is no error here: the bench is no predictor, and most models do not ask for it.
+            _tell(limit, column, ~limit.inside(column) & ~np.isnan(column), found)
+        return [tuple(told) for told in found]
+
+    def _tell_unmet(self, x: Floats, rows: Integers, found: _Found) -> None:
+        """Levels that never met; the one that most others never met is named, of equals the first."""
+        at = [i for i, limit in enumerate(self.limits) if limit.values]
+        pairs = unmet(self.met, _positions(self.limits, x[rows]))
+        for number in np.unique(pairs[:, 0]):
+            mine = pairs[pairs[:, 0] == number, 1:]
+            worst = int(np.bincount(mine.ravel()).argmax())
+            other = int(next(b if a == worst else a for a, b in mine.tolist() if worst in (a, b)))
+            row, (i, j) = rows[number], (at[worst], at[other])
+            stranger = f"{self.limits[j].predictor.name} {_text(self.limits[j].shown(x[row, j]))}"
+            found[row].append(self.limits[i].telling(x[row, i], f"was never recorded together with {stranger}"))
+
+    def _tell_far(self, x: Floats, rows: Integers, found: _Found) -> None:
+        """Combinations of high leverage, or off the subspace of the recorded ones."""
+        distances = self.subspace.distances(_encoded(self.limits, x[rows]))
+        columns = np.repeat(np.arange(len(self.limits)), [_width(limit) for limit in self.limits])
+        for number in np.flatnonzero((distances.leverage > 1) | (distances.off > 1)):
+            row = rows[number]
+            worst = int(np.bincount(columns, weights=distances.shares[number]).argmax())
+            how = "off" if distances.off[number] > 1 else "far from"
+            reason = f"lies, with the other predictors, {how} every combination that was recorded"
+            found[row].append(self.limits[worst].telling(x[row, worst], reason))
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data that `from_json` reads back."""
+        return {
+            "format": _FORMAT,
+            "limits": [limit.as_json() for limit in self.limits],
+            "bench": [limit.as_json() for limit in self.bench],
+            "met": self.met.tolist(),
+            "subspace": self.subspace.as_json(),
+        }
+
+    @classmethod
+    def from_json(cls, data: dict[str, Any]) -> Self:
+        """Raises `ValueError` for what is no domain of this format."""
+        if not isinstance(data, dict) or data.get("format") != _FORMAT:
+            raise ValueError(f"no validity domain of format {_FORMAT}; train the model anew")
+        try:
+            limits = tuple(Limit.from_json(one) for one in data["limits"])
+            bench = tuple(Limit.from_json(one) for one in data["bench"])
+            subspace = Subspace.from_json(data["subspace"])
+            met = np.array(data["met"], dtype=np.int64).reshape(-1, sum(bool(limit.values) for limit in limits))
+            if subspace.mean.size != sum(map(_width, limits)) or {b.predictor.name for b in bench} - _BENCH.keys():
+                raise ValueError("its parts do not belong together")
+        except (KeyError, TypeError, ValueError) as error:
+            raise ValueError(f"validity domain is damaged ({error!r}); train the model anew") from error
+        return cls(limits, bench, met, subspace)
+
+
+def _bench(table: Inputs) -> tuple[Limit, ...]:
+    limits = []
+    for name, (attribute, unit) in _BENCH.items():
+        column = getattr(table, attribute)
+        known = column[~np.isnan(column)]
+        is_predictor = any(np.array_equal(column, predictor) for predictor in table.x.T)
+        if known.size and not is_predictor:
+            limits.append(Limit.of(Predictor(name, unit), known))
+    return tuple(limits)
+
+
+def _positions(limits: Sequence[Limit], x: Floats) -> Integers:
+    """Positions (n x q) of the levels, of the columns that have levels."""
+    columns = [positions(x[:, i], limit.values) for i, limit in enumerate(limits) if limit.values]
+    return np.column_stack(columns) if columns else np.zeros((len(x), 0), dtype=np.int64)
+
+
+def _encoded(limits: Sequence[Limit], x: Floats) -> Floats:
+    """Numbers as they are, a category as a column for each level that was recorded (n x p)."""
+    columns = [
+        (x[:, [i]] == np.asarray(limit.values)).astype(np.float64) if limit.predictor.levels else x[:, [i]]
+        for i, limit in enumerate(limits)
+    ]
+    return np.concatenate(columns, axis=1)
+
+
+def _width(limit: Limit) -> int:
+    return len(limit.values) if limit.predictor.levels else 1
+
+
+def _clean(found: _Found) -> Integers:
+    """Rows of which nothing is told yet."""
+    return np.array([row for row, told in enumerate(found) if not told], dtype=np.int64)
+
+
+def _tell(limit: Limit, column: Floats, outside: Any, found: _Found) -> None:
+    for row in np.flatnonzero(outside):
+        found[row].append(limit.outside(float(column[row])))
+
+
+def _text(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:.4g}"
+
+
+__all__ = ["Domain", "Outside"]

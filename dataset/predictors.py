@@ -1,0 +1,151 @@
+"""Sets of predictors as data: the shipped ones, and a lab's own TOML, every key checked.
+
+name = "hammer"                     # of the set
+kind = "hammer"                     # campaigns that it is for, or "gun"
+
+[[predictors]]
+name = "tip_radius"
+unit = "m"                          # SI, left out for a number without one
+from = "factor.tip_radius"          # see `sources`
+
+[[predictors]]
+name = "insulator"
+from = "factor.insulator"
+levels = ["none", "polymeric"]      # of a category: its value is the position of its level
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from ..schema.campaigns import KINDS
+from ..schema.columns import BY_NAME
+from .sources import FACTOR, NUMBERS, WORDS, known_sources
+from .table import Predictor
+
+SHIPPED = ("hammer", "gun")
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,62}", re.ASCII)
+_TOP = ("name", "kind", "predictors")
+_KEYS = ("name", "unit", "from", "levels")
+
+
+@dataclass(frozen=True)
+class PredictorSet:
+    """Predictors in their order, and for each its source."""
+
+    name: str
+    kind: str
+    predictors: tuple[Predictor, ...]
+    sources: tuple[str, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        """What `from_json` reads back, with the keys of the TOML."""
+        pairs = zip(self.predictors, self.sources, strict=True)
+        entries = [{"name": p.name, "unit": p.unit, "from": source, "levels": list(p.levels)} for p, source in pairs]
+        return {"name": self.name, "kind": self.kind, "predictors": entries}
+
+
+def shipped(name: str) -> PredictorSet:
+    """The set of this name. Raises `LookupError` naming those there are."""
+    if name not in SHIPPED:
+        raise LookupError(f"no predictors {name!r}; there are: {', '.join(SHIPPED)}, or a TOML file of your own")
+    return parse((files(__package__) / "data" / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def predictors_named(text: str) -> PredictorSet:
+    """A shipped set by its name, else the file of that name. Raises `LookupError`, `ValueError`, `OSError`."""
+    if text in SHIPPED or not Path(text).suffix:
+        return shipped(text)
+    try:
+        return parse(Path(text).read_bytes().decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{text}: byte {error.start} is not UTF-8; save the file as UTF-8") from error
+    except ValueError as error:
+        raise ValueError(f"{text}: {error}") from error
+
+
+def parse(text: str) -> PredictorSet:
+    """A set from TOML. Raises `ValueError` naming the key, its value and what was expected."""
+    try:
+        table = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"not TOML: {error}") from error
+    return from_json(table)
+
+
+def from_json(table: Mapping[str, Any]) -> PredictorSet:
+    """A set from plain data. Raises `ValueError` as `parse`."""
+    _check_keys(table, _TOP, _TOP, "the file")
+    kind = table["kind"]
+    if kind not in KINDS:
+        raise ValueError(f"kind is {kind!r}; expected one of {', '.join(KINDS)}")
+    entries = table["predictors"]
+    if not isinstance(entries, list) or not entries or not all(isinstance(entry, dict) for entry in entries):
+        raise ValueError(f"predictors is {entries!r}; expected tables [[predictors]]")
+    pairs = [_entry(entry, f"[[predictors]] {number}") for number, entry in enumerate(entries, 1)]
+    names = [predictor.name for predictor, _ in pairs]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"predictor {name!r} is given {names.count(name)} times; expected once")
+    return PredictorSet(_name(table, "the file"), kind, tuple(p for p, _ in pairs), tuple(s for _, s in pairs))
+
+
+def _entry(entry: Mapping[str, Any], where: str) -> tuple[Predictor, str]:
+    _check_keys(entry, ("name", "from"), _KEYS, where)
+    name, source, unit = _name(entry, where), entry["from"], entry.get("unit", "")
+    levels = _levels(entry.get("levels", []), f"{where}: {name}")
+    if not isinstance(unit, str):
+        raise ValueError(f"{where}: {name}: unit is {unit!r}; expected a text")
+    if not isinstance(source, str) or not _is_known(source):
+        raise ValueError(f"{where}: {name}: from is {source!r}; known: {known_sources()}")
+    _check_kind(source, unit, levels, f"{where}: {name}")
+    return Predictor(name, unit, levels), source
+
+
+def _is_known(source: str) -> bool:
+    return source in NUMBERS or source in WORDS or (source.startswith(FACTOR) and len(source) > len(FACTOR))
+
+
+def _check_kind(source: str, unit: str, levels: tuple[str, ...], where: str) -> None:
+    """Words need levels, numbers their unit; what a lab's own factor holds, only its store knows."""
+    known = BY_NAME.get(source.removeprefix(FACTOR)) if source.startswith(FACTOR) else None
+    is_number = source in NUMBERS or (known is not None and known.is_number)
+    is_word = source in WORDS or (known is not None and not known.is_number)
+    if levels and (is_number or unit):
+        raise ValueError(f"{where}: {source!r} is a number, or has a unit; levels are for words")
+    if is_word and not levels:
+        raise ValueError(f"{where}: {source!r} is a word; expected its levels")
+    if is_number:
+        expected = NUMBERS[source][0] if source in NUMBERS else (known.si_unit if known else None) or ""
+        if unit != expected:
+            raise ValueError(f"{where}: unit is {unit!r}; {source!r} is in {expected!r}")
+
+
+def _levels(value: object, where: str) -> tuple[str, ...]:
+    if not isinstance(value, list) or not all(isinstance(level, str) and level for level in value):
+        raise ValueError(f"{where}: levels is {value!r}; expected a list of words")
+    if len(set(value)) < len(value) or len(value) == 1:
+        raise ValueError(f"{where}: levels is {value!r}; expected at least two that differ")
+    return tuple(value)
+
+
+def _name(entry: Mapping[str, Any], where: str) -> str:
+    name = entry["name"]
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise ValueError(f"{where}: name is {name!r}; expected lower-case letters, digits and _, at most 63")
+    return name
+
+
+def _check_keys(entry: Mapping[str, Any], required: tuple[str, ...], known: tuple[str, ...], where: str) -> None:
+    for key in entry:
+        if key not in known:
+            raise ValueError(f"{where}: unknown key {key!r}; known: {', '.join(known)}")
+    for key in required:
+        if key not in entry:
+            raise ValueError(f"{where}: key {key!r} is missing; known: {', '.join(known)}")

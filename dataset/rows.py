@@ -1,0 +1,150 @@
+"""What the store holds of impacts and their pulses, in a handful of queries however many there are."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from sqlalchemy import ColumnElement, RowMapping, Select, and_, func, select
+from sqlalchemy.orm import Session
+
+from ..schema.benches import Hammer, Plate
+from ..schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
+from ..schema.datasets import SnapshotPulse
+from ..schema.impacts import ExtractionSettings, Impact, Pulse
+from ..schema.materials import Material
+from ..schema.recordings import RecordedChannel, Recording
+from ..schema.shots import Shot
+from .sources import PROPERTIES, Case, Materials
+
+#: One impact: the labels of `_COLUMNS`.
+Row = RowMapping
+#: Factors of a configuration: words (labels) and numbers (SI).
+Levels = tuple[dict[str, str], dict[str, float]]
+
+_CHUNK = 500  # SQLite allows a limited number of variables
+
+_COLUMNS = (
+    Campaign.name.label("campaign"),
+    Campaign.kind.label("kind"),
+    Impact.id.label("impact_id"),
+    Impact.run,
+    Impact.repetition,
+    Impact.configuration_id,
+    Impact.recording_id,
+    Impact.impact_velocity_m_s,
+    Impact.velocity_source,
+    Shot.measured_velocity_m_s,
+    Shot.bullet_mass_kg,
+    Hammer.mass_kg.label("hammer_mass_kg"),
+    Plate.thickness_m.label("plate_thickness_m"),
+    Plate.outline_m.label("plate_outline_m"),
+    Material.name.label("bench_plate_material"),
+    Recording.sha256.label("recording_sha256"),
+    ExtractionSettings.fingerprint.label("extraction"),
+    Pulse.id.label("pulse_id"),
+    Pulse.start_s,
+    Pulse.contact_time_s,
+    Pulse.compression_time_s,
+    Pulse.spline_peak_force_n,
+    Pulse.impulse_n_s,
+    Pulse.compression_impulse_n_s,
+    Pulse.force_points_n,
+)
+
+
+def rows_of_campaigns(session: Session, campaigns: Sequence[int], extraction: int | None) -> list[Row]:
+    """Every impact of the campaigns with its pulse in use, or that of one extraction; without pulse those are None."""
+    version = and_(Pulse.settings_id == extraction) if extraction is not None else and_(Pulse.current)
+    query = _joined(and_(Pulse.impact_id == Impact.id, version)).where(Impact.campaign_id.in_(campaigns))
+    return _in_order(session, query)
+
+
+def rows_of_snapshot(session: Session, snapshot: int) -> list[Row]:
+    """The impacts of a snapshot with the pulses that it was frozen with, in use or not."""
+    frozen = _joined(Pulse.impact_id == Impact.id).join(SnapshotPulse, SnapshotPulse.pulse_id == Pulse.id)
+    return _in_order(session, frozen.where(SnapshotPulse.snapshot_id == snapshot))
+
+
+def _joined(pulse: ColumnElement[bool]) -> Select[Any]:
+    shot = and_(
+        Shot.campaign_id == Impact.campaign_id, Shot.run == Impact.run, Shot.repetition == Impact.repetition
+    )  # by the unique key, which has an index
+    return (
+        select(*_COLUMNS)
+        .select_from(Impact)
+        .join(Campaign, Impact.campaign_id == Campaign.id)
+        .outerjoin(Pulse, pulse)
+        .outerjoin(ExtractionSettings, Pulse.settings_id == ExtractionSettings.id)
+        .outerjoin(Recording, Impact.recording_id == Recording.id)
+        .outerjoin(Shot, shot)
+        .outerjoin(Hammer, Campaign.hammer_id == Hammer.id)
+        .outerjoin(Plate, Campaign.plate_id == Plate.id)
+        .outerjoin(Material, Plate.material_id == Material.id)
+    )
+
+
+def _in_order(session: Session, query: Select[Any]) -> list[Row]:
+    """By campaign, run and repetition: sorted here, for databases differ in how they order text."""
+    return sorted(session.execute(query).mappings(), key=lambda row: (row["campaign"], row["run"], row["repetition"]))
+
+
+def levels_of(session: Session, configurations: Iterable[int]) -> dict[int, Levels]:
+    """Factors of configurations, by key."""
+    found: defaultdict[int, Levels] = defaultdict(lambda: ({}, {}))
+    keys = sorted(set(configurations))
+    query = (
+        select(ConfigurationLevel.configuration_id, Factor.name, FactorLevel.label, FactorLevel.number)
+        .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
+        .join(Factor, FactorLevel.factor_id == Factor.id)
+    )
+    for i in range(0, len(keys), _CHUNK):
+        chunk = query.where(ConfigurationLevel.configuration_id.in_(keys[i : i + _CHUNK]))
+        for key, factor, label, number in session.execute(chunk):
+            words, numbers = found[key]
+            words[factor] = label
+            if number is not None:
+                numbers[factor] = number
+    return found
+
+
+def force_hashes(session: Session, campaigns: Sequence[int]) -> dict[int, str]:
+    """Hash of the force samples of every recording: the same whatever the file's format, name and header."""
+    query = (
+        select(Recording.id, func.min(RecordedChannel.sha256))
+        .join(RecordedChannel, RecordedChannel.recording_id == Recording.id)
+        .where(Recording.campaign_id.in_(campaigns), RecordedChannel.quantity == "force")
+        .group_by(Recording.id)
+    )
+    return dict(iter(session.execute(query)))
+
+
+def materials_of(session: Session) -> Materials:
+    """Properties of every material of the store, SI."""
+    columns = [column for column, _ in PROPERTIES.values()]
+    query = select(Material.name, *(getattr(Material, column) for column in columns))
+    return {name: dict(zip(columns, map(float, values), strict=True)) for name, *values in session.execute(query)}
+
+
+def case_of(row: Row, levels: Levels) -> Case:
+    """What an impact was made with. A bullet's speed is the laser's where the impact has none of its own."""
+    words, numbers = levels
+    own, laser = row["impact_velocity_m_s"], row["measured_velocity_m_s"]
+    return Case(
+        words=words,
+        numbers=numbers,
+        velocity_m_s=laser if own is None else own,
+        impactor_mass_kg=row["bullet_mass_kg"] if row["kind"] == "gun" else row["hammer_mass_kg"],
+        bench_plate_material=row["bench_plate_material"],
+        plate_thickness_m=row["plate_thickness_m"],
+        plate_area_m2=polygon_area(row["plate_outline_m"]),
+    )
+
+
+def polygon_area(corners: Sequence[Sequence[float]] | None) -> float | None:
+    """Area (m2) within corners (m), by the shoelace rule; None without corners."""
+    if not corners:
+        return None
+    pairs = zip(corners, [*corners[1:], corners[0]], strict=True)
+    return abs(sum(ax * by - bx * ay for (ax, ay), (bx, by) in pairs)) / 2

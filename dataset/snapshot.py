@@ -1,0 +1,172 @@
+"""Snapshots: a selection of pulses under a name, identified by the hash of its content, frozen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import insert, select
+from sqlalchemy.exc import IntegrityError
+from sqlalchemy.orm import Session
+
+from ..schema.datasets import DatasetSnapshot, SnapshotPulse
+from ..schema.session import Store
+from .catalog import get_snapshot_row, list_snapshots
+from .identity import content_hash
+from .predictors import PredictorSet, from_json
+from .rows import levels_of, rows_of_snapshot
+from .selection import FORMAT, Draft, select_pulses
+from .table import PulseTable
+from .tabulate import member_of, table_of
+
+_LONGEST_NAME = 200
+
+
+class SnapshotError(ValueError):
+    """A snapshot cannot be made under this name, or does not read back as it was frozen."""
+
+
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """A frozen dataset. `definition` is plain data: campaigns, predictors, rules, materials, what was left out."""
+
+    name: str
+    hash: str
+    definition: dict[str, Any]
+    table: PulseTable
+
+    @property
+    def predictors(self) -> PredictorSet:
+        return from_json(self.definition["predictors"])
+
+
+@dataclass(frozen=True, eq=False)
+class Built:
+    """What `build_snapshot` gives: `added` is False where the store had the content, under whatever name."""
+
+    snapshot: Snapshot
+    added: bool
+
+
+def build_snapshot(
+    store: Store,
+    name: str,
+    campaigns: Sequence[str],
+    predictors: PredictorSet | None = None,
+    quality: str = "reject",
+    extraction: str | None = None,
+) -> Built:
+    """Freeze the usable pulses of `campaigns`: those in use, or those of one extraction (its fingerprint, or the start
+    of it). `predictors` are the shipped ones of the campaigns' kind where none are given.
+
+    The same content again is the snapshot that exists, whatever its name. Raises `SnapshotError` where the name is
+    taken by other content, `LookupError` for a campaign or extraction that is unknown, `ValueError` for campaigns
+    that do not fit the predictors, have no usable pulse, or an unknown rule.
+    """
+    _check_name(name)
+    with store.reading() as session:
+        draft = select_pulses(session, campaigns, predictors, quality, extraction)
+    digest = content_hash(draft.predictors, draft.table)
+    try:
+        with store.writing() as session:
+            known = _known(session, name, digest)
+            if known is None:
+                _add(store, session, name, digest, draft)
+    except IntegrityError:
+        # Another process has built it since we looked, or a pulse is gone.
+        with store.reading() as session:
+            known = _known(session, name, digest)
+        if known is None:
+            raise
+    if known is None:
+        return Built(Snapshot(name, digest, draft.definition, draft.table), added=True)
+    return Built(Snapshot(known.name, digest, known.definition, draft.table), added=False)
+
+
+def _check_name(name: str) -> None:
+    if not name or name != name.strip() or not name.isprintable() or len(name) > _LONGEST_NAME:
+        raise SnapshotError(f"dataset name is {name!r}; expected one line of at most {_LONGEST_NAME} characters")
+
+
+@dataclass(frozen=True)
+class _Known:
+    name: str
+    definition: dict[str, Any]
+
+
+def _known(session: Session, name: str, digest: str) -> _Known | None:
+    """The snapshot of this content. Raises `SnapshotError` where there is none and the name is taken."""
+    same = session.scalars(select(DatasetSnapshot).where(DatasetSnapshot.content_hash == digest)).one_or_none()
+    if same is not None:
+        return _Known(same.name, same.definition)
+    taken = session.scalar(select(DatasetSnapshot.content_hash).where(DatasetSnapshot.name == name))
+    if taken is not None:
+        raise SnapshotError(
+            f"dataset {name!r} is frozen with other content (hash {taken[:12]}, not {digest[:12]}); "
+            "build this one under another name"
+        )
+    return None
+
+
+def _add(store: Store, session: Session, name: str, digest: str, draft: Draft) -> None:
+    now = datetime.now(UTC)
+    row = DatasetSnapshot(name=name, content_hash=digest, frozen_at=now, definition=draft.definition)
+    session.add(row)
+    session.flush()
+    common = {"snapshot_id": row.id, "written_by_id": store.written_by(session)}
+    session.execute(insert(SnapshotPulse), [{"pulse_id": key, **common} for key in draft.table.pulse_id.tolist()])
+
+
+def read_snapshot(source: Store | Session, name: str) -> Snapshot:
+    """The snapshot of this name, or of this hash (or the start of one, eight digits at least).
+
+    Raises `LookupError` naming those there are, `SnapshotError` where the store's rows no longer give its hash.
+    """
+    with _session(source) as session:
+        row = get_snapshot_row(session, name)
+        definition = _understood(row)
+        predictors = from_json(definition["predictors"])
+        rows = rows_of_snapshot(session, row.id)
+        levels = levels_of(session, (one["configuration_id"] for one in rows))
+        frozen = Snapshot(
+            row.name, row.content_hash, definition, _table(row.name, rows, levels, definition, predictors)
+        )
+    digest = content_hash(predictors, frozen.table)
+    if digest != frozen.hash:
+        raise SnapshotError(
+            f"dataset {frozen.name!r}: the store's rows give {digest[:12]}, it was frozen as {frozen.hash[:12]}: "
+            "pulses or campaigns were changed since; restore the store, or build a dataset under another name"
+        )
+    return frozen
+
+
+def _session(source: Store | Session) -> AbstractContextManager[Session]:
+    return source.reading() if isinstance(source, Store) else nullcontext(source)
+
+
+def _understood(row: DatasetSnapshot) -> dict[str, Any]:
+    if row.definition.get("format") != FORMAT:
+        raise SnapshotError(
+            f"dataset {row.name!r} has format {row.definition.get('format')!r}, this software reads {FORMAT}: "
+            "update pyroshock, or build it under another name"
+        )
+    return row.definition
+
+
+def _table(name: str, rows: Any, levels: Any, definition: dict[str, Any], predictors: PredictorSet) -> PulseTable:
+    try:
+        members = [member_of(row, levels[row["configuration_id"]], predictors, definition["materials"]) for row in rows]
+    except ValueError as error:
+        raise SnapshotError(
+            f"dataset {name!r}: a pulse no longer enters it ({error}): rows of the store were changed since; "
+            "restore the store, or build a dataset under another name"
+        ) from error
+    if not members:
+        raise SnapshotError(f"dataset {name!r} has lost its pulses: restore the store")
+    return table_of(members, predictors)
+
+
+__all__ = ["Built", "Snapshot", "SnapshotError", "build_snapshot", "list_snapshots", "read_snapshot"]
