@@ -1,0 +1,128 @@
+"""Errors of pulses whose figures are known in closed form."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pulse_tables import pulse_table
+from pyroshock.dataset.table import POINTS, PulseTable
+from pyroshock.training.metrics.errors import METRICS, pulse_errors
+from pyroshock.training.metrics.reconstruct import ELEMENTS
+from pyroshock.training.models.base import ContactPrediction
+
+PHASE = np.linspace(0.0, 1.0, POINTS)
+
+
+@pytest.fixture
+def half_sines() -> PulseTable:
+    """60 half-sines with their exact figures: peak A, impulse 2 A tau / pi, half of it in half the time."""
+    table = pulse_table(np.random.default_rng(1), repetitions=1)
+    peak, time = table.peak_force_n, table.contact_time_s
+    impulse = 2 / np.pi * peak * time
+    return replace(
+        table,
+        force_n=peak[:, None] * np.sin(np.pi * PHASE),
+        compression_time_s=time / 2,
+        impulse_n_s=impulse,
+        compression_impulse_n_s=impulse / 2,
+    )
+
+
+def scaled(table: PulseTable, force: float = 1.0, time: float = 1.0) -> ContactPrediction:
+    return ContactPrediction(force * table.force_n, time * table.contact_time_s, None, None)
+
+
+def test_taller_pulse(half_sines: PulseTable) -> None:
+    errors = pulse_errors(half_sines, scaled(half_sines, force=1.1))
+    rms = np.sqrt(np.mean(np.sin(np.pi * PHASE) ** 2))
+    # Neither the range nor the reconstruction sees the very top, which lies between two of the 20 points.
+    assert np.allclose(errors.force_nrmse, 0.1 * rms / np.sin(np.pi * PHASE).max(), rtol=1e-12)
+    assert np.allclose(errors.force_rmse_n, 0.1 * rms * half_sines.peak_force_n, rtol=1e-12)
+    for name in ("peak_force_error", "impulse_error"):
+        assert np.allclose(getattr(errors, name), 0.1, atol=2e-4), name
+    # The greatest of 1,000 elements is up to half an element from the middle of the contact.
+    assert np.allclose(errors.compression_impulse_error, 0.1, atol=1.1 * np.pi / 2 / ELEMENTS + 2e-4)
+    assert np.allclose(errors.compression_time_error, 0.0, atol=1.1 / ELEMENTS)
+    assert np.array_equal(errors.contact_time_error, np.zeros(60))
+
+
+def test_longer_pulse(half_sines: PulseTable) -> None:
+    errors = pulse_errors(half_sines, scaled(half_sines, time=1.2))
+    assert np.array_equal(errors.force_rmse_n, np.zeros(60))
+    for name in ("contact_time_error", "impulse_error"):
+        assert np.allclose(getattr(errors, name), 0.2, atol=3e-4), name
+    assert np.allclose(errors.compression_time_error, 0.2, atol=2 / ELEMENTS)
+
+
+def test_taller_and_shorter_pulse_keeps_its_impulse(half_sines: PulseTable) -> None:
+    errors = pulse_errors(half_sines, scaled(half_sines, force=1.25, time=0.8))
+    assert np.allclose(errors.impulse_error, 0.0, atol=2e-4)
+    assert np.allclose(errors.peak_force_error, 0.25, atol=2e-4)
+
+
+def test_perfect_prediction_costs_what_reconstruction_costs() -> None:
+    """The stored figures of the synthetic table are those of its points, not of a spline."""
+    table = pulse_table(np.random.default_rng(2), repetitions=1, noise=0.0)
+    errors = pulse_errors(table, scaled(table))
+    for name in ("force_rmse_n", "force_nrmse", "contact_time_error", "cost"):
+        assert np.array_equal(getattr(errors, name), np.zeros(60)), name
+    assert errors.impulse_error.max() < 0.005
+
+
+def test_rows_do_not_depend_on_each_other(half_sines: PulseTable) -> None:
+    prediction = scaled(half_sines, 1.1, 1.1)
+    part = slice(7, 9)
+    alone = ContactPrediction(prediction.force_n[part], prediction.contact_time_s[part], None, None)
+    together = pulse_errors(half_sines, prediction).take(part)
+    for name, values in pulse_errors(half_sines.take(part), alone).arrays().items():
+        assert np.allclose(values, together.arrays()[name], rtol=1e-9, atol=1e-12), name
+
+
+def test_coverage_counts_points_in_the_band(half_sines: PulseTable) -> None:
+    spread = np.full((60, POINTS), 1.0)
+    off = np.where(np.arange(POINTS) < 5, 1.7, 1.6)
+    prediction = ContactPrediction(
+        half_sines.force_n + off, half_sines.contact_time_s + 1e-6, spread, np.where(np.arange(60) < 15, 0.6e-6, 0.7e-6)
+    )
+    errors = pulse_errors(half_sines, prediction)
+    assert errors.force_covered is not None and np.allclose(errors.force_covered, 0.75)
+    assert errors.time_covered is not None and errors.time_covered.mean() == 0.75
+
+
+def test_without_spread_nothing_is_covered(half_sines: PulseTable) -> None:
+    assert tuple(pulse_errors(half_sines, scaled(half_sines)).arrays()) == METRICS
+
+
+def test_another_number_of_rows_is_refused(half_sines: PulseTable) -> None:
+    with pytest.raises(ValueError, match=r"force_n is \(59, 20\), the pulses' is \(60, 20\)"):
+        pulse_errors(half_sines, scaled(half_sines.take(slice(1, None))))
+
+
+def test_a_prediction_that_is_no_number_is_refused(half_sines: PulseTable) -> None:
+    prediction = scaled(half_sines)
+    prediction.contact_time_s[3] = np.nan
+    with pytest.raises(ValueError, match=r"contact_time_s of pulse synthetic-000003 \(row 3\)"):
+        pulse_errors(half_sines, prediction)
+
+
+def test_a_pulse_without_impulse_is_refused(half_sines: PulseTable) -> None:
+    impulse = half_sines.impulse_n_s.copy()
+    impulse[5] = 0.0
+    with pytest.raises(ValueError, match="synthetic-000005 has impulse_n_s = 0"):
+        pulse_errors(replace(half_sines, impulse_n_s=impulse), scaled(half_sines))
+
+
+def test_no_pulses_are_refused(half_sines: PulseTable) -> None:
+    none = half_sines.take(slice(0, 0))
+    with pytest.raises(ValueError, match="at least one"):
+        pulse_errors(none, scaled(none))
+
+
+def test_a_campaign_takes_less_than_a_second() -> None:
+    table = pulse_table(np.random.default_rng(0), positions=3)
+    began = time.process_time()
+    assert len(pulse_errors(table, scaled(table, 1.1))) == 1800
+    assert time.process_time() - began < 1.0

@@ -1,0 +1,139 @@
+"""Pictures show the numbers they are given."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from pulse_tables import held_out, pulse_table
+from pyroshock.dataset.table import POINTS, PulseTable, concatenate
+from pyroshock.training.comparison import compare
+from pyroshock.training.groups import comparison_groups
+from pyroshock.training.metrics.errors import PulseErrors, pulse_errors
+from pyroshock.training.models.base import ContactPrediction
+from pyroshock.training.plots.by_test import by_test
+from pyroshock.training.plots.canvas import runs_of
+from pyroshock.training.plots.coverage import LEVELS, coverage, coverage_figure
+from pyroshock.training.plots.difference import difference_figure
+from pyroshock.training.plots.heat_map import heat_map
+from pyroshock.training.plots.pulses import pulse_grid
+from pyroshock.training.plots.scatter import predicted_against_measured
+
+
+@pytest.fixture(scope="module")
+def pulses() -> PulseTable:
+    rng = np.random.default_rng(0)
+    return held_out(pulse_table(rng, repetitions=3), rng)[1]
+
+
+def off_by(pulses: PulseTable, force: float, spread: bool = True) -> ContactPrediction:
+    spreads = (np.full((len(pulses), POINTS), 20.0), 0.02 * pulses.contact_time_s) if spread else (None, None)
+    return ContactPrediction((1 + force) * pulses.force_n, (1 - force) * pulses.contact_time_s, *spreads)
+
+
+@pytest.fixture(scope="module")
+def errors(pulses: PulseTable) -> dict[str, PulseErrors]:
+    """Names sort otherwise than the models do; one errs a hundred times as much as another."""
+    return {name: pulse_errors(pulses, off_by(pulses, e)) for name, e in (("a", 0.3), ("b", 0.003), ("c", 0.02))}
+
+
+def written(figure: Figure) -> bytes:
+    file = io.BytesIO()
+    figure.savefig(file, format="png", dpi=40)
+    return file.getvalue()
+
+
+def test_heat_map_ranks_models(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
+    figure = heat_map(pulses, errors)
+    upper = figure.axes[0]
+    assert [label.get_text() for label in upper.get_yticklabels()] == ["b", "c", "a"]
+    shown = np.asarray(upper.images[0].get_array())
+    assert shown.shape == (3, 60)
+    first = pulses.run == pulses.run.min()
+    assert np.isclose(shown[2, 0], errors["a"].force_nrmse[first].mean())
+    assert written(figure)
+
+
+def test_by_test_has_a_panel_a_model(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
+    figure = by_test(pulses, errors, "force_nrmse")
+    assert [axes.get_title(loc="left")[0] for axes in figure.axes] == ["b", "c", "a"]
+    assert figure.axes[0].get_yscale() == "log"
+    drawn = sum(len(line.get_xdata()) for line in figure.axes[0].lines if line.get_marker() == "o")
+    assert drawn == 60
+    assert written(figure)
+
+
+def test_alike_errors_need_no_logarithm(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
+    assert by_test(pulses, {"a": errors["a"]}, "peak_force_error").axes[0].get_yscale() == "linear"
+
+
+def test_pulse_grid_shows_the_worst(pulses: PulseTable) -> None:
+    figure = pulse_grid(pulses, off_by(pulses, 0.05))
+    assert len(figure.axes) == 3 * 4
+    aluminum = pulses.tip_material == "aluminum"
+    worst = pulse_errors(pulses, off_by(pulses, 0.05)).force_nrmse[aluminum].max()
+    assert f"NRMSE {worst:.3f} (worst)" in figure.axes[3].get_title()
+    assert written(figure)
+
+
+def test_pulse_grid_without_spread_has_no_band(pulses: PulseTable) -> None:
+    figure = pulse_grid(pulses, off_by(pulses, 0.05, spread=False))
+    assert not figure.axes[0].collections and not figure.axes[0].patches
+
+
+def test_scatter_tells_what_it_cannot_show(pulses: PulseTable) -> None:
+    prediction = off_by(pulses, 0.05)
+    prediction.contact_time_s[:3] *= -1
+    figure = predicted_against_measured(pulses, prediction)
+    assert figure.axes[1].get_title() == "3 predictions are not positive"
+    assert figure.axes[0].get_title() == ""
+    assert written(figure)
+
+
+def test_difference_figure_has_every_group(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
+    groups = comparison_groups(pulses)
+    result = compare(errors["a"], errors["b"], pulses.configuration, groups, np.random.default_rng(0), resamples=50)
+    figure = difference_figure(result)
+    labels = [label.get_text() for label in figure.axes[1].get_yticklabels()]
+    assert len(labels) == sum(len(np.unique(values)) for values in groups.values())
+    assert "insulator: polymeric" in labels
+    assert written(figure)
+
+
+def test_difference_figure_without_groups(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
+    result = compare(errors["a"], errors["b"], pulses.configuration, {}, np.random.default_rng(0), resamples=50)
+    assert len(difference_figure(result).axes) == 1
+
+
+def test_coverage_of_a_normal_law() -> None:
+    """20,000 errors: five standard errors are 0.018 in the middle."""
+    assert np.abs(coverage(np.random.default_rng(0).standard_normal(20_000)) - LEVELS).max() < 0.018
+
+
+def test_coverage_leaves_out_models_without_spread(pulses: PulseTable) -> None:
+    predictions = {"sure": off_by(pulses, 0.01), "law": off_by(pulses, 0.01, spread=False)}
+    legend = coverage_figure(pulses, predictions).axes[0].get_legend()
+    assert legend is not None
+    assert [text.get_text()[:4] for text in legend.get_texts()] == ["sure"]
+
+
+def test_coverage_without_any_spread_is_an_empty_frame(pulses: PulseTable) -> None:
+    figure = coverage_figure(pulses, {"law": off_by(pulses, 0.01, spread=False)})
+    assert figure.axes[0].get_legend() is None
+    assert written(figure)
+
+
+def test_runs_of_two_campaigns_stay_apart() -> None:
+    tables = [pulse_table(np.random.default_rng(0), repetitions=2, campaign=name) for name in ("spring", "autumn")]
+    runs = runs_of(concatenate(tables))
+    assert len(runs) == 120
+    assert runs.label[0] == "autumn 1" and runs.label[60] == "spring 1"
+    assert runs.member[0] == 60
+
+
+def test_mean_by_run() -> None:
+    table = pulse_table(np.random.default_rng(0), repetitions=2)
+    values = np.arange(120.0)
+    assert np.array_equal(runs_of(table).mean(values), np.arange(60) * 2 + 0.5)

@@ -1,0 +1,1 @@
+"""Pictures of how models do; matplotlib is loaded when one is drawn."""
