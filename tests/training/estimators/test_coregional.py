@@ -1,0 +1,176 @@
+"""Gaussian processes for many outputs: what every regression promises, and what these do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+from estimator_checks import CHECKS, check_learns_known_law, fitted, known_law
+from numpy.typing import NDArray
+from pyroshock.training.estimators.base import Estimator
+from pyroshock.training.estimators.components import principal, unturned
+from pyroshock.training.estimators.coregional import Coregional
+from pyroshock.training.estimators.single_outputs import SingleOutputs
+from pyroshock.training.gp.parameters import LEAST_LENGTHSCALE
+
+Floats = NDArray[np.float64]
+#: Few steps: promises hold for whatever was learned.
+SHORT = [Coregional(iterations=8), SingleOutputs(iterations=2, tuning_rows=60)]
+FULL = [Coregional(rank=3), SingleOutputs(tuning_rows=120)]
+
+
+def by_kind(estimator: Estimator) -> str:
+    return estimator.kind
+
+
+@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.__name__)
+@pytest.mark.parametrize("estimator", SHORT, ids=by_kind)
+def test_promise(estimator: Estimator, check: Callable[[Estimator], None]) -> None:
+    check(estimator)
+
+
+@pytest.mark.parametrize("estimator", FULL, ids=by_kind)
+def test_learns_known_law(estimator: Estimator) -> None:
+    check_learns_known_law(estimator, 0.025)
+
+
+def fit(estimator: Estimator, x: Floats, y: Floats) -> Estimator:
+    return estimator.fit(x, y, np.arange(len(x)), np.random.default_rng(0))
+
+
+def waves(n: int, noise: float = 0.0) -> tuple[Floats, Floats]:
+    """Two outputs of two predictors, the second twice the first and more; a third of its own."""
+    rng = np.random.default_rng(13)
+    x = rng.uniform(-2, 2, size=(n, 2))
+    first = np.sin(1.5 * x[:, 0]) + 0.5 * x[:, 1]
+    y = np.column_stack([first, 2 * first + 3, np.cos(2 * x[:, 1])])
+    return x, y + noise * rng.standard_normal(y.shape) * [1, 2, 1]
+
+
+@cache
+def learned(kind: type[Coregional] | type[SingleOutputs], noise: float) -> Estimator:
+    return fit(kind(), *waves(80, noise))
+
+
+@pytest.mark.parametrize("kind", [Coregional, SingleOutputs])
+class TestBoth:
+    def test_interpolates_clean_data(self, kind: type[Estimator]) -> None:
+        x, y = waves(80)
+        np.testing.assert_allclose(learned(kind, 0.0).predict(x).mean, y, atol=0.01)
+
+    def test_spread_grows_away_from_data(self, kind: type[Estimator]) -> None:
+        near, far = learned(kind, 0.05).predict(np.array([[0.0, 0.0], [40.0, -40.0]])).spread
+        assert np.all(far > 5 * near)
+
+    def test_spread_is_the_noise_among_data(self, kind: type[Estimator]) -> None:
+        spread = learned(kind, 0.05).predict(np.zeros((1, 2))).spread
+        np.testing.assert_allclose(spread, [[0.05, 0.1, 0.05]], rtol=0.4)
+
+    def test_band_covers_new_measurements(self, kind: type[Estimator]) -> None:
+        x, y = waves(500, 0.05)
+        found = learned(kind, 0.05).predict(x[80:])
+        within = np.abs(found.mean - y[80:]) < 1.645 * found.spread
+        assert 0.84 < within.mean() < 0.95
+
+    def test_refit_keeps_the_kernel(self, kind: type[Estimator]) -> None:
+        one, (x, y) = learned(kind, 0.05), waves(120, 0.05)
+        other = one.refit(x, y, np.arange(120), np.random.default_rng(1))
+        for name in ("log_lengthscales", "loadings", "log_noise"):
+            np.testing.assert_array_equal(other.arrays()[name], one.arrays()[name])
+        assert np.all(other.predict(x[80:]).spread < one.predict(x[80:]).spread + 1e-9)
+
+    def test_constant_output_stays_constant(self, kind: type[Estimator]) -> None:
+        """Both ends of a force are zero."""
+        x, y = waves(40)
+        y[:, 1] = 0.25
+        np.testing.assert_allclose(fit(kind(iterations=5), x, y).predict(x).mean[:, 1], 0.25, atol=1e-9)
+
+    def test_unknown_kernel(self, kind: type[Coregional]) -> None:
+        with pytest.raises(LookupError, match="periodic"):
+            kind(kernel="periodic")
+
+
+def test_independent_tasks_stay_independent() -> None:
+    """Outputs that share nothing: B is near diagonal, and the predictions are those of single processes."""
+    rng = np.random.default_rng(14)
+    x = rng.uniform(-2, 2, size=(100, 2))
+    y = np.column_stack([np.sin(2 * x[:, 0]), rng.standard_normal(100)])
+    one = fit(Coregional(components=False), x, y)
+    learned, asked = one.arrays(), rng.uniform(-2, 2, size=(50, 2))
+    b = learned["loadings"] @ learned["loadings"].T + np.diag(np.exp(learned["log_kappa"]))
+    assert abs(b[0, 1]) < 0.1 * b[0, 0]
+    alone = fit(Coregional(components=False), x, y[:, :1]).predict(asked).mean
+    np.testing.assert_allclose(one.predict(asked).mean[:, :1], alone, atol=0.02)
+
+
+def test_outputs_inform_each_other() -> None:
+    """A clean output tells of its noisy double; a process of its own cannot."""
+    rng, (x, y) = np.random.default_rng(15), waves(40)
+    noisy = y[:, :2] + rng.normal(size=(40, 2)) * [1e-3, 2.0]
+    asked, truth = (part[40:] for part in waves(400))
+    errors = [np.abs(fit(one, x, noisy).predict(asked).mean - truth[:, :2])[:, 1].mean() for one in ONES]
+    assert errors[0] < 0.5 * errors[1]
+
+
+ONES = (Coregional(rank=1, components=False), SingleOutputs())
+
+
+def test_scatter_of_all_outputs_together() -> None:
+    """Repetitions that differ in amplitude: learned as noise of components, as a law when outputs scatter alone."""
+    _, asked = known_law()
+    one = fitted(Coregional(iterations=100))
+    assert one.arrays()["log_lengthscales"].min() > np.log(LEAST_LENGTHSCALE) + 0.5
+    wrong = np.abs(one.predict(asked.x).mean - asked.y).mean()
+    own = fitted(Coregional(iterations=100, components=False))
+    assert wrong < 0.5 * np.abs(own.predict(asked.x).mean - asked.y).mean()
+
+
+@pytest.mark.parametrize("constant", [0, 2, 4])
+def test_components_make_the_outputs(constant: int) -> None:
+    y = np.random.default_rng(3).normal(size=(30, 4)) @ np.random.default_rng(4).normal(size=(4, 4))
+    y = (y - y.mean(axis=0)) * (np.arange(4) >= constant)
+    turn = principal(y)
+    scores = unturned(y, turn)
+    assert len(turn) == max(4 - constant, 1)
+    np.testing.assert_allclose(scores @ turn, y, atol=1e-12)
+    if constant < 4:
+        np.testing.assert_allclose(scores.T @ scores / 30, np.eye(len(turn)), atol=1e-12)
+
+
+def test_likelihood_does_not_fall() -> None:
+    """Nor has the search anything left to gain where it ends."""
+    one = learned(Coregional, 0.05)
+    assert isinstance(one, Coregional)
+    assert one.found_ is not None
+    assert one.found_.converged
+    assert one.found_.losses[-1] == one.found_.losses.min()
+    assert one.found_.losses[-1] < one.found_.losses[0] - 0.5
+
+
+def test_rows_in_any_order() -> None:
+    x, y = waves(60, 0.05)
+    order = np.random.default_rng(2).permutation(60)
+    a, b = (fit(Coregional(iterations=20), x[rows], y[rows]).predict(x).mean for rows in (np.arange(60), order))
+    np.testing.assert_allclose(a, b, atol=1e-4)
+
+
+def test_less_rank_than_outputs_need() -> None:
+    with pytest.raises(ValueError, match="rank 0"):
+        Coregional(rank=0)
+
+
+def test_predictor_that_never_varied() -> None:
+    x, y = waves(40, 0.05)
+    wider = np.column_stack([x, np.full(40, 7.0)])
+    one = fit(Coregional(iterations=10), wider, y)
+    np.testing.assert_array_equal(one.predict(np.add(wider, [0.0, 0.0, 1.0])).mean, one.predict(wider).mean)
+
+
+def test_known_law_is_learned_fast() -> None:
+    """The checks' own campaign: 240 pulses, and no more steps than the default allows."""
+    one = fitted(Coregional(rank=3, iterations=60))
+    assert isinstance(one, Coregional)
+    assert one.found_ is not None
+    assert one.found_.bound < 1e-6 * 240 * 20

@@ -1,0 +1,185 @@
+"""The likelihood against the dense one it stands for, its derivatives against differences and automatic ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from pulse_tables import pulse_table
+from pyroshock.training.gp.factor import factorise
+from pyroshock.training.gp.kernels import KERNELS, kernel_matrix
+from pyroshock.training.gp.kronecker import coregional_likelihood
+from pyroshock.training.gp.parameters import Parameters, penalty
+from pyroshock.training.gp.search import TRUNCATION, evaluate
+
+Floats = NDArray[np.float64]
+
+
+def standard(columns: Floats) -> Floats:
+    width = columns.std(axis=0)
+    return (columns - columns.mean(axis=0)) / np.where(width > 1e-9, width, 1.0)
+
+
+def pulses(n: int) -> tuple[Floats, Floats]:
+    """n standardised pulses of the synthetic campaign: 13 predictors, 20 outputs, both ends of the force constant."""
+    table = pulse_table(np.random.default_rng(2), repetitions=10)
+    rows = np.random.default_rng(4).permutation(len(table))[:n]
+    x = table.x[rows] / table.x.max(axis=0).clip(1e-9)
+    return standard(x), standard(table.force_n[rows])
+
+
+def some_parameters(m: int = 20, d: int = 13, rank: int = 3) -> Parameters:
+    rng = np.random.default_rng(5)
+    return Parameters(
+        rng.normal(1.0, 0.3, d), 0.5 * rng.normal(size=(m, rank)), rng.normal(-4, 1, m), rng.normal(-5, 1, m)
+    )
+
+
+def dense(k: Floats, y: Floats, b: Floats, sigma: Floats) -> float:
+    """By Cholesky of the whole n m x n m covariance, outputs of one row side by side."""
+    lower = np.linalg.cholesky(np.kron(k, b) + np.kron(np.eye(len(k)), sigma))
+    solved = np.linalg.solve(lower, y.ravel())
+    return float(0.5 * solved @ solved + np.log(lower.diagonal()).sum() + 0.5 * y.size * np.log(2 * np.pi))
+
+
+@pytest.mark.parametrize("n", [45, 90])
+@pytest.mark.parametrize("kind", KERNELS)
+def test_likelihood_is_the_dense_one(kind: str, n: int) -> None:
+    (x, y), at = pulses(n), some_parameters()
+    k = kernel_matrix(kind, x / at.lengthscales, x / at.lengthscales)
+    found = coregional_likelihood(k, y, at.b, at.sigma)
+    expected = dense(k, y, at.b, at.sigma)
+    assert abs(found.value - expected) < 1e-6
+    assert abs(found.value - expected) <= found.bound + 1e-8
+
+
+def test_correlated_noise() -> None:
+    (x, y), at = pulses(45), some_parameters()
+    factor = 0.1 * np.random.default_rng(6).normal(size=(20, 20))
+    sigma = factor @ factor.T + at.sigma
+    k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
+    assert abs(coregional_likelihood(k, y, at.b, sigma).value - dense(k, y, at.b, sigma)) < 1e-6
+
+
+def test_repeated_eigenvalues() -> None:
+    """B and K with one eigenvalue many times, every row twice: where derivatives through `eigh` are not numbers."""
+    y = np.random.default_rng(7).normal(size=(12, 5))
+    k = np.kron(np.eye(6), np.ones((2, 2)))
+    b, sigma = 0.7 * np.eye(5), 0.1 * np.eye(5)
+    found = coregional_likelihood(k, y, b, sigma)
+    assert abs(found.value - dense(k, y, b, sigma)) < 1e-10
+    assert_derivatives(lambda k, b, sigma: coregional_likelihood(k, y, b, sigma).value, found, (k, b, sigma))
+
+
+def assert_derivatives(value: Callable[..., float], found: object, at: tuple[Floats, Floats, Floats]) -> None:
+    """Along random symmetric positive directions, against central differences."""
+    rng, step = np.random.default_rng(8), 1e-6
+    for index, name in enumerate(("by_k", "by_b", "by_sigma")):
+        direction = rng.normal(size=at[index].shape) / 3
+        direction = direction @ direction.T
+        up, down = list(at), list(at)
+        # only forward in K, which has no smaller eigenvalue than 0
+        up[index], down[index] = at[index] + 2 * step * direction, at[index] + step * direction
+        slope = (4 * value(*down) - value(*up) - 3 * value(*at)) / (2 * step)
+        assert slope == pytest.approx(float((getattr(found, name) * direction).sum()), rel=1e-4)
+
+
+def test_matrix_derivatives() -> None:
+    (x, y), at = pulses(40), some_parameters()
+    k = kernel_matrix("matern32", x / at.lengthscales, x / at.lengthscales)
+    found = coregional_likelihood(k, y, at.b, at.sigma)
+    assert_derivatives(lambda *now: coregional_likelihood(now[0], y, *now[1:]).value, found, (k, at.b, at.sigma))
+
+
+@pytest.mark.parametrize("kind", KERNELS)
+def test_gradient_by_differences(kind: str) -> None:
+    """Of every parameter, five-point differences."""
+    (x, y), at = pulses(30), some_parameters(rank=2)
+    vector = at.vector()
+    _, found = evaluate(kind, x, y, at)
+    chosen = np.random.default_rng(9).choice(len(vector), 20, replace=False)
+    for i in {*range(13), *chosen.tolist()}:
+        ends = [evaluate(kind, x, y, at.like(vector + s * np.eye(len(vector))[i]))[0].value for s in STEPS]
+        assert np.dot(ends, WEIGHTS) == pytest.approx(found.vector()[i], rel=2e-5, abs=2e-4)
+
+
+STEPS = 1e-3 * np.array([-2.0, -1.0, 1.0, 2.0])
+WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12e-3
+
+
+def test_gradient_by_autograd() -> None:
+    """A dense implementation in PyTorch, differentiated by PyTorch."""
+    torch = pytest.importorskip("torch", reason="the extra [models] is not installed")
+    (x, y), at = pulses(40), some_parameters()
+    _, found = evaluate("rbf", x, y, at)
+    leaves = [torch.tensor(getattr(at, name), requires_grad=True) for name in at.__dataclass_fields__]
+    scales, loadings, kappa, noise = leaves
+    a = torch.tensor(x) / scales.exp()
+    k = torch.exp(-0.5 * ((a[:, None] - a[None]) ** 2).sum(-1))
+    b = loadings @ loadings.T + torch.diag(kappa.exp())
+    covariance = torch.kron(k, b) + torch.kron(torch.eye(40, dtype=torch.float64), torch.diag(noise.exp()))
+    normal = torch.distributions.MultivariateNormal(torch.zeros(800, dtype=torch.float64), covariance)
+    (-normal.log_prob(torch.tensor(y).reshape(-1))).backward()
+    for leaf, ours in zip(leaves, (getattr(found, name) for name in at.__dataclass_fields__), strict=True):
+        np.testing.assert_allclose(ours, leaf.grad.numpy(), rtol=1e-6, atol=1e-6)
+
+
+def test_gradient_by_outputs() -> None:
+    (x, y), at = pulses(40), some_parameters()
+    k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
+    found = coregional_likelihood(k, y, at.b, at.sigma)
+    step = 1e-4 * np.random.default_rng(1).normal(size=y.shape)
+    up, down = (coregional_likelihood(k, y + sign * step, at.b, at.sigma).value for sign in (1, -1))
+    assert (up - down) / 2 == pytest.approx(float((found.by_y * step).sum()), rel=1e-6)
+
+
+def test_factor_keeps_its_promise() -> None:
+    """K - T T' has no more trace than said, and neither negative nor large entries."""
+    x, _ = pulses(300)
+    k = kernel_matrix("rbf", x / 4, x / 4)
+    before, factor = k.copy(), factorise(k, 1e-10)
+    left = k - factor.t @ factor.t.T
+    np.testing.assert_array_equal(k, before)
+    assert len(factor.eigenvalues) < 200
+    assert np.trace(left) == pytest.approx(factor.residual, rel=1e-2, abs=1e-11)
+    assert np.abs(left).max() <= 1.01e-10
+    np.testing.assert_allclose(factor.t.T @ factor.t, np.diag(factor.eigenvalues), atol=1e-10)
+
+
+def test_coarse_factor_stays_within_its_bound() -> None:
+    (x, y), at = pulses(90), some_parameters()
+    k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
+    exact = dense(k, y, at.b, at.sigma)
+    for tolerance in (1e-3, 1e-5, 1e-7):
+        found = coregional_likelihood(k, y, at.b, at.sigma, tolerance)
+        assert 0 < abs(found.value - exact) <= found.bound
+
+
+def test_coarse_factor_is_refined() -> None:
+    (x, y), at = pulses(90), some_parameters()
+    found, _ = evaluate("rbf", x, y, at, tolerance=1e-3)
+    assert found.bound <= TRUNCATION * y.size
+
+
+def test_noise_that_is_no_covariance() -> None:
+    with pytest.raises(ValueError, match="noise between outputs is not positive definite"):
+        coregional_likelihood(np.eye(3), np.zeros((3, 2)), np.eye(2), np.array([[1.0, 2.0], [2.0, 1.0]]))
+
+
+def test_vector_and_back() -> None:
+    at = some_parameters()
+    again = at.like(at.vector())
+    np.testing.assert_array_equal(again.loadings, at.loadings)
+    np.testing.assert_array_equal(again.log_noise, at.log_noise)
+    assert len(at.bounds()) == len(at.vector())
+
+
+def test_prior_gradient() -> None:
+    at = some_parameters()
+    found = penalty(at)[1].vector()
+    for i in range(0, len(found), 7):
+        step = 1e-5 * np.eye(len(found))[i]
+        ends = [penalty(at.like(at.vector() + sign * step))[0] for sign in (1, -1)]
+        assert (ends[0] - ends[1]) / 2e-5 == pytest.approx(found[i], rel=1e-6, abs=1e-8)
