@@ -1,0 +1,116 @@
+"""The network that a genetic search sizes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from estimator_checks import Rows, assert_same, known_law
+from pyroshock.training.estimators.genetic_network import (
+    LAYERS,
+    NEURONS,
+    PENALTIES,
+    GeneticNetwork,
+    decoded,
+    left_out_error,
+    show,
+)
+from pyroshock.training.estimators.network import Network
+from pyroshock.training.tuning.folds import grouped_folds
+
+SMALL = {"population": 4, "generations": 2, "folds": 2, "iterations": 15}
+
+
+def fitted(rows: Rows, journal: Path | None = None, seed: int = 3, **settings: int) -> GeneticNetwork:
+    one = GeneticNetwork(**{**SMALL, **settings})
+    one.journal = journal
+    return one.fit(rows.x, rows.y, rows.groups, np.random.default_rng(seed))
+
+
+def test_space_holds_the_thesis_network() -> None:
+    """2 layers of 144 neurons, lambda 0.2009 (Table 4.9; on newtons, not on standardised forces)."""
+    assert LAYERS == (1, 2, 3)
+    assert min(NEURONS) < 10 < 144 < max(NEURONS)
+    assert list(PENALTIES) == sorted(PENALTIES)
+    assert decoded((1, 0, 20)) == ((4, 4), 0.1)
+    assert show((1, 0, 20)) == "2 x 4 neurons, lambda 0.1"
+
+
+def test_predicts_with_what_it_found() -> None:
+    one = fitted(known_law()[0])
+    assert one.found_ is not None
+    layers, penalty = decoded(one.found_.genes)
+    assert one.network_ is not None
+    assert (one.network_.layers, one.network_.penalty) == (layers, penalty)
+    assert one.arrays()["layers"].tolist() == list(layers)
+
+
+def test_workers_do_not_change_it() -> None:
+    assert_same(fitted(known_law()[0], workers=1), fitted(known_law()[0], workers=3))
+
+
+def test_resumes_from_its_journal(tmp_path: Path) -> None:
+    """Half a journal gives the same network; a whole one is not added to."""
+    rows, path = known_law()[0], tmp_path / "journal"
+    whole = fitted(rows, path)
+    content = path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    assert_same(fitted(rows, path), whole)
+    assert sorted(path.read_bytes().splitlines()) == sorted(content.splitlines())
+    assert_same(fitted(rows), whole)
+
+
+def test_longer_search_goes_on_with_the_journal_of_a_shorter(tmp_path: Path) -> None:
+    rows, path = known_law()[0], tmp_path / "journal"
+    shorter = fitted(rows, path)
+    longer = fitted(rows, path, generations=4)
+    assert shorter.found_ is not None
+    assert longer.found_ is not None
+    assert longer.found_.best[:3] == shorter.found_.best
+
+
+@pytest.mark.parametrize("change", ["forces", "configurations", "seed", "iterations"])
+def test_journal_of_other_data_is_refused(tmp_path: Path, change: str) -> None:
+    rows, path = known_law()[0], tmp_path / "journal"
+    fitted(rows, path, generations=0)
+    other = Rows(
+        rows.x,
+        rows.y * 1.001 if change == "forces" else rows.y,
+        rows.groups[::-1].copy() if change == "configurations" else rows.groups,
+    )
+    settings = {"iterations": 16} if change == "iterations" else {}
+    with pytest.raises(ValueError, match="another search"):
+        fitted(other, path, seed=4 if change == "seed" else 3, generations=0, **settings)
+
+
+def test_left_out_error_is_that_of_separate_networks() -> None:
+    """Each fold by a `Network` of its own, eq. 4.4 by hand."""
+    rows = known_law()[0]
+    folds = grouped_folds(rows.groups, 3, np.random.default_rng(0))
+    together = left_out_error((12,), 1e-3, rows.x, rows.y, folds, 20, np.random.default_rng(9))
+    rng, errors = np.random.default_rng(9), np.zeros(len(rows.x))
+    for fold in folds:
+        network = Network((12,), 1e-3, 20).fit(rows.x[~fold], rows.y[~fold], rows.groups[~fold], rng)
+        wrong = network.predict(rows.x[fold]).mean - rows.y[fold]
+        errors[fold] = np.sqrt(np.mean(wrong**2, axis=1)) / np.ptp(rows.y[fold], axis=1)
+    assert together == pytest.approx(errors.mean(), rel=1e-3)
+
+
+def test_refit_searches_no_more() -> None:
+    rows = known_law()[0]
+    one = fitted(rows)
+    again = one.refit(rows.x, rows.y, rows.groups, np.random.default_rng(8))
+    assert isinstance(again, GeneticNetwork)
+    assert again.found_ is None
+    assert again.arrays()["layers"].tolist() == one.arrays()["layers"].tolist()
+
+
+def test_tells_progress() -> None:
+    told: list[str] = []
+    one = GeneticNetwork(**SMALL)
+    one.progress = told.append
+    rows = known_law()[0]
+    one.fit(rows.x, rows.y, rows.groups, np.random.default_rng(0))
+    assert len(told) == SMALL["generations"] + 1
+    assert "neurons" in told[0]

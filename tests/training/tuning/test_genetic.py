@@ -1,0 +1,211 @@
+"""The genetic search: it finds known minima, repeats nothing, and survives being killed."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pyroshock.training.tuning.genetic import Found, Genes, Search, searched
+from pyroshock.training.tuning.journal import Journal
+
+LEVELS = (3, 24, 21)
+SEARCH = Search(LEVELS, population=10, generations=6)
+BOTTOM = (1, 17, 5)
+
+
+def bowl(genes: Genes) -> float:
+    """Least at `BOTTOM`, with ripples beside it."""
+    away = np.array([(g - b) / n for g, b, n in zip(genes, BOTTOM, LEVELS, strict=True)])
+    return float(away @ away + 0.01 * np.sin(40 * away).sum() ** 2)
+
+
+def without_file() -> Journal:
+    return Journal(None, {})
+
+
+def test_finds_the_bottom() -> None:
+    found = searched(Search(LEVELS, 50, 30), bowl, 4, without_file())
+    assert found.value < bowl((1, 16, 5))  # a neighbour's
+    assert bowl(found.genes) == found.value
+
+
+def test_beats_chance() -> None:
+    """With as many evaluations as it used itself, over ten seeds."""
+    ours, theirs = [], []
+    for seed in range(10):
+        found = searched(SEARCH, bowl, seed, without_file())
+        rng = np.random.default_rng(seed)
+        drawn = [tuple(map(int, rng.integers(LEVELS))) for _ in range(found.evaluated)]
+        ours.append(found.value)
+        theirs.append(min(map(bowl, drawn)))
+    assert np.median(ours) < 0.5 * np.median(theirs)
+
+
+def test_best_never_worsens() -> None:
+    best = searched(SEARCH, bowl, 2, without_file()).best
+    assert len(best) == SEARCH.generations + 1
+    assert list(best) == sorted(best, reverse=True)
+
+
+def test_evaluates_nothing_twice() -> None:
+    asked: list[Genes] = []
+
+    def counted(genes: Genes) -> float:
+        asked.append(genes)
+        return bowl(genes)
+
+    found = searched(Search((2, 3, 2), population=8, generations=10), counted, 1, without_file())
+    assert len(asked) == len(set(asked)) == found.evaluated <= 12
+    assert found.saved == found.asked - found.evaluated > 0
+
+
+def test_genes_are_levels() -> None:
+    seen: list[Genes] = []
+    searched(SEARCH, lambda genes: seen.append(genes) or 0.0, 3, without_file())
+    assert np.all((np.array(seen) >= 0) & (np.array(seen) < LEVELS))
+
+
+def test_any_number_of_workers_finds_the_same() -> None:
+    """Also where the first to be asked is the last to answer."""
+
+    def slow(genes: Genes) -> float:
+        time.sleep(0.002 * (hash(genes) % 3))
+        return bowl(genes)
+
+    assert searched(Search(LEVELS, 10, 6, workers=3), slow, 5, without_file()) == searched(
+        SEARCH, bowl, 5, without_file()
+    )
+
+
+def test_workers_work_at_once() -> None:
+    meet = threading.Barrier(2, timeout=10)
+
+    def together(genes: Genes) -> float:
+        meet.wait()
+        return float(sum(genes))
+
+    searched(Search((4,), population=4, generations=0, elite=1, workers=2), together, 0, without_file())
+    assert not meet.broken
+
+
+def test_seeds_differ() -> None:
+    assert searched(SEARCH, bowl, 1, without_file()).best != searched(SEARCH, bowl, 2, without_file()).best
+
+
+def test_tells_progress() -> None:
+    told: list[str] = []
+    searched(SEARCH, bowl, 1, without_file(), told.append, lambda genes: f"<{genes[0]}>")
+    assert len(told) == SEARCH.generations + 1
+    assert told[-1].startswith("generation 6 of 6: ")
+    assert "<1>" in told[-1]
+
+
+def test_failing_evaluation_reaches_the_caller(tmp_path: Path) -> None:
+    """What was found before it stays in the journal."""
+
+    def fails(genes: Genes) -> float:
+        if genes[0] == 2:
+            raise ArithmeticError("diverged")
+        return bowl(genes)
+
+    with pytest.raises(ArithmeticError, match="diverged"):
+        searched(SEARCH, fails, 1, Journal(tmp_path / "journal", {}))
+    assert all(genes[0] != 2 for genes in Journal(tmp_path / "journal", {}).values)
+
+
+@pytest.mark.parametrize("wrong", [{"population": 1}, {"elite": 0}, {"generations": -1}, {"workers": 0}])
+def test_impossible_search_is_refused(wrong: dict[str, int]) -> None:
+    with pytest.raises(ValueError, match="not a search"):
+        Search(LEVELS, **{"elite": 1, **wrong})
+
+
+SCRIPT = """
+import sys, time
+from pathlib import Path
+from test_genetic import SEARCH, bowl
+from pyroshock.training.tuning.genetic import searched
+from pyroshock.training.tuning.journal import Journal
+
+def slow(genes):
+    time.sleep(0.03)
+    return bowl(genes)
+
+searched(SEARCH, slow, 7, Journal(Path(sys.argv[1]), {"of": "a test"}))
+"""
+
+
+@pytest.mark.parametrize("kill", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+def test_killed_search_resumes_to_the_same_result(tmp_path: Path, kill: signal.Signals) -> None:
+    path = tmp_path / "journal"
+    run = subprocess.Popen(
+        [sys.executable, "-c", SCRIPT, str(path)],
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        stderr=subprocess.DEVNULL,
+    )
+    until = time.monotonic() + 30
+    while time.monotonic() < until and run.poll() is None:
+        if path.exists() and path.read_bytes().count(b"\n") > 12:
+            break
+        time.sleep(0.002)
+    run.send_signal(kill)
+    assert run.wait(timeout=30) != 0
+    before = Journal(path, {"of": "a test"}).values
+    assert 0 < len(before) < searched(SEARCH, bowl, 7, without_file()).evaluated
+
+    fresh: list[Genes] = []
+    found = searched(SEARCH, lambda genes: fresh.append(genes) or bowl(genes), 7, Journal(path, {"of": "a test"}))
+    assert found == searched(SEARCH, bowl, 7, without_file())
+    assert not set(fresh) & set(before)
+
+
+def cut(path: Path, length: int) -> Found:
+    """The search after its journal was cut to some bytes, as by a power failure."""
+    path.write_bytes(path.read_bytes()[:length])
+    return searched(SEARCH, bowl, 7, Journal(path, {}))
+
+
+def test_torn_at_any_byte_resumes_to_the_same_result(tmp_path: Path) -> None:
+    path = tmp_path / "journal"
+    whole = searched(SEARCH, bowl, 7, Journal(path, {}))
+    content = path.read_bytes()
+    for length in range(0, len(content), 211):
+        path.write_bytes(content)
+        assert cut(path, length) == whole
+        assert path.read_bytes().splitlines()[0] == content.splitlines()[0]
+
+
+def test_journal_keeps_values_exactly(tmp_path: Path) -> None:
+    values = {(1, 2): 0.1 + 0.2, (3, 4): 1e-300, (5, 6): 1 / 3}
+    journal = Journal(tmp_path / "deep" / "journal", {"seed": 2**62})
+    for key, value in values.items():
+        journal.add(key, value)
+    assert Journal(tmp_path / "deep" / "journal", {"seed": 2**62}).values == values
+
+
+def test_journal_of_another_search_is_refused(tmp_path: Path) -> None:
+    Journal(tmp_path / "journal", {"seed": 1})
+    with pytest.raises(ValueError, match="another search"):
+        Journal(tmp_path / "journal", {"seed": 2})
+
+
+@pytest.mark.parametrize("content", ["no json\n", "[1, 2]\n", '{"search": {}}\n{"key": [1]}\n'])
+def test_stranger_is_no_journal(tmp_path: Path, content: str) -> None:
+    (tmp_path / "journal").write_text(content)
+    with pytest.raises(ValueError, match="no journal"):
+        Journal(tmp_path / "journal", {})
+
+
+def test_journal_is_readable(tmp_path: Path) -> None:
+    Journal(tmp_path / "journal", {"seed": 1}).add((1, 2, 3), 0.5)
+    assert [json.loads(line) for line in (tmp_path / "journal").read_text().splitlines()] == [
+        {"search": {"seed": 1}},
+        {"key": [1, 2, 3], "value": 0.5},
+    ]

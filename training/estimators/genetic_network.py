@@ -1,0 +1,154 @@
+"""The network whose size and penalty a genetic search has chosen (thesis, section 4.4 and Table 4.9)."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..tuning.folds import grouped_folds
+from ..tuning.genetic import Found, Genes, Search, searched
+from ..tuning.journal import Journal
+from .base import Arrays, Estimator, Floats, Gaussian, NotFittedError
+from .network import Network
+from .perceptron import answers, one_thread, started, trained
+from .standard import Standard
+
+#: Hidden layers; neurons in each of them; lambda. Neurons and lambda in even steps of their logarithm.
+LAYERS = (1, 2, 3)
+NEURONS = tuple(int(n) for n in np.unique(np.rint(np.geomspace(4, 200, 24))))
+PENALTIES = tuple(float(f"{p:.3g}") for p in np.geomspace(1e-6, 1e-1, 21))
+
+
+class GeneticNetwork(Estimator):
+    """A `Network` of 1 to 3 hidden layers of 4 to 200 neurons, lambda from 1e-6 to 0.1.
+
+    Fitness is the error of pulses whose configurations were left out of `folds` folds: each one's RMSE over its range
+    (eq. 4.4, by which the thesis ranks), averaged; a single output is measured against the range of all. The thesis
+    searches with 50 candidates and 50 generations; the defaults are what two cores do in two minutes. Any number of
+    `workers` (threads) gives the same network.
+
+    Attributes, not settings, for they do not change what is found: `journal`, a file that keeps the search's state so
+    that an interrupted one resumes; `progress`, told after each generation. `found_` is the outcome of `fit`.
+    """
+
+    kind = "genetic-network"
+    journal: Path | None = None
+    progress: Callable[[str], None] | None = None
+    found_: Found | None = None
+    network_: Network | None = None
+
+    def __init__(
+        self, population: int = 12, generations: int = 8, folds: int = 5, iterations: int = 200, workers: int = 2
+    ) -> None:
+        self.population, self.generations, self.folds = population, generations, folds
+        self.iterations, self.workers = iterations, workers
+
+    def settings(self) -> dict[str, Any]:
+        names = ("population", "generations", "folds", "iterations", "workers")
+        return {name: getattr(self, name) for name in names}
+
+    def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
+        seed = int(rng.integers(2**62))
+        levels = (len(LAYERS), len(NEURONS), len(PENALTIES))
+        search = Search(levels, self.population, self.generations, min(2, self.population - 1), self.workers)
+        left_out = grouped_folds(groups, self.folds, np.random.default_rng([seed, 1]))
+
+        def evaluate(genes: Genes) -> float:
+            return left_out_error(*decoded(genes), x, y, left_out, self.iterations, _chance(seed, genes))
+
+        journal = Journal(self.journal, self._fingerprint(seed, x, y, groups))
+        with one_thread():
+            self.found_ = searched(search, evaluate, seed, journal, self.progress, show)
+        return self._learn(*decoded(self.found_.genes), x, y, groups, _chance(seed, self.found_.genes))
+
+    def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
+        network = self._network()
+        return type(self)(**self.settings())._learn(network.layers, network.penalty, x, y, groups, rng)
+
+    def predict(self, x: Floats) -> Gaussian:
+        return self._network().predict(x)
+
+    def arrays(self) -> Arrays:
+        network = self._network()
+        return {**network.arrays(), "layers": np.array(network.layers), "penalty": np.array([network.penalty])}
+
+    def restore(self, arrays: Arrays) -> Self:
+        rest = dict(arrays)
+        layers, penalty = rest.pop("layers", np.zeros(0)), rest.pop("penalty", np.zeros(0))
+        if (
+            layers.dtype.kind != "i"
+            or layers.ndim != 1
+            or not len(layers)
+            or penalty.shape != (1,)
+            or penalty.dtype.kind != "f"
+        ):
+            raise ValueError(f"{self.kind!r} is restored from a network, its 'layers' and its 'penalty'")
+        self.network_ = Network(layers.tolist(), float(penalty[0]), self.iterations).restore(rest)
+        return self
+
+    def _learn(
+        self,
+        layers: tuple[int, ...],
+        penalty: float,
+        x: Floats,
+        y: Floats,
+        groups: NDArray[Any],
+        rng: np.random.Generator,
+    ) -> Self:
+        self.network_ = Network(layers, penalty, self.iterations).fit(x, y, groups, rng)
+        return self
+
+    def _network(self) -> Network:
+        if self.network_ is None:
+            raise NotFittedError(f"{self.kind!r} has learned nothing yet: call fit, or restore")
+        return self.network_
+
+    def _fingerprint(self, seed: int, x: Floats, y: Floats, groups: NDArray[Any]) -> dict[str, Any]:
+        """What a value in the journal depends on, besides the genes: not on the search's length nor its workers."""
+        digest = hashlib.sha256()
+        for array in (x, y, np.unique(groups, return_inverse=True)[1]):
+            digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
+        space = {"layers": LAYERS, "neurons": NEURONS, "penalties": PENALTIES}
+        return {"seed": seed, "data": digest.hexdigest(), "folds": self.folds, "iterations": self.iterations, **space}
+
+
+def decoded(genes: Genes) -> tuple[tuple[int, ...], float]:
+    """Neurons of each hidden layer, and lambda."""
+    layers, neurons, penalty = genes
+    return (NEURONS[neurons],) * LAYERS[layers], PENALTIES[penalty]
+
+
+def show(genes: Genes) -> str:
+    layers, penalty = decoded(genes)
+    return f"{len(layers)} x {layers[0]} neurons, lambda {penalty:.2g}"
+
+
+def left_out_error(
+    layers: tuple[int, ...],
+    penalty: float,
+    x: Floats,
+    y: Floats,
+    left_out: list[NDArray[np.bool_]],
+    iterations: int,
+    rng: np.random.Generator,
+) -> float:
+    """Mean over the rows of RMSE over range, each row predicted by the network that did not see its fold."""
+    scales = [(Standard.of(x[~fold]), Standard.of(y[~fold])) for fold in left_out]
+    rows = [(a.apply(x[~fold]), b.apply(y[~fold])) for fold, (a, b) in zip(left_out, scales, strict=True)]
+    sizes = (x.shape[1], *layers, y.shape[1])
+    networks = trained(rows, [started(sizes, rng) for _ in rows], sizes, penalty, iterations)
+    wrong = np.empty_like(y)
+    for fold, (a, b), network in zip(left_out, scales, networks, strict=True):
+        wrong[fold] = b.undo(answers(network, a.apply(x[fold]))) - y[fold]
+    ranges = np.ptp(y, axis=1) if y.shape[1] > 1 else np.full(len(y), np.ptp(y))
+    return float(np.mean(np.sqrt(np.mean(wrong**2, axis=1)) / ranges))
+
+
+def _chance(seed: int, genes: Genes) -> np.random.Generator:
+    """Of one candidate: the same in whatever order, and in whichever thread, candidates are tried."""
+    return np.random.default_rng([seed, 2, *genes])

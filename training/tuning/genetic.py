@@ -1,0 +1,144 @@
+"""A genetic search over a grid: elitist, parallel, and the same after an interruption as without one.
+
+Optuna's NSGA-II sampler with one objective is an elitist genetic search as well, well kept, and not used: the state
+of its chance is not in its storage, so a study that was interrupted goes on differently; it fits duplicates again; and
+with workers its result depends on who finishes first. Here a generation is a function of the seed, its number and
+the values of the one before. So nothing is stored but values by genes (`Journal`): a search that resumes goes through
+its generations from the first again, and what was evaluated already costs nothing.
+
+Operators (Eiben and Smith, Introduction to Evolutionary Computing, 2015): tournaments of two, each gene drawn anywhere
+between its parents' (whole arithmetic recombination with chance), creep mutation along the levels; the best survive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+
+import numpy as np
+
+from .journal import Journal
+
+#: A candidate: a level of each axis.
+Genes = tuple[int, ...]
+#: What is minimised. Depends on the genes alone, and may be called from several threads.
+Evaluate = Callable[[Genes], float]
+Progress = Callable[[str], None]
+
+CROSSED, MUTATED, CREEP = 0.9, 0.3, 0.15  # of couples; of genes; standard deviation over an axis's length
+
+
+@dataclass(frozen=True)
+class Search:
+    """How to search. `levels` are the numbers of levels of the axes, in an order that means something."""
+
+    levels: tuple[int, ...]
+    population: int = 50
+    generations: int = 50
+    elite: int = 2
+    workers: int = 1
+
+    def __post_init__(self) -> None:
+        if not 0 < self.elite < self.population or self.generations < 0 or self.workers < 1 or min(self.levels) < 1:
+            raise ValueError(f"not a search: {self}; it needs 0 < elite < population, a level of each axis, a worker")
+
+
+@dataclass(frozen=True)
+class Found:
+    """The best genes and their value; the best value after each generation; candidates asked for and evaluated."""
+
+    genes: Genes
+    value: float
+    best: tuple[float, ...]
+    asked: int
+    evaluated: int
+
+    @property
+    def saved(self) -> int:
+        """Duplicates, which were not evaluated again."""
+        return self.asked - self.evaluated
+
+
+def searched(
+    search: Search,
+    evaluate: Evaluate,
+    seed: int,
+    journal: Journal,
+    progress: Progress | None = None,
+    show: Callable[[Genes], str] = str,
+) -> Found:
+    """The best of a first population and `generations` bred from it; the same for any number of workers."""
+    population = _first(search, np.random.default_rng([seed, 0]))
+    best, seen, asked = [], set[Genes](), 0
+    for generation in range(search.generations + 1):
+        if generation:
+            values = [journal.values[genes] for genes in population]
+            population = _bred(search, population, values, np.random.default_rng([seed, generation]))
+        # High levels first: where they are the dear ones, no worker is left with the dearest at the end.
+        missing = sorted({genes for genes in population if genes not in journal.values}, reverse=True)
+        for genes, value in _evaluated(missing, evaluate, search.workers):
+            journal.add(genes, value)
+        seen.update(population)
+        asked += search.population if generation == 0 else search.population - search.elite
+        leader = _ranked(seen, journal)
+        best.append(journal.values[leader])
+        if progress:
+            progress(
+                f"generation {generation} of {search.generations}: {best[-1]:.4f} with {show(leader)};"
+                f" {len(seen)} evaluated, {asked - len(seen)} duplicates saved"
+            )
+    return Found(leader, best[-1], tuple(best), asked, len(seen))
+
+
+def _ranked(seen: Iterable[Genes], journal: Journal) -> Genes:
+    """The best, and of equals the first in the order of genes."""
+    return min(seen, key=lambda genes: (journal.values[genes], genes))
+
+
+def _evaluated(missing: Sequence[Genes], evaluate: Evaluate, workers: int) -> Iterable[tuple[Genes, float]]:
+    """Values as they come. Threads: PyTorch leaves Python's lock, and no process outlives a killed one."""
+    if workers == 1:
+        for genes in missing:
+            yield genes, evaluate(genes)
+        return
+    with ThreadPoolExecutor(workers) as pool:
+        running = {pool.submit(evaluate, genes): genes for genes in missing}
+        try:
+            for done in as_completed(running):
+                yield running[done], done.result()
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def _first(search: Search, rng: np.random.Generator) -> list[Genes]:
+    """A Latin hypercube: each axis's levels evenly, in an order of its own."""
+    places = np.arange(search.population) + rng.random((len(search.levels), search.population))
+    shuffled = rng.permuted(places, axis=1) / search.population
+    return [_genes(search, point * search.levels - 0.5) for point in shuffled.T]
+
+
+def _bred(search: Search, parents: list[Genes], values: list[float], rng: np.random.Generator) -> list[Genes]:
+    """The next generation: the best survive, the rest are children."""
+    order = sorted(range(len(parents)), key=lambda one: (values[one], parents[one]))
+    elite = list(dict.fromkeys(parents[one] for one in order))[: search.elite]
+    place = {one: rank for rank, one in enumerate(order)}
+
+    def chosen() -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+        rivals = rng.integers(len(parents), size=2)
+        return np.array(parents[min(map(int, rivals), key=place.__getitem__)], dtype=np.float64)
+
+    children: list[Genes] = []
+    while len(elite) + len(children) < search.population:
+        mother, father = chosen(), chosen()
+        share = rng.random(len(search.levels)) if rng.random() < CROSSED else 0.0
+        child = mother + share * (father - mother)
+        mutated = rng.random(len(search.levels)) < MUTATED
+        creep = np.maximum(CREEP * np.array(search.levels), 1.0) * rng.standard_normal(len(search.levels))
+        children.append(_genes(search, child + mutated * creep))
+    return elite + children
+
+
+def _genes(search: Search, point: np.ndarray[tuple[int], np.dtype[np.float64]]) -> Genes:
+    """The nearest level of each axis."""
+    return tuple(int(level) for level in np.clip(np.rint(point), 0, np.array(search.levels) - 1))
