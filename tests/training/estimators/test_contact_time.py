@@ -1,0 +1,128 @@
+"""The process for contact time: the synthetic campaign's law is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import estimator_checks
+import numpy as np
+import pytest
+from estimator_checks import CHECKS, Rows, check_shapes, fitted, rebuilt
+from pulse_tables import held_out, pulse_table
+from pyroshock.training.estimators.base import Estimator
+from pyroshock.training.estimators.contact_time import SPACE, THESIS, ContactTimeProcess
+
+pytest.importorskip("optuna", reason="the extra [models] is not installed")
+pytest.importorskip("torch", reason="the extra [models] is not installed")
+
+#: The scatter of the synthetic campaign's contact times (`pulse_table`).
+NOISE = 0.02
+PLAIN = ContactTimeProcess(choice=THESIS)
+SEARCHED = ContactTimeProcess(iterations=12, search_rows=120)
+
+
+@cache
+def times() -> tuple[Rows, Rows]:
+    table = pulse_table(np.random.default_rng(7), repetitions=6)
+    parts = held_out(table, np.random.default_rng(8), per_configuration=2)
+    first, second = (Rows(part.x, part.contact_time_s[:, None], part.configuration) for part in parts)
+    return first, second
+
+
+def error_of(estimator: Estimator) -> float:
+    """Eq. 4.7 over the pulses held out."""
+    asked = times()[1]
+    return float(np.mean(np.abs(estimator.predict(asked.x).mean - asked.y) / asked.y))
+
+
+@cache
+def searched() -> ContactTimeProcess:
+    estimator = fitted(SEARCHED, times()[0])
+    assert isinstance(estimator, ContactTimeProcess)
+    return estimator
+
+
+@pytest.mark.parametrize("check", [c for c in CHECKS if c is not check_shapes], ids=lambda check: check.__name__)
+def test_promise(check: Callable[[Estimator], None], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(estimator_checks, "known_law", times)  # one output instead of 20
+    check(PLAIN)
+
+
+def test_finds_the_law() -> None:
+    """The noise alone makes 0.8 x 0.02, give or take 7 % in 120 pulses."""
+    assert error_of(searched()) < 1.15 * 0.8 * NOISE
+
+
+def test_search_beats_plain() -> None:
+    assert error_of(searched()) < error_of(fitted(PLAIN, times()[0]))
+
+
+def test_spread_is_the_noise() -> None:
+    answer = searched().predict(times()[1].x)
+    assert answer.spread is not None
+    assert np.median(answer.spread / answer.mean) == pytest.approx(NOISE, rel=0.15)
+
+
+def test_spread_grows_away_from_data() -> None:
+    x = times()[1].x[:1].repeat(2, axis=0)
+    x[1, 5] = 20.0  # m/s
+    near, far = searched().predict(x).spread  # type: ignore[misc]
+    assert far > 2 * near
+
+
+def test_plain_is_table_4_6() -> None:
+    tuned = fitted(PLAIN, times()[0]).tuned_  # type: ignore[attr-defined]
+    assert {name: tuned[name] for name in THESIS} == dict(THESIS)
+    assert len(set(tuned["lengthscales"])) == 1
+
+
+def test_search_says_what_it_found() -> None:
+    tuned = searched().tuned_
+    assert tuned is not None
+    assert set(SPACE) < set(tuned)
+    assert tuned["error"] == pytest.approx(0.8 * NOISE, rel=0.3)
+
+
+def test_same_seed_same_search() -> None:
+    again = fitted(SEARCHED, times()[0])
+    assert again.tuned_ == searched().tuned_  # type: ignore[attr-defined]
+
+
+def test_tuned_skips_the_search() -> None:
+    """Several models share one search: the same rows give the same numbers, whatever the seed."""
+    given = fitted(ContactTimeProcess(tuned=searched().tuned_), times()[0], seed=99)
+    x = times()[1].x
+    np.testing.assert_array_equal(given.predict(x).mean, searched().predict(x).mean)
+
+
+def test_refit_keeps_what_was_tuned() -> None:
+    rows = times()[0]
+    other = searched().refit(rows.x[::2], rows.y[::2], rows.groups[::2], np.random.default_rng(0))
+    assert other.tuned_ == searched().tuned_
+    assert error_of(other) < 1.2 * 0.8 * NOISE
+
+
+def test_outputs_of_both_signs_need_no_logarithm() -> None:
+    rows = times()[0]
+    shifted = fitted(
+        ContactTimeProcess(iterations=2, search_rows=60), Rows(rows.x, rows.y - rows.y.mean(), rows.groups)
+    )
+    assert shifted.tuned_["log_time"] is False  # type: ignore[attr-defined]
+
+
+def test_refuses_several_outputs() -> None:
+    rows = times()[0]
+    with pytest.raises(ValueError, match=r"one output \(n x 1\), got the shape \(240, 2\)"):
+        fitted(PLAIN, Rows(rows.x, rows.y.repeat(2, axis=1), rows.groups))
+
+
+def test_refuses_unknown_setting() -> None:
+    with pytest.raises(ValueError, match="no setting sigma; there are: kernel"):
+        ContactTimeProcess(choice={"sigma": 1})
+
+
+def test_refuses_settings_it_never_wrote() -> None:
+    arrays = {**searched().arrays(), "settings": np.array([9, 0, 0, 0, 0])}
+    with pytest.raises(ValueError, match="not positions in the lists"):
+        rebuilt(SEARCHED).restore(arrays)

@@ -1,0 +1,66 @@
+"""The search of settings, on functions whose minimum is known."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+optuna = pytest.importorskip("optuna", reason="the extra [models] is not installed")
+pytest.importorskip("torch", reason="the extra [models] is not installed")
+
+from pyroshock.training.tuning.bayesian import Between, Found, OneOf, bayesian_minimum  # noqa: E402
+
+SPACE = {"shape": OneOf(("round", "flat")), "width": Between(1e-3, 1e3)}
+
+
+def bowl(settings: dict[str, Any]) -> float:
+    """Least, 0, at a round one of width 10."""
+    return math.log10(settings["width"] / 10) ** 2 + (settings["shape"] == "flat")
+
+
+def searched(iterations: int = 25, **more: Any) -> Found:
+    return bayesian_minimum(bowl, SPACE, iterations, np.random.default_rng(3), **more)
+
+
+@cache
+def found() -> Found:
+    return searched()
+
+
+def test_finds_known_minimum() -> None:
+    assert found().settings["shape"] == "round"
+    assert found().settings["width"] == pytest.approx(10, rel=0.1)
+
+
+def test_beats_its_random_start() -> None:
+    assert found().value == min(found().history) < min(found().history[:10])
+
+
+def test_same_seed_same_history() -> None:
+    assert searched(iterations=13) == searched(iterations=13)
+
+
+def test_first_is_tried_first() -> None:
+    first = {"shape": "flat", "width": 0.1}
+    assert searched(iterations=1, first=first) == Found(first, 5.0, (5.0,))
+
+
+def test_says_nothing_and_leaves_optuna_as_it_was(capfd: pytest.CaptureFixture[str]) -> None:
+    before = optuna.logging.get_verbosity()
+    searched(iterations=12)
+    assert optuna.logging.get_verbosity() == before
+    assert capfd.readouterr() == ("", "")
+
+
+def test_refuses_no_iterations() -> None:
+    with pytest.raises(ValueError, match="at least one iteration, got 0"):
+        searched(iterations=0)
+
+
+def test_refuses_objective_that_is_no_number() -> None:
+    with pytest.raises(ValueError, match="the objective is nan at"):
+        bayesian_minimum(lambda _: math.nan, SPACE, 3, np.random.default_rng(0))

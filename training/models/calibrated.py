@@ -1,0 +1,156 @@
+"""Spreads that keep their promise: the 90 % band holds 90 % of what other configurations measure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...dataset.table import Floats, Inputs, PulseTable
+from ..estimators.base import Arrays, NotFittedError
+from ..tuning.folds import grouped_folds
+from .base import ContactModel, ContactPrediction
+from .difficulty import Difficulty, left_out, most_likely
+from .kinds import describe
+from .parts import own, prefixed, restored, taken
+
+#: Of a band of mean plus and minus `WIDTH` spreads.
+COVERAGE, WIDTH = 0.90, 1.645
+
+
+class Calibrated(ContactModel):
+    """The model fitted to all pulses, its spreads scaled by what it deviates from pulses it has not seen.
+
+    Those are `folds`-fold cross-validation's, which leaves out whole configurations; the model is refitted each time,
+    with what it tuned on all kept. Deviations over spreads, averaged over impacts alike (`Difficulty`), say where the
+    spread is too narrow; a conformal quantile for force and one for contact time, pooled over folds and points, then
+    makes the band hold 90 % (normalised conformal prediction: Papadopoulos, Vovk and Gammerman 2011, J. Artif. Intell.
+    Res. 40; across folds: Vovk 2015). A model without spreads gets those of its deviations: of each point over the
+    pulse's peak, of the contact time over itself.
+    """
+
+    kind = "calibrated"
+
+    def __init__(self, model: ContactModel, folds: int = 5) -> None:
+        self.model = model
+        self.folds = folds
+
+    model_: ContactModel | None = None
+    #: What force and contact time spreads are multiplied by, after `difficulty_`, one for each: (2,).
+    factors_: Floats
+    #: Spreads for a model without: 20 points over the peak, and contact time over itself (21,).
+    relative_: Floats
+    difficulty_: tuple[Difficulty, ...]
+
+    def settings(self) -> dict[str, Any]:
+        return {"model": describe(self.model), "folds": self.folds}
+
+    def fit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
+        model_rng, folds_rng = rng.spawn(2)
+        self.model_ = own(self.model).fit(pulses, model_rng)
+        folds = grouped_folds(pulses.configuration, self.folds, folds_rng)
+        unseen = _left_out(self.model_, pulses, folds, folds_rng)
+        force, time = pulses.force_n - unseen.force_n, pulses.contact_time_s - unseen.contact_time_s
+        self.relative_ = np.append(
+            _root_mean_square(force / _peak(unseen)), _root_mean_square(time / unseen.contact_time_s)
+        )
+        force_spread, time_spread = self._spreads(unseen)
+        force_over, time_over = _over(force, force_spread), _over(time, time_spread)
+        squares = (force_over**2).mean(axis=1), time_over**2
+        self.difficulty_ = tuple(most_likely(pulses.x, each, folds) for each in squares)
+        alike = [left_out(pulses.x, each.squares, folds, each.reach) for each in self.difficulty_]
+        self.factors_ = np.array([_factor(force_over / alike[0][:, None]), _factor(time_over / alike[1])])
+        return self
+
+    def refit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
+        """Calibrated as this one: only the model learns."""
+        new = type(self)(self.model, self.folds)
+        new.model_ = self._learned().refit(pulses, rng)
+        new.relative_, new.factors_, new.difficulty_ = self.relative_, self.factors_, self.difficulty_
+        return new
+
+    def predict(self, inputs: Inputs) -> ContactPrediction:
+        prediction = self._learned().predict(inputs)
+        force, time = self._spreads(prediction)
+        factors = self.factors_ * np.column_stack([each.at(inputs.x) for each in self.difficulty_])
+        return replace(
+            prediction,
+            force_spread_n=factors[:, :1] * force,
+            contact_time_spread_s=factors[:, 1] * time,
+        )
+
+    def _spreads(self, prediction: ContactPrediction) -> tuple[Floats, Floats]:
+        """Before the factors: the model's own, or those of its deviations."""
+        force, time = prediction.force_spread_n, prediction.contact_time_spread_s
+        return (
+            self.relative_[:-1] * _peak(prediction) if force is None else force,
+            self.relative_[-1] * prediction.contact_time_s if time is None else time,
+        )
+
+    def _learned(self) -> ContactModel:
+        if self.model_ is None:
+            raise NotFittedError(f"{self.kind!r} has learned nothing yet: call fit, or restore")
+        return self.model_
+
+    def arrays(self) -> Arrays:
+        return {
+            **prefixed("model", self._learned().arrays()),
+            "factors": self.factors_,
+            "relative": self.relative_,
+            "x": self.difficulty_[0].x,
+            "squares": np.column_stack([each.squares for each in self.difficulty_]),
+            "reach": np.array([each.reach for each in self.difficulty_]),
+        }
+
+    def restore(self, arrays: Arrays) -> Self:
+        self.factors_ = taken(arrays, "factors", self.kind)
+        self.relative_ = taken(arrays, "relative", self.kind)
+        x, squares, reach = (taken(arrays, name, self.kind) for name in ("x", "squares", "reach"))
+        self.difficulty_ = tuple(Difficulty(x, squares[:, i], float(reach[i])) for i in range(2))
+        self.model_ = restored(self.model, "model", arrays)
+        return self
+
+
+def _left_out(
+    model: ContactModel, pulses: PulseTable, folds: Sequence[NDArray[np.bool_]], rng: np.random.Generator
+) -> ContactPrediction:
+    """Each fold's pulses as the others alone predict them, in the order of the pulses."""
+    parts = [
+        model.refit(pulses.take(~fold), fold_rng).predict(pulses.take(fold).inputs)
+        for fold, fold_rng in zip(folds, rng.spawn(len(folds)), strict=True)
+    ]
+    back = np.argsort(np.concatenate([np.flatnonzero(fold) for fold in folds]))
+    return ContactPrediction(
+        force_n=np.concatenate([part.force_n for part in parts])[back],
+        contact_time_s=np.concatenate([part.contact_time_s for part in parts])[back],
+        force_spread_n=_joined([part.force_spread_n for part in parts], back),
+        contact_time_spread_s=_joined([part.contact_time_spread_s for part in parts], back),
+    )
+
+
+def _joined(parts: list[Floats | None], order: NDArray[np.intp]) -> Floats | None:
+    known = [part for part in parts if part is not None]
+    return np.concatenate(known)[order] if len(known) == len(parts) else None
+
+
+def _peak(prediction: ContactPrediction) -> Floats:
+    """n x 1."""
+    return np.asarray(prediction.force_n.max(axis=1, keepdims=True))
+
+
+def _root_mean_square(deviation: Floats) -> Floats:
+    return np.asarray(np.sqrt((deviation * deviation).mean(axis=0)))
+
+
+def _over(deviation: Floats, spread: Floats) -> Floats:
+    """A model may be sure of a value, with no spread: then a billionth of the largest spread, not of none."""
+    return np.asarray(np.abs(deviation) / np.maximum(spread, 1e-9 * spread.max()))
+
+
+def _factor(deviation: Floats) -> float:
+    """The least by which the band holds `COVERAGE` of the deviations, and one more."""
+    over = np.sort(deviation.ravel() / WIDTH)
+    return float(over[min(int(np.ceil(COVERAGE * (len(over) + 1))), len(over)) - 1])
