@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import designs
+from benchmarks import coregional, designs, genetic
 from benchmarks.themes import THEMES, work_folder
 
 pytestmark = pytest.mark.bench
@@ -32,3 +32,11 @@ def test_designs_are_at_least_the_peers(capsys):
     if not designs.TABLE.is_file():
         pytest.skip("no ../shared beside the repository: Table A.1 is there")
     assert designs.main([]) == 0, capsys.readouterr().out
+
+
+def test_coregional_process_beats_the_peers(capsys):
+    assert coregional.main([]) == 0, capsys.readouterr().out
+
+
+def test_genetic_search_beats_the_peer(capsys):
+    assert genetic.main() == 0, capsys.readouterr().out

@@ -1,0 +1,56 @@
+"""`compare`: which model is better."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from .common import db_option, json_option, note, opened, print_table, write_json
+
+
+@click.command()
+@click.argument("names", nargs=-1, metavar="[MODEL[@VERSION]]...")
+@click.option("--dataset", default=None, metavar="NAME", help="Models of this one. [the newest trained on]")
+@click.option("--split", default="repetitions", show_default=True, help="Of models named without a version.")
+@click.option("--metric", default="force_nrmse", show_default=True, metavar="M|all", help="In which, or in all eight.")
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Draw the first comparison into FILE.png.")
+@db_option
+@json_option
+def compare(
+    names: tuple[str, ...],
+    dataset: str | None,
+    split: str,
+    metric: str,
+    out: Path | None,
+    db: str,
+    json_to: str | None,
+) -> None:
+    """Compare models on the held-out pulses they have in common: which is better, where, whether beyond chance.
+
+    Each with each; without a name, the best of the split with all others. Intervals are 90 %, by configuration.
+
+    \b
+    Example:
+        pyroshock compare hybrid coregional-gp --metric cost
+        pyroshock compare hybrid@3 hybrid@7 --out difference.png
+    """
+    with opened(db) as store:
+        from ..comparing import comparisons_of, draw, metrics_named, rows_of, told, versions_named
+        from ..training import models_extra, reader_of, registry_of
+
+        wanted = metrics_named(metric)
+        with models_extra():
+            registry = registry_of(db)
+            versions = versions_named(registry.versions(), names, dataset, split)
+            found = comparisons_of(registry, versions, wanted[0], each_with_each=bool(names), read=reader_of(store))
+        if out is not None:
+            draw(found.comparisons[0], wanted[0], out)
+            note(f"plot: {out}")
+        if json_to is not None:
+            write_json(rows_of(found, wanted), json_to)
+            return
+        click.echo(f"{len(found.judged.pulses)} held-out pulses that none of them was trained on")
+        print_table(found.table(wanted), "")
+        for line in told(found, wanted):
+            click.echo(line)

@@ -1,0 +1,83 @@
+"""`models`: what is registered."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .common import db_option, errors_as_one_line, json_option, print_table, write_json
+
+if TYPE_CHECKING:
+    from ...training.records import Version
+
+
+@click.command()
+@click.option("--dataset", default=None, metavar="NAME", help="Only those trained on this one.")
+@click.option("--split", default=None, help="Only those judged on this one.")
+@click.option("--all", "every", is_flag=True, help="Older versions too.")
+@click.option("--promotions", is_flag=True, help="List promotions and refusals, with who, when and why.")
+@db_option
+@json_option
+def models(dataset: str | None, split: str | None, every: bool, promotions: bool, db: str, json_to: str | None) -> None:
+    """List the registered models, best first: both splits, the floor that repetitions set, the thesis's figures.
+
+    A star is the model in use. Errors are shares, means over held-out pulses; all metrics with intervals by --json.
+
+    \b
+    Example:
+        pyroshock models --dataset spring
+        pyroshock models --promotions
+    """
+    with errors_as_one_line():
+        from ...training.listing import newest, of_dataset
+        from ..model_tables import json_row
+        from ..training import models_extra, registry_of
+
+        registry = registry_of(db)
+        with models_extra():
+            if promotions:
+                _tell_promotions(registry.decisions(), json_to)
+                return
+            found = registry.versions()
+            found = of_dataset(found, dataset) if dataset is not None else found
+            found = [version for version in found if split in (None, version.split)]
+            floors = {each: registry.floors(*each) for each in _grounds(found)}
+        if json_to is not None:
+            listed = found if every else newest(found)
+            write_json([json_row(each, floors[each.dataset.hash, each.seed]) for each in listed], json_to)
+            return
+        _tell(found, floors, every)
+
+
+def _grounds(versions: list[Version]) -> list[tuple[str, int]]:
+    return list(dict.fromkeys((version.dataset.hash, version.seed) for version in versions))
+
+
+def _tell(versions: list[Version], floors: dict[tuple[str, int], dict[str, str]], every: bool) -> None:
+    from ...training.listing import row_of
+    from ..model_tables import table_of
+
+    if not versions:
+        click.echo("no models yet; train some: pyroshock train DATASET")
+        return
+    for key in _grounds(versions):
+        of_it = [version for version in versions if (version.dataset.hash, version.seed) == key]
+        click.echo(f"{of_it[0].dataset.name} ({key[0][:12]}), seed {key[1]}")
+        print_table(table_of(of_it, floors[key]), "")
+        click.echo()
+    if every:
+        columns = ("model", "version", "split", "dataset", "seed", "seconds", "registered_at")
+        print_table(({name: row_of(version)[name] for name in columns} for version in versions), "")
+
+
+def _tell_promotions(decisions: list[Any], json_to: str | None) -> None:
+    from dataclasses import asdict
+
+    rows = [asdict(decision) for decision in decisions]
+    if json_to is not None:
+        write_json(rows, json_to)
+        return
+    columns = ("when", "who", "candidate", "champion", "promoted", "forced", "judged_on", "pulses", "reason")
+    shown = ({name: row[name] for name in columns} | {"when": f"{row['when']:%Y-%m-%d %H:%M}"} for row in rows)
+    print_table(shown, "nothing was promoted yet: pyroshock promote MODEL VERSION")

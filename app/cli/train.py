@@ -1,0 +1,87 @@
+"""`train`: models made from a dataset."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from .common import db_option, errors_as_one_line, fail, json_option, note, opened, print_table, write_json
+
+if TYPE_CHECKING:
+    from ...training.session import Session
+    from ...training.zoo import Budget
+
+
+@click.command()
+@click.argument("dataset")
+@click.option("--models", default="all", show_default=True, metavar="A,B|all", help="Which, by name.")
+@click.option(
+    "--split",
+    "splits",
+    default="repetitions,configurations",
+    show_default=True,
+    metavar="S,T",
+    help="What is held out: repetitions, configurations, treatments, materials, campaigns, material=NAME, "
+    "campaign=NAME. The first flatters; see it beside the second.",
+)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same models.")
+@click.option(
+    "--budget", type=click.Choice(["reduced", "full"]), default="reduced", show_default=True, help="Of the GA search."
+)
+@click.option("--retrain", is_flag=True, help="Train again what is registered already.")
+@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Processes that train at once.")
+@db_option
+@json_option
+def train(
+    dataset: str,
+    models: str,
+    splits: str,
+    seed: int,
+    budget: Budget,
+    retrain: bool,
+    jobs: int,
+    db: str,
+    json_to: str | None,
+) -> None:
+    """Train models on DATASET and register them, each judged on pulses that it has not seen.
+
+    What is registered already is not trained again, so an interrupted training goes on by being started again.
+
+    \b
+    Example:
+        pyroshock train spring
+        pyroshock train spring --models hybrid,gp --split materials
+    """
+    with errors_as_one_line():
+        from ...training.session import Progress
+        from ...training.session import train as train_all
+        from ...training.zoo import models_of
+        from ..progress import progress_bar
+        from ..training import ground_of, models_extra, registry_of, splits_of, tell_beside_bar
+
+        names = models_of(models)
+        registry = registry_of(db)
+        with opened(db) as store:
+            ground = ground_of(store, dataset, registry, seed, budget)
+        wanted = splits_of(ground.table, splits)
+        with models_extra(), progress_bar("training", "models") as step:
+            progress = Progress(step, tell_beside_bar)
+            session = train_all(registry, ground, names, wanted, retrain=retrain, jobs=jobs, progress=progress)
+            floors = registry.floors(ground.dataset.hash, seed)
+        known = len(session.versions) - session.trained
+        note(f"{session.trained} trained, {known} found as they were trained before")
+        _tell(session, floors, json_to)
+        if session.failures:
+            fail(
+                "not trained: " + "; ".join(f"{each.model} ({each.split}): {each.reason}" for each in session.failures)
+            )
+
+
+def _tell(session: Session, floors: dict[str, str], json_to: str | None) -> None:
+    from ..model_tables import json_row, table_of
+
+    if json_to is not None:
+        write_json([json_row(version, floors) for version in session.versions], json_to)
+    else:
+        print_table(table_of(session.versions, floors), "nothing was trained")

@@ -1,0 +1,254 @@
+"""`train`, `models`, `compare`, `promote`: forms that scripts rely on, and one line for what a user can mend."""
+
+from __future__ import annotations
+
+import builtins
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click import Command
+from click.testing import CliRunner, Result
+from hammer_stores import filled_store, full_campaign
+from pulse_tables import PREDICTORS, pulse_table
+from pyroshock.app.cli.compare import compare
+from pyroshock.app.cli.dataset import dataset
+from pyroshock.app.cli.models import models
+from pyroshock.app.cli.promote import promote
+from pyroshock.app.cli.train import train
+from pyroshock.dataset.predictors import shipped
+from pyroshock.dataset.table import PulseTable
+from pyroshock.training.metrics.errors import METRICS
+from registries import fresh_registry, without_figures
+from stores import opened
+
+COMMANDS = {"train": train, "models": models, "compare": compare, "promote": promote}
+HASH = "5" * 64
+
+
+@dataclass
+class _Snapshot:
+    """What `read_snapshot` gives, of a table made here."""
+
+    name: str
+    hash: str
+    table: PulseTable
+    predictors = shipped("hammer")
+
+
+@pytest.fixture
+def lab(tmp_path, monkeypatch):
+    """A store whose dataset `spring` is a synthetic campaign; gives the command line."""
+    url = f"sqlite:///{tmp_path / 'lab.db'}"
+    with opened(url, create=True):
+        pass
+    fresh_registry(tmp_path)
+    without_figures(monkeypatch)
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    tables = {"spring": pulse_table(np.random.default_rng(1), repetitions=3)}
+    tables["autumn"] = pulse_table(np.random.default_rng(2), repetitions=2, campaign="autumn")
+
+    def read(_source: object, name: str) -> _Snapshot:
+        name = "spring" if name == HASH else name
+        if name not in tables:
+            raise LookupError(f"no dataset {name!r} in the store; there: {', '.join(tables)}")
+        return _Snapshot(name, HASH if name == "spring" else "a" * 64, tables[name])
+
+    monkeypatch.setattr("pyroshock.dataset.snapshot.read_snapshot", read)
+    monkeypatch.setattr("pyroshock.dataset.snapshot.list_snapshots", lambda _: [{"name": name} for name in tables])
+
+    def run(*words: str | Path) -> Result:
+        command, *rest = map(str, words)
+        result = CliRunner().invoke(COMMANDS[command], [*rest, "--db", url])
+        if result.exception is not None and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        return result
+
+    return run
+
+
+def done(result: Result) -> Result:
+    assert result.exit_code == 0, result.stderr
+    return result
+
+
+def test_train_json_has_the_rows_of_the_contract(lab):
+    result = done(lab("train", "spring", "--models", "hann,linear", "--json"))
+    rows = json.loads(result.stdout)
+    assert [(row["model"], row["version"], row["split"]) for row in rows] == [
+        ("hann", 1, "repetitions"),
+        ("linear", 1, "repetitions"),
+        ("hann", 2, "configurations"),
+        ("linear", 2, "configurations"),
+    ]
+    assert all(tuple(row["metrics"]) == METRICS and row["seconds"] >= 0 for row in rows)
+    low, high = rows[1]["ci90"]["force_nrmse"]
+    assert low < rows[1]["metrics"]["force_nrmse"] < high
+    assert 0 < rows[1]["floor"]["treatment"]["force_nrmse"] < rows[1]["metrics"]["force_nrmse"]
+    assert rows[1]["thesis"]["force_nrmse"] == 0.9932  # Table 4.5
+    assert "linear, configurations: force NRMSE" in result.stderr
+
+
+def test_models_lists_what_train_gave(lab):
+    trained = json.loads(done(lab("train", "spring", "--models", "hann,linear", "--json")).stdout)
+    listed = json.loads(done(lab("models", "--dataset", "spring", "--json")).stdout)
+    assert sorted(map(json.dumps, listed)) == sorted(map(json.dumps, trained))
+    assert json.loads(done(lab("models", "--split", "materials", "--json")).stdout) == []
+
+
+def test_table_shows_both_splits_the_floor_and_the_thesis(lab):
+    table = done(lab("train", "spring", "--models", "tree,hann,linear")).stdout.splitlines()
+    heads = table[0].split("  ")
+    assert {"NRMSE rep.", "NRMSE conf.", "NRMSE thesis", "cost conf."} <= {head.strip() for head in heads}
+    names = [line.split("  ")[0] for line in table[1:]]
+    assert {"(floor by treatment)", "(floor by configuration)"} < set(names)
+    assert names.index("tree") < names.index("hann")
+    column = slice(table[0].index("time thesis"), table[0].index("impulse rep."))
+    tree = next(line for line in table if line.startswith("tree"))
+    assert tree[column].strip() == "0.0581"  # Table 4.4
+
+
+def test_repeat_says_that_nothing_was_trained(lab):
+    done(lab("train", "spring", "--models", "hann"))
+    assert "0 trained, 2 found as they were trained before" in done(lab("train", "spring", "--models", "hann")).stderr
+
+
+def test_compare_json_tells_which_is_better(lab):
+    done(lab("train", "spring", "--models", "kernel-ridge,hann", "--split", "repetitions"))
+    rows = json.loads(done(lab("compare", "kernel-ridge", "hann@1", "--json")).stdout)
+    models = [row for row in rows if "model" in row]
+    (pair,) = (row for row in rows if "a" in row)
+    assert [row["model"] for row in models] == ["kernel-ridge", "hann"]
+    assert (pair["a"], pair["b"], pair["metric"]) == ("kernel-ridge@1", "hann@1", "force_nrmse")
+    difference = models[0]["metrics"]["force_nrmse"] - models[1]["metrics"]["force_nrmse"]
+    assert pair["difference"] == pytest.approx(difference)
+    assert pair["ci90"][0] < difference < pair["ci90"][1] < 0
+    assert pair["p_value"] < 0.05
+
+
+def test_compare_without_names_takes_the_best_and_all_others(lab, tmp_path):
+    done(lab("train", "spring", "--models", "kernel-ridge,hann,hertz", "--split", "repetitions"))
+    result = done(lab("compare", "--metric", "cost", "--out", tmp_path / "d.png"))
+    assert result.stdout.count("kernel-ridge@1 is better than") == 2
+    assert "60 held-out pulses that none of them was trained on" in result.stdout
+    assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
+    every = json.loads(done(lab("compare", "--metric", "all", "--json")).stdout)
+    assert len([row for row in every if "a" in row]) == 2 * len(METRICS)
+
+
+def test_compare_needs_pulses_in_common(lab):
+    """Held out by configuration and of another campaign: no pulse is both."""
+    done(lab("train", "spring", "--models", "hann", "--split", "repetitions"))
+    done(lab("train", "autumn", "--models", "hann", "--split", "repetitions"))
+    result = lab("compare", "hann@1", "hann@2")
+    assert result.exit_code == 2
+    assert "no held-out pulse in common" in result.stderr
+
+
+def test_promotion_and_refusal(lab):
+    done(lab("train", "spring", "--models", "kernel-ridge,hann", "--split", "repetitions"))
+    assert "champion: kernel-ridge@1 of hammer" in done(lab("promote", "kernel-ridge", "1")).stderr
+    refused = lab("promote", "hann", "1", "--json")
+    assert refused.exit_code == 1
+    assert json.loads(refused.stdout)["promoted"] is False
+    assert "kernel-ridge@1 is better than hann@1 in cost" in refused.stderr
+    rows = json.loads(done(lab("models", "--json")).stdout)
+    assert {row["model"]: row.get("champion_of") for row in rows} == {"kernel-ridge": "hammer", "hann": None}
+    assert "kernel-ridge *" in done(lab("models")).stdout
+    assert "kernel-ridge@1 is better than hann@1" in done(lab("compare", "kernel-ridge@champion", "hann")).stdout
+    assert "versions: 1 (repetitions)" in lab("compare", "hann@2", "kernel-ridge").stderr
+    history = json.loads(done(lab("models", "--promotions", "--json")).stdout)
+    assert [(each["candidate"], each["promoted"]) for each in history] == [("hann@1", False), ("kernel-ridge@1", True)]
+
+
+def test_promotion_judged_on_another_dataset(lab):
+    done(lab("train", "spring", "--models", "kernel-ridge,hann", "--split", "repetitions"))
+    done(lab("promote", "kernel-ridge", "1"))
+    refused = lab("promote", "hann", "1", "--on", "autumn")
+    assert refused.exit_code == 1
+    assert "judged on 120 pulses, autumn" in refused.stderr
+    forced = lab("promote", "hann", "1", "--on", "autumn", "--force", "--reason", "a trial")
+    assert "champion: hann@1 of hammer" in done(forced).stderr
+    assert "a trial" in done(lab("models", "--promotions")).stdout
+
+
+def test_campaign_to_promoted_model(tmp_path, monkeypatch):
+    """Nothing stands in: recordings, store, dataset, training, and a judgement on another campaign."""
+    without_figures(monkeypatch)
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    campaigns = [full_campaign(tmp_path / name, name, seed=seed) for seed, name in enumerate(("spring", "autumn"))]
+    database = filled_store(tmp_path, *campaigns)
+    fresh_registry(tmp_path, database.stem)
+    end = ["--db", f"sqlite:///{database}"]
+
+    def run(command: Command, *words: str) -> Result:
+        return CliRunner().invoke(command, [*words, *end], catch_exceptions=False)
+
+    done(run(dataset, "build", "all-of-spring", "--from", "spring"))
+    done(run(train, "all-of-spring", "--models", "linear,hertz", "--split", "repetitions"))
+    done(run(promote, "linear", "1"))
+    judged = run(promote, "hertz", "1", "--on", "autumn", "--force", "--reason", "a law for all")
+    assert "judged on 20 pulses, autumn" in done(judged).stderr
+    row = next(row for row in json.loads(done(run(models, "--json")).stdout) if row["model"] == "hertz")
+    assert (row["champion_of"], row["dataset"]) == ("hammer", "all-of-spring")
+    lost = run(promote, "linear", "1", "--on", "winter")
+    assert (lost.exit_code, "'winter' is no dataset" in lost.stderr) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("train", "winter"), "no dataset 'winter'"),
+        (("train", "spring", "--models", "magic"), "no model 'magic'; there are: "),
+        (("train", "spring", "--models", "hann", "--split", "halves"), "split is 'halves'; expected one of"),
+        (("compare", "hann", "hertz"), "no models yet"),
+        (("compare", "--metric", "beauty"), "no metric 'beauty'"),
+        (("promote", "hann", "1"), "no registered model 'hann'"),
+        (("models", "--dataset", "winter"), "no model of a dataset 'winter'"),
+    ],
+)
+def test_unusable_input_is_one_line(lab, words, said):
+    result = lab(*words)
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_models_of_a_fresh_lab(lab):
+    assert "no models yet; train some" in done(lab("models")).stdout
+    assert json.loads(done(lab("models", "--json")).stdout) == []
+
+
+def test_model_that_cannot_learn_is_told_and_the_others_listed(lab, monkeypatch):
+    monkeypatch.setattr("pyroshock.training.models.analytic.Analytic.fit", _refuses)
+    result = lab("train", "spring", "--models", "hann,linear", "--split", "repetitions", "--json")
+    assert result.exit_code == 2
+    assert [row["model"] for row in json.loads(result.stdout)] == ["linear"]
+    assert result.stderr.splitlines()[-1] == "pyroshock: not trained: hann (repetitions): no hammer here"
+
+
+def _refuses(*_: object) -> None:
+    raise ValueError("no hammer here")
+
+
+@pytest.mark.parametrize("words", [("train", "spring", "--models", "hann"), ("models",), ("promote", "hann", "1")])
+def test_missing_extra_says_how_to_get_it(lab, monkeypatch, words):
+    """As on a laptop with `pip install pyroshock` alone."""
+    really = builtins.__import__
+
+    def without_mlflow(name, *rest, **extra):
+        if name.partition(".")[0] == "mlflow":
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+        return really(name, *rest, **extra)
+
+    monkeypatch.setattr(builtins, "__import__", without_mlflow)
+    result = lab(*words)
+    assert result.exit_code == 2
+    assert result.stderr.strip().endswith("mlflow is not installed; models need it: pip install 'pyroshock[models]'")
+
+
+def test_names_of_predictors_are_those_of_the_synthetic_table():
+    """The synthetic campaign stands in for a hammer's: the same set, in the same order."""
+    assert shipped("hammer").predictors == PREDICTORS

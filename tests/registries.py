@@ -1,0 +1,59 @@
+"""Registries for tests: MLflow's tables are made once and copied, for making them takes a second or more."""
+
+from __future__ import annotations
+
+import atexit
+import shutil
+import sqlite3
+import tempfile
+from contextlib import closing
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from pulse_tables import pulse_table
+from pyroshock.dataset.table import PulseTable
+from pyroshock.training import fitting
+from pyroshock.training.fitting import Ground
+from pyroshock.training.place import place_beside
+from pyroshock.training.records import DatasetName
+from pyroshock.training.registry.connection import EXPERIMENT
+from pyroshock.training.registry.registry import Registry
+
+
+def fresh_registry(folder: Path, store: str = "lab") -> Registry:
+    """An empty registry beside the store `folder`/lab.db, with MLflow's tables in it."""
+    registry = Registry(place_beside(f"sqlite:///{folder / store}.db", {}))
+    database = registry.place.database
+    assert database is not None
+    shutil.copy(_template(), database)
+    with closing(sqlite3.connect(database)) as connection, connection:
+        where = (registry.place.artifact_uri, EXPERIMENT)
+        connection.execute("UPDATE experiments SET artifact_location = ? WHERE name = ?", where)
+    return registry
+
+
+@cache
+def _template() -> Path:
+    folder = Path(tempfile.mkdtemp(prefix="pyroshock-registry-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    registry = Registry(place_beside(f"sqlite:///{folder / 'lab.db'}", {}))
+    with registry.connection.client():
+        pass
+    assert registry.place.database is not None
+    return registry.place.database
+
+
+def ground_in(registry: Registry, table: PulseTable | None = None, name: str = "spring", seed: int = 0) -> Ground:
+    """Three repetitions of 60 configurations; the hash tells tables of different names apart."""
+    table = pulse_table(np.random.default_rng(1), repetitions=3) if table is None else table
+    digest = "".join(f"{ord(letter) % 16:x}" for letter in name).ljust(64, "0")
+    return Ground(DatasetName(name, digest, "hammer"), table, seed, "reduced", registry.place.work)
+
+
+def without_figures(monkeypatch) -> None:  # type: ignore[no-untyped-def]  # pytest's fixture
+    """A training draws for a second; what it draws is tested with the plots."""
+    monkeypatch.setattr(fitting, "_figures", lambda *_: {"pulses.png": b"drawn"})
+    monkeypatch.setattr(
+        "pyroshock.training.session.summary_figures", lambda _, split: {f"summary_{split}.png": b"drawn"}
+    )

@@ -1,0 +1,170 @@
+"""Files of models: the same model comes back, and nothing of a strange file runs."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pulse_tables import pulse_table
+from pyroshock.training.estimators.linear import LinearPowers
+from pyroshock.training.models.kinds import KINDS, UnknownKindError, build, describe
+from pyroshock.training.models.pack import ModelFileError, pack, read_model, unpack, write_model
+from pyroshock.training.models.pair import Pair
+
+
+@pytest.fixture(scope="module")
+def pulses():
+    return pulse_table(np.random.default_rng(0), repetitions=2)
+
+
+@pytest.fixture(scope="module")
+def model(pulses):
+    return Pair(LinearPowers(powers=2), LinearPowers()).fit(pulses, np.random.default_rng(0))
+
+
+@pytest.fixture
+def folder(model, tmp_path) -> Path:
+    write_model(pack(model), {"dataset": "spring"}, tmp_path / "model")
+    return tmp_path / "model"
+
+
+def vouched(folder: Path, packed: bytes) -> None:
+    """As somebody would who knows the format: other arrays, with their digest set right."""
+    (folder / "arrays.npz").write_bytes(packed)
+    document = json.loads((folder / "model.json").read_text())
+    document["arrays_sha256"] = hashlib.sha256(packed).hexdigest()
+    (folder / "model.json").write_text(json.dumps(document))
+
+
+def edited(folder: Path, **changes: object) -> None:
+    document = json.loads((folder / "model.json").read_text())
+    (folder / "model.json").write_text(json.dumps(document | changes))
+
+
+def test_files_give_the_same_model(folder, model, pulses):
+    back, about = read_model(folder)
+    np.testing.assert_array_equal(back.predict(pulses.inputs).force_n, model.predict(pulses.inputs).force_n)
+    assert back.settings() == model.settings()
+    assert about == {"dataset": "spring"}
+
+
+def test_files_are_the_same_for_the_same_model(model, tmp_path):
+    first, second = (write_model(pack(model), {}, tmp_path / name) for name in "ab")
+    assert first == second
+    assert (tmp_path / "a" / "arrays.npz").read_bytes() == (tmp_path / "b" / "arrays.npz").read_bytes()
+
+
+def test_settings_nest(model):
+    again = build(describe(model))
+    assert isinstance(again, Pair)
+    assert again.settings() == model.settings()
+    assert again.force is not model.force
+
+
+def test_pickle_in_arrays_does_not_run(folder, tmp_path):
+    trap = tmp_path / "trap"
+
+    class Payload:
+        def __reduce__(self):
+            return (Path(trap).touch, ())
+
+    buffer = io.BytesIO()
+    np.savez(buffer, **{"force.x": np.array([Payload()], dtype=object)})
+    vouched(folder, buffer.getvalue())
+    with pytest.raises(ModelFileError, match="no plain arrays"):
+        read_model(folder)
+    assert not trap.exists()
+
+
+@pytest.mark.parametrize("kind", ["os.system", "models.pair", "../x", "", None, 3])
+def test_unknown_kind_is_refused(folder, kind):
+    edited(folder, model={"kind": kind, "settings": {}})
+    with pytest.raises(ModelFileError, match="unknown kind of model"):
+        read_model(folder)
+
+
+def test_unknown_kind_is_named():
+    with pytest.raises(UnknownKindError, match=r"'magic'; known: pair, "):
+        build({"kind": "magic", "settings": {}})
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"format": 2},
+        {"format": None},
+        {"model": {"kind": "linear", "settings": {"powers": 3}}},
+        {"model": {"kind": "pair", "settings": {"force": 1}}},
+        {"model": {"kind": "pair", "settings": {"__class__": 1}}},
+        {"model": {"kind": "pair"}},
+        {"model": []},
+        {"about": None, "model": None},
+    ],
+    ids=str,
+)
+def test_manipulated_description_is_refused(folder, changes):
+    edited(folder, **changes)
+    with pytest.raises(ModelFileError):
+        read_model(folder)
+
+
+@pytest.mark.parametrize("name", ["model.json", "arrays.npz"])
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.99])
+def test_truncated_file_is_refused(folder, name, share):
+    content = (folder / name).read_bytes()
+    (folder / name).write_bytes(content[: int(share * len(content))])
+    with pytest.raises(ModelFileError):
+        read_model(folder)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 0.9])
+def test_truncated_arrays_are_refused_without_their_digest(folder, share):
+    content = (folder / "arrays.npz").read_bytes()
+    vouched(folder, content[: int(share * len(content))])
+    with pytest.raises(ModelFileError):
+        read_model(folder)
+
+
+def test_missing_array_is_refused(folder, model):
+    arrays = model.arrays()
+    del arrays["least"]
+    buffer = io.BytesIO()
+    np.savez(buffer, **arrays)
+    vouched(folder, buffer.getvalue())
+    with pytest.raises(ModelFileError, match="least"):
+        read_model(folder)
+
+
+def test_missing_file_is_named(folder):
+    (folder / "arrays.npz").unlink()
+    with pytest.raises(ModelFileError, match=r"arrays\.npz cannot be read"):
+        read_model(folder)
+
+
+def test_other_file_than_registered_is_refused(folder):
+    with pytest.raises(ModelFileError, match="not the file that was registered"):
+        read_model(folder, "0" * 64)
+
+
+def test_estimator_alone_is_no_model(model):
+    document = {"format": 1, "model": describe(model.force)}
+    with pytest.raises(ModelFileError, match="a part of a model"):
+        unpack(document, model.arrays())
+
+
+def test_objects_are_not_written(model, tmp_path):
+    document, arrays = pack(model)
+    with pytest.raises(ValueError, match="'least' holds Python objects"):
+        write_model((document, arrays | {"least": np.array([object()])}), {}, tmp_path)
+
+
+def test_every_kind_names_its_class():
+    """The list is written by hand: each line must lead to a class of that kind."""
+    import importlib
+
+    for kind, (module, name) in KINDS.items():
+        assert getattr(importlib.import_module(f"pyroshock.training.{module}"), name).kind == kind

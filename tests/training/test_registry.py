@@ -1,0 +1,271 @@
+"""What is registered reads back as it was, and one model is in use."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sqlite3
+import uuid
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from databases import _execute
+from pulse_tables import inputs_at, pulse_table
+from pyroshock.training.fitting import Ground, fitted, task_of
+from pyroshock.training.models.pack import ModelFileError, unpack
+from pyroshock.training.place import place_beside
+from pyroshock.training.promotion import promote
+from pyroshock.training.records import DatasetName, Trained
+from pyroshock.training.registry.connection import RegistryError
+from pyroshock.training.registry.registry import Registry
+from registries import fresh_registry, ground_in, without_figures
+from sqlalchemy import make_url
+
+
+@pytest.fixture
+def registry(tmp_path, monkeypatch) -> Registry:
+    without_figures(monkeypatch)
+    return fresh_registry(tmp_path)
+
+
+def trained(ground: Ground, model: str, split: str = "repetitions") -> Trained:
+    return fitted(task_of(model, split, ground), ground)
+
+
+def test_version_reads_back_as_recorded(registry):
+    ground = ground_in(registry)
+    made = trained(ground, "linear")
+    recorded = registry.record(made)
+    listed = registry.versions()
+    assert listed == [recorded]
+    assert recorded.metrics == made.metrics
+    assert (recorded.name, recorded.version, recorded.split, recorded.seed) == ("linear", 1, "repetitions", 0)
+    assert recorded.dataset == ground.dataset
+
+
+def test_loaded_model_predicts_the_same_bits(registry):
+    ground = ground_in(registry)
+    made = trained(ground, "linear")
+    answer = registry.load(registry.record(made)).predict(ground.table.inputs)
+    expected = unpack(*made.packed).predict(ground.table.inputs)
+    np.testing.assert_array_equal(answer.prediction.force_n, expected.force_n)
+    np.testing.assert_array_equal(answer.prediction.contact_time_spread_s, expected.contact_time_spread_s)
+
+
+def test_model_names_what_lies_outside_its_domain(registry):
+    ground = ground_in(registry)
+    model = registry.load(registry.record(trained(ground, "linear")))
+    table = ground.table.take(np.arange(2))
+    fast = inputs_at(table, impact_velocity=9.0)
+    assert [told[0].predictor for told in model.predict(fast).outside] == ["impact_velocity"] * 2
+    assert model.predict(table.inputs).outside == ((), ())
+
+
+def test_model_refuses_other_predictors(registry):
+    ground = ground_in(registry)
+    model = registry.load(registry.record(trained(ground, "hann")))
+    inputs = ground.table.inputs
+    fewer = replace(inputs, predictors=inputs.predictors[1:], x=inputs.x[:, 1:])
+    with pytest.raises(ValueError, match=r"hann@1 is asked with .* it knows"):
+        model.predict(fewer)
+
+
+def test_held_out_predictions_are_those_of_the_metrics(registry):
+    ground = ground_in(registry)
+    made = trained(ground, "hann")
+    held_out = registry.held_out(registry.record(made))
+    np.testing.assert_array_equal(held_out.keys, made.held_out.keys)
+    np.testing.assert_array_equal(held_out.prediction.force_n, made.held_out.prediction.force_n)
+    assert held_out.prediction.force_spread_n is None
+    assert set(held_out.keys) | set(held_out.trained_on) == set(ground.table.key)
+    assert not set(held_out.keys) & set(held_out.trained_on)
+
+
+def test_mlflow_itself_loads_it_with_pickle_forbidden(registry, monkeypatch):
+    monkeypatch.setenv("MLFLOW_ALLOW_PICKLE_DESERIALIZATION", "false")
+    ground = ground_in(registry)
+    made = trained(ground, "linear")
+    registry.record(made)
+    table = ground.table.take(np.arange(3))
+    with registry.connection.client():
+        import mlflow
+
+        served = mlflow.pyfunc.load_model("models:/linear/1")
+        bench = {"impactor_mass_kg": table.impactor_mass_kg, "plate_thickness_m": table.plate_thickness_m}
+        answer = served.predict({"x": table.x, **bench})
+        units = served.metadata.metadata["units"]
+    np.testing.assert_array_equal(answer["force_n"], unpack(*made.packed).predict(table.inputs).force_n)
+    assert units["inputs"]["impact_velocity"] == "m/s"
+    assert units["outputs"]["force_n"] == "N"
+
+
+def test_metrics_belong_to_model_and_dataset(registry):
+    made = trained(ground_in(registry), "hann")
+    version = registry.record(made)
+    with registry.connection.client() as client:
+        run = client.get_run(version.run_id)
+        model = client.get_logged_model(run.outputs.model_outputs[0].model_id)
+    of_it = {metric.key: metric for metric in model.metrics}
+    assert of_it["force_nrmse"].value == made.metrics["force_nrmse"].mean
+    assert of_it["force_nrmse"].dataset_name == "spring, repetitions, held-out"
+    assert {used.tags[0].value for used in run.inputs.dataset_inputs} == {"training", "held-out"}
+    assert run.data.params["dataset_hash"] == made.dataset.hash
+    assert run.info.status == "FINISHED"
+
+
+def test_empty_place_is_listed_without_making_anything(tmp_path):
+    registry = Registry(place_beside(f"sqlite:///{tmp_path / 'lab.db'}", {}))
+    assert (registry.versions(), registry.decisions(), registry.floors("", 0)) == ([], [], {})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_process_settings_are_left_as_they_were(registry, monkeypatch):
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", "sqlite:////elsewhere.db")
+    registry.record(trained(ground_in(registry), "hann"))
+    assert os.environ["MLFLOW_TRACKING_URI"] == "sqlite:////elsewhere.db"
+
+
+def test_moved_folder_is_found_beside_its_store(registry, tmp_path):
+    version = registry.record(trained(ground_in(registry), "hann"))
+    there = tmp_path / "moved"
+    there.mkdir()
+    shutil.move(tmp_path / "lab-models", there / "lab-models")
+    shutil.move(tmp_path / "lab-models.db", there / "lab-models.db")
+    moved = Registry(place_beside(f"sqlite:///{there / 'lab.db'}", {}))
+    assert moved.load(version).model.kind == "analytic"
+    assert len(moved.held_out(version).keys)
+
+
+def test_vanished_files_are_told(registry, tmp_path):
+    version = registry.record(trained(ground_in(registry), "hann"))
+    shutil.rmtree(tmp_path / "lab-models" / "models")
+    with pytest.raises(RegistryError, match="the files of hann@1 are gone"):
+        registry.load(version)
+
+
+def test_changed_file_is_refused(registry, tmp_path):
+    version = registry.record(trained(ground_in(registry), "hann"))
+    (file,) = (tmp_path / "lab-models").glob("models/*/artifacts/data/*/model.json")
+    file.write_text(file.read_text().replace('"hann"', '"reed"'))
+    with pytest.raises(ModelFileError, match="not the file that was registered"):
+        registry.load(version)
+
+
+def test_first_model_is_promoted(registry):
+    ground = ground_in(registry)
+    registry.record(trained(ground, "hann"))
+    decision = promote(registry, "hann", 1, lambda _: ground.table, reason="a start")
+    assert decision.promoted
+    assert registry.champion("hammer").label == "hann@1"
+    assert registry.champion("gun") is None
+    assert registry.decisions() == [decision]
+
+
+def test_worse_model_is_refused_and_the_refusal_kept(registry):
+    ground = ground_in(registry)
+    registry.record(trained(ground, "tree"))
+    registry.record(trained(ground, "hann"))
+    promote(registry, "tree", 1, lambda _: ground.table)
+    decision = promote(registry, "hann", 1, lambda _: ground.table)
+    assert not decision.promoted
+    assert decision.figures["cost.candidate"] > decision.figures["cost.champion"]
+    assert decision.pulses == 60
+    assert registry.champion("hammer").name == "tree"
+    assert [each.promoted for each in registry.decisions()] == [False, True]
+
+
+def test_force_needs_a_reason_and_dethrones(registry):
+    ground = ground_in(registry)
+    registry.record(trained(ground, "tree"))
+    registry.record(trained(ground, "hann"))
+    promote(registry, "tree", 1, lambda _: ground.table)
+    with pytest.raises(ValueError, match="--reason"):
+        promote(registry, "hann", 1, lambda _: ground.table, forced=True)
+    decision = promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="to show it")
+    assert decision.promoted and "to show it" in decision.reason
+    assert [version.label for version in registry.versions() if version.champion_of] == ["hann@1"]
+    with registry.connection.client() as client:
+        assert {m.name: m.aliases for m in client.search_registered_models()} == {
+            "hann": {"champion": 1, "champion-hammer": 1},
+            "tree": {},
+        }
+
+
+def test_each_predictor_set_has_its_champion(registry):
+    ground = ground_in(registry)
+    registry.record(trained(ground, "hann"))
+    gun = replace(ground, dataset=DatasetName("shots", "f" * 64, "gun"))
+    registry.record(trained(gun, "hann"))
+    for version in (1, 2):
+        promote(registry, "hann", version, lambda _: ground.table)
+    assert {v.version: v.champion_of for v in registry.versions()} == {1: "hammer", 2: "gun"}
+
+
+def test_champion_half_dethroned_is_no_second_one(registry):
+    """A kill between setting the new alias and taking the old one away."""
+    ground = ground_in(registry)
+    for model in ("hann", "hertz"):
+        registry.record(trained(ground, model))
+        registry.set_champion(registry.versions()[0])
+    with registry.connection.client() as client:
+        client.set_registered_model_alias("hann", "champion-hammer", "1")
+    assert [version.label for version in registry.versions() if version.champion_of] == ["hertz@1"]
+
+
+def test_other_campaign_judges_without_trained_pulses(registry):
+    ground = ground_in(registry)
+    registry.record(trained(ground, "tree"))
+    registry.record(trained(ground, "hann"))
+    promote(registry, "tree", 1, lambda _: ground.table)
+    other = pulse_table(np.random.default_rng(2), repetitions=1, campaign="autumn")
+    decision = promote(registry, "hann", 1, lambda _: ground.table, other=("autumn", other))
+    assert (decision.promoted, decision.judged_on, decision.pulses) == (False, "autumn", 60)
+    with pytest.raises(ValueError, match="were trained on"):
+        rows = np.isin(ground.table.key, registry.held_out(registry.versions()[0]).trained_on)
+        promote(registry, "hann", 1, lambda _: ground.table, other=("spring", ground.table.take(rows)))
+
+
+@pytest.mark.parametrize("uri", ["./mlruns", "file:///tmp/mlruns"])
+def test_folder_as_tracking_uri_is_refused(uri):
+    with pytest.raises(ValueError, match="no models in plain folders"):
+        place_beside("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": uri})
+
+
+def test_tracking_uri_decides_the_place(tmp_path):
+    place = place_beside("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": f"sqlite:///{tmp_path}/m.db"})
+    assert (place.tracking_uri, place.folder) == (f"sqlite:///{tmp_path}/m.db", tmp_path / "m")
+    beside = place_beside(f"sqlite:///{tmp_path}/lab.db", {})
+    assert (beside.tracking_uri, beside.folder) == (f"sqlite:///{tmp_path}/lab-models.db", tmp_path / "lab-models")
+    server = place_beside("postgresql+psycopg://lab@host/store", {})
+    assert server.database == Path.cwd() / "pyroshock-models.db"
+
+
+def test_store_itself_is_no_place_for_models():
+    url = "postgresql+psycopg://lab@host/store"
+    with pytest.raises(ValueError, match="one of their own"):
+        place_beside(url, {"MLFLOW_TRACKING_URI": url})
+
+
+def test_newer_tables_are_one_error(registry):
+    with closing(sqlite3.connect(registry.place.database)) as connection, connection:
+        connection.execute("UPDATE alembic_version SET version_num = 'from-the-future'")
+    with pytest.raises(RegistryError, match="model registry sqlite"):
+        registry.versions()
+
+
+def test_registry_on_postgresql(postgres_url, tmp_path, monkeypatch):
+    without_figures(monkeypatch)
+    monkeypatch.chdir(tmp_path)
+    server, name = make_url(postgres_url), f"models_{uuid.uuid4().hex}"
+    _execute(server, f'CREATE DATABASE "{name}"')
+    try:
+        uri = server.set(database=name).render_as_string(hide_password=False)
+        registry = Registry(place_beside("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": uri}))
+        version = registry.record(trained(ground_in(registry), "hann"))
+        assert registry.versions() == [version]
+        assert registry.load(version).model.kind == "analytic"
+    finally:
+        _execute(server, f'DROP DATABASE "{name}" WITH (FORCE)')

@@ -1,0 +1,256 @@
+"""Sessions: what is done is not done again, and a kill leaves only finished models."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pulse_tables import pulse_table
+from pyroshock.training import fitting, tasks
+from pyroshock.training.fitting import task_of
+from pyroshock.training.floors import floor_metrics
+from pyroshock.training.locks import locked
+from pyroshock.training.registry.registry import Registry
+from pyroshock.training.session import Progress, train
+from pyroshock.training.zoo import ZOO, Making, entry_of, models_of
+from registries import fresh_registry, ground_in, without_figures
+
+MODELS = ["hann", "hertz", "linear"]
+SPLITS = ["repetitions", "configurations"]
+TESTS = Path(__file__).resolve().parent.parent
+
+#: A session in a process of its own; KILL=n ends it as hard as can be, when n models are registered and the next one
+#: is logged but not yet registered.
+SCRIPT = """
+import os, signal, sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+import mlflow
+from pyroshock.training import fitting, session
+from pyroshock.training.place import place_beside
+from pyroshock.training.registry.registry import Registry
+from registries import ground_in
+fitting._figures = lambda *_: {"pulses.png": b"drawn"}
+session.summary_figures = lambda *_: {}
+register, left = mlflow.register_model, [int(os.environ.get("KILL", "-1"))]
+def counted(*args, **extra):
+    if left[0] == 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    left[0] -= 1
+    return register(*args, **extra)
+mlflow.register_model = counted
+registry = Registry(place_beside(f"sqlite:///{sys.argv[2]}/lab.db", {}))
+done = session.train(registry, ground_in(registry), ["hann", "hertz", "linear"], ["repetitions", "configurations"])
+print(done.trained)
+"""
+
+
+@pytest.fixture
+def registry(tmp_path, monkeypatch) -> Registry:
+    without_figures(monkeypatch)
+    return fresh_registry(tmp_path)
+
+
+def start(folder: Path, **extra: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-W", "error::ResourceWarning", "-c", SCRIPT, str(TESTS), str(folder)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen(command, env={**os.environ, **extra}, **pipes)
+
+
+def test_session_registers_every_model_on_every_split(registry):
+    session = train(registry, ground_in(registry), MODELS, SPLITS)
+    wanted = [(model, split) for split in SPLITS for model in MODELS]
+    assert [(version.name, version.split) for version in session.versions] == wanted
+    assert (session.trained, session.failures) == (6, [])
+    assert sorted(v.label for v in registry.versions()) == sorted(v.label for v in session.versions)
+
+
+def test_repeat_trains_nothing_and_lists_the_same(registry):
+    ground = ground_in(registry)
+    first = train(registry, ground, MODELS, SPLITS)
+    again = train(registry, ground, MODELS, SPLITS)
+    assert again.trained == 0
+    assert again.versions == first.versions
+
+
+def test_retrain_adds_versions_of_the_same_numbers(registry):
+    ground = ground_in(registry)
+    (first,) = train(registry, ground, ["linear"], SPLITS[:1]).versions
+    (again,) = train(registry, ground, ["linear"], SPLITS[:1], retrain=True).versions
+    assert (first.version, again.version) == (1, 2)
+    assert (first.metrics, first.sha256) == (again.metrics, again.sha256)
+
+
+def test_model_is_the_same_alone_and_among_all(registry, tmp_path):
+    """The same seed, the same model, whatever was trained before it."""
+    ground = ground_in(registry)
+    among = train(registry, ground, MODELS, SPLITS).versions
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    other = fresh_registry(elsewhere)
+    (alone,) = train(other, replace(ground, work=other.place.work), ["linear"], ["configurations"]).versions
+    assert alone.sha256 == next(v for v in among if (v.name, v.split) == ("linear", "configurations")).sha256
+
+
+def test_what_decides_a_training_makes_it_another(registry, monkeypatch):
+    ground = ground_in(registry)
+    keys = {task_of("linear", "repetitions", each).key for each in (ground, replace(ground, seed=1))}
+    keys.add(task_of("linear", "configurations", ground).key)
+    keys.add(task_of("linear", "repetitions", ground_in(registry, name="autumn")).key)
+    keys.add(replace(task_of("linear", "repetitions", ground), settings={}).key)
+    monkeypatch.setattr(tasks, "TRAINING_VERSION", tasks.TRAINING_VERSION + 1)
+    keys.add(task_of("linear", "repetitions", ground).key)
+    assert len(keys) == 6
+
+
+def test_model_that_cannot_learn_stops_no_other(registry):
+    ground = ground_in(registry)
+    table = replace(ground.table, impactor_mass_kg=np.full(len(ground.table), np.nan))
+    told: list[str] = []
+    session = train(
+        registry, replace(ground, table=table), ["hann", "linear"], SPLITS[:1], progress=Progress(tell=told.append)
+    )
+    assert [version.name for version in session.versions] == ["linear"]
+    assert [failure.model for failure in session.failures] == ["hann"]
+    assert "mass" in session.failures[0].reason
+    assert told[0].startswith("hann not trained on repetitions")
+
+
+def test_floor_of_each_split_is_kept(registry):
+    ground = ground_in(registry)
+    train(registry, ground, ["hann"], SPLITS)
+    floors = registry.floors(ground.dataset.hash, 0)
+    assert set(floors) == set(SPLITS)
+    # Times scatter by 2 %, and a mean of two or three repetitions adds its own.
+    assert 0.01 < floor_metrics(floors["repetitions"], "treatment")["contact_time_error"].mean < 0.04
+
+
+def test_kill_leaves_only_finished_models_and_repeat_completes(registry, tmp_path):
+    """Killed at the worst moment: everything of the third model is logged, and it is not registered yet."""
+    process = start(tmp_path, KILL="2")
+    process.communicate(timeout=100)
+    assert process.returncode == -signal.SIGKILL
+    left = registry.versions()
+    assert sorted(version.name for version in left) == ["hann", "hertz"]
+    assert all(len(registry.held_out(version).keys) and registry.load(version) for version in left)
+
+    session = train(registry, ground_in(registry), MODELS, SPLITS)
+    assert session.trained == 4
+    assert len(registry.versions()) == 6
+    assert {version.run_id for version in left} < {version.run_id for version in session.versions}
+    with registry.connection.client() as client:
+        runs = client.search_runs([registry.connection.experiment])
+    assert {run.info.status for run in runs} == {"FINISHED"}
+    assert len(runs) == 7  # six trainings and the session over them: the half one is gone
+
+
+def test_two_at_once_train_each_model_once(registry, tmp_path):
+    both = [start(tmp_path) for _ in range(2)]
+    ends = [process.communicate(timeout=100) for process in both]
+    assert [process.returncode for process in both] == [0, 0], ends
+    assert sorted(int(out) for out, _ in ends) == [0, 6]
+    assert len(registry.versions()) == 6
+
+
+def test_split_by_material(registry):
+    """Its text holds a sign that MLflow does not take everywhere."""
+    ground = ground_in(registry)
+    (version,) = train(registry, ground, ["hann"], ["material=delrin"]).versions
+    assert registry.versions() == [version]
+    assert set(registry.floors(ground.dataset.hash, 0)) == {"material=delrin"}
+    delrin = ground.table.tip_material == "delrin"
+    assert set(registry.held_out(version).keys) == set(ground.table.key[delrin])
+
+
+def test_interruption_before_the_summary_is_made_good(registry, monkeypatch):
+    ground = ground_in(registry)
+    with monkeypatch.context() as broken, pytest.raises(KeyboardInterrupt):
+        broken.setattr(Registry, "close_session", _interrupted)
+        train(registry, ground, ["hann"], SPLITS)
+    assert registry.floors(ground.dataset.hash, 0) == {}
+    assert train(registry, ground, ["hann"], SPLITS).trained == 0
+    assert set(registry.floors(ground.dataset.hash, 0)) == set(SPLITS)
+
+
+def _interrupted(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def test_lock_of_a_killed_process_is_free(tmp_path):
+    script = "import os, sys; from pathlib import Path; from pyroshock.training.locks import locked\n"
+    script += "with locked(Path(sys.argv[1])): os.kill(os.getpid(), 9)"
+    subprocess.run([sys.executable, "-c", script, str(tmp_path / "a.lock")], timeout=60, check=False)
+    with locked(tmp_path / "a.lock", lambda: pytest.fail("it waits for a dead process")):
+        pass
+
+
+def test_contact_time_is_searched_once_for_all(registry, monkeypatch):
+    from pyroshock.training import time_search
+    from pyroshock.training.estimators.contact_time import THESIS, ContactTimeProcess
+
+    ground, searched = ground_in(registry), []
+
+    def search(pulses, rng):
+        searched.append(len(pulses))
+        process = ContactTimeProcess(choice=THESIS)
+        return process.fit(pulses.x, pulses.contact_time_s[:, None], pulses.configuration, rng).tuned_, 0.0
+
+    monkeypatch.setattr(time_search, "_searched", search)
+    models = ("nn-narrow", "nn-bilayer")
+    first, second = (fitting.fitted(task_of(model, "repetitions", ground), ground) for model in models)
+    assert searched == [120]
+    times = [each.held_out.prediction.contact_time_s for each in (first, second)]
+    np.testing.assert_array_equal(*times)
+
+
+def test_names_of_models_are_those_of_the_contract():
+    wanted = "tree ensemble svr kernel-ridge linear pls gp coregional-gp nn-narrow nn-medium nn-wide nn-bilayer"
+    wanted += " nn-trilayer nn-ga single-pass hybrid hunter reed hann hertz hunt-crossley"
+    assert set(wanted.split()) <= set(ZOO)
+    assert models_of("all") == list(ZOO)
+    assert models_of("gp, hybrid,gp") == ["gp", "hybrid"]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), [("magic", "no model 'magic'; there are: hunter"), (",", "no model is named")]
+)
+def test_unknown_models_are_refused(text, said):
+    with pytest.raises((LookupError, ValueError), match=said):
+        models_of(text)
+
+
+@pytest.mark.parametrize("name", ZOO)
+def test_every_model_is_made_and_described(name):
+    """Its settings are JSON, and make the same model again."""
+    from pyroshock.training.models.kinds import build, describe
+
+    model = entry_of(name).make(Making())
+    assert build(describe(model)).settings() == model.settings()
+
+
+def test_budget_is_the_genetic_search_only(registry):
+    ground = ground_in(registry)
+    full = replace(ground, budget="full")
+    assert task_of("nn-ga", "repetitions", ground).key != task_of("nn-ga", "repetitions", full).key
+    assert task_of("hybrid", "repetitions", ground).key == task_of("hybrid", "repetitions", full).key
+
+
+@pytest.mark.slow
+def test_jobs_at_once_register_the_same(tmp_path):
+    alone, together = tmp_path / "alone", tmp_path / "together"
+    table = pulse_table(np.random.default_rng(1), repetitions=3)
+    found = []
+    for folder, jobs in ((alone, 1), (together, 2)):
+        folder.mkdir()
+        registry = fresh_registry(folder)
+        session = train(registry, ground_in(registry, table), MODELS, SPLITS, jobs=jobs)
+        found.append([(v.name, v.split, v.metrics) for v in session.versions])
+    assert [row[:2] for row in found[0]] == [row[:2] for row in found[1]]
+    for (_, _, first), (_, _, second) in zip(*found, strict=True):
+        assert first["force_nrmse"].mean == pytest.approx(second["force_nrmse"].mean, rel=1e-6)

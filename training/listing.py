@@ -1,0 +1,86 @@
+"""Versions chosen by name, and as rows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from .metrics.errors import METRICS
+from .records import Version
+
+#: The share of measurements inside of the 90 % band; models without spread have none.
+COVERED = ("force_covered", "time_covered")
+
+
+def newest(versions: Iterable[Version]) -> list[Version]:
+    """The newest of each model, dataset, split and seed, in the order given; champions stay."""
+    every = list(versions)
+    found: dict[tuple[str, str, str, int], Version] = {}
+    for version in sorted(every, key=lambda version: version.registered_at):
+        found[version.name, version.dataset.hash, version.split, version.seed] = version
+    labels = {version.label for version in found.values()}
+    return [version for version in every if version.label in labels or version.champion_of is not None]
+
+
+def of_dataset(versions: Iterable[Version], dataset: str) -> list[Version]:
+    """Those of the dataset of this name or hash (or the start of one). Raises `LookupError` naming those there are."""
+    every = list(versions)
+    of_it = [
+        v for v in every if v.dataset.name == dataset or (len(dataset) >= 8 and v.dataset.hash.startswith(dataset))
+    ]
+    if not of_it:
+        known = ", ".join(dict.fromkeys(version.dataset.name for version in every)) or "none yet (pyroshock train)"
+        raise LookupError(f"no model of a dataset {dataset!r}; there are models of: {known}")
+    return of_it
+
+
+def chosen(versions: Sequence[Version], text: str, split: str | None = None) -> Version:
+    """The version that "hybrid@3", "hybrid@champion" or "hybrid" (the newest of `split`) names.
+
+    Raises `LookupError` that names what there is.
+    """
+    name, _, which = text.partition("@")
+    named = [version for version in versions if version.name == name]
+    if not named:
+        known = ", ".join(dict.fromkeys(version.name for version in versions)) or "none yet (pyroshock train)"
+        raise LookupError(f"no registered model {name!r}; there are: {known}")
+    if which == "champion":
+        found = [version for version in named if version.champion_of is not None]
+    elif which:
+        found = [version for version in named if str(version.version) == which]
+    else:
+        found = [version for version in named if split is None or version.split == split]
+    if not found:
+        known = ", ".join(f"{version.version} ({version.split})" for version in named[:12])
+        raise LookupError(f"no {text!r}{f' of split {split!r}' if split and not which else ''}; versions: {known}")
+    return max(found, key=lambda version: version.registered_at)
+
+
+def row_of(version: Version) -> dict[str, Any]:
+    """A version as commands print it in JSON; a number that there is none of is None."""
+    metrics = version.metrics
+    row: dict[str, Any] = {
+        "model": version.name,
+        "version": version.version,
+        "split": version.split,
+        "metrics": {name: finite(metrics[name].mean) for name in METRICS},
+        "seconds": version.cost.seconds,
+        "ci90": {name: _interval(metrics[name].low, metrics[name].high) for name in METRICS},
+        "coverage90": {name: finite(metrics[name].mean) for name in COVERED if name in metrics} or None,
+        "dataset": version.dataset.name,
+        "dataset_hash": version.dataset.hash,
+        "seed": version.seed,
+        "peak_memory_mb": finite(version.cost.peak_memory_mb),
+        "registered_at": version.registered_at.isoformat(timespec="seconds"),
+    }
+    return row | ({"champion_of": version.champion_of} if version.champion_of else {})
+
+
+def finite(value: float) -> float | None:
+    """JSON has no NaN."""
+    return value if math.isfinite(value) else None
+
+
+def _interval(low: float, high: float) -> list[float] | None:
+    return [low, high] if math.isfinite(low) and math.isfinite(high) else None

@@ -1,0 +1,132 @@
+"""What the registry takes and gives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+from ..dataset.domain import Domain
+from ..dataset.limits import Outside
+from ..dataset.table import Inputs, Predictor
+from .metrics.summary import Estimate
+from .models.base import ContactModel, ContactPrediction
+from .models.pack import Packed
+from .tasks import Task
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class DatasetName:
+    """Which pulses: a snapshot's name and hash, and the predictor set ("hammer", "gun") it was made with."""
+
+    name: str
+    hash: str
+    predictor_set: str
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Predicted pulses that the model was not trained on, by their keys (n,), and the keys it was trained on."""
+
+    keys: NDArray[np.str_]
+    prediction: ContactPrediction
+    trained_on: NDArray[np.str_]
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a training took, on this machine at that time."""
+
+    seconds: float
+    peak_memory_mb: float
+
+
+@dataclass(frozen=True, eq=False)
+class Trained:
+    """A finished training, to be registered: it can be sent between processes. `figures` are files (PNG) by name."""
+
+    task: Task
+    dataset: DatasetName
+    packed: Packed
+    predictors: tuple[Predictor, ...]
+    domain: Domain
+    held_out: HeldOut
+    metrics: Mapping[str, Estimate]
+    cost: Cost
+    figures: Mapping[str, bytes]
+
+
+@dataclass(frozen=True)
+class Version:
+    """A registered model's version; `metrics` are means over its held-out pulses with 90 % intervals."""
+
+    name: str
+    version: int
+    dataset: DatasetName
+    split: str
+    seed: int
+    metrics: Mapping[str, Estimate]
+    cost: Cost
+    task_key: str
+    run_id: str
+    sha256: str
+    registered_at: datetime
+    champion_of: str | None = None
+
+    @property
+    def label(self) -> str:
+        """As the command line takes it."""
+        return f"{self.name}@{self.version}"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A prediction, and for each impact what of it lies outside the model's validity domain."""
+
+    prediction: ContactPrediction
+    outside: tuple[tuple[Outside, ...], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class RegisteredModel:
+    """A model that was read back, with what it may be asked."""
+
+    version: Version
+    model: ContactModel
+    predictors: tuple[Predictor, ...]
+    domain: Domain
+    about: Mapping[str, Any]
+
+    def predict(self, inputs: Inputs) -> Answer:
+        """Pulses of impacts. Raises `ValueError` for inputs of other predictors than the model learned from."""
+        if inputs.predictors != self.predictors:
+            wanted, given = ([p.name for p in each] for each in (self.predictors, inputs.predictors))
+            raise ValueError(f"{self.version.label} is asked with {given}; it knows, with these units: {wanted}")
+        outside = self.domain.outside(inputs)
+        return Answer(self.model.predict(inputs), tuple(tuple(each) for each in outside))
+
+
+@dataclass(frozen=True)
+class Decision:
+    """A promotion, or its refusal: kept with who asked, when, and on which figures.
+
+    `difference` is candidate minus champion in the cost of eq. 5.4, on `pulses` that neither was trained on; None
+    where there was no champion.
+    """
+
+    candidate: str
+    champion: str | None
+    predictor_set: str
+    promoted: bool
+    forced: bool
+    reason: str
+    judged_on: str
+    pulses: int
+    figures: Mapping[str, float]
+    who: str
+    when: datetime

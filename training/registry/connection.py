@@ -1,0 +1,89 @@
+"""The way to MLflow's store: quiet, ready to be used, and without a trace in the process' own settings."""
+
+from __future__ import annotations
+
+import logging
+import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from ..locks import locked
+from ..place import VARIABLE, Place
+
+if TYPE_CHECKING:
+    from mlflow import MlflowClient
+
+#: In which everything of ours is logged.
+EXPERIMENT = "pyroshock"
+
+#: No figures sent home, no pip run for each model, no progress bars, no addresses printed.
+_QUIET = {
+    "MLFLOW_DISABLE_TELEMETRY": "true",
+    "DO_NOT_TRACK": "true",
+    "MLFLOW_SKIP_PIP_REQUIREMENTS_CHECK": "true",
+    "MLFLOW_UV_AUTO_DETECT": "false",
+    "MLFLOW_ENABLE_ARTIFACTS_PROGRESS_BAR": "false",
+    "MLFLOW_SUPPRESS_PRINTING_URL_TO_STDOUT": "true",
+    "GIT_PYTHON_REFRESH": "quiet",
+}
+
+
+class RegistryError(ValueError):
+    """The registry cannot be used, or does not hold what is asked for."""
+
+
+class Connection:
+    """To the store at a place. `experiment` is known once a client was had."""
+
+    def __init__(self, place: Place) -> None:
+        self.place = place
+        self.experiment: str | None = None
+
+    @property
+    def nothing_there(self) -> bool:
+        """Whether the store is a file that nobody has made yet."""
+        database = self.place.database
+        return database is not None and not database.is_file()
+
+    @contextmanager
+    def client(self) -> Iterator[MlflowClient]:
+        """A client of this place's store; MLflow's own settings are as before afterwards, its errors one of ours."""
+        os.environ.update(_QUIET)
+        before = os.environ.get(VARIABLE)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of MLflow's own dependencies, and of what it would have us log
+            import mlflow
+            from mlflow.exceptions import MlflowException
+
+            for name in ("mlflow", "alembic"):
+                logging.getLogger(name).setLevel(logging.ERROR)
+            mlflow.set_tracking_uri(self.place.tracking_uri)
+            mlflow.set_registry_uri(self.place.tracking_uri)
+            try:
+                if self.experiment is None:
+                    self.experiment = self._made_ready()
+                yield mlflow.MlflowClient()
+            except MlflowException as error:
+                raise RegistryError(f"model registry {self.place.shown}: {_first_line(error)}") from error
+            finally:
+                mlflow.set_registry_uri(None)
+                mlflow.set_tracking_uri(None)
+                if before is not None:
+                    os.environ[VARIABLE] = before
+
+    def _made_ready(self) -> str:
+        """The experiment; the first call makes MLflow's tables, and two at once would stumble over each other."""
+        import mlflow
+
+        with locked(self.place.lock):
+            client = mlflow.MlflowClient()
+            found = client.get_experiment_by_name(EXPERIMENT)
+            if found is not None:
+                return str(found.experiment_id)
+            return str(client.create_experiment(EXPERIMENT, artifact_location=self.place.artifact_uri))
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().splitlines()[0]

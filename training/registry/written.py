@@ -1,0 +1,143 @@
+"""Records as the registry writes them: tags, a JSON document, a file of arrays; and back."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...dataset.domain import Domain
+from ...dataset.table import Predictor
+from ..metrics.summary import Estimate
+from ..models.base import ContactPrediction
+from ..records import Cost, DatasetName, Decision, HeldOut, Trained, Version
+
+#: Of every tag of ours.
+PREFIX = "pyroshock."
+
+#: A version without it is none of ours.
+TASK_TAG = PREFIX + "task"
+
+
+def version_tags(trained: Trained, sha256: str) -> dict[str, str]:
+    """Everything that a listing tells of a version: it is written in one go with the version itself."""
+    return {
+        TASK_TAG: trained.task.key,
+        PREFIX + "dataset": trained.dataset.name,
+        PREFIX + "dataset_hash": trained.dataset.hash,
+        PREFIX + "predictor_set": trained.dataset.predictor_set,
+        PREFIX + "split": trained.task.split,
+        PREFIX + "seed": str(trained.task.seed),
+        PREFIX + "metrics": json.dumps({name: asdict(value) for name, value in trained.metrics.items()}),
+        PREFIX + "cost": json.dumps(asdict(trained.cost)),
+        PREFIX + "sha256": sha256,
+    }
+
+
+def version_from(
+    name: str, version: int, run_id: str, created_ms: int, tags: Mapping[str, str], champion_of: str | None
+) -> Version:
+    """A version as it was written."""
+    own = {key.removeprefix(PREFIX): value for key, value in tags.items()}
+    return Version(
+        name=name,
+        version=version,
+        dataset=DatasetName(own["dataset"], own["dataset_hash"], own["predictor_set"]),
+        split=own["split"],
+        seed=int(own["seed"]),
+        metrics={key: Estimate(**value) for key, value in json.loads(own["metrics"]).items()},
+        cost=Cost(**json.loads(own["cost"])),
+        task_key=own["task"],
+        run_id=run_id,
+        sha256=own["sha256"],
+        registered_at=datetime.fromtimestamp(created_ms / 1000, UTC),
+        champion_of=champion_of,
+    )
+
+
+def about(trained: Trained) -> dict[str, Any]:
+    """What stands beside a model in its file: what it may be asked, and what it learned from."""
+    return {
+        "predictors": [asdict(predictor) for predictor in trained.predictors],
+        "domain": trained.domain.to_json(),
+        "dataset": asdict(trained.dataset),
+        "split": trained.task.split,
+        "seed": trained.task.seed,
+        "units": units(trained.predictors),
+    }
+
+
+def read_about(document: Mapping[str, Any]) -> tuple[tuple[Predictor, ...], Domain]:
+    """Predictors and validity domain from what `about` made."""
+    predictors = tuple(Predictor(each["name"], each["unit"], tuple(each["levels"])) for each in document["predictors"])
+    return predictors, Domain.from_json(document["domain"])
+
+
+def units(predictors: tuple[Predictor, ...]) -> dict[str, dict[str, str]]:
+    """Unit of every input and output; a category's is the list of its levels."""
+    given = {p.name: " | ".join(p.levels) if p.levels else p.unit or "1" for p in predictors}
+    bench = {"impactor_mass_kg": "kg", "plate_thickness_m": "m"}
+    pulse = {"force_n": "N", "contact_time_s": "s", "force_spread_n": "N", "contact_time_spread_s": "s"}
+    return {"inputs": given | bench, "outputs": pulse}
+
+
+def write_held_out(held_out: HeldOut, file: Path) -> None:
+    """The predictions that the metrics came from, so that models are compared without being run again."""
+    p = held_out.prediction
+    spreads = {"force_spread_n": p.force_spread_n, "contact_time_spread_s": p.contact_time_spread_s}
+    np.savez_compressed(
+        file,
+        allow_pickle=False,
+        key=held_out.keys.astype(np.bytes_),
+        trained_on=held_out.trained_on.astype(np.bytes_),
+        force_n=p.force_n,
+        contact_time_s=p.contact_time_s,
+        **{name: values for name, values in spreads.items() if values is not None},
+    )
+
+
+def read_held_out(file: Path) -> HeldOut:
+    """Raises `ValueError` for a file that is not one of these."""
+    try:
+        with np.load(file, allow_pickle=False) as stored:
+            arrays = {name: stored[name] for name in stored.files}
+        prediction = ContactPrediction(
+            arrays["force_n"],
+            arrays["contact_time_s"],
+            arrays.get("force_spread_n"),
+            arrays.get("contact_time_spread_s"),
+        )
+        return HeldOut(arrays["key"].astype(np.str_), prediction, arrays["trained_on"].astype(np.str_))
+    except (zipfile.BadZipFile, EOFError, KeyError, ValueError) as error:
+        raise ValueError(f"{file} holds no held-out predictions: {error}") from error
+
+
+def decision_tags(decision: Decision) -> dict[str, str]:
+    """A decision, each field a tag."""
+    fields = asdict(replace(decision, figures=dict(decision.figures)))
+    fields["when"] = decision.when.isoformat()
+    return {f"{PREFIX}decision": json.dumps(fields)}
+
+
+def decision_from(tags: Mapping[str, str]) -> Decision:
+    """A decision as it was written."""
+    fields = json.loads(tags[f"{PREFIX}decision"])
+    return Decision(**fields | {"when": datetime.fromisoformat(fields["when"])})
+
+
+def flat(settings: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
+    """Nested settings as parameters: {"force": {"kind": .., "settings": {"rank": 3}}} has "force.rank"."""
+    found: dict[str, str] = {}
+    for key, value in settings.items():
+        if isinstance(value, dict) and value.keys() == {"kind", "settings"}:
+            found[prefix + key] = value["kind"]
+            found |= flat(value["settings"], f"{prefix}{key}.")
+        else:
+            found[prefix + key] = value if isinstance(value, str) else json.dumps(value, default=str)
+    return found

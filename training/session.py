@@ -1,0 +1,98 @@
+"""Training models on splits of a dataset: one after the other, or some at once; what is done is not done again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from .fitting import Failure, Ground, journal_of, task_of
+from .floors import floor_text
+from .judging import on_held_out
+from .listing import newest
+from .locks import locked
+from .outcomes import outcomes
+from .records import Trained, Version
+from .registry.registry import Registry
+from .summary_figures import summary_figures
+
+
+@dataclass
+class Session:
+    """What a session came to: versions in the order asked for, whether just trained or found."""
+
+    versions: list[Version] = field(default_factory=list)
+    failures: list[Failure] = field(default_factory=list)
+    trained: int = 0
+
+
+def _silent(*_: object) -> None:
+    pass
+
+
+@dataclass(frozen=True)
+class Progress:
+    """Whom to tell: `step(done, total, what)` as work proceeds, `tell(text)` what is worth a line."""
+
+    step: Callable[[int, int, str], None] = _silent
+    tell: Callable[[str], None] = _silent
+
+
+def train(
+    registry: Registry,
+    ground: Ground,
+    models: Sequence[str],
+    splits: Sequence[str],
+    *,
+    retrain: bool = False,
+    jobs: int = 1,
+    progress: Progress = Progress(),
+) -> Session:
+    """Train every model on every split, and register each as soon as it is finished.
+
+    A training whose result is registered (same dataset, split, seed, settings and `TRAINING_VERSION`) is not done
+    again, unless `retrain`; so what was interrupted goes on by being started again. Another process that trains on the
+    same dataset is waited for. `jobs` processes train at once, each with one thread of linear algebra.
+    """
+    tasks = [task_of(model, split, ground) for split in splits for model in models]
+    lock = ground.work / f"{ground.dataset.hash[:16]}.lock"
+    with locked(lock, lambda: progress.tell("another process trains on this dataset; waiting for it")):
+        found = {} if retrain else {version.task_key: version for version in reversed(registry.versions())}
+        to_do = [task for task in tasks if task.key not in found]
+        session = Session()
+        summed_up = registry.floors(ground.dataset.hash, ground.seed).keys() >= set(splits)
+        run = None if summed_up and not to_do else registry.open_session(ground.dataset, ground.seed)
+        for task, outcome in outcomes(to_do, ground, jobs, progress.step, progress.tell):
+            if isinstance(outcome, Failure):
+                session.failures.append(outcome)
+                progress.tell(f"{task.model} not trained on {task.split}: {outcome.reason}")
+                continue
+            found[task.key] = registry.record(outcome, run)
+            session.trained += 1
+            journal_of(task, ground).unlink(missing_ok=True)
+            progress.tell(_told(outcome))
+        session.versions = [found[task.key] for task in tasks if task.key in found]
+        if run is not None:
+            _sum_up(registry, ground, run, splits)
+    return session
+
+
+def _told(trained: Trained) -> str:
+    nrmse = trained.metrics["force_nrmse"].mean
+    return f"{trained.task.model}, {trained.task.split}: force NRMSE {nrmse:.4f} in {trained.cost.seconds:.1f} s"
+
+
+def _sum_up(registry: Registry, ground: Ground, run: str, splits: Sequence[str]) -> None:
+    """What stands over all models, earlier ones too: each split's floor and figures, in the run over all trainings."""
+    figures: dict[str, bytes] = {}
+    floors = {split: floor_text(ground.table, ground.dataset.hash, split, ground.seed) for split in splits}
+    known = newest(
+        version
+        for version in registry.versions()
+        if (version.dataset.hash, version.seed) == (ground.dataset.hash, ground.seed)
+    )
+    for split in splits:
+        of_split = {version.name: version for version in reversed(known) if version.split == split}
+        if of_split:
+            judged = on_held_out(registry, list(of_split.values()), lambda _hash: ground.table)
+            figures |= summary_figures(judged, split)
+    registry.close_session(run, figures, floors)
