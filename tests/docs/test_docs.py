@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from hammer_stores import full_campaign
 from pyroshock.app.cli.main import COMMANDS, main
 from pyroshock.ingest.quality import CHECKS
 from pyroshock.ingest.readers import READERS
@@ -28,12 +29,14 @@ def test_every_command_has_a_row():
 
 def test_examples_of_the_commands_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     examples = re.findall(r"\| `pyroshock ([^`]+)` \|$", page("commands.md"), re.MULTILINE)
     assert len(examples) == len(COMMANDS)
     runner = CliRunner()
-    hit = runner.invoke(main, ["ingest", "examples/modal-hammer-hit", "--db", "sqlite:///lab.db"])
-    assert hit.exit_code == 0, hit.stderr
+    full_campaign(tmp_path / "small", "small")
+    known = runner.invoke(main, ["ingest", "examples/modal-hammer-hit", "small", "--db", "sqlite:///lab.db"])
+    assert known.exit_code == 0, known.stderr
     for example in examples:
         result = runner.invoke(main, shlex.split(example))
         assert result.exit_code == 0, (example, result.stderr)
