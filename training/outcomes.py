@@ -58,6 +58,7 @@ def _begin(ground: Ground) -> None:
 
 
 def _use_one_thread() -> None:
+    import scipy.linalg  # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
     from threadpoolctl import threadpool_limits
 
     os.environ["OMP_NUM_THREADS"] = "1"  # of libraries that are loaded later

@@ -7,8 +7,8 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
+from ..gp.one_core import one_core
 from ..tuning.bayesian import Between, OneOf, Space, bayesian_minimum
 from ..tuning.folds import grouped_folds
 from .base import Arrays, Floats, Gaussian
@@ -100,7 +100,7 @@ class ContactTimeProcess(LearnedArrays):
             raise ValueError(f"{self.kind!r} learns one output (n x 1), got the shape {y.shape}")
         tuned = self.tuned
         if tuned is None:
-            with threadpool_limits(1):  # the same sums, and so the same model, whatever else runs
+            with one_core():
                 choice, error = self._searched(x, y, groups, rng)
                 rows = np.sort(rng.permutation(len(x))[: self.fit_rows])
                 tuned = {**choice, **fitted(x[rows], y[rows], choice, 30), "error": error}
@@ -117,7 +117,7 @@ class ContactTimeProcess(LearnedArrays):
     def restore(self, arrays: Arrays) -> Self:
         super().restore(arrays)
         self.tuned_ = _as_tuned(arrays)
-        with threadpool_limits(1):
+        with one_core():
             self._solution = Solution(arrays["x"], arrays["y"], self.tuned_)
         return self
 
