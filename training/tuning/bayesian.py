@@ -52,8 +52,8 @@ def bayesian_minimum(
     if iterations < 1:
         raise ValueError(f"a search takes at least one iteration, got {iterations}")
     import optuna
-    import torch  # noqa: F401 - the sampler's: loaded here, so that its threads are limited too
     import scipy.linalg  # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
+    import torch  # noqa: F401 - the sampler's: loaded here, so that its threads are limited too
     from threadpoolctl import threadpool_limits
 
     with _quiet(), threadpool_limits(1):  # the same sums, and so the same search, whatever else runs
