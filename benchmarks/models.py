@@ -8,6 +8,7 @@ on two cores. $PYROSHOCK_BENCH_FOLDER keeps campaigns and registries, and a repe
 from __future__ import annotations
 
 import json
+import statistics
 import subprocess
 import sys
 import time
@@ -28,6 +29,8 @@ DOCUMENT = ROOT / "docs" / "model-figures.md"
 SEEDS = ("11", "12", "13")
 #: What the promises are about, and what they are held against.
 PROMISED = ("coregional-gp", "hybrid", "single-pass", "gp", "hann")
+#: Further draws of configurations to hold out: how many lie in a band depends on which 36 they are.
+DRAWS = ("1", "2")
 SPLITS = ("repetitions", "configurations", "treatments")
 #: Tables 4.6 to 4.9 and 5.3: what the thesis reached on its own campaign.
 NRMSE, TIME, IMPULSE = 0.048, 0.043, 0.031
@@ -46,8 +49,13 @@ class Campaign:
     floors: dict[str, dict[str, dict[str, float]]]
     seconds: float
 
-    def of(self, model: str, split: str) -> Row:
-        return next(row for row in self.rows if row["model"] == model and row["split"] == split)
+    def of(self, model: str, split: str, seed: int = 0) -> Row:
+        return next(row for row in self.rows if (row["model"], row["split"], row["seed"]) == (model, split, seed))
+
+    def covered(self, model: str, split: str, what: str) -> list[float]:
+        """The share within the 90 % band, for each draw of the split that was trained on."""
+        rows = [row for row in self.rows if (row["model"], row["split"]) == (model, split)]
+        return [float(row["coverage90"][what]) for row in rows if row.get("coverage90")]
 
     def metric(self, model: str, split: str, metric: str) -> float:
         return float(self.of(model, split)["metrics"][metric])
@@ -74,7 +82,10 @@ def measured(seed: str, models: str, folder: Path) -> Campaign:
     pyroshock(folder, *train, "--models", models)
     if not clock.exists():  # a repeat finds everything trained
         clock.write_text(json.dumps(time.perf_counter() - begin))
-    pyroshock(folder, "train", "hammer", "--models", ",".join(PROMISED), "--split", SPLITS[2], *db)
+    promised = ("train", "hammer", "--models", ",".join(PROMISED), *db)
+    pyroshock(folder, *promised, "--split", SPLITS[2])
+    for draw in DRAWS:
+        pyroshock(folder, *promised, "--split", "configurations", "--seed", draw)
     pyroshock(folder, "models", "--dataset", "hammer", "--json", str(folder / "rows.json"), *db)
     registry = Registry(place_beside(f"sqlite:///{folder / 'lab.db'}", {}))
     floors = registry.floors(json.loads(frozen.read_text())["hash"], 0)
@@ -124,11 +135,9 @@ def checks(campaigns: Sequence[Campaign]) -> list[Check]:
         ]
         found.append(Check(f"{model}: cost over the von Hann pulse's, at most 1/6", hann, max(hann) <= OF_HANN))
         for what in ("force_covered", "time_covered"):
-            shares = [float(each.of(model, "configurations")["coverage90"][what]) for each in campaigns]
-            inside = COVERAGE[0] <= min(shares) and max(shares) <= COVERAGE[1]
-            found.append(
-                Check(f"{model}: {what} by the 90 % band, configurations held out, .87 to .93", shares, inside)
-            )
+            shares = [statistics.fmean(each.covered(model, "configurations", what)) for each in campaigns]
+            asked = f"{model}: {what} by the 90 % band, mean of {len(DRAWS) + 1} draws of configurations, .87 to .93"
+            found.append(Check(asked, shares, COVERAGE[0] <= min(shares) and max(shares) <= COVERAGE[1]))
     seconds = campaigns[0].seconds
     found.append(Check(f"all models, two splits: seconds, at most {LIMIT_S}", [seconds], seconds <= LIMIT_S))
     return found
@@ -177,7 +186,7 @@ def spread_table(campaigns: Sequence[Campaign]) -> list[str]:
             metrics = ("force_nrmse", "contact_time_error", "impulse_error", "cost")
             cells = [_range([row["metrics"][metric] for row in rows]) for metric in metrics]
             for what in ("force_covered", "time_covered"):
-                shares = [row["coverage90"][what] for row in rows if row.get("coverage90")]
+                shares = [share for campaign in campaigns for share in campaign.covered(model, split, what)]
                 cells += [_range(shares) if shares else "—"]
             lines.append(f"| `{model}` | {split} | " + " | ".join(cells) + " |")
     return lines
