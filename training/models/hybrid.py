@@ -22,8 +22,8 @@ MARGIN = 1.05
 
 
 class Hybrid(ContactModel):
-    """One coupled regression of what is left of `base`: of log contact time, of the logit of the impulse's share of its
-    bound, and of the root of the pulse's shape at 18 inner points (see `residual`).
+    """One coupled regression (as `SinglePass`'s) of what is left of `base`: of log contact time, of the logit of the
+    impulse's share of its bound, and of the root of the pulse's shape at 18 inner points (see `residual`).
 
     Whatever the regression says: force is never negative and zero at both ends, the contact time is positive, and the
     impulse stays below 2 m u `allowance_`. Of one body of mass m that bounces off at rest at most, it would stay below
@@ -113,7 +113,7 @@ def _default_base() -> ContactModel:
 
 
 def _default_process() -> Estimator:
-    from ..estimators.coregional import Coregional
+    from ..estimators.single_outputs import SingleOutputs
     from ..estimators.turned import Turned
 
-    return Turned(Coregional(components=False))
+    return Turned(SingleOutputs())
