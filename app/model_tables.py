@@ -10,7 +10,7 @@ from ..training.listing import finite, newest, row_of
 from ..training.metrics.errors import METRICS
 from ..training.metrics.summary import Estimate
 from ..training.records import Version
-from ..training.thesis import thesis_figures
+from ..training.thesis import ThesisFigure, thesis_figures
 
 #: Metric -> heading; the others stand in the JSON.
 _SHOWN = {
@@ -46,8 +46,13 @@ def json_row(version: Version, floors: Mapping[str, str]) -> dict[str, Any]:
             scope: {name: finite(metrics[name].mean) for name in METRICS} if metrics else None
             for scope, metrics in scopes.items()
         }
-    row["thesis"] = {name: figure.value for name, figure in thesis_figures(version.name).items()} or None
+    row["thesis"] = {name: figure.value for name, figure in _thesis(version).items()} or None
     return row
+
+
+def _thesis(version: Version) -> dict[str, ThesisFigure]:
+    """The thesis trained on a hammer's pulses: its figures say nothing of a gun's."""
+    return thesis_figures(version.name) if version.dataset.predictor_set == "hammer" else {}
 
 
 def _in_usual_order(versions: Iterable[Version]) -> list[Version]:
@@ -58,7 +63,7 @@ def _in_usual_order(versions: Iterable[Version]) -> list[Version]:
 def _row(name: str, splits: Sequence[str], found: Mapping[str, Version]) -> dict[str, Any]:
     crown = " *" if any(version.champion_of for version in found.values()) else ""
     row: dict[str, Any] = {"model": name + crown, "version": _joined(found.get(split) for split in splits)}
-    thesis = thesis_figures(name)
+    thesis = _thesis(next(iter(found.values())))
     for metric, heading in _SHOWN.items():
         for split in splits:
             row[f"{heading} {short(split)}"] = _figure(found[split].metrics[metric]) if split in found else None

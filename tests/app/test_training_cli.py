@@ -91,6 +91,12 @@ def test_train_json_has_the_rows_of_the_contract(lab):
     assert "linear, configurations: force NRMSE" in result.stderr
 
 
+def test_gun_models_have_no_figures_of_the_thesis(lab, monkeypatch):
+    monkeypatch.setattr(_Snapshot, "predictors", shipped("gun"))
+    rows = json.loads(done(lab("train", "spring", "--models", "linear", "--json")).stdout)
+    assert [row["thesis"] for row in rows] == [None, None]
+
+
 def test_models_lists_what_train_gave(lab):
     trained = json.loads(done(lab("train", "spring", "--models", "hann,linear", "--json")).stdout)
     listed = json.loads(done(lab("models", "--dataset", "spring", "--json")).stdout)
