@@ -205,7 +205,7 @@ def document(campaigns: Sequence[Campaign], found: Sequence[Check]) -> str:
             "# Figures of the models",
             "",
             f"Written by `python -m benchmarks.models`: virtual 180 x 10 hammer campaigns of seeds {seeds}.",
-            "No setting was chosen on any of them. The columns: [metrics.md](metrics.md). The models:",
+            "Settings were chosen on another campaign (models.md tells what these prompted). The columns: [metrics.md](metrics.md). The models:",
             "[models.md](models.md).",
             "",
             f"## All models, campaign {campaigns[0].seed}",
