@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-import io
 import json
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
+from estimator_checks import through_a_file
 from pulse_tables import held_out, inputs_at, pulse_table
 from pyroshock.dataset.table import Inputs, PulseTable
-from pyroshock.training.estimators.base import Arrays, NotFittedError
+from pyroshock.training.estimators.base import NotFittedError
 from pyroshock.training.estimators.contact_time import THESIS, ContactTimeProcess
 from pyroshock.training.estimators.coregional import Coregional
 from pyroshock.training.estimators.linear import LinearPowers
+from pyroshock.training.estimators.single_outputs import SingleOutputs
 from pyroshock.training.estimators.tree import DecisionTree
 from pyroshock.training.estimators.turned import Turned
 from pyroshock.training.models.analytic import Analytic
@@ -31,6 +32,8 @@ MODELS: dict[str, ContactModel] = {
     "pair, raw": Pair(Coregional(rank=2, iterations=20), ContactTimeProcess(choice=THESIS)),
     "pair, linear": Pair(LinearPowers(), LinearPowers()),
     "pair, momentum": Pair(LinearPowers(), ContactTimeProcess(choice={**THESIS, "log_time": True}), "momentum"),
+    "single pass, mixture": SinglePass(Turned(SingleOutputs(iterations=20, tuning_rows=120))),
+    "hybrid, mixture": Hybrid(process=Turned(SingleOutputs(iterations=20, tuning_rows=120))),
     "single pass": SinglePass(Turned(Coregional(rank=2, components=False))),
     "single pass, linear": SinglePass(LinearPowers()),
     "hybrid": Hybrid(Analytic("hann"), Turned(Coregional(rank=2, components=False))),
@@ -60,14 +63,6 @@ def rebuilt(model: ContactModel) -> ContactModel:
 @cache
 def fitted(name: str) -> ContactModel:
     return rebuilt(MODELS[name]).fit(campaign()[0], np.random.default_rng(5))
-
-
-def through_a_file(arrays: Arrays) -> Arrays:
-    file = io.BytesIO()
-    np.savez(file, allow_pickle=False, **arrays)
-    file.seek(0)
-    with np.load(file, allow_pickle=False) as read:
-        return dict(read)
 
 
 def assert_same(one: ContactModel, other: ContactModel) -> None:
