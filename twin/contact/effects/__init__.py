@@ -1,0 +1,1 @@
+"""Effects of the contact stage, one a file; a new one is found by being here."""

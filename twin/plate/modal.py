@@ -1,0 +1,66 @@
+"""A plate as its modes: what a finite element model or a measured table gives, and what effects change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ModalPlate:
+    """m modes in rising order of frequency, rigid ones at 0 Hz. Shapes are mass-normalised, 1/sqrt(kg).
+
+    `shape_impact` is (points, m) with a row for each name of `impact_points` ("#1"), `shapes` (sensors, m) with a row
+    for each of `sensors`. Raises `ValueError` naming what does not fit.
+    """
+
+    frequency_hz: Floats
+    damping_ratio: Floats
+    shape_impact: Floats
+    shapes: Floats
+    impact_points: tuple[str, ...]
+    sensors: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        m = self.frequency_hz.size
+        for name, expected in (
+            ("frequency_hz", (m,)),
+            ("damping_ratio", (m,)),
+            ("shape_impact", (len(self.impact_points), m)),
+            ("shapes", (len(self.sensors), m)),
+        ):
+            values = getattr(self, name)
+            if values.shape != expected or not np.all(np.isfinite(values)):
+                raise ValueError(f"{name} has shape {values.shape}: expected {expected}, all finite")
+        if np.any(self.frequency_hz < 0) or np.any(np.diff(self.frequency_hz) < 0):
+            raise ValueError("frequency_hz: expected 0 or more, in rising order")
+        if np.any((self.damping_ratio < 0) | (self.damping_ratio >= 1)):
+            raise ValueError(f"damping_ratio up to {self.damping_ratio.max():g}: expected 0 to below 1")
+
+    def point(self, name: str) -> int:
+        """The row of an impact point. Raises `LookupError` that names those there are."""
+        if name not in self.impact_points:
+            raise LookupError(f"no impact position {name!r} on this plate; there are: {', '.join(self.impact_points)}")
+        return self.impact_points.index(name)
+
+    def sensor(self, name: str) -> int:
+        """The row of a sensor. Raises `LookupError` that names those there are."""
+        if name not in self.sensors:
+            raise LookupError(f"no sensor {name!r} on this plate; there are: {', '.join(self.sensors)}")
+        return self.sensors.index(name)
+
+    def sorted(self) -> Self:
+        """The same with its modes in rising order."""
+        order = np.argsort(self.frequency_hz, kind="stable")
+        return replace(
+            self,
+            frequency_hz=self.frequency_hz[order],
+            damping_ratio=self.damping_ratio[order],
+            shape_impact=self.shape_impact[:, order],
+            shapes=self.shapes[:, order],
+        )

@@ -1,0 +1,1 @@
+"""The sensor chain: what the instruments make of what happens."""

@@ -1,0 +1,78 @@
+"""What the contact stage is asked, and what it gives: strikes to pulses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .setting import Setting
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Strikes:
+    """n impacts: the settings (of which some may be the same object) and the velocity (n,) of each."""
+
+    settings: Sequence[Setting]
+    impact_velocity_m_s: Floats
+
+    def __len__(self) -> int:
+        return len(self.impact_velocity_m_s)
+
+
+@dataclass(frozen=True)
+class Outside:
+    """One thing that lies outside of what a model has learned from: as the JSON of `predict` shows it."""
+
+    predictor: str
+    value: float | str
+    range: str
+
+
+@dataclass(frozen=True, eq=False)
+class Pulses:
+    """Force on the target of n impacts: `force_n` (n, p) at equidistant phases of the contact, both ends 0.
+
+    `contact_time_s` (n,), `compression_time_s` (n,): until the deepest indentation, or the peak where the model knows
+    no indentation.
+    """
+
+    contact_time_s: Floats
+    force_n: Floats
+    compression_time_s: Floats
+
+    @property
+    def peak_force_n(self) -> Floats:
+        return np.asarray(self.force_n.max(axis=1))
+
+    @property
+    def impulse_n_s(self) -> Floats:
+        """Trapezoid rule over the contact, (n,)."""
+        return np.asarray(np.trapezoid(self.force_n, axis=1) * self.contact_time_s / (self.force_n.shape[1] - 1))
+
+
+class ContactStage(Protocol):
+    """A law of contact, or a registered model. Picklable, and without state that changes."""
+
+    @property
+    def label(self) -> str:
+        """What answered: "hertz", "models:/coregional-gp@champion"."""
+        ...
+
+    @property
+    def normals(self) -> int:
+        """How many standard normal numbers one random pulse takes; 0 for a law that knows no spread."""
+        ...
+
+    def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
+        """Mean pulses for `z` None; else a random pulse for each strike, a function of `z` (n, normals)."""
+        ...
+
+    def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
+        """For each strike, what of it lies outside of what the stage was made for; empty inside."""
+        ...

@@ -1,0 +1,1 @@
+"""From a prescribed spectrum back to settings of the bench."""
