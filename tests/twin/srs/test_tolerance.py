@@ -1,0 +1,87 @@
+"""Spectra against targets: errors, margins, shares."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pyroshock.twin.srs.target import Target
+from pyroshock.twin.srs.tolerance import NASA_STD_7003, compare, parse_tolerance, within_db
+
+LINES = np.array([100.0, 200, 400, 800])
+
+
+def target(upper=6.0, lower=6.0) -> Target:
+    return Target(LINES, np.full(4, 10.0), np.full(4, upper), np.full(4, lower))
+
+
+def test_twice_the_level_is_six_decibels_above():
+    found = compare(np.full(4, 20.0), LINES, target())
+    np.testing.assert_allclose(found.error_db, 6.0206, atol=1e-4)
+    np.testing.assert_allclose(found.margin_db, -0.0206, atol=1e-4)
+    assert not found.within
+
+
+def test_margin_counts_to_the_nearer_edge():
+    found = compare(10 * 10 ** (np.array([2.0, -2.0, 5.0, -1.0]) / 20), LINES, target(upper=9.0, lower=3.0))
+    np.testing.assert_allclose(found.margin_db, [5, 1, 4, 2], atol=1e-9)
+    assert found.worst_margin_db == pytest.approx(1.0) and found.worst_frequency_hz == 200
+
+
+def test_edge_belongs_to_the_band():
+    assert compare(np.full(4, 10 * 10**0.3), LINES, target(upper=6.0)).within
+
+
+def test_shares_count_lines():
+    found = compare(np.array([10.0, 11.0, 9.0, 40.0]), LINES, target())
+    assert found.share_within == 0.75 and found.share_above == 0.75
+
+
+def test_no_response_is_infinitely_below():
+    found = compare(np.array([0.0, 10, 10, 10]), LINES, target())
+    assert found.worst_margin_db == -np.inf and found.worst_frequency_hz == 100
+
+
+def test_free_side_never_fails():
+    assert compare(np.full(4, 1e9), LINES, target(upper=np.inf)).within
+    assert not compare(np.full(4, 1.0), LINES, target(upper=np.inf)).within
+
+
+def test_batch_is_its_spectra_one_by_one():
+    spectra = np.exp(np.random.default_rng(5).normal(2.3, 0.7, (3, 5, 4)))
+    all_at_once = compare(spectra, LINES, target())
+    alone = [[compare(one, LINES, target()) for one in row] for row in spectra]
+    for name in ("share_within", "worst_margin_db", "worst_frequency_hz", "within"):
+        np.testing.assert_array_equal(getattr(all_at_once, name), [[getattr(x, name) for x in row] for row in alone])
+
+
+def test_lines_beyond_the_target_are_left_out():
+    lines = np.array([50.0, 100, 800, 1600])
+    found = compare(np.array([1e9, 10.0, 10.0, 1e9]), lines, target())
+    np.testing.assert_array_equal(found.frequency_hz, [100, 800])
+    assert found.within
+
+
+def test_spectrum_without_a_line_in_range_is_refused():
+    with pytest.raises(ValueError, match="no line of the spectrum"):
+        compare(np.ones(2), np.array([1.0, 2.0]), target())
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [
+        ("6dB", within_db(6.0)),
+        (" 6 dB", within_db(6.0)),
+        ("±1.5db", within_db(1.5)),
+        ("+9/-6dB", within_db(9.0, 6.0)),
+        ("+9 dB / -6 dB", within_db(9.0, 6.0)),
+        ("NASA-STD-7003", NASA_STD_7003),
+    ],
+)
+def test_tolerances_read(text, meant):
+    assert parse_tolerance(text) == meant
+
+
+@pytest.mark.parametrize("text", ["6", "-6dB", "dB", "6dBm", "9/6dB", ""])
+def test_other_tolerances_are_refused(text):
+    with pytest.raises(ValueError, match="expected one such as 6dB"):
+        parse_tolerance(text)

@@ -1,0 +1,51 @@
+"""The recursive filters of ISO 18431-4 as they are printed, for whoever filters with them.
+
+Our own loop is another form of the same recursion (`kernel`): this one loses digits where omega dt is small.
+
+Thesis, eq. 1.3 to 1.8. Errors found: eq. 1.4 has T for the time step, where 1.5 to 1.8 have Delta t, and 1.7 and 1.8
+have a for the alpha of 1.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .coefficients import Steps, steps
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class RampInvariantFilter:
+    """H(z) = (b0 + b1/z + b2/z^2) / (a0 + a1/z + a2/z^2): both (3, f), a0 = 1; `lfilter` of SciPy takes a column."""
+
+    b: Floats
+    a: Floats
+
+
+def absolute_acceleration(omega_rad_s: Floats, time_step_s: float, damping_ratio: float) -> RampInvariantFilter:
+    """Base acceleration to absolute acceleration, eq. 1.4 to 1.8.
+
+    1 - S / theta of eq. 1.4 is written as H + 2 zeta G / theta, which does not lose digits; so are the others.
+    """
+    one = steps(np.asarray(omega_rad_s * time_step_s), damping_ratio)
+    rest = one.h + 2 * damping_ratio * one.g / one.theta
+    b1 = 2 * (one.g + damping_ratio * one.s - rest)
+    return RampInvariantFilter(np.stack([rest, b1, np.expm1(-2 * damping_ratio * one.theta) + rest]), _poles(one))
+
+
+def relative_displacement(omega_rad_s: Floats, time_step_s: float, damping_ratio: float) -> RampInvariantFilter:
+    """Base acceleration, m/s2, to displacement relative to the base, m."""
+    one = steps(np.asarray(omega_rad_s * time_step_s), damping_ratio)
+    held, slope = one.g - one.h, one.g / one.theta
+    stay = 1 - one.g - 2 * damping_ratio * one.s
+    b = np.stack([one.h, held - stay * one.h + one.s * slope, one.s * (one.s - slope) - stay * held])
+    return RampInvariantFilter(-b / np.asarray(omega_rad_s) ** 2, _poles(one))
+
+
+def _poles(one: Steps) -> Floats:
+    cosine = 1 - one.g - one.damping_ratio * one.s
+    return np.stack([np.ones_like(cosine), -2 * cosine, np.exp(-2 * one.damping_ratio * one.theta)])

@@ -1,0 +1,112 @@
+"""A prescribed shock response spectrum: break points, straight lines between them on log-log paper, tolerances."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .tolerance import Tolerance
+
+Floats = NDArray[np.float64]
+#: From this many break points per octave on, a target is a table of lines, and its lines are its own points.
+TABLE_PER_OCTAVE = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A specification at `frequency_hz` (k,), rising; absolute acceleration `level_m_s2` (k,), > 0.
+
+    `upper_db` and `lower_db` (k,) say how far above and below the level a line may lie, both 0 or more, infinite for
+    a side that is free; each holds from its point up to the next, as standards give tolerances by bands.
+    Raises `ValueError` naming the field, the value and what is expected.
+    """
+
+    frequency_hz: Floats
+    level_m_s2: Floats
+    upper_db: Floats
+    lower_db: Floats
+
+    def __post_init__(self) -> None:
+        k = self.frequency_hz.size
+        for name in ("frequency_hz", "level_m_s2", "upper_db", "lower_db"):
+            shape = getattr(self, name).shape
+            if k == 0 or shape != (k,):
+                raise ValueError(f"{name} has shape {shape}: expected one entry per frequency, one or more")
+        for name in ("frequency_hz", "level_m_s2"):
+            _refuse(name, getattr(self, name), "a positive number", lambda x: np.isfinite(x) & (x > 0))
+        for name in ("upper_db", "lower_db"):
+            _refuse(name, getattr(self, name), "0 dB or more", lambda x: x >= 0)
+        if (falling := np.flatnonzero(np.diff(self.frequency_hz) <= 0)).size:
+            raise ValueError(
+                f"frequency_hz = {self.frequency_hz[falling[0] + 1]:g} follows "
+                f"{self.frequency_hz[falling[0]]:g}: expected rising frequencies"
+            )
+
+    @property
+    def slope_db_per_octave(self) -> Floats:
+        """Of each stretch between break points, (k - 1,)."""
+        return np.asarray(20 * np.diff(np.log10(self.level_m_s2)) / np.diff(np.log2(self.frequency_hz)))
+
+    def covers(self, frequency_hz: Floats) -> NDArray[np.bool_]:
+        """Which of the lines (f,) lie in its range; a billionth beyond its ends is rounding."""
+        low, high = self.frequency_hz[0] * (1 - 1e-9), self.frequency_hz[-1] * (1 + 1e-9)
+        return np.asarray((frequency_hz >= low) & (frequency_hz <= high))
+
+    def at(self, frequency_hz: Floats) -> Self:
+        """The same at other lines (f,). Raises `ValueError` naming a line outside of its range."""
+        if not np.all(inside := self.covers(frequency_hz)):
+            raise ValueError(
+                f"no level at {frequency_hz[~inside][0]:g} Hz: the target reaches from {self.frequency_hz[0]:g} to "
+                f"{self.frequency_hz[-1]:g} Hz"
+            )
+        own = np.log(self.frequency_hz)
+        level = np.exp(np.interp(np.log(frequency_hz), own, np.log(self.level_m_s2)))
+        row = np.searchsorted(self.frequency_hz, frequency_hz * (1 + 1e-9), side="right").clip(1) - 1
+        return replace(
+            self,
+            frequency_hz=frequency_hz,
+            level_m_s2=level,
+            upper_db=self.upper_db[row],
+            lower_db=self.lower_db[row],
+        )
+
+    def with_tolerance(self, tolerance: Tolerance) -> Self:
+        """The same levels with other tolerances; where a band begins between break points, there is one more."""
+        own = self.frequency_hz
+        new = np.asarray([f for f in tolerance.from_hz if own[0] < f < own[-1] and f not in own])
+        made = self.at(np.sort(np.concatenate([own, new])))
+        upper, lower = tolerance.at(made.frequency_hz)
+        return replace(made, upper_db=upper, lower_db=lower)
+
+    def lines(self, per_octave: int = 6) -> Floats:
+        """Lines (f,) to judge it at: its own points where it is a table of lines, else so many per octave, both ends
+        included."""
+        low, high = float(self.frequency_hz[0]), float(self.frequency_hz[-1])
+        octaves = math.log2(high / low)
+        if self.frequency_hz.size - 1 >= TABLE_PER_OCTAVE * octaves:
+            return self.frequency_hz
+        return np.geomspace(low, high, max(2, 1 + math.ceil(per_octave * octaves)))
+
+
+def ramps(low_hz: float, level_m_s2: float, *stretches: tuple[float, float]) -> Target:
+    """A target as specifications tell it: so much at the lowest frequency, then (up to Hz, slope in dB per octave)...
+
+    Tolerances are 6 dB either way until `Target.with_tolerance` says otherwise.
+    """
+    frequency, level = [low_hz], [level_m_s2]
+    for up_to_hz, slope in stretches:
+        level.append(level[-1] * 10 ** (slope * math.log2(up_to_hz / frequency[-1]) / 20))
+        frequency.append(up_to_hz)
+    six = np.full(len(level), 6.0)
+    return Target(np.asarray(frequency, dtype=np.float64), np.asarray(level), six, six)
+
+
+def _refuse(name: str, values: Floats, expected: str, good: Callable[[Floats], NDArray[np.bool_]]) -> None:
+    if not np.all(kept := good(values)):
+        at = int(np.flatnonzero(~kept)[0])
+        raise ValueError(f"{name} = {values[at]:g} at point {at + 1}: expected {expected}")
