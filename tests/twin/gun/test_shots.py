@@ -1,0 +1,179 @@
+"""The gun with effects: against scipy, its limits, and balances of energy and mass."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pyroshock.twin.effects import catalogue, effect
+from pyroshock.twin.gun.inverse import tank_pressure_for_velocity
+from pyroshock.twin.gun.nominal import muzzle_velocity, trajectory
+from pyroshock.twin.gun.shots import Status, gun_velocity
+
+from benchmarks.gun import THESIS_GUN, scalar_guns
+
+GUN = [kind for identity, kind in catalogue().items() if identity.startswith("gun.")]
+IDS = [kind.id for kind in GUN]
+PRESSURE = np.array([0.6e5, 1.7e5, 4e5, 7e5])
+MASS = np.array([0.15, 1.5, 0.4, 0.9])
+ABSOLUTE = effect("gun.back_pressure")
+#: Wide and sudden, but not nothing.
+WIDE = effect("gun.valve_flow", loss_coefficient=1e-3, opening_time_s=0.0)
+
+
+def by_scipy(pressure, mass, effects, method="LSODA", rtol=1e-10):
+    return np.array([gun.velocity(method, rtol) for gun in scalar_guns(THESIS_GUN, pressure, mass, effects)])
+
+
+def velocity(*effects, bench=THESIS_GUN):
+    return gun_velocity(bench, PRESSURE, MASS, effects).velocity_m_s
+
+
+def test_the_catalogue_names_the_seven_effects_of_the_gun():
+    names = (
+        "back_pressure",
+        "barrel_loss",
+        "blow_by",
+        "dead_volume",
+        "heat_exchange",
+        "sliding_friction",
+        "valve_flow",
+    )
+    assert [f"gun.{name}" for name in names] == sorted(IDS)
+
+
+@pytest.mark.parametrize("kind", GUN, ids=IDS)
+def test_an_effect_that_is_off_gives_the_nominal_velocity(kind):
+    off = kind(**{item.name: item.off for item in kind.parameters()})
+    np.testing.assert_allclose(velocity(off), muzzle_velocity(THESIS_GUN, PRESSURE, MASS), rtol=1e-13)
+
+
+@pytest.mark.parametrize("kind", GUN, ids=IDS)
+def test_an_effect_off_for_some_shots_leaves_those_nominal(kind):
+    on = {item.name: item.default for item in kind.parameters()}
+    off = {item.name: item.off for item in kind.parameters()}
+    mixed = kind(**{name: np.array([off[name], on[name], off[name], on[name]]) for name in on})
+    expected = np.where([True, False, True, False], velocity(), velocity(kind(**on)))
+    # Integrated steps hang on rounding.
+    np.testing.assert_allclose(velocity(mixed), expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("kind", GUN, ids=IDS)
+def test_every_effect_alone_is_as_scipy_has_it(kind):
+    np.testing.assert_allclose(velocity(kind()), by_scipy(PRESSURE, MASS, [kind()]), rtol=1e-6)
+
+
+WITHIN = {
+    "atmosphere_pa": (9e4, 1.05e5),
+    "discharge_coefficient": (0.1, 1.0),
+    "wear_m": (0.0, 1e-3),
+    "loss_coefficient": (10.0, 1e3),
+    "opening_time_s": (0.0, 0.2),
+    "friction_factor": (0.0, 0.2),
+    "drag_coefficient": (0.0, 10.0),
+    "added_coefficient": (0.0, 2.0),
+    "seal_force_n": (0.0, 20.0),
+    "share": (-0.5, 1.0),
+    "volume_m3": (0.0, 2e-3),
+}
+
+
+def mixture(rng):
+    kinds = rng.choice(np.array(GUN, dtype=object), size=rng.integers(2, 6), replace=False)
+    return [kind(**{p.name: rng.uniform(*WITHIN[p.name], 3) for p in kind.parameters()}) for kind in kinds]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_mixtures_are_as_scipy_has_them(seed):
+    rng = np.random.default_rng(seed)
+    shots = (rng.uniform(2e5, 10e5, 3), rng.uniform(0.1, 1.5, 3))
+    effects = mixture(rng)
+    expected = by_scipy(*shots, effects, "DOP853", 1e-9)
+    np.testing.assert_allclose(gun_velocity(THESIS_GUN, *shots, effects).velocity_m_s, expected, rtol=1e-6)
+
+
+def test_the_order_of_effects_does_not_matter():
+    effects = [kind() for kind in GUN]
+    np.testing.assert_allclose(velocity(*effects), velocity(*effects[::-1]), rtol=1e-9)
+
+
+def test_a_wide_valve_is_no_valve():
+    np.testing.assert_allclose(velocity(WIDE), velocity(), rtol=2e-3)
+
+
+def test_a_valve_lets_the_dead_volume_fill_to_the_pressure_of_the_closed_form():
+    dead = effect("gun.dead_volume", volume_m3=1e-3)
+    np.testing.assert_allclose(velocity(WIDE, dead, ABSOLUTE), velocity(dead, ABSOLUTE), rtol=2e-3)
+
+
+def test_leakage_goes_with_its_area_to_nothing():
+    lost = [1 - velocity(effect("gun.blow_by", discharge_coefficient=c)) / velocity() for c in (1e-2, 1e-3)]
+    np.testing.assert_allclose(lost[0] / lost[1], 10, rtol=0.02)
+
+
+def test_heat_for_an_isothermal_expansion_gives_the_logarithm():
+    bench = replace(THESIS_GUN, friction_coefficient=0.0)
+    growth = bench.projectile_area_m2 * bench.travel_m / bench.tank_volume_m3
+    work = PRESSURE * bench.tank_volume_m3 * np.log1p(growth)
+    found = velocity(effect("gun.heat_exchange", share=1.0), bench=bench)
+    np.testing.assert_allclose(found, np.sqrt(2 * work / MASS), rtol=1e-12)
+
+
+def test_an_endless_tank_pushes_with_the_gauge_pressure_against_the_atmosphere():
+    bench = replace(THESIS_GUN, tank_volume_m3=1e6, friction_coefficient=0.0)
+    work = PRESSURE * bench.projectile_area_m2 * bench.travel_m
+    np.testing.assert_allclose(velocity(ABSOLUTE, bench=bench), np.sqrt(2 * work / MASS), rtol=1e-8)
+
+
+def test_absolute_pressure_does_the_work_of_the_absolute_gas_less_that_of_the_atmosphere():
+    b, air = THESIS_GUN, 101_325.0
+    swept = b.projectile_area_m2 * b.travel_m
+    gas = (PRESSURE + air) * b.tank_volume_m3 / 0.4 * (1 - (1 + swept / b.tank_volume_m3) ** -0.4)
+    energy = gas - air * swept - b.friction_work_j(MASS)
+    np.testing.assert_allclose(velocity(ABSOLUTE), np.sqrt(2 * energy / MASS), rtol=1e-12)
+
+
+def test_the_time_in_the_barrel_is_that_of_the_integrated_motion():
+    times = [trajectory(THESIS_GUN, q, m).exit_time_s for q, m in zip(PRESSURE, MASS, strict=True)]
+    np.testing.assert_allclose(gun_velocity(THESIS_GUN, PRESSURE, MASS).exit_time_s, times, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [(), (effect("gun.blow_by"),), (effect("gun.valve_flow", loss_coefficient=100.0),)],
+    ids=["closed", "one gas", "two gases"],
+)
+def test_shots_that_do_not_leave_say_where_they_are(effects):
+    bench = replace(THESIS_GUN, friction_coefficient=1.0, tank_volume_m3=2e-4)
+    shots = gun_velocity(bench, [10.0, 3e4, 9e5], [0.5, 5.0, 0.5], effects)
+    assert list(shots.status) == [Status.NOT_STARTED, Status.STOPPED, Status.LEFT]
+    assert list(shots.velocity_m_s[:2]) == [0, 0]
+    assert np.isnan(shots.exit_time_s[:2]).all()
+
+
+def test_velocity_rises_with_pressure_falls_with_mass_and_bends_down():
+    """Fig. 2.12, with every effect on."""
+    effects = [kind() for kind in GUN if kind.id != "gun.valve_flow"]
+    by_pressure = gun_velocity(THESIS_GUN, np.linspace(1e5, 10e5, 10), 0.5, effects).velocity_m_s
+    by_mass = gun_velocity(THESIS_GUN, 5e5, np.linspace(0.3, 2, 10), effects).velocity_m_s
+    assert np.all(np.diff(by_pressure) > 0)
+    assert np.all(np.diff(by_pressure, 2) < 0)
+    assert np.all(np.diff(by_mass) < 0)
+
+
+@pytest.mark.parametrize("effects", [[], [ABSOLUTE, effect("gun.blow_by")]], ids=["nominal", "with effects"])
+def test_the_pressure_for_a_velocity_gives_that_velocity(effects):
+    wanted = np.array([5.0, 15.0, 40.0])
+    pressure = tank_pressure_for_velocity(THESIS_GUN, wanted, 0.5, effects)
+    np.testing.assert_allclose(gun_velocity(THESIS_GUN, pressure, 0.5, effects).velocity_m_s, wanted, rtol=1e-8)
+
+
+def test_a_velocity_out_of_reach_is_named():
+    with pytest.raises(ValueError, match="velocity_m_s = 500: 5e\\+06 Pa in the tank do not reach it"):
+        tank_pressure_for_velocity(THESIS_GUN, [10.0, 500.0], 0.5)
+
+
+def test_parameters_for_another_number_of_shots_are_refused():
+    with pytest.raises(ValueError, match="dead_volume_m3 has shape \\(3,\\)"):
+        gun_velocity(THESIS_GUN, PRESSURE, MASS, [effect("gun.dead_volume", volume_m3=np.full(3, 1e-4))])

@@ -1,0 +1,62 @@
+"""What an effect of the gun may do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..effects import Effect
+from .shot import Shot
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """n shots at one instant of each, as hooks see them; all (n,), pressures absolute, gas behind the projectile."""
+
+    time_s: Floats
+    position_m: Floats
+    velocity_m_s: Floats  # not negative
+    gas_pressure_pa: Floats
+    gas_temperature_k: Floats
+    gas_density_kg_m3: Floats
+
+
+@dataclass(frozen=True)
+class GunEffect(Effect):
+    """An effect of the gun. It overrides one of the hooks; each does nothing by default.
+
+    An effect that only prepares the shot keeps the closed form. One with another hook has the motion integrated, and
+    says so by `moves`.
+    """
+
+    #: Whether `resistance_n` or `leak_kg_s` is there.
+    moves: ClassVar[bool] = False
+
+    def prepare(self, shot: Shot) -> Shot:
+        """The shot with other quantities. The result must not hang on the order of effects."""
+        return shot
+
+    def resistance_n(self, shot: Shot, instant: Instant) -> Floats | float:  # noqa: ARG002
+        """A force against the motion, not negative; 0 at rest."""
+        return 0.0
+
+    def leak_kg_s(self, shot: Shot, instant: Instant) -> Floats | float:  # noqa: ARG002
+        """Gas that escapes from behind the projectile; negative where it comes in."""
+        return 0.0
+
+    def off(self, shots: int) -> NDArray[np.bool_]:
+        """(n,): where every parameter has the value at which the effect does nothing."""
+        result = np.ones(shots, dtype=bool)
+        for item in self.parameters():
+            result &= np.asarray(getattr(self, item.name)) == item.off
+        return result
+
+    def take(self, rows: NDArray[np.intp]) -> Self:
+        """The effect on some of the shots."""
+        values = {item.name: np.asarray(getattr(self, item.name)) for item in self.parameters()}
+        return replace(self, **{name: value[rows] for name, value in values.items() if value.ndim})

@@ -1,0 +1,33 @@
+"""The atmosphere ahead of the projectile, and a gas law of absolute pressure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...effects import Value, parameter
+from ..effect import GunEffect
+from ..shot import Shot
+
+
+@dataclass(frozen=True)
+class BackPressure(GunEffect):
+    """Gauge pressure does not expand: the gas does, from Q0 + p_atm, and the atmosphere pushes back.
+
+    Between 0 (the nominal law) and the atmosphere the law is one of a pressure that counts from in between.
+    """
+
+    id = "gun.back_pressure"
+    law = "m dv/dt = (p - p_atm) A - F, p (V0 + A x)^n = (Q0 + p_atm) V0^n"
+    source = "Corner, Theory of the Interior Ballistics of Guns (1950), ch. 9; Mungan, Eur. J. Phys. 30 (2009) 453"
+
+    atmosphere_pa: Value = parameter(
+        "absolute pressure of the atmosphere", "Pa", default=101_325.0, low=0.0, high=110_000.0, off=0.0
+    )
+
+    def prepare(self, shot: Shot) -> Shot:
+        # A bench above standard pressure: flows must not see a vacuum below the law's zero.
+        return shot.but(
+            opposing_pressure_pa=self.atmosphere_pa, atmosphere_pa=np.maximum(shot.atmosphere_pa, self.atmosphere_pa)
+        )

@@ -1,0 +1,34 @@
+"""Losses that grow with the square of speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ...effects import Value, parameter
+from ..effect import Floats, GunEffect, Instant
+from ..shot import GAS_CONSTANT, Shot
+
+
+@dataclass(frozen=True)
+class BarrelLoss(GunEffect):
+    """The air that moves behind the projectile rubs along the bore (Darcy and Weisbach), the air ahead drags.
+
+    The drop of pressure along the column is taken from the force at its front. The inertia of the column is left out.
+    """
+
+    id = "gun.barrel_loss"
+    law = "F = A v^2 / 2 (f x / D rho_gas + Cd rho_atm)"
+    source = "Darcy-Weisbach: White, Fluid Mechanics, ch. 6; drag: Hoerner, Fluid-Dynamic Drag (1965), ch. 3"
+    moves: ClassVar[bool] = True
+
+    friction_factor: Value = parameter("Darcy's, of the bore", "", default=0.02, low=0.0, high=1.0, off=0.0)
+    drag_coefficient: Value = parameter(
+        "of the projectile, on its cross section", "", default=1.0, low=0.0, high=20.0, off=0.0
+    )
+
+    def resistance_n(self, shot: Shot, instant: Instant) -> Floats:
+        air = shot.atmosphere_pa / (GAS_CONSTANT * shot.temperature_k)
+        column = self.friction_factor * instant.position_m / shot.bore_diameter_m * instant.gas_density_kg_m3
+        heads: Floats = column + self.drag_coefficient * air
+        return shot.area_m2 * heads * instant.velocity_m_s**2 / 2

@@ -1,0 +1,30 @@
+"""Friction beyond the nominal coefficient."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...effects import Value, parameter
+from ..bench import STANDARD_GRAVITY_M_S2
+from ..effect import GunEffect
+from ..shot import Shot
+
+
+@dataclass(frozen=True)
+class SlidingFriction(GunEffect):
+    """More weight-borne friction, and the drag of a seal or of a tight bore, which no weight explains."""
+
+    id = "gun.sliding_friction"
+    law = "F = mu m g + dmu m g + F_seal"
+    source = "Coulomb friction, as eq. 2.13; seal drag: Parker O-Ring Handbook ORD 5700, ch. 5"
+
+    added_coefficient: Value = parameter(
+        "added to the nominal friction coefficient", "", default=0.3, low=0.0, high=10.0, off=0.0
+    )
+    seal_force_n: Value = parameter("constant drag of seal or fit", "N", default=5.0, low=0.0, high=1000.0, off=0.0)
+
+    def prepare(self, shot: Shot) -> Shot:
+        weight = shot.bullet_mass_kg * STANDARD_GRAVITY_M_S2
+        return shot.but(friction_n=shot.friction_n + np.asarray(self.added_coefficient) * weight + self.seal_force_n)

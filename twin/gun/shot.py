@@ -1,0 +1,126 @@
+"""What a shot of the gun is made of: the quantities through which effects meet."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+from typing import Any, Self, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .bench import STANDARD_GRAVITY_M_S2, GunBench, checked
+
+Floats = NDArray[np.float64]
+
+#: Of dry air, J/(kg K).
+GAS_CONSTANT = 287.05
+#: Standard atmosphere, ISO 2533, and a room.
+ATMOSPHERE_PA = 101_325.0
+ROOM_K = 293.15
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """n shots, SI; every array is (n,). Effects replace fields before the shots are fired.
+
+    The gas law is that of eq. 2.15 for gauge pressure plus `opposing_pressure_pa`: with 0 it is the nominal law of
+    gauge pressure, with the atmosphere it is the law of absolute pressure.
+    """
+
+    tank_pressure_pa: Floats  # gauge
+    bullet_mass_kg: Floats
+    tank_volume_m3: Floats
+    dead_volume_m3: Floats  # between tank and projectile, at the atmosphere's pressure until the shot
+    area_m2: Floats  # that the gas pushes on
+    travel_m: Floats
+    bore_diameter_m: Floats
+    projectile_diameter_m: Floats
+    friction_n: Floats
+    heat_capacity_ratio: float
+    polytropic_index: Floats  # takes the heat capacity ratio's place in eq. 2.15
+    opposing_pressure_pa: Floats  # ahead of the projectile, as far as the law knows it
+    atmosphere_pa: Floats
+    temperature_k: Floats  # of the tank, and outside
+    valve_area_m2: Floats  # of flow, wide open; infinite: no valve
+    opening_time_s: Floats
+    leak_area_m2: Floats  # of flow past the projectile
+
+    def __len__(self) -> int:
+        return len(self.tank_pressure_pa)
+
+    @property
+    def pressure_zero_pa(self) -> Floats:
+        """The absolute pressure at which the law's pressure is 0: the atmosphere for the nominal law."""
+        return np.asarray(self.atmosphere_pa - self.opposing_pressure_pa)
+
+    @property
+    def driving_pressure_pa(self) -> Floats:
+        """The law's pressure of the tank."""
+        return np.asarray(self.tank_pressure_pa + self.opposing_pressure_pa)
+
+    @property
+    def volume_m3(self) -> Floats:
+        """Of tank and dead volume."""
+        return np.asarray(self.tank_volume_m3 + self.dead_volume_m3)
+
+    @property
+    def filled_pressure_pa(self) -> Floats:
+        """The law's pressure once tank and dead volume are one: the sum of p V is kept, as no work is done."""
+        energy = self.driving_pressure_pa * self.tank_volume_m3 + self.opposing_pressure_pa * self.dead_volume_m3
+        return np.asarray(energy / self.volume_m3)
+
+    def take(self, rows: NDArray[np.intp]) -> Self:
+        """Some of the shots."""
+        values: dict[str, Any] = {item.name: getattr(self, item.name) for item in fields(self)}
+        some = {name: value[rows] for name, value in values.items() if isinstance(value, np.ndarray)}
+        return replace(self, **cast(dict[str, Any], some))
+
+    def but(self, **changed: ArrayLike) -> Self:
+        """The same with other values, one for all or one for each. Raises `ValueError` for the wrong number of them."""
+        arrays: dict[str, Any] = {name: self._for_each(name, value) for name, value in changed.items()}
+        return replace(self, **arrays)
+
+    def _for_each(self, name: str, value: ArrayLike) -> Floats:
+        values = np.asarray(value, dtype=np.float64)
+        if values.shape not in ((), (len(self),)):
+            raise ValueError(
+                f"{name} has shape {values.shape}: expected one value, or one for each of {len(self)} shots"
+            )
+        return np.broadcast_to(values, (len(self),))
+
+
+def nominal_shot(bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: ArrayLike) -> Shot:
+    """Shots of the nominal gun: pressures (gauge) and masses broadcast to (n,).
+
+    Raises `ValueError` as `muzzle_velocity` does, and for more than one dimension.
+    """
+    pressure, mass = np.broadcast_arrays(
+        checked("tank_pressure_pa", tank_pressure_pa, zero_allowed=True), checked("bullet_mass_kg", bullet_mass_kg)
+    )
+    pressure, mass = np.atleast_1d(pressure), np.atleast_1d(mass)
+    if pressure.ndim != 1:
+        raise ValueError(f"tank pressures and bullet masses have shape {pressure.shape}: expected (n,)")
+
+    def each(value: float) -> Floats:
+        return np.broadcast_to(np.float64(value), pressure.shape)
+
+    return Shot(
+        tank_pressure_pa=pressure,
+        bullet_mass_kg=mass,
+        tank_volume_m3=each(bench.tank_volume_m3),
+        dead_volume_m3=each(0.0),
+        area_m2=each(bench.projectile_area_m2),
+        travel_m=each(bench.travel_m),
+        bore_diameter_m=each(bench.bore_diameter_m),
+        projectile_diameter_m=each(bench.projectile_diameter_m),
+        friction_n=np.asarray(bench.friction_coefficient * STANDARD_GRAVITY_M_S2 * mass),
+        heat_capacity_ratio=bench.heat_capacity_ratio,
+        polytropic_index=each(bench.heat_capacity_ratio),
+        opposing_pressure_pa=each(0.0),
+        atmosphere_pa=each(ATMOSPHERE_PA),
+        temperature_k=each(ROOM_K),
+        valve_area_m2=each(math.inf),
+        opening_time_s=each(0.0),
+        leak_area_m2=each(0.0),
+    )

@@ -1,0 +1,120 @@
+"""The gun stage: tank pressures to muzzle velocities, nominal or with effects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..effects import checked_effects
+from .bench import GunBench
+from .chambers import Chamber, TwoChambers
+from .effect import GunEffect
+from .expansion import ideal_velocity_m_s, starting_force_n, travel_time_s
+from .shot import Floats, Shot, nominal_shot
+
+
+class Status(IntEnum):
+    """How a shot ended."""
+
+    LEFT = 0
+    STOPPED = 1  # in the barrel
+    NOT_STARTED = 2
+
+    @property
+    def words(self) -> str:
+        return ("left", "stopped in the barrel", "did not start")[self]
+
+
+@dataclass(frozen=True, eq=False)
+class GunShots:
+    """n shots: velocity at the vent holes (0 for one that does not get there), when (NaN), and `Status` of each."""
+
+    velocity_m_s: Floats
+    exit_time_s: Floats
+    status: NDArray[np.int_]
+
+    @property
+    def left(self) -> NDArray[np.bool_]:
+        return np.asarray(self.status == Status.LEFT)
+
+    def put(self, rows: NDArray[np.intp], others: GunShots) -> None:
+        """Writes others into some rows."""
+        self.velocity_m_s[rows], self.exit_time_s[rows] = others.velocity_m_s, others.exit_time_s
+        self.status[rows] = others.status
+
+    def words(self) -> list[str]:
+        """Of each status."""
+        return [Status(int(code)).words for code in self.status]
+
+
+def gun_velocity(
+    bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: ArrayLike, effects: Sequence[GunEffect] = ()
+) -> GunShots:
+    """Shots with gauge pressures (Pa) and masses (kg), broadcast to (n,): eq. 2.16, 2.18, and what effects do to it.
+
+    The bench's efficiency still stands before the velocity: it is 1 where effects say where the losses are. In
+    closed form without effects and where they only prepare the shot. Raises `ValueError` as `muzzle_velocity` does,
+    for an effect given twice and for parameters that are not one or n; `TypeError` for another stage's effect.
+    """
+    shot = nominal_shot(bench, tank_pressure_pa, bullet_mass_kg)
+    acting = checked_effects(effects, GunEffect)
+    for effect in acting:
+        shot = effect.prepare(shot)
+    return _fired(shot, acting, bench.efficiency)
+
+
+def _fired(shot: Shot, effects: Sequence[GunEffect], efficiency: float) -> GunShots:
+    n = len(shot)
+    moving = np.zeros(n, dtype=bool)
+    for effect in effects:
+        if effect.moves:
+            moving |= ~effect.off(n)
+    valve = np.isfinite(shot.valve_area_m2)
+    shots = GunShots(np.zeros(n), np.full(n, np.nan), np.full(n, Status.STOPPED, dtype=np.int_))
+    ways = ((~moving & ~valve, _closed), (moving & ~valve, _one_chamber), (valve, _two_chambers))
+    for mask, way in ways:
+        rows = np.flatnonzero(mask)
+        if rows.size:
+            shots.put(rows, way(shot.take(rows), [effect.take(rows) for effect in effects if effect.moves]))
+    return replace(shots, velocity_m_s=efficiency * shots.velocity_m_s)
+
+
+def _closed(shot: Shot, _: Sequence[GunEffect]) -> GunShots:
+    velocity = ideal_velocity_m_s(shot)
+    left = velocity > 0
+    time = np.full(len(shot), np.nan)
+    time[left] = travel_time_s(shot.take(np.flatnonzero(left)))
+    status = np.where(left, Status.LEFT, np.where(starting_force_n(shot) > 0, Status.STOPPED, Status.NOT_STARTED))
+    return GunShots(velocity, time, status)
+
+
+def _one_chamber(shot: Shot, effects: Sequence[GunEffect]) -> GunShots:
+    # Without a valve the pressure only falls: a projectile that does not start now never does.
+    n = len(shot)
+    shots = GunShots(np.zeros(n), np.full(n, np.nan), np.full(n, Status.NOT_STARTED, dtype=np.int_))
+    rows = np.flatnonzero(starting_force_n(shot) > 0)
+    if rows.size:
+        shots.put(rows, _moved(Chamber(shot.take(rows), [effect.take(rows) for effect in effects])))
+    return shots
+
+
+def _two_chambers(shot: Shot, effects: Sequence[GunEffect]) -> GunShots:
+    return _moved(TwoChambers(shot, effects))
+
+
+def _moved(chamber: Chamber) -> GunShots:
+    from ..ode import Tolerance, run
+
+    shot, start = chamber.shot, chamber.start()
+    scale = np.sqrt(shot.travel_m * shot.bullet_mass_kg / (shot.area_m2 * np.maximum(shot.driving_pressure_pa, 1.0)))
+    floor = np.empty_like(start)
+    floor[0], floor[1] = 0.1 * shot.travel_m, 0.1 * shot.travel_m / scale
+    floor[2::2], floor[3::2] = shot.driving_pressure_pa, 0.01 * start[3::2].max(axis=0)
+    ends = run(chamber, start, 1e-3 * scale, Tolerance(chamber.step_error, np.maximum(floor, 1e-300)), chamber.method)
+    velocity = np.where(ends.reached, ends.state[1], 0.0)
+    status = np.where(ends.reached, Status.LEFT, np.where(ends.state[0] > 0, Status.STOPPED, Status.NOT_STARTED))
+    return GunShots(velocity, np.where(ends.reached, ends.time, np.nan), status)

@@ -1,0 +1,196 @@
+"""Many small initial value problems at once, each with its own steps.
+
+A problem runs until its first quantity has grown to a target. A step that passes the target is taken again, shorter,
+until it ends there; what has ended leaves the arrays, so that the slowest problem does not carry the others. The step
+is Dormand and Prince's (`DORMAND_PRINCE`), or for stiff problems Rodas (`rosenbrock.RODAS`).
+
+Source: Dormand and Prince, J. Comput. Appl. Math. 6 (1980) 19; step control: Hairer, Norsett and Wanner, Solving
+Ordinary Differential Equations I, section II.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Rows = NDArray[np.intp]
+
+_NODES = (0.2, 0.3, 0.8, 8 / 9, 1.0, 1.0)
+_STAGES = (
+    np.array([1 / 5]),
+    np.array([3 / 40, 9 / 40]),
+    np.array([44 / 45, -56 / 15, 32 / 9]),
+    np.array([19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729]),
+    np.array([9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656]),
+    np.array([35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84]),
+)
+# The difference of both orders.
+_ERROR = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+# So near the target, relative to it, a straight line leads there: what it misses goes with the square of this.
+_AT_TARGET = 1e-5
+_MOST_STEPS = 200_000
+
+
+class Problems(Protocol):
+    """n initial value problems of k quantities; the target belongs to the first quantity."""
+
+    @property
+    def target(self) -> Floats:
+        """(n,), positive; the first quantity starts below it."""
+        ...
+
+    def rates(self, time: Floats, state: Floats) -> Floats:
+        """(k, n) for times (n,) and states (k, n)."""
+        ...
+
+    def given_up(self, time: Floats, state: Floats) -> Flags:
+        """(n,): those that will never reach their target."""
+        ...
+
+    def take(self, rows: Rows) -> Self:
+        """Some of them."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class Ends:
+    """Where n problems ended: times (n,), states (k, n), and which reached their targets (n,)."""
+
+    time: Floats
+    state: Floats
+    reached: Flags
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """Error allowed in a step: `relative` times the size of a quantity, which counts as its `floor` (k, n) at least."""
+
+    relative: float
+    floor: Floats
+
+
+Rates = Callable[[Floats, Floats], Floats]
+
+
+@dataclass(frozen=True)
+class Method:
+    """A step: of (rates, time, state, rates at the begin, step, size of the quantities), it gives the state at the end,
+    the rates there and the estimated error, each (k, n). The error goes with the step to the power `order`.
+    """
+
+    step: Callable[[Rates, Floats, Floats, Floats, Floats, Floats], tuple[Floats, Floats, Floats]]
+    order: int
+
+
+def dormand_prince_step(
+    rates: Rates, time: Floats, state: Floats, first: Floats, step: Floats, _: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """One step of order 5, with an error of order 4 beside it."""
+    k, n = state.shape
+    slopes = np.empty((7, k, n))
+    slopes[0] = first
+    flat = slopes.reshape(7, k * n)
+    for i, (node, weights) in enumerate(zip(_NODES, _STAGES, strict=True), 1):
+        at = (weights @ flat[:i]).reshape(k, n)
+        at *= step
+        at += state
+        slopes[i] = rates(time + node * step, at)
+    return at, slopes[6], (_ERROR @ flat).reshape(k, n) * step
+
+
+DORMAND_PRINCE = Method(dormand_prince_step, 5)
+
+
+def run(problems: Problems, start: Floats, first_step: Floats, tolerance: Tolerance, method: Method) -> Ends:
+    """Every problem from `start` (k, n) at time 0 to its end. `first_step` (n,) is where the search for steps begins.
+
+    Raises `RuntimeError` when a problem takes more than 200,000 steps.
+    """
+    n = start.shape[1]
+    ends = Ends(np.zeros(n), start.copy(), np.zeros(n, dtype=bool))
+    rows, floor = np.arange(n), tolerance.floor
+    now = _Now(
+        np.zeros(n), start.copy(), problems.rates(np.zeros(n), start), first_step.copy(), np.zeros(n, dtype=bool)
+    )
+    for _ in range(_MOST_STEPS):
+        # A step that is too long may leave what the rates are made for; it is not taken then.
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            now, at_target = _advanced(problems, now, tolerance.relative, floor, method)
+        ended = at_target | problems.given_up(now.time, now.state)
+        if ended.any():
+            gone = rows[ended]
+            ends.time[gone], ends.state[:, gone], ends.reached[gone] = (
+                now.time[ended],
+                now.state[:, ended],
+                at_target[ended],
+            )
+            stay = np.flatnonzero(~ended)
+            if not stay.size:
+                return ends
+            problems, now, rows, floor = problems.take(stay), now.take(stay), rows[stay], floor[:, stay]
+    raise RuntimeError(f"{rows.size} of {n} problems took more than {_MOST_STEPS} steps; the first is number {rows[0]}")
+
+
+@dataclass(frozen=True, eq=False)
+class _Now:
+    """How far problems are: time (n,), state and rates (k, n), the next step (n,), whether it aims at the target."""
+
+    time: Floats
+    state: Floats
+    slope: Floats
+    step: Floats
+    aims: Flags
+
+    def take(self, rows: Rows) -> _Now:
+        return _Now(self.time[rows], self.state[:, rows], self.slope[:, rows], self.step[rows], self.aims[rows])
+
+
+def _advanced(problems: Problems, now: _Now, relative: float, floor: Floats, method: Method) -> tuple[_Now, Flags]:
+    """After one attempt of each, and which of them have reached their targets."""
+    size = np.maximum(np.abs(now.state), floor)
+    new, slope, error = method.step(problems.rates, now.time, now.state, now.slope, now.step, size)
+    error = error / np.maximum(np.abs(new), floor)
+    ratio = np.sqrt(np.einsum("kn,kn->n", error, error) / len(error)) / relative
+    good = (ratio <= 1) & np.isfinite(slope).all(axis=0)  # the first is False for NaN, too
+    gap = new[0] - problems.target
+    at_target = good & (np.abs(gap) <= _AT_TARGET * problems.target)
+    passed = good & (gap > 0) & ~at_target
+    taken = good & ~passed
+    time, step = now.time + now.step, now.step * _growth(ratio, method.order)
+    if at_target.any():
+        late = np.where(at_target, gap / np.where(at_target, slope[0], 1.0), 0.0)
+        new -= late * slope
+        time -= late
+    short = taken & now.aims & (slope[0] > 0)
+    step[short] = (-gap / np.where(short, slope[0], 1.0))[short]
+    if passed.any():
+        ends = (now.step, now.state[0], now.slope[0], new[0], slope[0], problems.target)
+        step[passed] = _aimed(*(value[passed] for value in ends))
+    if taken.all():
+        return _Now(time, new, slope, step, passed | now.aims), at_target
+    time, state = np.where(taken, time, now.time), np.where(taken, new, now.state)
+    return _Now(time, state, np.where(taken, slope, now.slope), step, passed | now.aims), at_target
+
+
+def _growth(ratio: Floats, order: int) -> Floats:
+    """By how much the next step is longer."""
+    with np.errstate(divide="ignore", over="ignore"):
+        factor = 0.9 * ratio ** (-1 / order)
+    return np.asarray(np.clip(np.nan_to_num(factor, nan=0.2), 0.2, 5.0))
+
+
+def _aimed(step: Floats, start: Floats, rate: Floats, end: Floats, end_rate: Floats, target: Floats) -> Floats:
+    """The step after which the first quantity is at its target, by the cubic through both ends of a longer one."""
+    rise, r0, r1 = end - start, step * rate, step * end_rate
+    s = (target - start) / rise
+    for _ in range(4):
+        value = s * (r0 + s * (3 * rise - 2 * r0 - r1 + s * (r0 + r1 - 2 * rise)))
+        slope = r0 + s * (2 * (3 * rise - 2 * r0 - r1) + 3 * s * (r0 + r1 - 2 * rise))
+        s = np.clip(s + (target - start - value) / np.where(slope > 0, slope, rise), 0.01, 1.0)
+    return np.asarray(step * s)
