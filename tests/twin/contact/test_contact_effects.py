@@ -1,0 +1,157 @@
+"""Effects of the contact: off is Hertz, each does what its law says, and only where it acts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from contact_bodies import impacts
+from pyroshock.twin.contact.bodies import MissingQuantityError
+from pyroshock.twin.contact.damping import restitution_of
+from pyroshock.twin.contact.effect import ContactEffect
+from pyroshock.twin.contact.effects.effective_mass import EffectiveMass
+from pyroshock.twin.contact.effects.layer_compliance import LayerCompliance
+from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
+from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
+from pyroshock.twin.contact.effects.tip_geometry import TipGeometry
+from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
+from pyroshock.twin.contact.hertz import hertz
+from pyroshock.twin.contact.impact import impact
+from pyroshock.twin.contact.yielding import yield_load, yield_velocity
+from pyroshock.twin.effects import catalogue
+
+EFFECTS = {name: kind for name, kind in catalogue().items() if issubclass(kind, ContactEffect)}
+every_effect = pytest.mark.parametrize("kind", EFFECTS.values(), ids=EFFECTS.keys())
+
+BODIES = impacts(impact_velocity_m_s=[0.3, 1.2, 5.0])
+INSULATED = np.array([True, False, True])
+
+
+def test_the_catalogue_has_them() -> None:
+    assert set(EFFECTS) == {
+        "contact.effective_mass",
+        "contact.layer_compliance",
+        "contact.plastic_yield",
+        "contact.plate_compliance",
+        "contact.tip_geometry",
+        "contact.viscous_loss",
+    }
+
+
+@every_effect
+def test_off_is_hertz_to_the_last_digit(kind: type[ContactEffect]) -> None:
+    off = kind(**{item.name: item.off for item in kind.parameters()})
+    nominal = impact(BODIES, insulated=INSULATED)
+    assert np.array_equal(impact(BODIES, [off], insulated=INSULATED).force_n(33), nominal.force_n(33))
+
+
+@every_effect
+def test_default_changes_the_pulse(kind: type[ContactEffect]) -> None:
+    changed = impact(BODIES, [kind()], insulated=np.ones(3, dtype=bool)).peak_force_n
+    assert not np.allclose(changed, hertz(BODIES).peak_force_n, rtol=1e-3)
+
+
+@every_effect
+def test_one_parameter_for_each_impact(kind: type[ContactEffect]) -> None:
+    items = kind.parameters()
+    each = kind(**{item.name: np.linspace(item.default, item.off, 3) for item in items})
+    together = impact(BODIES, [each], insulated=np.ones(3, dtype=bool)).peak_force_n
+    for row in range(3):
+        one = kind(**{item.name: float(np.linspace(item.default, item.off, 3)[row]) for item in items})
+        alone = impact(impacts(impact_velocity_m_s=BODIES.impact_velocity_m_s[row]), [one], insulated=np.array([True]))
+        assert alone.peak_force_n[0] == pytest.approx(together[row], rel=1e-9)
+
+
+@every_effect
+def test_parameters_of_other_impacts_are_refused(kind: type[ContactEffect]) -> None:
+    wrong = kind(**{item.name: np.full(2, item.default) for item in kind.parameters()})
+    with pytest.raises(ValueError, match=f"{kind.id}: parameter of shape"):
+        impact(BODIES, [wrong])
+
+
+def test_viscous_loss_tells_its_restitution() -> None:
+    velocity = BODIES.impact_velocity_m_s
+    effect = ViscousLoss(0.4)
+    found = impact(BODIES, [effect]).restitution.value
+    assert found == pytest.approx(effect.restitution(velocity), rel=1e-6)
+    assert found == pytest.approx(restitution_of(0.4 * velocity), rel=1e-6)
+
+
+def test_viscous_loss_of_a_wanted_restitution() -> None:
+    wanted = np.array([0.3, 0.6, 0.9])
+    effect = ViscousLoss.of_restitution(wanted, BODIES.impact_velocity_m_s)
+    assert impact(BODIES, [effect]).restitution.value == pytest.approx(wanted, rel=1e-6)
+
+
+def test_restitution_is_the_same_for_any_tip_and_layer() -> None:
+    """The motion's integral knows only the work: a (1 + e) = ln((1 + a) / (1 - e a)) for every elastic curve."""
+    others = [ViscousLoss(0.4), TipGeometry(1.1), LayerCompliance(1e-7), EffectiveMass(2.0)]
+    found = impact(BODIES, others, insulated=np.ones(3, dtype=bool)).restitution.value
+    assert found == pytest.approx(ViscousLoss(0.4).restitution(BODIES.impact_velocity_m_s), rel=2e-6)
+
+
+def test_small_losses_grow_with_the_velocity() -> None:
+    """Eq. 1.19 with alpha = (2/3) chi."""
+    effect = ViscousLoss(0.003)
+    loss = 1 - impact(BODIES, [effect]).restitution.value
+    assert loss == pytest.approx(2 / 3 * 0.003 * BODIES.impact_velocity_m_s, rel=0.02)
+
+
+def test_layer_acts_where_the_insulator_is() -> None:
+    pulse, nominal = (impact(BODIES, effects, insulated=INSULATED) for effects in ([LayerCompliance(1e-7)], []))
+    softer = pulse.peak_force_n < 0.99 * nominal.peak_force_n
+    assert softer.tolist() == INSULATED.tolist()
+    assert pulse.force_n()[1] == pytest.approx(nominal.force_n()[1], rel=1e-12)
+
+
+def test_nothing_yields_below_the_yield_velocity() -> None:
+    velocity = yield_velocity(impacts())[0]
+    bodies = impacts(impact_velocity_m_s=velocity * np.array([0.99, 1.01]))
+    marks = impact(bodies, [PlasticYield()]).permanent_indentation_m
+    assert marks[0] == 0.0
+    assert marks[1] > 0.0
+
+
+def test_yield_load_is_hertz_load_of_its_pressure() -> None:
+    """Johnson, eq. 4.24: p0 = (6 F E*^2 / (pi^3 R^2))^(1/3); delrin yields before aluminium."""
+    load = yield_load(impacts())
+    pressure = (6 * load / (np.pi**3 * 0.03**2 * impacts().compliance_1_pa ** 2)) ** (1 / 3)
+    assert pressure == pytest.approx([1.6 * 71.7e6])
+
+
+def test_plastic_yield_asks_for_strengths() -> None:
+    with pytest.raises(MissingQuantityError, match=r"contact.plastic_yield needs target_yield_strength_pa"):
+        impact(impacts(target_yield_strength_pa=None), [PlasticYield()])
+
+
+def test_plate_compliance_asks_for_the_thickness() -> None:
+    with pytest.raises(MissingQuantityError, match=r"contact.plate_compliance needs plate_thickness_m"):
+        impact(impacts(plate_thickness_m=None), [PlateCompliance()])
+
+
+def test_plates_own_material_may_be_another_one() -> None:
+    stiffer = impact(BODIES, [PlateCompliance()], plate_impedance_n_s_m=np.full(3, 1e6))
+    assert stiffer.restitution.value == pytest.approx(1.0, abs=0.01)
+    assert np.all(impact(BODIES, [PlateCompliance()]).restitution.value < 0.9)
+
+
+def test_mass_scales_the_impulse() -> None:
+    heavier = impact(BODIES, [EffectiveMass(1.5)])
+    assert heavier.impulse_n_s == pytest.approx(1.5 * hertz(BODIES).impulse_n_s, rel=1e-7)
+    assert heavier.peak_force_n == pytest.approx(1.5**0.6 * hertz(BODIES).peak_force_n, rel=1e-7)
+
+
+def test_worn_tip_keeps_the_force_at_its_reference() -> None:
+    """An impact that comes just to the reference has the ball's peak where the energies are the same."""
+    depth = 2e-4
+    stiffness = impacts().hertz_stiffness_n_m15
+    energy = stiffness * depth**2.5 / (1.2 + 1)  # of the worn tip at that depth: k d^(3/2 - p) d^(p + 1) / (p + 1)
+    bodies = impacts(impact_velocity_m_s=np.sqrt(2 * energy / 0.32))
+    pulse = impact(bodies, [TipGeometry(1.2, depth)])
+    assert pulse.deepest_indentation_m == pytest.approx([depth], rel=1e-6)
+    assert pulse.peak_force_n == pytest.approx(stiffness * depth**1.5, rel=1e-6)
+
+
+def test_effects_of_other_stages_are_refused() -> None:
+    other = next(kind for kind in catalogue().values() if not issubclass(kind, ContactEffect))
+    with pytest.raises(TypeError, match="expected effects of ContactEffect"):
+        impact(BODIES, [other()])

@@ -1,0 +1,174 @@
+"""The contact as a stage: strikes to pulses."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pyroshock.twin.contact.effects.layer_compliance import LayerCompliance
+from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
+from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
+from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
+from pyroshock.twin.contact.hertz import hertz
+from pyroshock.twin.contact.hunt_crossley import hunt_crossley
+from pyroshock.twin.contact.laws import LAWS
+from pyroshock.twin.contact.restitution.base import LEAST
+from pyroshock.twin.contact.spread import NO_SPREAD, SPREADS, Spread
+from pyroshock.twin.contact.stage import LawContact
+from pyroshock.twin.contact.struck import bodies_of, impedance
+from pyroshock.twin.materials import THESIS
+from pyroshock.twin.setting import Setting
+from pyroshock.twin.strikes import ContactStage, Strikes
+
+SETTING = Setting(0.5, THESIS["delrin"], 0.03, THESIS["aluminum"], 0.01, 5.0, impact_velocity_m_s=1.0)
+ANVIL = replace(SETTING, anvil=THESIS["steel"], insulator="polymeric")
+STRIKES = Strikes([SETTING, ANVIL, replace(SETTING, tip=THESIS["steel"])], np.array([0.5, 2.0, 20.0]))
+STAGES = {
+    **{law: LawContact(law) for law in LAWS},
+    "hann, weir-tallon": LawContact("hann", "weir-tallon"),
+    "effects": LawContact(effects=[ViscousLoss(0.05), LayerCompliance(1e-7), PlateCompliance(0.5), PlasticYield()]),
+}
+every_stage = pytest.mark.parametrize("stage", STAGES.values(), ids=STAGES.keys())
+
+
+@every_stage
+def test_pulses_push_and_end_at_zero(stage: ContactStage) -> None:
+    pulses = stage.pulses(STRIKES)
+    assert pulses.force_n.shape == (3, 65)
+    assert np.all(pulses.force_n[:, [0, -1]] == 0)
+    assert np.all(pulses.force_n >= 0)
+    assert np.all((pulses.compression_time_s > 0) & (pulses.compression_time_s < pulses.contact_time_s))
+
+
+@pytest.mark.parametrize("name", [name for name in STAGES if name not in ("hunter", "reed")])
+def test_sampled_impulse_is_the_momentum_exchanged(name: str) -> None:
+    """Hunter and Reed know the tip's sphere only. No other pulse gives more than 2 m u, or less than m u."""
+    momentum = 0.5 * STRIKES.impact_velocity_m_s
+    share = STAGES[name].pulses(STRIKES).impulse_n_s / momentum
+    assert np.all((share > 0.99) & (share < 2.001))
+
+
+def test_slow_end_of_a_lossy_pulse_is_cut() -> None:
+    """With e = 0.01 the contact lasts 13 times the pulse: 65 phases of it would give half of its impulse."""
+    law = hunt_crossley(bodies_of(STRIKES))
+    assert law.restitution.value[2] == LEAST
+    cut = LawContact("hunt-crossley").pulses(STRIKES)
+    assert cut.contact_time_s[2] < 0.1 * law.contact_time_s[2]
+    assert cut.impulse_n_s[2] == pytest.approx(law.impulse_n_s[2], rel=0.015)
+    assert cut.peak_force_n[2] == pytest.approx(law.peak_force_n[2], rel=0.01)
+
+
+def test_first_layer_hit_is_the_target() -> None:
+    bodies = bodies_of(STRIKES)
+    assert bodies.target_youngs_modulus_pa.tolist() == [69.9e9, 200e9, 69.9e9]
+    assert impedance(STRIKES)[0] == impedance(STRIKES)[1]
+
+
+def test_layer_acts_below_the_insulator_only() -> None:
+    soft, hard = (LawContact(effects=effects).pulses(STRIKES) for effects in ([LayerCompliance(1e-6)], []))
+    assert (soft.peak_force_n < 0.9 * hard.peak_force_n).tolist() == [False, True, False]
+
+
+@every_stage
+def test_zero_normals_are_the_mean_pulse(stage: ContactStage) -> None:
+    assert stage.normals == 2
+    mean, drawn = stage.pulses(STRIKES), stage.pulses(STRIKES, np.zeros((3, 2)))
+    assert drawn.force_n == pytest.approx(mean.force_n)
+    assert drawn.contact_time_s == pytest.approx(mean.contact_time_s)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_scatter_has_the_tables_mean_error(law: str) -> None:
+    """Mean |predicted - measured| / measured, over 5,000 draws."""
+    rng = np.random.default_rng(1)
+    strikes = Strikes([SETTING] * 5_000, np.ones(5_000))
+    stage = LawContact(law)
+    mean, drawn = stage.pulses(Strikes([SETTING], np.ones(1))), stage.pulses(strikes, rng.standard_normal((5_000, 2)))
+    force = np.mean(np.abs(mean.peak_force_n - drawn.peak_force_n) / drawn.peak_force_n)
+    time = np.mean(np.abs(mean.contact_time_s - drawn.contact_time_s) / drawn.contact_time_s)
+    assert force == pytest.approx(SPREADS[law].force, rel=0.08)
+    assert time == pytest.approx(SPREADS[law].time, rel=0.08)
+
+
+def test_small_spread_is_the_normals_own() -> None:
+    assert Spread(0.01, 0.02, "assumed").logarithmic == pytest.approx(np.sqrt(np.pi / 2) * np.array([0.01, 0.02]), 1e-3)
+
+
+def test_a_law_without_spread_takes_no_normals() -> None:
+    stage = LawContact(spread=NO_SPREAD)
+    assert stage.normals == 0
+    assert stage.pulses(STRIKES, np.zeros((3, 0))).force_n == pytest.approx(stage.pulses(STRIKES).force_n)
+
+
+def test_normals_of_another_shape_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"z has shape \(2, 2\): expected \(3, 2\)"):
+        LawContact().pulses(STRIKES, np.zeros((2, 2)))
+
+
+@pytest.mark.parametrize("field", ["force", "time"])
+def test_impossible_spread_is_refused(field: str) -> None:
+    with pytest.raises(ValueError, match=f"spread of {field} = -0.1"):
+        replace(NO_SPREAD, **{field: -0.1})
+
+
+def test_labels_say_what_answered() -> None:
+    assert LawContact().label == "hertz"
+    assert LawContact("hann", "weir-tallon").label == "hann + weir-tallon"
+    assert LawContact(effects=[ViscousLoss(), PlasticYield()]).label == (
+        "hertz + contact.viscous_loss + contact.plastic_yield"
+    )
+
+
+def _told(stage: ContactStage) -> list[set[str]]:
+    return [{item.predictor for item in each} for each in stage.outside(STRIKES)]
+
+
+def test_what_lies_outside_is_told() -> None:
+    """The slow delrin tip yields, too: at 0.5 m/s its peak pressure is 1.6 times its strength already."""
+    bodies = bodies_of(STRIKES)
+    assert hertz(bodies).peak_force_n[0] > 0
+    velocity = {"impact_velocity_m_s"}
+    assert _told(LawContact()) == [velocity, velocity | {"insulator"}, velocity]
+    assert _told(LawContact("hunt-crossley"))[2] == velocity | {"restitution"}
+
+
+def test_effects_that_know_a_thing_do_not_tell_it() -> None:
+    assert _told(LawContact(effects=[PlasticYield(), LayerCompliance()])) == [set(), set(), set()]
+
+
+def test_slow_soft_impact_lies_inside() -> None:
+    gentle = Strikes([replace(SETTING, tip=THESIS["polyurethane"])], np.array([0.2]))
+    assert LawContact().outside(gentle) == [()]
+
+
+def test_unknown_strength_tells_nothing_of_yield() -> None:
+    unknown = replace(SETTING, tip=replace(THESIS["delrin"], yield_strength_pa=None))
+    assert LawContact().outside(Strikes([unknown], np.array([9.0]))) == [()]
+
+
+def test_effects_change_hertz_only() -> None:
+    with pytest.raises(ValueError, match="effects of the contact on 'hann': expected 'hertz'"):
+        LawContact("hann", effects=[ViscousLoss()])
+
+
+def test_unknown_laws_are_refused_at_once() -> None:
+    with pytest.raises(LookupError, match="no law of contact 'herz'"):
+        LawContact("herz")
+
+
+@every_stage
+def test_stage_can_be_pickled(stage: ContactStage) -> None:
+    again = pickle.loads(pickle.dumps(stage))
+    assert again.pulses(STRIKES).force_n == pytest.approx(stage.pulses(STRIKES).force_n)
+
+
+def test_strikes_do_not_meet() -> None:
+    stage = STAGES["effects"]
+    together = stage.pulses(STRIKES).force_n
+    alone = [
+        stage.pulses(Strikes([setting], STRIKES.impact_velocity_m_s[k : k + 1])).force_n[0]
+        for k, setting in enumerate(STRIKES.settings)
+    ]
+    assert together == pytest.approx(np.array(alone), rel=1e-9)

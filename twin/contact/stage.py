@@ -1,0 +1,92 @@
+"""The contact as a stage of the chain: strikes to pulses, by a law."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..effects import Effect, checked_effects
+from ..strikes import Outside, Pulses, Strikes
+from .bodies import Floats
+from .domain import outside
+from .effect import ContactEffect
+from .impact import impact
+from .laws import contact_law
+from .pulse import ContactPulse
+from .spread import NO_SPREAD, SPREADS, Spread
+from .struck import bodies_of, impedance, insulated
+from .trimming import trimmed
+
+#: Equidistant points of a pulse's contact.
+PHASES = 65
+#: Of each contact's own time: half of those that `impact` takes, since 1e-5 is more than enough here.
+_STEPS = 48
+
+
+@dataclass(frozen=True)
+class LawContact:
+    """A nominal law by name, or Hertz' impact with effects: a `ContactStage`.
+
+    `restitution` names a law of restitution for the laws that lose energy. `spread` is the law's typical error unless
+    told otherwise (`SPREADS`); `NO_SPREAD` for none. Raises `LookupError` for names there are none of, `ValueError`
+    for effects on another law than "hertz", `TypeError` for effects of another stage.
+    """
+
+    law: str = "hertz"
+    restitution: str | None = None
+    effects: Sequence[Effect] = ()
+    spread: Spread | None = None
+
+    def __post_init__(self) -> None:
+        contact_law(self.law, self.restitution)
+        object.__setattr__(self, "effects", checked_effects(self.effects, ContactEffect))
+        if self.effects and self.law != "hertz":
+            raise ValueError(f"effects of the contact on {self.law!r}: expected 'hertz', the law that they change")
+
+    @property
+    def label(self) -> str:
+        lost = [] if self.restitution is None else [self.restitution]
+        return " + ".join([self.law, *lost, *(effect.id for effect in self.effects)])
+
+    @property
+    def normals(self) -> int:
+        """2 where the law knows a spread: one for the peak force, one for the contact time."""
+        return 2 if any(self._spread.logarithmic) else 0
+
+    @property
+    def _spread(self) -> Spread:
+        return SPREADS.get(self.law, NO_SPREAD) if self.spread is None else self.spread
+
+    def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
+        """Force at 65 phases. A random pulse is the mean one with force and time each times a log-normal factor.
+
+        Raises `MissingQuantityError` for what these strikes do not tell, `ValueError` for a `z` of another shape.
+        """
+        pulse = trimmed(self._solved(strikes), PHASES)
+        force, time = self._factors(len(strikes), z)
+        return Pulses(
+            contact_time_s=pulse.contact_time_s * time,
+            force_n=pulse.force_n * force[:, None],
+            compression_time_s=pulse.compression_time_s * time,
+        )
+
+    def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
+        """Restitution that had to be clipped, impacts that yield and a layer that the law does not know."""
+        return outside(strikes, self._solved(strikes), frozenset(effect.id for effect in self.effects))
+
+    def _solved(self, strikes: Strikes) -> ContactPulse:
+        bodies = bodies_of(strikes)
+        if not self.effects:
+            return contact_law(self.law, self.restitution)(bodies)
+        place = impedance(strikes)
+        return impact(bodies, self.effects, insulated=insulated(strikes), plate_impedance_n_s_m=place, steps=_STEPS)
+
+    def _factors(self, n: int, z: Floats | None) -> tuple[Floats, Floats]:
+        if z is None or not self.normals:
+            return np.ones(n), np.ones(n)
+        if z.shape != (n, self.normals):
+            raise ValueError(f"z has shape {z.shape}: expected ({n}, {self.normals})")
+        force, time = np.exp(z * self._spread.logarithmic).T
+        return force, time
