@@ -1,0 +1,133 @@
+"""Effects of the plate against the finite element model, closed forms and their own limits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pyroshock.twin.effects import catalogue, effect, effect_from_json
+from pyroshock.twin.materials import THESIS
+from pyroshock.twin.plate.build import PlateBuild, PointMass, PointSpring, places
+from pyroshock.twin.plate.effect import PlateEffect, with_effects
+from pyroshock.twin.plate.modes import solve_plate
+
+PLATE_EFFECTS = ["plate.boundary", "plate.damping", "plate.sensor_mass", "plate.stiffness"]
+OUTLINE = ((0.0, 0.1), (0.62, 0.0), (1.0, 0.38), (0.3, 0.6))
+SPOTS = {"a": (0.22, 0.2), "b": (0.73, 0.37)}
+BUILD = PlateBuild(OUTLINE, 0.01, THESIS["aluminum"], places({"#1": (0.47, 0.28)}), places(SPOTS))
+
+
+@pytest.fixture(scope="module")
+def plate():
+    return solve_plate(BUILD, 5000.0)
+
+
+def off(identity):
+    kind = catalogue()[identity]
+    return kind(**{item.name: item.off for item in kind.parameters()})
+
+
+def test_the_catalogue_has_the_effects_of_the_plate():
+    assert [name for name, kind in catalogue().items() if issubclass(kind, PlateEffect)] == PLATE_EFFECTS
+
+
+@pytest.mark.parametrize("identity", PLATE_EFFECTS)
+def test_off_leaves_the_plate_as_it_is(identity, plate):
+    assert off(identity).apply(plate) is plate
+
+
+@pytest.mark.parametrize("identity", PLATE_EFFECTS)
+def test_an_effect_survives_json_and_does_something(identity, plate):
+    assert effect_from_json(effect(identity).as_json()) == effect(identity)
+    changed = effect(identity).apply(plate)
+    assert np.any(changed.frequency_hz != plate.frequency_hz) or np.any(changed.damping_ratio != plate.damping_ratio)
+
+
+@pytest.mark.parametrize("identity", PLATE_EFFECTS)
+def test_a_plate_is_no_batch(identity):
+    name = catalogue()[identity].parameters()[0].name
+    with pytest.raises(ValueError, match=f"{identity}: {name} is an array"):
+        effect(identity, **{name: np.array([1.0, 1.0])})
+
+
+def test_damping_is_scaled_then_added(plate):
+    found = effect("plate.damping", factor=2.0, added_ratio=0.003).apply(plate)
+    np.testing.assert_allclose(found.damping_ratio, 0.013)
+    assert effect("plate.damping", factor=20.0, added_ratio=0.5).apply(found).damping_ratio.max() < 1
+
+
+@pytest.mark.slow
+def test_stiffness_of_a_thicker_plate_of_the_same_mass():
+    # D grows with the cube of the thickness; the density falls so that the mass stays.
+    light = replace(BUILD.material, density_kg_m3=BUILD.material.density_kg_m3 / 1.04)
+    one, other = (
+        solve_plate(given, 1000.0, thickness_correction=False)
+        for given in (BUILD, replace(BUILD, thickness_m=0.0104, material=light))
+    )
+    found = effect("plate.stiffness", frequency_factor=1.04**1.5).apply(one).frequency_hz[: other.frequency_hz.size]
+    np.testing.assert_allclose(found, other.frequency_hz, rtol=1e-6)
+
+
+def test_sensor_mass_agrees_with_masses_in_the_elements():
+    masses = tuple(PointMass(spot, 0.027) for spot in SPOTS.values())
+    plate, loaded = (
+        solve_plate(given, 5000.0, thickness_correction=False) for given in (BUILD, replace(BUILD, masses=masses))
+    )
+    elastic = slice(3, 25)
+    found = effect("plate.sensor_mass", mass_kg=0.027).apply(plate)
+    shift = loaded.frequency_hz[elastic] - plate.frequency_hz[elastic]
+    error = found.frequency_hz[elastic] - loaded.frequency_hz[elastic]
+    assert np.all(shift < 0)
+    # Modes beyond 5 kHz are missing: the shift comes out too small, never too large.
+    assert np.all(error > -1e-6)
+    assert np.max(error) < 0.05 * np.max(-shift)
+    np.testing.assert_allclose(
+        np.abs(found.shapes[:, elastic]), np.abs(loaded.shapes[:, elastic]), atol=0.02 * np.abs(loaded.shapes).max()
+    )
+
+
+def test_sensor_mass_lowers_every_mode_and_leaves_rigid_ones(plate):
+    found = effect("plate.sensor_mass", mass_kg=0.1).apply(plate)
+    assert np.all(found.frequency_hz <= plate.frequency_hz * (1 + 1e-12))
+    assert np.all(found.frequency_hz[:3] == 0)
+    # A constant ratio stays about the same: it is the plate's material that loses, not the sensor.
+    np.testing.assert_allclose(found.damping_ratio, 0.005, rtol=0.1)
+
+
+def test_a_small_sensor_shifts_by_rayleighs_quotient(plate):
+    mass = 1e-5
+    found = effect("plate.sensor_mass", mass_kg=mass).apply(plate)
+    expected = 1 - mass * np.sum(plate.shapes[:, 3:] ** 2, axis=0) / 2
+    np.testing.assert_allclose(found.frequency_hz[3:] / plate.frequency_hz[3:], expected, atol=1e-7)
+
+
+def test_supports_lift_the_low_modes_most(plate):
+    found = effect("plate.boundary", support_frequency_hz=20.0).apply(plate)
+    rise = found.frequency_hz - plate.frequency_hz
+    np.testing.assert_allclose(rise[:3], 20.0)
+    assert np.all(np.diff(rise) <= 1e-9)
+
+
+@pytest.mark.slow
+def test_supports_agree_with_many_springs():
+    # Springs over the whole plate are an elastic foundation: as many as there are weights in a rule of quadrature.
+    from pyroshock.twin.plate.fem import elements_of
+
+    elements = elements_of(BUILD, 0.3)
+    basis, unit = elements.basis, elements.frame.unit_m
+    spots = basis.mapping.F(basis.X).reshape(2, -1).T * unit + elements.frame.origin_m
+    stiffness = (2 * np.pi * 30.0) ** 2 * BUILD.mass_per_area_kg_m2 * basis.dx.ravel() * unit**2
+    springs = tuple(PointSpring((x, y), k) for (x, y), k in zip(spots.tolist(), stiffness.tolist(), strict=True))
+    free = solve_plate(BUILD, 300.0, thickness_correction=False)
+    held = solve_plate(replace(BUILD, springs=springs), 300.0, thickness_correction=False)
+    found = effect("plate.boundary", support_frequency_hz=30.0).apply(free).frequency_hz[: held.frequency_hz.size]
+    np.testing.assert_allclose(found, held.frequency_hz, rtol=1e-5)
+
+
+def test_effects_of_other_stages_are_refused(plate):
+    other = next(kind for name, kind in catalogue().items() if not name.startswith("plate."))
+    with pytest.raises(TypeError, match="does not act here"):
+        with_effects(plate, [other()])
+    with pytest.raises(ValueError, match="given twice"):
+        with_effects(plate, [effect("plate.damping"), effect("plate.damping")])

@@ -1,0 +1,101 @@
+"""What a plate is made of: outline, thickness, material, what is bolted to it and what holds it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..materials import Material
+from .damping import ConstantDamping, DampingLaw
+from .edges import Edge
+from .outline import Point, area, checked_outline
+
+
+@dataclass(frozen=True)
+class Place:
+    """A named point of the plate: an impact point or a sensor."""
+
+    name: str
+    position_m: Point
+
+
+@dataclass(frozen=True)
+class PointMass:
+    """Something bolted to the plate, small beside a wavelength: it has no rotary inertia."""
+
+    position_m: Point
+    mass_kg: float
+
+
+@dataclass(frozen=True)
+class PointSpring:
+    """What a chain, a rope or a pad does to the plate, normal to it."""
+
+    position_m: Point
+    stiffness_n_m: float
+
+
+def places(points: Mapping[str, Point]) -> tuple[Place, ...]:
+    """`{"#1": (0.1, 0.2)}` as a plate takes it."""
+    return tuple(Place(name, (float(x), float(y))) for name, (x, y) in points.items())
+
+
+@dataclass(frozen=True)
+class PlateBuild:
+    """One plate of one thickness; hashable, so that it is solved once.
+
+    The outline is a simple polygon, either way round; edge k runs from corner k to the next. Sensors have no mass but
+    what `masses` puts there. Raises `ValueError` naming the field, the value and what is expected.
+    """
+
+    outline_m: tuple[Point, ...]
+    thickness_m: float
+    material: Material
+    impact_points: tuple[Place, ...]
+    sensors: tuple[Place, ...]
+    damping: DampingLaw = field(default_factory=ConstantDamping)
+    masses: tuple[PointMass, ...] = ()
+    springs: tuple[PointSpring, ...] = ()
+    edges: tuple[Edge, ...] = ()
+
+    def __post_init__(self) -> None:
+        checked_outline(self.outline_m)
+        if not (math.isfinite(self.thickness_m) and self.thickness_m > 0):
+            raise ValueError(f"thickness_m = {self.thickness_m!r}: expected a positive number")
+        for mass in self.masses:
+            _not_negative("mass_kg", mass.mass_kg)
+        for spring in self.springs:
+            _not_negative("stiffness_n_m", spring.stiffness_n_m)
+        for what, named in (("impact_points", self.impact_points), ("sensors", self.sensors)):
+            names = [place.name for place in named]
+            if not names or len(set(names)) < len(names):
+                raise ValueError(f"{what} has names {names!r}: expected one or more, each of them once")
+        for edge in self.edges:
+            if not 0 <= edge.side < len(self.outline_m):
+                raise ValueError(f"edge {edge.side!r}: expected 0 to {len(self.outline_m) - 1}")
+
+    @property
+    def area_m2(self) -> float:
+        return abs(area(np.array(self.outline_m, dtype=np.float64)))
+
+    @property
+    def mass_kg(self) -> float:
+        """Of the bare plate."""
+        return self.mass_per_area_kg_m2 * self.area_m2
+
+    @property
+    def mass_per_area_kg_m2(self) -> float:
+        return self.material.density_kg_m3 * self.thickness_m
+
+    @property
+    def rigidity_n_m(self) -> float:
+        """E h^3 / (12 (1 - nu^2))."""
+        return self.material.youngs_modulus_pa * self.thickness_m**3 / (12 * (1 - self.material.poisson_ratio**2))
+
+
+def _not_negative(name: str, value: float) -> None:
+    if not (math.isfinite(value) and value >= 0):
+        raise ValueError(f"{name} = {value!r}: expected 0 or more")

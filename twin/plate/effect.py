@@ -1,0 +1,46 @@
+"""What every effect of the plate does: modes in, modes out."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..effects import Effect, checked_effects
+from .modal import ModalPlate
+
+
+@dataclass(frozen=True)
+class PlateEffect(Effect):
+    """What the nominal modes of a plate leave out.
+
+    A plate is one, not a batch: a parameter is a number. Raises `ValueError` for an array. With every parameter at its
+    `off` the plate stays exactly as it is.
+    """
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for item in self.parameters():
+            if np.ndim(getattr(self, item.name)):
+                raise ValueError(f"{self.id}: {item.name} is an array; expected one number, a plate is no batch")
+
+    @property
+    def is_off(self) -> bool:
+        return all(getattr(self, item.name) == item.off for item in self.parameters())
+
+    def apply(self, plate: ModalPlate) -> ModalPlate:
+        """The modes of the plate under this effect, in rising order."""
+        return plate if self.is_off else self.changed(plate).sorted()
+
+    @abstractmethod
+    def changed(self, plate: ModalPlate) -> ModalPlate:
+        """The modes where the effect does something, in any order."""
+
+
+def with_effects(plate: ModalPlate, effects: Iterable[Effect]) -> ModalPlate:
+    """The plate under effects, in the order given. Raises `TypeError` for another stage's, `ValueError` for doubles."""
+    for effect in checked_effects(effects, PlateEffect):  # type: ignore[type-abstract]
+        plate = effect.apply(plate)
+    return plate

@@ -1,0 +1,29 @@
+"""Modal damping other than the table says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...effects import parameter
+from ..effect import PlateEffect
+from ..modal import ModalPlate
+
+_MOST = 0.99
+
+
+@dataclass(frozen=True)
+class Damping(PlateEffect):
+    """Cables, joints and the air add to what a plate loses by itself. Ratios are kept below 0.99."""
+
+    factor: float = parameter("every ratio times this", "", default=1.5, low=0.0, high=20.0, off=1.0)
+    added_ratio: float = parameter("added to every ratio after that", "", default=0.0, low=0.0, high=0.5, off=0.0)
+
+    id = "plate.damping"
+    law = "zeta' = factor * zeta + added_ratio"
+    source = "Ewins, Modal Testing, 2nd ed. (2000), on proportional damping; the shapes stay"
+
+    def changed(self, plate: ModalPlate) -> ModalPlate:
+        ratio = np.minimum(self.factor * plate.damping_ratio + self.added_ratio, _MOST)
+        return replace(plate, damping_ratio=ratio)

@@ -1,0 +1,69 @@
+"""The outline of a plate: any simple polygon."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Point = tuple[float, float]
+Floats = NDArray[np.float64]
+
+
+def area(corners: Floats) -> float:
+    """Of corners (n, 2) in their order; negative where they go clockwise."""
+    x, y = corners.T
+    return float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) / 2)
+
+
+def checked_outline(outline: tuple[Point, ...]) -> None:
+    """Raises `ValueError` for fewer than three corners, numbers that are none, and sides that touch or cross."""
+    corners = np.array(outline, dtype=np.float64)
+    if corners.ndim != 2 or corners.shape[0] < 3 or corners.shape[1] != 2 or not np.isfinite(corners).all():
+        raise ValueError(f"outline_m = {outline!r}: expected three corners (x, y) or more")
+    n = len(corners)
+    for i in range(n):
+        if _fold_back(corners[i - 1], corners[i], corners[(i + 1) % n]):
+            raise ValueError(f"outline_m: the sides at corner {i} fold back; expected a simple polygon")
+    apart = [(i, j) for i in range(n) for j in range(i + 2, n) if (i, j) != (0, n - 1)]
+    for i, j in apart:
+        if _touch(corners[[i, i + 1]], corners[[j, (j + 1) % n]]):
+            raise ValueError(f"outline_m: sides {i} and {j} touch or cross; expected a simple polygon")
+
+
+def canonical(corners: Floats) -> Floats:
+    """The same polygon counter-clockwise from its leftmost (then lowest) corner: one mesh for one plate."""
+    turned = corners if area(corners) > 0 else corners[::-1]
+    first = np.lexsort((turned[:, 1], turned[:, 0]))[0]
+    return np.roll(turned, -first, axis=0)
+
+
+def with_corners(corners: Floats, extra: Floats) -> Floats:
+    """The polygon with further points (k, 2) of its sides as corners; those that are corners already stay single."""
+    size = float(np.ptp(corners, axis=0).max())
+    for point in extra:
+        if np.min(np.linalg.norm(corners - point, axis=1)) < 1e-9 * size:
+            continue
+        start, side = corners, np.roll(corners, -1, axis=0) - corners
+        along = np.clip(np.sum((point - start) * side, axis=1) / np.sum(side**2, axis=1), 0, 1)
+        nearest = int(np.argmin(np.linalg.norm(start + along[:, None] * side - point, axis=1)))
+        corners = np.insert(corners, nearest + 1, point, axis=0)
+    return corners
+
+
+def _touch(a: Floats, b: Floats) -> bool:
+    """Whether two sides (2, 2) have a point in common."""
+    ends = ((a, b[0]), (a, b[1]), (b, a[0]), (b, a[1]))
+    signs = [np.sign(_cross(s[1] - s[0], r - s[0])) for s, r in ends]
+    if signs[0] * signs[1] < 0 and signs[2] * signs[3] < 0:
+        return True
+    return any(sign == 0 and np.dot(s[0] - r, s[1] - r) <= 0 for sign, (s, r) in zip(signs, ends, strict=True))
+
+
+def _fold_back(begin: Floats, corner: Floats, end: Floats) -> bool:
+    """Whether the second of two sides that meet at a corner runs back along the first, or has no length."""
+    a, b = begin - corner, end - corner
+    return bool(not a.any() or not b.any() or (_cross(a, b) == 0 and np.dot(a, b) > 0))
+
+
+def _cross(a: Floats, b: Floats) -> float:
+    return float(a[0] * b[1] - a[1] * b[0])

@@ -1,0 +1,67 @@
+"""A plate from a modal table: columns in memory, or `plate_modes.csv`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from .modal import Floats, ModalPlate
+from .table_file import numbers_of
+
+_POINT = re.compile(r"shape_impact(?:_(\d+))?")
+_SHAPE = "shape_"
+
+
+def modal_plate_from_table(columns: Mapping[str, Sequence[float] | Floats]) -> ModalPlate:
+    """A plate from columns of equal length, a mode a row, in any order.
+
+    `frequency_hz`, `damping_ratio`, `shape_impact` (point "#1") and `shape_CHANNEL` for each sensor are as
+    `plate_modes.csv` has them; `shape_impact_2` and so on are further points "#2". Other columns have no say.
+    Raises `ValueError` naming the column that is missing or does not fit.
+    """
+    values = {name: np.asarray(column, dtype=np.float64) for name, column in columns.items()}
+    for name in ("frequency_hz", "damping_ratio", "shape_impact"):
+        _column(values, name)
+    points = {f"#{found[1] or 1}": name for name in values if (found := _POINT.fullmatch(name))}
+    sensors = {name.removeprefix(_SHAPE): name for name in values if _is_sensor(name)}
+    if not sensors:
+        raise ValueError(f"no column 'shape_CHANNEL', the shapes at a sensor; there are: {', '.join(values)}")
+    order = np.argsort(values["frequency_hz"], kind="stable")
+    return ModalPlate(
+        frequency_hz=values["frequency_hz"][order],
+        damping_ratio=_column(values, "damping_ratio")[order],
+        shape_impact=np.array([_column(values, name)[order] for name in points.values()]),
+        shapes=np.array([_column(values, name)[order] for name in sensors.values()]),
+        impact_points=tuple(points),
+        sensors=tuple(sensors),
+    )
+
+
+def read_modal_table(path: Path) -> ModalPlate:
+    """A plate from a CSV file: UTF-8, comma, semicolon or tab, a header and a mode a row.
+
+    Raises `ValueError` naming file, row, column and value, `FileNotFoundError` where there is none.
+    """
+    columns = numbers_of(path)
+    modes = columns.get("mode", [])
+    if twice := [mode for mode in modes if modes.count(mode) > 1]:
+        raise ValueError(f"{path.name}: mode {twice[0]:g} stands twice")
+    try:
+        return modal_plate_from_table(columns)
+    except ValueError as error:
+        raise ValueError(f"{path.name}: {error}") from error
+
+
+def _is_sensor(name: str) -> bool:
+    return name.startswith(_SHAPE) and len(name) > len(_SHAPE) and not _POINT.fullmatch(name)
+
+
+def _column(values: Mapping[str, Floats], name: str) -> Floats:
+    if name not in values:
+        raise ValueError(f"no column {name!r}; there are: {', '.join(values)}")
+    if values[name].shape != values["frequency_hz"].shape:
+        raise ValueError(f"column {name!r} has shape {values[name].shape}: expected that of frequency_hz")
+    return values[name]
