@@ -1,0 +1,59 @@
+"""The chain's order, and what it refuses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pyroshock.twin.effects import effect
+from pyroshock.twin.sensors.chain import SensorChain
+from pyroshock.twin.sensors.seen import seen_pulses
+from pyroshock.twin.strikes import Strikes
+from twin_parts import HalfSine, setting
+
+
+def test_order_given_does_not_matter():
+    several = [effect("sensor.acceleration_gain"), effect("sensor.zero_shift"), effect("sensor.mount_resonance")]
+    series = np.random.default_rng(0).standard_normal((1, 1, 64))
+    forth, back = (SensorChain.of(each).measured_acceleration_m_s2(series, 1e-5) for each in (several, several[::-1]))
+    np.testing.assert_array_equal(forth, back)
+
+
+def test_gain_scales_what_the_element_has_shifted():
+    series = np.zeros((1, 1, 10))
+    series[..., 3] = 100.0
+    both = SensorChain.of(
+        [effect("sensor.acceleration_gain", gain=2.0), effect("sensor.zero_shift", share=0.1, decay_time_s=1e3)]
+    )
+    assert both.measured_acceleration_m_s2(series, 1e-5)[0, 0, -1] == pytest.approx(20.0, rel=1e-6)
+
+
+def test_effects_of_other_stages_and_doubles_are_refused():
+    with pytest.raises(TypeError, match=r"plate\.damping does not act here"):
+        SensorChain.of([effect("plate.damping")])
+    with pytest.raises(ValueError, match="given twice"):
+        SensorChain.of([effect("sensor.force_gain"), effect("sensor.force_gain")])
+
+
+def pulses():
+    return HalfSine().pulses(Strikes([setting()] * 2, np.array([4.0, 8.0])))
+
+
+def test_pulses_without_effects_are_the_same_object():
+    given = pulses()
+    assert seen_pulses(SensorChain(), given) is given
+
+
+def test_gain_leaves_times_and_scales_forces():
+    given = pulses()
+    seen = seen_pulses(SensorChain.of([effect("sensor.force_gain", gain=1.5)]), given)
+    np.testing.assert_allclose(seen.contact_time_s, given.contact_time_s)
+    np.testing.assert_allclose(seen.compression_time_s, given.compression_time_s, rtol=0.01)
+    np.testing.assert_allclose(seen.force_n, 1.5 * given.force_n, atol=1e-3 * given.force_n.max())
+
+
+def test_low_pass_lengthens_the_contact_and_keeps_the_impulse():
+    given = pulses()
+    seen = seen_pulses(SensorChain.of([effect("sensor.force_bandwidth", time_constant_s=2e-5)]), given)
+    assert np.all(seen.contact_time_s > 1.1 * given.contact_time_s)
+    assert np.all(seen.peak_force_n < 0.995 * given.peak_force_n)
+    np.testing.assert_allclose(seen.impulse_n_s, given.impulse_n_s, rtol=2e-3)

@@ -1,0 +1,128 @@
+"""Each effect of the sensors against its closed form; off, a record is what happened."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pyroshock.twin.effects import catalogue, effect
+from pyroshock.twin.sensors.chain import SensorChain
+from scipy.signal import TransferFunction, lsim
+
+STEP_S = 1e-5
+SENSOR_EFFECTS = [identity for identity in catalogue() if identity.startswith("sensor.")]
+
+
+def chain(identity: str, **parameters: float | np.ndarray) -> SensorChain:
+    return SensorChain.of([effect(identity, **parameters)])
+
+
+def off(identity: str) -> dict[str, float]:
+    return {each.name: each.off for each in catalogue()[identity].parameters()}
+
+
+@pytest.mark.parametrize("identity", SENSOR_EFFECTS)
+def test_off_is_identity_to_the_bit(identity):
+    series = np.random.default_rng(0).standard_normal((2, 3, 50))
+    still = chain(identity, **off(identity))
+    np.testing.assert_array_equal(still.true_pressure_pa(np.array([0.0, 5e5])), [0.0, 5e5])
+    np.testing.assert_array_equal(still.measured_velocity_m_s(np.array([0.0, 7.3])), [0.0, 7.3])
+    np.testing.assert_array_equal(still.measured_force_n(series[:, 0], STEP_S), series[:, 0])
+    np.testing.assert_array_equal(still.measured_acceleration_m_s2(series, STEP_S), series)
+
+
+@pytest.mark.parametrize(
+    ("identity", "hook"),
+    [
+        ("sensor.pressure_offset", "true_pressure_pa"),
+        ("sensor.pressure_gain", "true_pressure_pa"),
+        ("sensor.velocity_gain", "measured_velocity_m_s"),
+    ],
+)
+def test_default_acts_on_its_own_channel_alone(identity, hook):
+    values = np.array([3e5, 6e5])
+    for name in ("true_pressure_pa", "measured_velocity_m_s"):
+        changed = not np.array_equal(getattr(chain(identity), name)(values), values)
+        assert changed == (name == hook)
+
+
+def test_pressure_set_by_a_reading_is_gain_and_offset_undone():
+    both = SensorChain.of([effect("sensor.pressure_gain", gain=1.1), effect("sensor.pressure_offset", offset_pa=2e4)])
+    true = np.array([1e5, 7e5])
+    np.testing.assert_allclose(both.true_pressure_pa(1.1 * true + 2e4), true, rtol=1e-14)
+
+
+def test_tank_never_holds_less_than_the_atmosphere():
+    assert chain("sensor.pressure_offset", offset_pa=5e4).true_pressure_pa(np.array([3e4])) == [0.0]
+
+
+@given(gain=st.floats(0.5, 2.0), velocity=st.floats(0.1, 80))
+def test_gains_multiply(gain, velocity):
+    seen = chain("sensor.velocity_gain", gain=gain).measured_velocity_m_s(np.array([velocity]))
+    assert seen[0] == pytest.approx(gain * velocity, rel=1e-15)
+
+
+def test_parameters_of_each_shot_meet_its_own_series():
+    gains = np.array([0.5, 2.0])
+    series = np.random.default_rng(1).standard_normal((2, 3, 8))
+    seen = chain("sensor.acceleration_gain", gain=gains).measured_acceleration_m_s2(series, STEP_S)
+    np.testing.assert_array_equal(seen, series * gains[:, None, None])
+    with pytest.raises(ValueError, match="2 values of a parameter for series of shape"):
+        chain("sensor.acceleration_gain", gain=gains).measured_acceleration_m_s2(series[:1], STEP_S)
+
+
+def test_low_pass_of_a_ramp_is_the_closed_form():
+    tau, time = 3.3e-5, np.arange(60) * STEP_S
+    ramp = np.concatenate(([0.0], 2.0 * time[1:]))
+    seen = chain("sensor.force_bandwidth", time_constant_s=tau).measured_force_n(ramp, STEP_S)
+    np.testing.assert_allclose(seen, 2.0 * (time - tau * (1 - np.exp(-time / tau))), rtol=1e-11, atol=1e-16)
+
+
+def test_low_pass_follows_the_differential_equation_and_keeps_the_impulse():
+    tau, time = 1.6e-5, np.arange(400) * STEP_S
+    force = np.where(time < 1e-3, np.sin(np.pi * time / 1e-3) ** 2, 0.0)
+    seen = chain("sensor.force_bandwidth", time_constant_s=tau).measured_force_n(force, STEP_S)
+    _, expected, _ = lsim(TransferFunction([1.0], [tau, 1.0]), force, time)
+    np.testing.assert_allclose(seen, expected, atol=1e-12)
+    assert seen.sum() == pytest.approx(force.sum(), rel=1e-9)
+
+
+def test_low_pass_far_above_the_rate_changes_next_to_nothing():
+    force = np.sin(np.linspace(0, np.pi, 200))
+    seen = chain("sensor.force_bandwidth", time_constant_s=1e-9).measured_force_n(force, STEP_S)
+    np.testing.assert_allclose(seen, force, atol=1e-4 * 0.02)
+
+
+def test_slow_low_pass_keeps_its_digits():
+    step = chain("sensor.force_bandwidth", time_constant_s=1e-2).measured_force_n(np.ones(20), 1e-8)
+    late = np.arange(1, 20) * 1e-8 / 1e-2
+    np.testing.assert_allclose(np.diff(step), np.exp(-late[:19]) * -np.expm1(-1e-6), rtol=1e-6)
+
+
+def test_mount_follows_the_differential_equation():
+    period, zeta = 1.1e-4, 0.03
+    w = 2 * np.pi / period
+    time = np.arange(500) * STEP_S
+    base = np.where(time < 5e-4, np.sin(2 * np.pi * 4e3 * time) * np.sin(np.pi * time / 5e-4) ** 2, 0.0)
+    mount = chain("sensor.mount_resonance", period_s=period, damping_ratio=zeta)
+    _, expected, _ = lsim(TransferFunction([2 * zeta * w, w**2], [1.0, 2 * zeta * w, w**2]), base, time)
+    np.testing.assert_allclose(mount.measured_acceleration_m_s2(base, STEP_S), expected, atol=1e-10)
+
+
+def test_mount_answers_a_step_with_its_overshoot():
+    seen = chain("sensor.mount_resonance", period_s=1e-3, damping_ratio=0.03).measured_acceleration_m_s2(
+        np.concatenate(([0.0], np.ones(20_000))), 1e-6
+    )
+    assert seen[-1] == pytest.approx(1.0, abs=0.03)
+    assert 1.9 < seen.max() < 2.0
+
+
+def test_zero_shift_is_a_share_of_the_peak_that_decays_from_it():
+    series = np.zeros((2, 1, 100))
+    series[0, 0, 10], series[1, 0, 40] = -200.0, 80.0
+    shift = chain("sensor.zero_shift", share=0.05, decay_time_s=1e-3)
+    offset = shift.measured_acceleration_m_s2(series, STEP_S) - series
+    assert np.all(offset[0, 0, :10] == 0) and np.all(offset[1, 0, :40] == 0)
+    np.testing.assert_allclose(offset[0, 0, 10:], 10.0 * np.exp(-np.arange(90) * STEP_S / 1e-3), rtol=1e-12)
+    np.testing.assert_allclose(offset[1, 0, 40:], 4.0 * np.exp(-np.arange(60) * STEP_S / 1e-3), rtol=1e-12)

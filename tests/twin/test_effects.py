@@ -1,0 +1,208 @@
+"""The catalogue of effects is whole: ids, laws, sources, ranges; off, an effect does nothing; each has its row."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pyroshock.twin.chain import Twin
+from pyroshock.twin.contact.stage import LawContact
+from pyroshock.twin.effects import Effect, Parameter, catalogue, checked_effects, effect, effect_from_json
+from pyroshock.twin.gun.effect import GunEffect
+from pyroshock.twin.launch import GunStage
+from pyroshock.twin.materials import THESIS
+from pyroshock.twin.plates import PlateSpread, PlateStage
+from pyroshock.twin.sensors.chain import SensorChain
+from pyroshock.twin.sensors.effect import SensorEffect
+from twin_parts import BENCH, ringing_plate, setting
+
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "effects.md"
+
+IDS = (
+    "gun.back_pressure",
+    "gun.blow_by",
+    "gun.valve_flow",
+    "gun.barrel_loss",
+    "gun.sliding_friction",
+    "gun.heat_exchange",
+    "gun.dead_volume",
+    "contact.viscous_loss",
+    "contact.plastic_yield",
+    "contact.layer_compliance",
+    "contact.plate_compliance",
+    "contact.effective_mass",
+    "contact.tip_geometry",
+    "plate.damping",
+    "plate.stiffness",
+    "plate.sensor_mass",
+    "plate.boundary",
+    "sensor.pressure_offset",
+    "sensor.pressure_gain",
+    "sensor.velocity_gain",
+    "sensor.force_gain",
+    "sensor.force_bandwidth",
+    "sensor.acceleration_gain",
+    "sensor.mount_resonance",
+    "sensor.zero_shift",
+)
+KINDS = pytest.mark.parametrize("kind", list(catalogue().values()), ids=list(catalogue()))
+
+
+def at_off(kind: type[Effect]) -> Effect:
+    return kind(**{item.name: item.off for item in kind.parameters()})
+
+
+def test_catalogue_has_exactly_these():
+    assert sorted(catalogue()) == sorted(IDS)
+
+
+def test_list_is_the_exchange_formats(shared):
+    text = (shared / "effects.md").read_text(encoding="utf-8")
+    assert tuple(re.findall(r"^\| `([a-z._]+)` \|", text, re.MULTILINE)) == IDS
+
+
+@KINDS
+def test_law_and_source_are_told(kind):
+    assert kind.law and "\n" not in kind.law
+    assert kind.source and "\n" not in kind.source
+
+
+@KINDS
+def test_file_bears_the_name(kind):
+    assert kind.__module__.rpartition(".")[2] == kind.id.rpartition(".")[2]
+
+
+@KINDS
+def test_parameters_lie_in_their_ranges(kind):
+    assert kind.parameters()
+    for item in kind.parameters():
+        assert item.meaning
+        assert item.low <= item.default <= item.high and item.low <= item.off <= item.high
+        assert np.all(np.isfinite([item.low, item.default, item.high, item.off]))
+    assert any(item.default != item.off for item in kind.parameters()), "by default an effect does something"
+
+
+@KINDS
+def test_parameter_outside_of_its_range_is_refused_by_name(kind):
+    item = kind.parameters()[0]
+    with pytest.raises(ValueError, match=re.escape(f"{kind.id}: {item.name} = ")):
+        kind(**{item.name: item.high + 1 + abs(item.high)})
+    with pytest.raises(ValueError, match=re.escape(f"{kind.id}: {item.name} = nan")):
+        kind(**{item.name: float("nan")})
+
+
+@KINDS
+def test_json_reads_back(kind):
+    given = kind()
+    again = effect_from_json(json.loads(json.dumps(given.as_json(), allow_nan=False)))
+    assert again == given
+
+
+def test_arrays_read_back_from_json():
+    given = effect("sensor.force_gain", gain=np.array([1.0, 1.1]))
+    again = effect_from_json(json.loads(json.dumps(given.as_json())))
+    np.testing.assert_array_equal(again.gain, [1.0, 1.1])  # type: ignore[attr-defined]
+
+
+def test_what_there_is_not_is_named():
+    with pytest.raises(LookupError, match=r"no effect 'gun\.magic'; there are: gun\."):
+        effect("gun.magic")
+    with pytest.raises(ValueError, match=r"sensor\.force_gain has no parameter 'loudness'; it has: gain"):
+        effect("sensor.force_gain", loudness=1.0)
+
+
+def test_effects_of_another_stage_and_doubles_are_refused():
+    gain = effect("sensor.force_gain")
+    assert checked_effects([gain], SensorEffect) == (gain,)
+    with pytest.raises(TypeError, match=r"sensor\.force_gain does not act here: expected effects of GunEffect"):
+        checked_effects([gain], GunEffect)
+    with pytest.raises(ValueError, match="given twice"):
+        checked_effects([gain, gain], SensorEffect)
+
+
+# --- the page ---
+
+
+def rows() -> dict[str, list[tuple[str, ...]]]:
+    """Cells of docs/effects.md by id: law, parameter, unit, range, default, off, source; a line each parameter."""
+    found: dict[str, list[tuple[str, ...]]] = {}
+    for line in DOCS.read_text(encoding="utf-8").splitlines():
+        if line.startswith("| `"):
+            identity, *cells = (cell.strip() for cell in line.replace(r"\|", "¦").strip("|").split("|"))
+            found.setdefault(identity.strip("`"), []).append(tuple(cell.replace("¦", "|") for cell in cells))
+    return found
+
+
+def row_of(kind: type[Effect], item: Parameter) -> tuple[str, ...]:
+    interval = f"{item.low:g} to {item.high:g}"
+    name = f"`{item.name}`: {item.meaning}"
+    return (kind.law, name, item.unit or "-", interval, f"{item.default:g}", f"{item.off:g}", kind.source)
+
+
+def table() -> str:
+    """The page's rows as they should be; `renew()` puts them there (PYTHONPATH=tests:tests/twin)."""
+    lines = []
+    for kind in catalogue().values():
+        for item in kind.parameters():
+            lines.append(
+                " | ".join((f"| `{kind.id}`", *(cell.replace("|", r"\|") for cell in row_of(kind, item)))) + " |"
+            )
+    return "\n".join(lines)
+
+
+def renew() -> None:
+    """Put the table into the page."""
+    kept = [line for line in DOCS.read_text(encoding="utf-8").splitlines() if not line.startswith("| `")]
+    at = next(i for i, line in enumerate(kept) if line.startswith("| ---")) + 1
+    DOCS.write_text("\n".join([*kept[:at], table(), *kept[at:], ""]), encoding="utf-8")
+
+
+def test_page_has_a_row_for_each_and_no_other():
+    assert list(rows()) == list(catalogue())
+
+
+@KINDS
+def test_row_is_current(kind):
+    assert rows()[kind.id] == [row_of(kind, item) for item in kind.parameters()]
+
+
+# --- in the chain ---
+
+
+def spectra_and_all(given: tuple[Effect, ...]) -> np.ndarray:
+    """Everything that a twin foretells of two shots, one of them onto an insulated anvil."""
+    stages = {stage: [e for e in given if e.stage() == stage] for stage in ("gun", "contact", "plate", "sensor")}
+    twin = Twin(
+        contact=LawContact("hertz", effects=stages["contact"]),  # type: ignore[arg-type]  # checked there
+        gun=GunStage(BENCH, 0.0, tuple(stages["gun"])),  # type: ignore[arg-type]  # checked there
+        plate=PlateStage({"aluminum": ringing_plate()}, tuple(stages["plate"]), PlateSpread(0, 0, 0)),
+        sensors=SensorChain.of(stages["sensor"]),
+        samples=1_000,
+        frequency_hz=np.array([500.0, 2000.0, 5000.0]),
+    )
+    shots = [
+        twin.predict(setting(tank_pressure_pa=8e5), draws=0),
+        twin.predict(setting(tank_pressure_pa=8e5, anvil=THESIS["steel"], insulator="polymeric"), draws=0),
+    ]
+    told = [[s.velocity_m_s.mean, s.peak_force_n.mean, *s.spectra_m_s2["a1"].mean] for s in shots]
+    return np.array(told)
+
+
+@pytest.fixture(scope="module")
+def nominal() -> np.ndarray:
+    return spectra_and_all(())
+
+
+@KINDS
+def test_off_leaves_the_prediction_as_it_is(kind, nominal):
+    """To the bit but for the contact, whose nominal law is a closed form and whose effects are integrated."""
+    tolerance = 1e-6 if kind.stage() == "contact" else 0.0
+    np.testing.assert_allclose(spectra_and_all((at_off(kind),)), nominal, rtol=tolerance)
+
+
+@KINDS
+def test_default_changes_the_prediction(kind, nominal):
+    assert not np.allclose(spectra_and_all((kind(),)), nominal, rtol=1e-5)

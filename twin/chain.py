@@ -1,0 +1,251 @@
+"""The twin: gun, contact, plate, sensors and spectrum as one; what is not known goes along to the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .bands import Band, Quantity, stratified_normals
+from .launch import GunStage
+from .plate.response import PlateResponse
+from .plates import PlateStage
+from .prediction import Prediction
+from .sampling import MeasuredForce, sampled
+from .sensors.chain import SensorChain
+from .sensors.seen import seen_pulses
+from .setting import Setting
+from .srs.grid import octave_grid
+from .strikes import ContactStage, Floats, Pulses, Strikes
+from .windows import ringing_spectra
+
+#: Strikes that are computed at once: what they take stays below 50 MB for each sensor.
+_CHUNK = 128
+#: Settings of one draw hang together: the same random numbers for all, so that they can be compared.
+_NOMINAL = 0
+
+_Members = NDArray[np.intp]
+#: Plate, impact point, member of the ensemble, sensors.
+_Key = tuple[str, str, int, tuple[str, ...]]
+
+
+def default_lines() -> Floats:
+    """100 Hz to 10 kHz, six to an octave."""
+    return octave_grid(100.0, 10_000.0, 6)
+
+
+@dataclass(frozen=True, eq=False)
+class Twin:
+    """The chain. A stage that is None is not there: without gun, settings tell the velocity.
+
+    Accelerations are `samples` from the beginning of contact at `sampling_rate_hz`; spectra are maximax, m/s2, at
+    `frequency_hz` for quality `q`. Picklable where its contact stage is.
+    """
+
+    contact: ContactStage
+    gun: GunStage | None = None
+    plate: PlateStage = field(default_factory=lambda: PlateStage({}))
+    sensors: SensorChain = field(default_factory=SensorChain)
+    frequency_hz: Floats = field(default_factory=default_lines)
+    q: float = 10.0
+    sampling_rate_hz: float = 100_000.0
+    samples: int = 10_000
+    _responses: dict[_Key, PlateResponse] = field(default_factory=dict, init=False, repr=False)
+
+    @property
+    def sensor_names(self) -> tuple[str, ...]:
+        return self.plate.sensors
+
+    @property
+    def models(self) -> dict[str, str]:
+        """Stage to what answers there."""
+        gun = self.gun.label if self.gun is not None else "none"
+        effects = " + ".join(each.id for each in self.sensors.effects) or "nominal"
+        plate = " + ".join((self.plate.label, *(each.id for each in self.plate.effects)))
+        return {
+            "gun": gun,
+            "contact": self.contact.label,
+            "plate": plate if self.sensor_names else "none",
+            "sensors": effects,
+            "srs": f"ISO 18431-4, Q = {self.q:g}",
+        }
+
+    def velocities(self, settings: Sequence[Setting]) -> Floats:
+        """True velocities of impact (n,), m/s; 0 for a bullet that stays in the barrel.
+
+        Raises `ValueError` for a setting with a tank pressure where there is no gun.
+        """
+        if self.gun is not None:
+            return self.gun.velocities(settings, self.sensors)
+        given = [setting.impact_velocity_m_s for setting in settings]
+        if None in given:
+            raise ValueError("a tank pressure is set, and this twin has no gun: give the impact velocity")
+        return np.array(given, dtype=np.float64)
+
+    def predict(
+        self,
+        setting: Setting,
+        *,
+        draws: int = 64,
+        rng: np.random.Generator | None = None,
+        measured_force: MeasuredForce | None = None,
+    ) -> Prediction:
+        """One shot with its bands, from `draws` random shots (0: the nominal one alone). The same rng, the same shot.
+
+        Measured interfaces stand in for the stages before them: an impact velocity in `setting`, a recorded force in
+        `measured_force`. Raises `ValueError` for a bullet that stays in the barrel, `LookupError` for a plate or an
+        impact position there is none of.
+        """
+        return self._predicted(setting, *self._drawn(setting, draws, rng), measured_force)
+
+    def predict_many(
+        self, settings: Sequence[Setting], *, draws: int = 64, rng: np.random.Generator | None = None
+    ) -> list[Prediction]:
+        """`predict` for each setting, of random numbers of its own."""
+        generators = (rng or np.random.default_rng(0)).spawn(len(settings))
+        return [self.predict(each, draws=draws, rng=one) for each, one in zip(settings, generators, strict=True)]
+
+    def spectra(self, settings: Sequence[Setting], sensor: str | None = None) -> Floats:
+        """Nominal maximax spectra (n, f), m/s2, at one sensor (the first); 0 for a bullet that stays in the barrel."""
+        velocity = self.velocities(settings)
+        return self._maximax(settings, velocity, None, np.full(len(settings), _NOMINAL), sensor)
+
+    def draws(
+        self, settings: Sequence[Setting], count: int, rng: np.random.Generator, sensor: str | None = None
+    ) -> Floats:
+        """Random spectra (count, n, f), m/s2, as `spectra`; one draw has the same luck and plate for every setting."""
+        z, member = self._luck(count, rng)
+        velocity = self.velocities(settings) * np.exp(z[:, :1] * self._velocity_spreads(settings))
+        many = [setting for _ in range(count) for setting in settings]
+        normals = np.repeat(z[:, 1:], len(settings), axis=0)
+        flat = self._maximax(many, velocity.ravel(), normals, np.repeat(member, len(settings)), sensor)
+        return flat.reshape(count, len(settings), -1)
+
+    def accelerations(self, settings: Sequence[Setting], pulses: Pulses, sensor: str | None = None) -> Floats:
+        """Measured accelerations (n, sensors, samples) of the nominal plate under pulses; of one sensor (n, 1, ...)."""
+        return self._felt(settings, pulses, np.full(len(settings), _NOMINAL), self._asked(sensor))
+
+    # --- one shot ---
+
+    def _drawn(
+        self, setting: Setting, draws: int, rng: np.random.Generator | None
+    ) -> tuple[Floats, Floats | None, _Members]:
+        """Velocities (d,), the contact's normals (d, normals), members of the plate's ensemble (d,)."""
+        velocity = self.velocities([setting])
+        if not velocity[0] > 0:
+            pressure = setting.tank_pressure_pa or 0.0
+            raise ValueError(f"the bullet does not leave the barrel at {pressure / 1e5:g} bar: raise the tank pressure")
+        if draws == 0:
+            return velocity, None, np.full(1, _NOMINAL)
+        z, member = self._luck(draws, rng or np.random.default_rng(0))
+        normals = z[:, 1:] if self.contact.normals else None
+        return velocity * np.exp(z[:, 0] * self._velocity_spreads([setting])), normals, member
+
+    def _predicted(
+        self,
+        setting: Setting,
+        velocity: Floats,
+        normals: Floats | None,
+        member: _Members,
+        measured: MeasuredForce | None,
+    ) -> Prediction:
+        many = [setting] * len(velocity)
+        strikes = Strikes(many, velocity)
+        pulses = self.contact.pulses(strikes, normals) if measured is None else measured.repeated(len(velocity))
+        seen = seen_pulses(self.sensors, pulses)
+        accelerations = self._felt(many, pulses, member, self.sensor_names)
+        spectra = self._spectra_of(accelerations, pulses)
+        nominal = Strikes([setting], velocity.mean(keepdims=True))
+        phases = np.linspace(0.0, 1.0, seen.force_n.shape[1])
+        return Prediction(
+            setting=setting,
+            velocity_m_s=Quantity.of(self.sensors.measured_velocity_m_s(velocity)),
+            contact_time_s=Quantity.of(seen.contact_time_s),
+            compression_time_s=Quantity.of(seen.compression_time_s),
+            peak_force_n=Quantity.of(seen.peak_force_n),
+            impulse_n_s=Quantity.of(seen.impulse_n_s),
+            time_s=phases * float(seen.contact_time_s.mean()),
+            force_n=Band.of(seen.force_n),
+            sensors=self.sensor_names,
+            sampling_rate_hz=self.sampling_rate_hz,
+            accelerations_m_s2=accelerations,
+            frequency_hz=self.frequency_hz,
+            q=self.q,
+            spectra_m_s2={name: Band.of(spectra[:, i]) for i, name in enumerate(self.sensor_names)},
+            models=self.models if measured is None else {**self.models, "gun": "none", "contact": "measured force"},
+            outside=() if measured is not None else self.contact.outside(nominal)[0],
+        )
+
+    def _luck(self, count: int, rng: np.random.Generator) -> tuple[Floats, _Members]:
+        """Normals of velocity and contact (count, 1 + normals), and a plate of the ensemble for each draw (count,)."""
+        z = stratified_normals(count, 1 + self.contact.normals, rng)
+        members = self.plate.members
+        return z, rng.permutation(np.arange(count) % members + 1) if members else np.full(count, _NOMINAL)
+
+    def _velocity_spreads(self, settings: Sequence[Setting]) -> Floats:
+        return self.gun.spreads(settings) if self.gun is not None else np.zeros(len(settings))
+
+    # --- many shots ---
+
+    def _maximax(
+        self,
+        settings: Sequence[Setting],
+        velocity: Floats,
+        normals: Floats | None,
+        member: _Members,
+        sensor: str | None,
+    ) -> Floats:
+        """(n, f) at one sensor; rows without a velocity stay 0."""
+        asked = self._asked(sensor)[:1]
+        if not asked:
+            raise ValueError("this twin has no plate: give its modes, or what they follow from")
+        out = np.zeros((len(settings), self.frequency_hz.size))
+        for rows in self._chunks(velocity):
+            some = [settings[row] for row in rows]
+            z = normals[rows] if normals is not None and normals.shape[1] else None
+            pulses = self.contact.pulses(Strikes(some, velocity[rows]), z)
+            felt = self._felt(some, pulses, member[rows], asked)
+            out[rows] = self._spectra_of(felt, pulses)[:, 0]
+        return out
+
+    def _chunks(self, velocity: Floats) -> Iterator[_Members]:
+        moving = np.flatnonzero(velocity > 0)
+        return (moving[i : i + _CHUNK] for i in range(0, moving.size, _CHUNK))
+
+    def _asked(self, sensor: str | None) -> tuple[str, ...]:
+        if sensor is not None and sensor not in self.sensor_names:
+            raise LookupError(f"no sensor {sensor!r}; there are: {', '.join(self.sensor_names) or 'none'}")
+        return self.sensor_names if sensor is None else (sensor,)
+
+    def _felt(self, settings: Sequence[Setting], pulses: Pulses, member: _Members, sensors: tuple[str, ...]) -> Floats:
+        """Measured accelerations (n, sensors, samples), each of its own plate."""
+        if not sensors:
+            return np.zeros((len(settings), 0, self.samples))
+        force = sampled(pulses, self._step_s)[:, : self.samples]
+        keys = [(s.plate.name, s.impact_position, int(m)) for s, m in zip(settings, member, strict=True)]
+        out = np.empty((len(settings), len(sensors), self.samples))
+        for key in dict.fromkeys(keys):
+            rows = np.array([i for i, other in enumerate(keys) if other == key])
+            out[rows] = self._response(*key, sensors).accelerations(force[rows])
+        return self.sensors.measured_acceleration_m_s2(out, self._step_s)
+
+    def _response(self, plate: str, point: str, member: int, sensors: tuple[str, ...]) -> PlateResponse:
+        """Of one plate of the ensemble from one point, made once."""
+        key = (plate, point, member, sensors)
+        if key not in self._responses:
+            of = self.plate.ensemble(plate)[member]
+            self._responses[key] = PlateResponse.of(of, point, sensors, self._step_s, self.samples)
+        return self._responses[key]
+
+    def _spectra_of(self, accelerations: Floats, pulses: Pulses) -> Floats:
+        """Maximax (n, sensors, f)."""
+        if not accelerations.shape[1]:
+            return np.zeros((*accelerations.shape[:2], self.frequency_hz.size))
+        longest = float(pulses.contact_time_s.max())
+        return ringing_spectra(accelerations, self.sampling_rate_hz, self.frequency_hz, self.q, longest)
+
+    @property
+    def _step_s(self) -> float:
+        return 1 / self.sampling_rate_hz

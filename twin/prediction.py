@@ -1,0 +1,79 @@
+"""What the twin foretells of one shot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .bands import Band, Floats, Quantity
+from .setting import Setting
+from .strikes import Outside
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """One setting's shot, as the bench's sensors would show it: means and 90 % bands over d draws.
+
+    `force_n` is over equal phases of the contact, `time_s` (p,) those phases of the mean contact. `spectra_m_s2` and
+    the rows of `accelerations_m_s2` (d, sensors, n), from the beginning of contact on, go with `sensors`: none for a
+    twin without a plate. `models` says for each stage what answered, `outside` where it was asked beyond its domain.
+    """
+
+    setting: Setting
+    velocity_m_s: Quantity
+    contact_time_s: Quantity
+    compression_time_s: Quantity
+    peak_force_n: Quantity
+    impulse_n_s: Quantity
+    time_s: Floats
+    force_n: Band
+    sensors: tuple[str, ...]
+    sampling_rate_hz: float
+    accelerations_m_s2: Floats
+    frequency_hz: Floats
+    q: float
+    spectra_m_s2: Mapping[str, Band]
+    models: Mapping[str, str]
+    outside: tuple[Outside, ...]
+
+    def acceleration(self, sensor: str, until_s: float = 0.01) -> tuple[Floats, Band]:
+        """Time (n,) and the band of one sensor's acceleration (m/s2), made when asked for. `LookupError` as `index`."""
+        samples = int(until_s * self.sampling_rate_hz) + 1
+        draws = self.accelerations_m_s2[:, self.index(sensor), :samples]
+        return np.arange(draws.shape[1]) / self.sampling_rate_hz, Band.of(draws)
+
+    def peak_acceleration_m_s2(self, sensor: str) -> Quantity:
+        """Of the largest acceleration either way. Raises as `index`."""
+        return Quantity.of(np.abs(self.accelerations_m_s2[:, self.index(sensor)]).max(axis=1))
+
+    def index(self, sensor: str) -> int:
+        """Of a sensor. Raises `LookupError` that names those there are."""
+        if sensor not in self.sensors:
+            raise LookupError(f"no sensor {sensor!r}; there are: {', '.join(self.sensors) or 'none'}")
+        return self.sensors.index(sensor)
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data with the keys of `predict --json`."""
+        numbers = ("velocity_m_s", "contact_time_s", "peak_force_n", "impulse_n_s", "compression_time_s")
+        return {
+            **{name: getattr(self, name).as_json() for name in numbers},
+            "force": {"time_s": self.time_s.tolist(), **self.force_n.as_json()},
+            "acceleration": {name: self._acceleration_json(name) for name in self.sensors} or None,
+            "srs": self._srs_json(),
+            "models": dict(self.models),
+            "outside_domain": [{"predictor": o.predictor, "value": o.value, "range": o.range} for o in self.outside],
+        }
+
+    def _acceleration_json(self, sensor: str) -> dict[str, Any]:
+        time, band = self.acceleration(sensor)
+        peak = self.peak_acceleration_m_s2(sensor).as_json()
+        return {"peak_m_s2": peak, "time_s": time.tolist(), **band.as_json()}
+
+    def _srs_json(self) -> dict[str, Any] | None:
+        if not self.sensors:
+            return None
+        spectra = {name: band.as_json() for name, band in self.spectra_m_s2.items()}
+        return {"unit": "m/s2", "q": self.q, "frequency_hz": self.frequency_hz.tolist(), **spectra}

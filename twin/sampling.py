@@ -1,0 +1,56 @@
+"""Pulses of any duration as samples of one rate."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .strikes import Floats, Pulses
+
+
+def sampled(pulses: Pulses, step_s: float) -> Floats:
+    """Forces (n, p) every `step_s` from the beginning of contact, the first and the last 0, straight between phases.
+
+    Each keeps the impulse of its pulse: samples of a short one are scaled, by (step / contact time)^2 or so.
+    """
+    longest = float(pulses.contact_time_s.max())
+    time = np.arange(math.ceil(longest / step_s) + 2) * step_s
+    last = pulses.force_n.shape[1] - 1
+    position = np.minimum(time / pulses.contact_time_s[:, None], 1.0) * last
+    left = np.minimum(position.astype(np.intp), last - 1)
+    rows = np.arange(len(left))[:, None]
+    before, after = pulses.force_n[rows, left], pulses.force_n[rows, left + 1]
+    force = before + (position - left) * (after - before)
+    return np.asarray(force * _scale(force.sum(axis=1) * step_s, pulses.impulse_n_s)[:, None])
+
+
+def _scale(sampled_n_s: Floats, impulse_n_s: Floats) -> Floats:
+    """1 where there is no impulse to keep, or a contact fell between two samples."""
+    known = sampled_n_s > 0
+    return np.where(known, impulse_n_s / np.where(known, sampled_n_s, 1.0), 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredForce:
+    """A recorded force that stands in for gun and contact: `force_n` (p,) every 1 / `sampling_rate_hz`.
+
+    Raises `ValueError` for less than three samples, values that are not finite, and a rate that is not positive.
+    """
+
+    force_n: Floats
+    sampling_rate_hz: float
+
+    def __post_init__(self) -> None:
+        if self.force_n.ndim != 1 or self.force_n.size < 3 or not np.all(np.isfinite(self.force_n)):
+            raise ValueError(f"force_n has shape {self.force_n.shape}: expected (p,), p of 3 or more, finite")
+        if not (math.isfinite(self.sampling_rate_hz) and self.sampling_rate_hz > 0):
+            raise ValueError(f"sampling_rate_hz = {self.sampling_rate_hz!r}: expected a positive number")
+
+    def repeated(self, count: int) -> Pulses:
+        """The same pulse `count` times, from the sample before its first force to that after the last."""
+        force = np.concatenate(([0.0], self.force_n, [0.0]))
+        time = (force.size - 1) / self.sampling_rate_hz
+        peak = float(np.argmax(force)) / self.sampling_rate_hz
+        return Pulses(np.full(count, time), np.tile(force, (count, 1)), np.full(count, peak))

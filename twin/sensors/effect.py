@@ -1,0 +1,44 @@
+"""What every unmodelled effect of the sensors may change: between what happened and what a record shows."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from ..effects import Effect, Floats, Value
+
+
+class SensorEffect(Effect):
+    """An error of one channel. Hooks are identity unless an effect says otherwise.
+
+    Series are (..., n) in equal steps of `dt_s`. A parameter that is an array (k,) goes with the first axis.
+    """
+
+    #: Where along the chain it acts, from the mount (0) over the sensing element (1) and its gain (2) to the rest (3).
+    place: ClassVar[int] = 2
+
+    def true_pressure_pa(self, reading_pa: Floats) -> Floats:
+        """Gauge pressure in the tank, from the transducer's reading by which the operator sets it."""
+        return reading_pa
+
+    def measured_velocity_m_s(self, velocity_m_s: Floats) -> Floats:
+        """What the velocity measurement shows of a true velocity."""
+        return velocity_m_s
+
+    def measured_force_n(self, force_n: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook
+        """What the force channel shows of a true force (..., n), at rest before it."""
+        return force_n
+
+    def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook
+        """What an accelerometer's channel shows of a true acceleration (..., n), at rest before it."""
+        return acceleration_m_s2
+
+
+def along_first(value: Value, series: Floats) -> Value:
+    """A parameter ready to meet (..., n): an array (k,) gets axes after its own. `ValueError` for another k."""
+    if isinstance(value, float | int) or np.ndim(value) == 0:
+        return float(value)
+    if series.ndim < 1 or series.shape[0] != np.shape(value)[0]:
+        raise ValueError(f"{np.shape(value)[0]} values of a parameter for series of shape {series.shape}")
+    return np.asarray(value).reshape(-1, *[1] * (series.ndim - 1))

@@ -1,0 +1,24 @@
+"""Gain error of an accelerometer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...effects import Floats, Value, parameter
+from ..effect import SensorEffect, along_first
+
+
+@dataclass(frozen=True)
+class AccelerationGain(SensorEffect):
+    """A sensitivity other than the certificate's, at every level and frequency."""
+
+    id = "sensor.acceleration_gain"
+    law = "a_reading = gain a"
+    source = "ISO 16063-1:1998 (calibration of accelerometers); JCGM 200:2012 (VIM), 4.12 sensitivity"
+
+    gain: Value = parameter("reading over true acceleration", "", default=1.05, low=0.2, high=5.0, off=1.0)
+
+    def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook
+        return np.asarray(acceleration_m_s2 * along_first(self.gain, acceleration_m_s2))

@@ -1,0 +1,24 @@
+"""Gain error of the load cell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...effects import Floats, Value, parameter
+from ..effect import SensorEffect, along_first
+
+
+@dataclass(frozen=True)
+class ForceGain(SensorEffect):
+    """A sensitivity other than the certificate's; or force that reaches the target beside the cell (gain below 1)."""
+
+    id = "sensor.force_gain"
+    law = "F_reading = gain F"
+    source = "ISO 7626-5:2019, 7 (calibration of the force channel); JCGM 200:2012 (VIM), 4.12 sensitivity"
+
+    gain: Value = parameter("reading over true force", "", default=1.03, low=0.2, high=5.0, off=1.0)
+
+    def measured_force_n(self, force_n: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook
+        return np.asarray(force_n * along_first(self.gain, force_n))
