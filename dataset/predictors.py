@@ -20,6 +20,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,7 @@ class PredictorSet:
         return {"name": self.name, "kind": self.kind, "predictors": entries}
 
 
+@cache
 def shipped(name: str) -> PredictorSet:
     """The set of this name. Raises `LookupError` naming those there are."""
     if name not in SHIPPED:

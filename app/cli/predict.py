@@ -1,0 +1,201 @@
+"""`predict`: what a shot will do, with 90 % bands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .common import Function, db_option, errors_as_one_line, json_option, note, opened, print_table, write_json
+from .quantities import parse_quantity
+
+if TYPE_CHECKING:
+    from ...schema.session import Store
+    from ...twin.effects import Effect
+    from ...twin.setting import Setting
+    from ..twins import BuiltTwin, TwinRequest
+
+#: Options of what the operator sets; `tune` and `predict` spell them alike.
+_SET = (
+    click.option("--tank-pressure", metavar="5bar", default=None, help="Gauge. [5bar]"),
+    click.option("--velocity", metavar="20m/s", default=None, help="Of impact, in place of the gun."),
+    click.option("--bullet-mass", metavar="0.5kg", default="0.5kg", show_default=True),
+    click.option("--tip", metavar="MATERIAL", default="steel", show_default=True),
+    click.option("--tip-radius", metavar="45mm", default="45mm", show_default=True),
+    click.option("--plate", metavar="MATERIAL", default=None, help="[the bench's]"),
+    click.option("--anvil", metavar="MATERIAL|none", default="none", show_default=True),
+    click.option("--insulator", type=click.Choice(("none", "polymeric")), default="none", show_default=True),
+    click.option("--impact-position", metavar="'#1'", default="#1", show_default=True),
+)
+_MADE_OF = (
+    click.option("--campaign", metavar="NAME", default=None, help="Whose bench. [the newest of a gun]"),
+    click.option("--bench", type=click.Path(path_type=Path), default=None, help="TOML file with [gun], [plate]."),
+    click.option("--modes", type=click.Path(path_type=Path), default=None, help="Modal table of the plate, CSV."),
+    click.option("--contact", metavar="LAW|registered|NAME@VERSION", default=None, help="[the model in use, or hertz]"),
+    click.option("--effect", "effects", multiple=True, metavar="ID[:NAME=VALUE,...]", help="Off the nominal: repeat."),
+    click.option("--impact-at", multiple=True, metavar="X,Y", help="Point #1, #2... of the outline, in m: repeat."),
+    click.option("--sensor-at", multiple=True, metavar="X,Y", help="acceleration_1, acceleration_2..., in m: repeat."),
+    click.option("--q", type=click.FloatRange(0.5, min_open=True), default=10.0, show_default=True),
+    click.option("--frequencies", metavar="LOW:HIGH:PER_OCTAVE", default=None, help="Lines, Hz. [100:10000:6]"),
+)
+
+
+def _with(options: tuple[Any, ...]) -> Callable[[Function], Function]:
+    def add(function: Function) -> Function:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return add
+
+
+@click.command()
+@_with(_SET)
+@_with(_MADE_OF)
+@click.option("--draws", type=click.IntRange(0), default=64, show_default=True, help="Random shots for the bands.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+@click.option(
+    "--plot", type=click.Path(path_type=Path), default=None, metavar="FILE", help="Draw it: .png, .svg, .pdf."
+)
+@db_option
+@json_option
+def predict(draws: int, seed: int, plot: Path | None, db: str, json_to: str | None, **asked: Any) -> None:
+    """Velocity, force, acceleration and shock response spectrum of one shot, with 90 % bands.
+
+    It says what answered at each stage, and where it is asked beyond what that has learned from. Without a store it
+    takes the bench that ships with the software.
+
+    \b
+    Example:
+        pyroshock predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel
+        pyroshock predict --velocity 8m/s --tip delrin --effect plate.damping:factor=2 --plot shot.png
+    """
+    with _opened_or_none(db) as store:
+        import numpy as np
+
+        from ..prediction_tables import quantity_rows, spectrum_rows
+        from ..training import models_extra
+        from ..twins import twin_of
+
+        setting_words, request = _request(asked)
+        with models_extra():
+            built = twin_of(store, db, request)
+            setting = _setting(built, setting_words)
+            prediction = built.twin.predict(setting, draws=draws, rng=np.random.default_rng(seed))
+        for remark in built.notes:
+            note(remark)
+        if plot is not None:
+            from ..prediction_plots import plot_prediction
+
+            plot_prediction(prediction, plot)
+            note(f"written: {plot}")
+        if json_to is not None:
+            write_json(prediction.as_json(), json_to)
+            return
+        print_table(quantity_rows(prediction), "")
+        click.echo()
+        print_table(spectrum_rows(prediction), "no plate: no spectrum")
+        click.echo()
+        print_table(({"stage": stage, "answered": answer} for stage, answer in prediction.models.items()), "")
+        for outside in prediction.outside:
+            note(f"outside of its domain: {outside.predictor} = {outside.value} ({outside.range})")
+
+
+@contextmanager
+def _opened_or_none(db: str) -> Iterator[Store | None]:
+    """The store, or None where its file is not there yet: the shipped bench needs none."""
+    with errors_as_one_line():
+        from sqlalchemy.engine import make_url
+        from sqlalchemy.exc import ArgumentError
+
+        try:
+            url = make_url(db)
+        except ArgumentError:  # `opened` says what is wrong with it
+            url = None
+        missing = url is not None and url.drivername.startswith("sqlite") and not Path(url.database or "").exists()
+    if missing:
+        note(f"no store at {db}: the bench that ships with the software")
+        with errors_as_one_line():
+            yield None
+        return
+    with opened(db) as store:
+        yield store
+
+
+_SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position")
+
+
+def _request(asked: dict[str, Any]) -> tuple[dict[str, Any], TwinRequest]:
+    """What the operator sets, and what the twin is made of."""
+    from ..twins import TwinRequest
+
+    setting = {name: asked[name] for name in _SETTING}
+    request = TwinRequest(
+        campaign=asked["campaign"],
+        modes=asked["modes"],
+        bench=asked["bench"],
+        contact=asked["contact"],
+        effects=tuple(parse_effect(text) for text in asked["effects"]),
+        impact_points=tuple(_point(text, "--impact-at") for text in asked["impact_at"]),
+        sensors=tuple(_point(text, "--sensor-at") for text in asked["sensor_at"]),
+        plate=asked["plate"],
+        q=asked["q"],
+        frequency_hz=_lines(asked["frequencies"]),
+    )
+    return setting, request
+
+
+def _setting(built: BuiltTwin, words: dict[str, Any]) -> Setting:
+    velocity, pressure = words["velocity"], words["tank_pressure"]
+    if velocity is not None and pressure is not None:
+        raise ValueError("--velocity and --tank-pressure: expected one of them")
+    own: dict[str, Any] = {"impact_velocity_m_s": parse_quantity(velocity, "m/s", "--velocity")} if velocity else {}
+    own = own or {"tank_pressure_pa": parse_quantity(pressure or "5bar", "Pa", "--tank-pressure")}
+    anvil = words["anvil"]
+    return built.setting(
+        impactor_mass_kg=parse_quantity(words["bullet_mass"], "kg", "--bullet-mass"),
+        tip=built.material(words["tip"]),
+        tip_radius_m=parse_quantity(words["tip_radius"], "m", "--tip-radius"),
+        anvil=None if anvil.lower() == "none" else built.material(anvil),
+        insulator=words["insulator"],
+        impact_position=words["impact_position"],
+        **own,
+    )
+
+
+def parse_effect(text: str) -> Effect:
+    """`gun.back_pressure` or `gun.blow_by:clearance_m=0.0005,other=1`. Raises `LookupError`, `ValueError`."""
+    from ...twin.effects import effect
+
+    identity, _, rest = text.partition(":")
+    values: dict[str, float] = {}
+    for part in filter(None, rest.split(",")):
+        name, _, number = part.partition("=")
+        try:
+            values[name.strip()] = float(number)
+        except ValueError as error:
+            raise ValueError(f"--effect {text!r}: {part!r}; expected NAME=VALUE in SI, such as gain=1.02") from error
+    return effect(identity.strip(), **values)
+
+
+def _point(text: str, name: str) -> tuple[float, float]:
+    try:
+        x, y = map(float, text.split(","))
+    except ValueError as error:
+        raise ValueError(f"{name} is {text!r}; expected X,Y in m, such as 0.47,0.28") from error
+    return x, y
+
+
+def _lines(text: str | None) -> tuple[float, ...]:
+    from ...twin.srs.grid import octave_grid
+
+    if text is None:
+        return ()
+    try:
+        low, high, per_octave = text.split(":")
+        return tuple(octave_grid(float(low), float(high), int(per_octave)).tolist())
+    except ValueError as error:
+        raise ValueError(f"--frequencies is {text!r} ({error}); expected LOW:HIGH:PER_OCTAVE in Hz") from error

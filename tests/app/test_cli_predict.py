@@ -1,0 +1,217 @@
+"""`predict`: the JSON that scripts rely on, what it is made of, and one line for what a user can mend."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from pulse_tables import PREDICTORS, pulse_table
+from pyroshock.app import twins
+from pyroshock.app.cli.predict import parse_effect, predict
+from pyroshock.app.demo import ingest_examples
+from pyroshock.dataset.domain import Domain
+from pyroshock.training.models.analytic import Analytic
+from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version
+from pyroshock.twin.gun.nominal import muzzle_velocity
+from stores import opened
+from twin_parts import BENCH, ringing_plate
+
+MODES = """mode,frequency_hz,damping_ratio,shape_impact,shape_impact_2,shape_a
+1,400,0.01,0.3,0.1,0.4
+2,1500,0.01,-0.2,0.3,0.3
+"""
+
+
+@pytest.fixture
+def quick(tmp_path, monkeypatch):
+    """Plates need no solution, no store lies about, nothing is registered; gives the command line."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    monkeypatch.delenv("PYROSHOCK_DB", raising=False)
+
+    def solved(drawing, material, highest_hz, folder):  # type: ignore[no-untyped-def]
+        plate, points = ringing_plate(), tuple(drawing.impact_points)[:2]
+        shapes = plate.shape_impact[: len(points)]
+        return replace(plate, impact_points=points, shape_impact=shapes, sensors=tuple(drawing.sensors))
+
+    monkeypatch.setattr(twins, "solved", solved)
+    return lambda *words: CliRunner().invoke(predict, [*words, *_FEW])
+
+
+_FEW = ("--draws", "8", "--frequencies", "200:4000:3")
+
+
+def told(result: Result) -> dict:  # type: ignore[type-arg]  # JSON
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)
+
+
+def test_json_is_the_contract_and_alone_on_standard_output(quick):
+    found = told(quick("--tank-pressure", "5bar", "--bullet-mass", "0.5kg", "--tip", "steel", "--json"))
+    contract = {"velocity_m_s", "contact_time_s", "peak_force_n", "force", "srs", "models", "outside_domain"}
+    assert contract <= found.keys()
+    for name in ("velocity_m_s", "contact_time_s", "peak_force_n"):
+        assert found[name].keys() == {"mean", "ci90"}
+        assert found[name]["ci90"][0] <= found[name]["mean"] <= found[name]["ci90"][1]
+    assert found["force"].keys() == {"time_s", "mean", "lower", "upper"}
+    assert found["srs"]["frequency_hz"][0] == 200.0
+    assert found["srs"]["acceleration_2"].keys() == {"mean", "lower", "upper"}
+    assert found["models"]["contact"] == "hertz"
+    for one in found["outside_domain"]:
+        assert one.keys() == {"predictor", "value", "range"}
+
+
+def test_shipped_bench_answers_without_a_store(quick):
+    found = told(quick("--tank-pressure", "5bar", "--json"))
+    assert found["velocity_m_s"]["mean"] == pytest.approx(float(muzzle_velocity(BENCH, 5e5, 0.5)), rel=0.01)
+    assert "shipped" in found["models"]["gun"] and "assumed outline" in found["models"]["plate"]
+
+
+def test_same_seed_same_words(quick):
+    assert quick("--json").stdout == quick("--json", "--seed", "0").stdout != quick("--json", "--seed", "1").stdout
+
+
+def test_table_and_plot_for_people(quick, tmp_path):
+    result = quick("--velocity", "8m/s", "--plot", "shot.png")
+    assert result.exit_code == 0, result.stderr
+    assert "impact velocity" in result.stdout and "acceleration_1 (m/s2)" in result.stdout
+    assert (tmp_path / "shot.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_given_velocity_needs_no_gun(quick):
+    found = told(quick("--velocity", "8m/s", "--json"))
+    assert found["velocity_m_s"] == {"mean": pytest.approx(8.0), "ci90": pytest.approx([8.0, 8.0])}
+
+
+def test_effects_change_the_answer_and_are_told(quick):
+    nominal = told(quick("--tank-pressure", "5bar", "--json"))
+    found = told(quick("--tank-pressure", "5bar", "--effect", "gun.back_pressure", "--effect",
+                       "sensor.velocity_gain:gain=2", "--json"))  # fmt: skip
+    assert found["velocity_m_s"]["mean"] != pytest.approx(2 * nominal["velocity_m_s"]["mean"], rel=1e-3)
+    assert "gun.back_pressure" in found["models"]["gun"] and "sensor.velocity_gain" in found["models"]["sensors"]
+
+
+def test_effect_of_the_contact_acts_on_hertz(quick):
+    found = told(quick("--velocity", "8m/s", "--effect", "contact.effective_mass:mass_factor=2", "--json"))
+    assert found["models"]["contact"] == "hertz + contact.effective_mass"
+
+
+def test_bench_file_and_points_are_taken(quick, tmp_path):
+    (tmp_path / "bench.toml").write_text(
+        "[plate]\nmaterial = 'steel'\nthickness_m = 0.012\noutline_m = [[0,0],[0.6,0],[0.6,0.4],[0,0.4]]\n"
+        "sensors = {left = [0.1, 0.1], right = [0.5, 0.3]}\n",
+        encoding="utf-8",
+    )
+    found = told(quick("--velocity", "8m/s", "--bench", "bench.toml", "--json"))
+    assert {"left", "right"} < found["srs"].keys()
+    assert "bench.toml" in found["models"]["plate"]
+    result = quick("--velocity", "8m/s", "--sensor-at", "0.2,0.2", "--sensor-at", "0.7,0.4", "--impact-at", "0.4,0.3")
+    assert "#1 (0.4, 0.3), acceleration_1 (0.2, 0.2)" in result.stderr
+
+
+def test_modal_table_of_a_file(quick, tmp_path):
+    (tmp_path / "plate_modes.csv").write_text(MODES, encoding="utf-8")
+    found = told(quick("--velocity", "8m/s", "--modes", "plate_modes.csv", "--impact-position", "#2", "--json"))
+    assert found["models"]["plate"] == "modal table plate_modes.csv"
+    assert "a" in found["srs"]
+
+
+def test_campaign_gives_its_gun_and_the_scatter_of_its_shots(quick, tmp_path):
+    url = f"sqlite:///{tmp_path / 'lab.db'}"
+    with opened(url, create=True) as store:
+        ingest_examples(store)
+    result = quick("--tank-pressure", "3bar", "--campaign", "first-shots", "--db", url)
+    assert "velocity corrected by 5 measured shots" in result.stderr
+    found = told(quick("--tank-pressure", "3bar", "--tip", "Aluminium", "--db", url, "--json"))
+    assert "campaign first-shots" in found["models"]["gun"]
+
+
+def test_scatter_of_the_thesis_is_that_of_its_five_shots():
+    """Errors of Table 5.1, eq. 5.1: (measured - predicted) / measured."""
+    with (Path(twins.__file__).parents[1] / "examples" / "first-shots" / "table_5_1.csv").open(
+        encoding="utf-8"
+    ) as file:
+        errors = np.array([float(row["error_percent"]) for row in csv.DictReader(file)]) / 100
+    assert np.sqrt(np.mean(np.log(1 - errors) ** 2)) == pytest.approx(twins.THESIS_VELOCITY_SPREAD, abs=6e-4)
+
+
+def test_model_in_use_answers(quick, monkeypatch):
+    table = pulse_table(np.random.default_rng(0), repetitions=2)
+    dataset, when = DatasetName("spring", "5" * 64, "hammer"), datetime(2026, 1, 1, tzinfo=UTC)
+    ids = ("key", "run", "0" * 64)
+    version = Version("hertz", 4, dataset, "repetitions", 0, {}, Cost(1.0, 1.0), *ids, when, "hammer")
+    model = Analytic("hertz").fit(table, np.random.default_rng(0))
+
+    class Registry:
+        def champion(self, predictor_set: str) -> Version:
+            assert predictor_set == "gun"
+            return version
+
+        def versions(self) -> list[Version]:
+            return [version]
+
+        def load(self, version: Version) -> RegisteredModel:
+            return RegisteredModel(version, model, PREDICTORS, Domain.of(table), {})
+
+    monkeypatch.setattr(twins, "_registry", lambda _: Registry())
+    for asked in ((), ("--contact", "registered"), ("--contact", "hertz@4")):
+        found = told(quick("--velocity", "9m/s", "--tip", "delrin", "--tip-radius", "30mm", *asked, "--json"))
+        assert found["models"]["contact"] == "models:/hertz@champion"
+    assert found["outside_domain"][0]["predictor"] == "impact_velocity"
+
+
+def test_solved_plate_end_to_end(tmp_path, monkeypatch):
+    """The finite element model itself, with its modes below 600 Hz; the second call finds it on disk."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(twins, "MAX_MODE_HZ", 600.0)
+    first, again = (told(CliRunner().invoke(predict, ["--velocity", "8m/s", "--json", *_FEW])) for _ in range(2))
+    assert first == again
+    assert list(Path(tmp_path).rglob("*.npz"))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--tank-pressure", "5"), "--tank-pressure is '5'; expected a number with a unit"),
+        (("--tank-pressure", "5bar", "--velocity", "3m/s"), "--velocity and --tank-pressure: expected one of them"),
+        (("--tip", "cheese"), "no material 'cheese'; there are: aluminum"),
+        (("--insulator", "polymeric"), "without an anvil"),
+        (("--contact", "magic"), "no law of contact 'magic'"),
+        (("--contact", "registered"), "no model is in use for the gun; make one so: pyroshock promote"),
+        (("--effect", "gun.magic"), "no effect 'gun.magic'"),
+        (("--effect", "sensor.force_gain:gain=loud"), "expected NAME=VALUE in SI"),
+        (("--effect", "sensor.force_gain:gain=99"), "sensor.force_gain: gain = 99.0; expected 0.2 to 5"),
+        (("--sensor-at", "here"), "--sensor-at is 'here'; expected X,Y in m"),
+        (("--impact-position", "#7"), "no impact position '#7' on this plate"),
+        (("--campaign", "spring"), "no campaign 'spring'"),
+        (("--modes", "none.csv"), "none.csv"),
+        (("--tank-pressure", "1Pa"), "does not leave the barrel"),
+        (("--plot", "shot.xyz"), "cannot draw 'shot.xyz'"),
+    ],
+)
+def test_what_a_user_can_mend_is_one_line(quick, words, message):
+    result = quick(*words)
+    assert result.exit_code == 2
+    assert message in result.stderr.strip().splitlines()[-1]
+
+
+def test_sensors_of_the_shipped_bench_feel_different_things(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = told(CliRunner().invoke(predict, ["--velocity", "8m/s", "--json", "--frequencies", "100:200:3", *_FEW[:2]]))
+    assert found["srs"]["acceleration_1"]["mean"] != pytest.approx(found["srs"]["acceleration_2"]["mean"], rel=0.01)
+
+
+def test_lines_are_checked(quick):
+    result = CliRunner().invoke(predict, ["--frequencies", "1:2"])
+    assert result.exit_code == 2 and "expected LOW:HIGH:PER_OCTAVE" in result.stderr
+
+
+def test_effects_are_parsed():
+    found = parse_effect("sensor.zero_shift:share=0.02,decay_time_s=0.1")
+    assert found.as_json() == {"id": "sensor.zero_shift", "share": 0.02, "decay_time_s": 0.1}
