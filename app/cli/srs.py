@@ -1,0 +1,157 @@
+"""`srs`: the shock response spectrum of any recording alone, without a store."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .common import errors_as_one_line, format_cell, json_option, note, print_table, write_json
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from ...twin.srs.target import Target
+    from ..spectra import Measured
+
+_FILE = click.Path(dir_okay=False, path_type=Path)
+_RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
+
+
+@click.command()
+@click.argument("file", type=_FILE)
+@click.option("--channel", metavar="NAME", help="[the only acceleration]")
+@click.option("--unit", metavar="UNIT", help="Where the file tells none: g, m/s2, ...")
+@click.option("--frequencies", metavar="LINES", help="Hz: 100,200,500 or low:high:per_octave. [6 per octave]")
+@click.option("--q", type=click.FloatRange(0.5, min_open=True), help="[10]")
+@click.option("--damping", type=_RATIO, help="Damping ratio in place of Q: 0.05.")
+@click.option("--target", type=_FILE, metavar="SPEC.csv", help="Columns frequency_hz and level_g or level_m_s2.")
+@click.option("--tolerance", metavar="BAND", help="6dB, +9/-6dB or nasa-std-7003. [the target's own, else the last]")
+@click.option("--resample", is_flag=True, help="Band-limited, so that no peak is missed between samples.")
+@click.option("--range", "full_scale", metavar="VALUE", help="The sensor's full scale, such as 5000g, for clipping.")
+@click.option("--plot", type=_FILE, help="Draw spectrum and record into FILE (.png, .svg, .pdf).")
+@click.option("--out", type=_FILE, metavar="FILE.csv", help="Write the spectrum; it can be a target.")
+@click.option("--db", hidden=True, expose_value=False, help="Taken like everywhere; nothing is looked up in it.")
+@json_option
+def srs(
+    file: Path,
+    channel: str | None,
+    unit: str | None,
+    frequencies: str | None,
+    q: float | None,
+    damping: float | None,
+    target: Path | None,
+    tolerance: str | None,
+    resample: bool,
+    full_scale: str | None,
+    plot: Path | None,
+    out: Path | None,
+    json_to: str | None,
+) -> None:
+    """Shock response spectrum of FILE (.mat .csv .parquet .tdms .uff .lvm .h5 .npz), with checks and moments.
+
+    Ends with exit code 1 where a line lies outside of the target's tolerance.
+
+    \b
+    Example:
+        pyroshock srs shot.csv --target spec.csv --tolerance 6dB --plot shot.png
+    """
+    with errors_as_one_line():
+        from ..accelerations import read_acceleration
+        from ..spectra import measure
+        from ..spectrum_tables import as_json, write_spectrum
+
+        specified = _target(target, tolerance)
+        measured = measure(
+            read_acceleration(file, channel, unit),
+            None if frequencies is None else parse_lines(frequencies),
+            _damping_ratio(q, damping),
+            target=specified,
+            resample=resample,
+            range_m_s2=_full_scale(full_scale),
+        )
+        _tell_coverage(measured, specified)
+        if out is not None:
+            write_spectrum(measured, out)
+            note(f"spectrum: {out}")
+        if plot is not None:
+            from ..spectrum_plots import plot_spectrum
+
+            plot_spectrum(measured, plot)
+            note(f"plot: {plot}")
+        if json_to is not None:
+            write_json(as_json(measured), json_to)
+        else:
+            _print(measured)
+    if measured.comparison is not None and not measured.comparison.within:
+        raise click.exceptions.Exit(1)
+
+
+def parse_lines(text: str) -> NDArray[np.float64]:
+    """`100,200,500` or `100:10000:6` (low:high:lines per octave, 6 by default), in Hz. Raises `ValueError`."""
+    import numpy as np
+
+    from ...twin.srs.grid import octave_grid
+
+    try:
+        if ":" in text:
+            low, high, *per_octave = text.split(":")
+            return octave_grid(float(low), float(high), *(int(number) for number in per_octave))
+        lines = np.asarray([float(number) for number in text.split(",")])
+    except (ValueError, TypeError) as error:
+        said = f" ({error})" if "expected" in str(error) else ""
+        raise ValueError(
+            f"--frequencies is {text!r}{said}; expected Hz as 100,200,500 or low:high:per_octave as 100:10000:6"
+        ) from error
+    if not np.all(np.isfinite(lines) & (lines > 0)):
+        raise ValueError(f"--frequencies is {text!r}; expected positive numbers, in Hz")
+    return np.unique(lines)
+
+
+def _damping_ratio(q: float | None, damping: float | None) -> float:
+    if q is not None and damping is not None:
+        raise ValueError("--q and --damping say the same thing; expected one of them")
+    return damping if damping is not None else 1 / (2 * (q or 10.0))
+
+
+def _target(path: Path | None, tolerance: str | None) -> Target | None:
+    from ...twin.srs.target_csv import read_target
+    from ...twin.srs.tolerance import parse_tolerance
+
+    if path is None:
+        if tolerance is not None:
+            raise ValueError("--tolerance goes with --target SPEC.csv")
+        return None
+    return read_target(path, None if tolerance is None else parse_tolerance(tolerance))
+
+
+def _tell_coverage(measured: Measured, target: Target | None) -> None:
+    """A verdict on half of a specification says so."""
+    if measured.comparison is None or target is None:
+        return
+    lines, own = measured.comparison.frequency_hz, target.frequency_hz
+    if lines.min() > own[0] * 1.13 or lines.max() < own[-1] / 1.13:  # a sixth of an octave
+        note(f"compared from {lines.min():g} to {lines.max():g} Hz only; the target: {own[0]:g} to {own[-1]:g} Hz")
+
+
+def _full_scale(text: str | None) -> float | None:
+    from .quantities import parse_quantity
+
+    return None if text is None else parse_quantity(text, "m/s**2", "--range")
+
+
+def _print(measured: Measured) -> None:
+    from ..spectrum_tables import rows_of, summary
+
+    for key, value in summary(measured).items():
+        click.echo(f"{key:28} {format_cell(value)}")
+    click.echo("")
+    print_table(rows_of(measured), "no lines")
+    click.echo("\nchecks")
+    findings: list[dict[str, Any]] = [
+        {"check": found.name, "value": found.value, "limit": found.limit, "unit": found.unit, "finding": found.message}
+        for found in measured.findings
+    ]
+    print_table(findings, "  no findings")

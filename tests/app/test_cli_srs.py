@@ -1,0 +1,269 @@
+"""`pyroshock srs`: any recording alone, as a person or a script calls it."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from pyroshock.app.cli.srs import parse_lines, srs
+from pyroshock.twin.srs.checks import CHECKS
+from pyroshock.twin.srs.spectrum import shock_response_spectrum
+from pyroshock.twin.srs.target_csv import read_target
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLE = ROOT / "examples/modal-hammer-hit/recordings/acceleration.lvm"
+PAGE = (ROOT / "docs/srs.md").read_text(encoding="utf-8")
+G = 9.80665
+KEYS = {
+    "unit", "frequency_hz", "maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s", "checks",
+}  # fmt: skip
+RATE = 20_000.0
+LINES = np.array([100.0, 500.0, 1000.0])
+
+
+def call(*words: object) -> Result:
+    result = CliRunner().invoke(srs, [str(word) for word in words])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    return result
+
+
+def as_json(*words: object):
+    result = call(*words, "--json")
+    assert result.exit_code in (0, 1), result.stderr
+    return json.loads(result.stdout)
+
+
+def refusal(*words: object) -> str:
+    result = call(*words)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith("pyroshock: ") and result.stderr.count("\n") == 1
+    return result.stderr
+
+
+def pulse() -> np.ndarray:
+    """Half-sine of 100 (whatever unit), 5 ms, in the middle of half a second."""
+    x = np.zeros(10_000)
+    x[4000:4101] = 100 * np.sin(np.pi * np.arange(101) / 100)
+    return x
+
+
+def table(path: Path, header: str = "time_s,acc [g]", **more: np.ndarray) -> Path:
+    columns = [np.arange(10_000) / RATE, pulse(), *more.values()]
+    with path.open("w", encoding="utf-8") as file:
+        file.write(",".join([header, *more]) + "\n")
+        np.savetxt(file, np.stack(columns, axis=1), delimiter=",", fmt="%.10g")
+    return path
+
+
+def spec(path: Path, factor: float = 1.0) -> Path:
+    """The pulse's own spectrum as a target, times a factor."""
+    maximax = shock_response_spectrum(G * pulse(), RATE, LINES).maximax * factor
+    rows = [f"{hz},{level}" for hz, level in zip(LINES, maximax, strict=True)]
+    path.write_text("\n".join(["frequency_hz,level_m_s2", *rows]) + "\n")
+    return path
+
+
+def test_json_is_the_spectrum_in_si(tmp_path):
+    told = as_json(table(tmp_path / "a.csv"), "--frequencies", "100,500,1000")
+    exact = shock_response_spectrum(G * pulse(), RATE, LINES)
+    assert set(told) >= KEYS and told["unit"] == "m/s2" and told["checks"] == []
+    np.testing.assert_array_equal(told["frequency_hz"], LINES)
+    for name in ("maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s"):
+        np.testing.assert_allclose(told[name], getattr(exact, name), rtol=1e-9)
+
+
+def test_measured_hit_of_the_examples_reads_its_unit_and_channel_from_the_file():
+    told = as_json(EXAMPLE, "--frequencies", "100:5000")
+    assert told["channel"] == "Acceleration (Trigger)" and told["sampling_rate_hz"] == 50_000
+    assert max(told["maximax"]) > 35.5 * G  # the recorded peak
+
+
+def test_damping_and_q_are_one_setting(tmp_path):
+    file = table(tmp_path / "a.csv")
+    assert as_json(file, "--q", 25)["maximax"] == as_json(file, "--damping", 0.02)["maximax"]
+    assert "expected one of them" in refusal(file, "--q", 25, "--damping", 0.02)
+
+
+def test_unit_of_a_silent_file_is_asked_for(tmp_path):
+    file = table(tmp_path / "a.csv", "time_s,acc")
+    assert "give it, such as --unit g" in refusal(file)
+    in_g, in_si = (as_json(file, "--unit", unit)["maximax"] for unit in ("g", "m/s2"))
+    np.testing.assert_allclose(in_g, G * np.array(in_si), rtol=1e-12)
+
+
+@pytest.mark.parametrize("header", ["time_s,acc [m/s2]", "time_s,acc_m_s2"])
+def test_unit_that_contradicts_the_file_is_refused(tmp_path, header):
+    said = refusal(table(tmp_path / "a.csv", header), "--unit", "g")
+    assert "is in 'm/s2' by the file, in 'g' by --unit" in said
+
+
+def test_other_quantity_is_refused(tmp_path):
+    file = table(tmp_path / "a.csv", "time_s,acc [N]")
+    assert "no channel is known to be an acceleration" in refusal(file)
+    assert "is in 'N', which is no acceleration" in refusal(file, "--channel", "acc")
+
+
+def test_unit_that_is_none_is_refused(tmp_path):
+    assert "unknown unit 'splat'" in refusal(table(tmp_path / "a.csv", "time_s,acc"), "--unit", "splat")
+
+
+def test_one_acceleration_among_others_is_found(tmp_path):
+    file = table(tmp_path / "a.csv", **{"force [N]": np.arange(10_000), "top [mm]": np.arange(10_000)})
+    assert as_json(file)["channel"] == "acc"
+
+
+def test_of_several_accelerations_one_is_asked_for(tmp_path):
+    file = table(tmp_path / "a.csv", **{"bcc [g]": 2 * pulse()})
+    assert "acc [g], bcc [g]" in refusal(file)
+    twice, once = (as_json(file, "--channel", name)["maximax"] for name in ("bcc", "acc"))
+    np.testing.assert_allclose(twice, 2 * np.array(once), rtol=1e-9)
+    assert "no channel 'dcc'; the file has: acc, bcc" in refusal(file, "--channel", "dcc")
+
+
+@pytest.mark.parametrize(("factor", "code"), [(1.0, 0), (1.9, 0), (0.51, 0), (2.1, 1), (0.49, 1)])
+def test_exit_code_tells_whether_the_target_is_met(tmp_path, factor, code):
+    target = spec(tmp_path / "t.csv", factor)
+    words = (table(tmp_path / "a.csv"), "--target", target, "--tolerance", "6dB", "--frequencies", "100,500,1000")
+    assert call(*words).exit_code == code
+    told = as_json(*words)["target"]
+    assert told["within"] == (code == 0)
+    np.testing.assert_allclose(told["error_db"], -20 * np.log10(factor), atol=1e-5)
+
+
+def test_tolerance_on_the_command_line_overrides(tmp_path):
+    words = (table(tmp_path / "a.csv"), "--target", spec(tmp_path / "t.csv", 1.5))
+    assert call(*words).exit_code == 0
+    assert call(*words, "--tolerance", "3dB").exit_code == 1
+    assert "expected one such as 6dB" in refusal(*words, "--tolerance", "3")
+
+
+def test_tolerance_without_a_target_is_refused(tmp_path):
+    assert "goes with --target" in refusal(table(tmp_path / "a.csv"), "--tolerance", "3dB")
+
+
+def test_part_of_a_target_is_told(tmp_path):
+    words = (table(tmp_path / "a.csv"), "--target", spec(tmp_path / "t.csv"), "--frequencies", "100,500")
+    assert "compared from 100 to 500 Hz only" in call(*words).stderr
+
+
+def test_spectrum_written_is_a_target_that_the_record_meets(tmp_path):
+    file, out = table(tmp_path / "a.csv"), tmp_path / "spectrum.csv"
+    told = as_json(file, "--out", out)
+    read = read_target(out)
+    np.testing.assert_allclose(read.level_m_s2, told["maximax"], rtol=1e-12)
+    again = as_json(file, "--target", out, "--tolerance", "0.000001dB")
+    assert again["target"]["within"] and again["frequency_hz"] == told["frequency_hz"]
+
+
+def test_table_shows_lines_moments_and_findings(tmp_path):
+    result = call(table(tmp_path / "a.csv"), "--frequencies", "100,500,8000", "--range", "100g")
+    rows = result.stdout.splitlines()
+    assert result.exit_code == 0
+    assert any(row.startswith("rms_duration_s") for row in rows)
+    assert [row.split()[0] for row in rows if row.split()[:1] in (["100"], ["500"], ["8000"])] == ["100", "500", "8000"]
+    assert {"clipping", "sampling"} <= {row.split()[0] for row in rows if row}
+
+
+def test_resampling_settles_what_sampling_hides(tmp_path):
+    file = table(tmp_path / "a.csv")
+    names = [
+        {found["name"] for found in as_json(file, "--frequencies", "100,5000", *more)["checks"]}
+        for more in ((), ("--resample",))
+    ]
+    assert names == [{"sampling"}, set()]
+
+
+def test_plot_is_drawn_with_and_without_target(tmp_path):
+    file = table(tmp_path / "a.csv")
+    call(file, "--plot", tmp_path / "a.png")
+    call(file, "--plot", tmp_path / "b.svg", "--target", spec(tmp_path / "t.csv", 3.0))
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    assert "<svg" in (tmp_path / "b.svg").read_text()
+    assert "cannot draw" in refusal(file, "--plot", tmp_path / "a.xyz")
+
+
+def test_other_formats_give_the_same_spectrum(tmp_path):
+    import pandas as pd
+    from scipy.io import savemat
+
+    time, values = np.arange(10_000) / RATE, pulse()
+    np.savez(tmp_path / "a.npz", fs=RATE, acc=values)
+    savemat(tmp_path / "a.mat", {"fs": RATE, "acc": values})
+    pd.DataFrame({"time_s": time, "acc": values}).to_parquet(tmp_path / "a.parquet")
+    reference = as_json(table(tmp_path / "a.csv"), "--frequencies", "100,500,1000")["maximax"]
+    for suffix in ("npz", "mat", "parquet"):
+        told = as_json(tmp_path / f"a.{suffix}", "--unit", "g", "--frequencies", "100,500,1000")
+        np.testing.assert_allclose(told["maximax"], reference, rtol=1e-6)
+
+
+def test_missing_file_and_unknown_format_are_refused_in_one_line(tmp_path):
+    assert "nowhere.csv" in refusal(tmp_path / "nowhere.csv")
+    (tmp_path / "a.docx").write_text("x")
+    assert "no reader for .docx" in refusal(tmp_path / "a.docx")
+
+
+def test_lines_above_half_the_sampling_rate_are_refused(tmp_path):
+    assert "half the sampling rate" in refusal(table(tmp_path / "a.csv"), "--frequencies", "100,10000")
+
+
+def test_store_is_accepted_and_left_alone(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert call(table(tmp_path / "a.csv"), "--db", "sqlite:///lab.db").exit_code == 0
+    assert not (tmp_path / "lab.db").exists()
+
+
+def test_record_with_holes_is_refused(tmp_path):
+    holes = pulse()
+    holes[5:8] = np.nan
+    np.savez(tmp_path / "a.npz", fs=RATE, acc_g=holes)
+    assert "3 of 10000 samples are not finite" in refusal(tmp_path / "a.npz")
+
+
+def test_lines_are_listed_or_spread():
+    np.testing.assert_array_equal(parse_lines("500,100"), [100, 500])
+    np.testing.assert_allclose(parse_lines("100:800:2"), 100 * 2 ** (np.arange(7) / 2))
+    assert parse_lines("100:800").size == 19
+
+
+@pytest.mark.parametrize(
+    "text", ["", "abc", "100,", "-5,10", "100:50", "100:200:0", "100:200:6:1", "100:200:2.5", "inf"]
+)
+def test_other_lines_are_refused(text):
+    with pytest.raises(ValueError, match="--frequencies is"):
+        parse_lines(text)
+
+
+def test_every_check_has_a_row():
+    rows = re.findall(r"^\| `([a-z-]+)` \|", PAGE[PAGE.index("## Checks") :], re.MULTILINE)
+    assert rows == [check.__name__.removeprefix("check_").replace("_", "-") for check in CHECKS]
+
+
+def test_specification_of_the_page_reads(tmp_path):
+    text = re.findall(r"```\n(frequency_hz,.*?)```", PAGE, re.DOTALL)[0]
+    (tmp_path / "spec.csv").write_text(text)
+    read = read_target(tmp_path / "spec.csv")
+    np.testing.assert_allclose(
+        read.at(np.array([100.0, 1000, 10000])).level_m_s2 / G, [50, 1562.57, 1562.57], rtol=1e-5
+    )
+
+
+def test_worked_example_of_the_page_is_what_comes_out(monkeypatch):
+    command, shown = re.findall(r"```\n(.*?)```", PAGE[PAGE.index("## A worked example") :], re.DOTALL)
+    monkeypatch.chdir(ROOT)
+    printed = call(*shlex.split(command)[2:]).stdout.split()
+    assert [_number(word) for word in printed] == [_value(word) for word in shown.split()]
+
+
+def _value(word: str) -> object:
+    """A number to three digits, what else there is as it is."""
+    return pytest.approx(float(word), rel=1e-3) if re.fullmatch(r"-?[\d.]+(e-?\d+)?", word) else word
+
+
+def _number(word: str) -> object:
+    return float(word) if re.fullmatch(r"-?[\d.]+(e-?\d+)?", word) else word
