@@ -19,7 +19,7 @@ from ..recorder import Value
 from ..sensors import SensorBuild, analog, digitised
 from ..sensors.faults import gain, offset_si
 from .base import Row, Taken, Task, cells_of, day_fraction, positive
-from .gun_rows import impactor_of, plate_of, target_of, truth_of
+from .gun_rows import impactor_of, plate_of, point_of, target_of, truth_of
 from .gun_sensors import ARRAY, ARRAY_SHARES, LASER, PLATE, SENSORS, TANK
 from .plates import Key, plate_stage, response_at, solved_plates
 from .ringing import felt
@@ -138,11 +138,11 @@ class GunBench:
         for sensor, share in zip(ARRAY, ARRAY_SHARES, strict=True):
             pulse = share * impact.plate_force_n
             add_pulse(out[sensor.name], start_s, impact.time_s, pulse, sensor, RATE_HZ, RATIO, self.effects)
-        plate = self.plates[plate_of(row)]
+        plate, point = self.plates[plate_of(row)], point_of(row)
         blows = [
             blow(start_s, impact.time_s, impact.plate_force_n, RATE_HZ, PLATE_RATIO, settling_s(PLATE, self.effects))
         ]
-        shape, response = plate.shape_impact[0], response_at(plate, 0)
+        shape, response = plate.shape_impact[point], response_at(plate, point)
         accelerations = felt(blows, samples, plate, shape, response, PLATE, RATE_HZ, self.effects)
         return out | {sensor.name: row for sensor, row in zip(PLATE, accelerations, strict=True)}
 
@@ -150,5 +150,5 @@ class GunBench:
 def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator) -> GunBench:
     """The bench for a plan of shots, every row checked. Raises `ValueError` naming run, column and value."""
     for row in rows:
-        impactor_of(row), target_of(row), positive(row, "tank_pressure_bar")
+        impactor_of(row), target_of(row), point_of(row), positive(row, "tank_pressure_bar")
     return GunBench(effects, solved_plates((plate_of(row) for row in rows), effects, rng))

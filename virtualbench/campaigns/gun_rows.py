@@ -13,9 +13,17 @@ from ..impact.strike import ImpactTruth
 from .base import Row, Truth, cell, positive
 from .plates import THICKNESS_M, Key
 
+#: Where the bullet can hit: the frame moves sideways in front of the gun. The first is the default.
+POSITIONS = ("#1", "#2", "#3")
+
 
 def plate_of(row: Row) -> Key:
     return cell(row, "plate_material"), "free"
+
+
+def point_of(row: Row) -> int:
+    """The plate's impact point in the optional column `impact_position`; the first without one."""
+    return POSITIONS.index(cell(row, "impact_position", POSITIONS)) if row.get("impact_position") else 0
 
 
 def impactor_of(row: Row) -> Impactor:
