@@ -1,0 +1,193 @@
+"""`tune`: from a prescribed spectrum back to settings of the bench."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .common import db_option, json_option, note, opened, print_table, write_json
+
+if TYPE_CHECKING:
+    from ...twin.tune.space import Range
+    from ...twin.tune.tuner import Tuned
+
+#: Rows of the table and of the JSON.
+_SHOWN = 10
+
+
+@click.command()
+@click.option(
+    "--target", type=click.Path(exists=True, dir_okay=False, path_type=Path), required=True, metavar="SPEC.csv"
+)
+@click.option(
+    "--tolerance", default=None, metavar="6dB", help="Such as 6dB or +9/-6dB. [the file's, else NASA-STD-7003's]"
+)
+@click.option("--measured", multiple=True, metavar="CAMPAIGN", help="Shots to learn from. Repeat for several.")
+@click.option("--plate", default=None, metavar="MATERIAL", help="The plate that is mounted. [the bench's]")
+@click.option("--campaign", default=None, help="Whose bench it is. [the newest gun campaign]")
+@click.option("--sensor", default=None, metavar="NAME", help="Where the spectrum is prescribed. [the first]")
+@click.option("--bullet-mass", default=None, metavar="RANGE", help="Any mass, such as 0.2kg:1kg. [the factors' levels]")
+@click.option(
+    "--factors", type=click.Path(exists=True, path_type=Path), help="What the lab owns, as a plan's TOML file."
+)
+@click.option(
+    "--modes", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Measured modes of the plate."
+)
+@click.option(
+    "--bench", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Gun and plate, a TOML file."
+)
+@click.option("--contact", default=None, metavar="LAW", help="A law of contact, or registered. [the model in use]")
+@click.option("--impact-at", multiple=True, metavar="X,Y", help="Point #1, #2... of the outline, in m: repeat.")
+@click.option("--sensor-at", multiple=True, metavar="X,Y", help="acceleration_1, acceleration_2..., in m: repeat.")
+@click.option("--q", type=float, default=10.0, show_default=True, help="Of the spectrum's oscillators.")
+@click.option(
+    "--share",
+    type=click.FloatRange(0, 1, min_open=True),
+    default=1.0,
+    show_default=True,
+    help="Of the lines that must lie within.",
+)
+@click.option("--extrapolate", is_flag=True, help="Propose settings outside of the model's domain, too.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+@click.option(
+    "--avoid", type=click.Path(dir_okay=False, path_type=Path), help="Write settings to avoid to FILE, as JSON."
+)
+@click.option("--plot", type=click.Path(dir_okay=False, path_type=Path), help="Draw the best ones' spectra into FILE.")
+@db_option
+@json_option
+def tune(
+    target: Path,
+    tolerance: str | None,
+    measured: tuple[str, ...],
+    plate: str | None,
+    campaign: str | None,
+    sensor: str | None,
+    bullet_mass: str | None,
+    factors: Path | None,
+    modes: Path | None,
+    bench: Path | None,
+    contact: str | None,
+    impact_at: tuple[str, ...],
+    sensor_at: tuple[str, ...],
+    q: float,
+    share: float,
+    extrapolate: bool,
+    seed: int,
+    avoid: Path | None,
+    plot: Path | None,
+    db: str,
+    json_to: str | None,
+) -> None:
+    """Search the bench's settings for a prescribed spectrum: ranked, each with the probability that every line fits.
+
+    Nothing is proposed that the bench must not fire. A shot that has been fired updates the next proposal.
+
+    \b
+    Example:
+        pyroshock tune --target spec.csv --tolerance 6dB
+        pyroshock tune --target spec.csv --measured monday --avoid avoid.json --plot spec.png
+    """
+    with opened(db) as store:
+        from ...doe.space import read_space, shipped_factors, space_from_text
+        from ...twin.srs.target_csv import read_target
+        from ...twin.srs.tolerance import parse_tolerance
+        from ..progress import progress_bar
+        from ..training import models_extra
+        from ..tuning_session import Ask, session_of
+        from ..twins import TwinRequest
+
+        wanted = read_target(target, parse_tolerance(tolerance) if tolerance else None)
+        request = TwinRequest(
+            campaign=campaign,
+            modes=modes,
+            bench=bench,
+            contact=contact,
+            plate=plate,
+            impact_points=_points(impact_at, "--impact-at"),
+            sensors=_points(sensor_at, "--sensor-at"),
+            q=q,
+            frequency_hz=tuple(wanted.lines().tolist()),
+        )
+        owned = read_space(factors) if factors else space_from_text(shipped_factors("gun"))
+        ask = Ask(wanted, request, owned, measured, sensor, _mass_range(bullet_mass), share, extrapolate, seed)
+        with models_extra():
+            tuning = session_of(store, db, ask)
+        for line in tuning.notes:
+            note(line)
+        with progress_bar("tune", "settings") as step:
+            found = tuning.run(step)
+        if plot is not None:
+            from ..tuning_plots import plot_tuned
+
+            plot_tuned(found, tuning.goal, plot)
+            note(f"plot: {plot}")
+    _tell(found, avoid, json_to)
+
+
+def _tell(found: Tuned, avoid: Path | None, json_to: str | None) -> None:
+    from ..tuning import avoid_json, proposal_json
+
+    rows = [proposal_json(proposal, rank) for rank, proposal in enumerate(found.proposals[:_SHOWN], 1)]
+    if avoid is not None:
+        write_json([avoid_json(each) for each in found.avoid], str(avoid))
+    if json_to is not None:
+        write_json(rows, json_to)
+        return
+    print_table([_row(row) for row in rows], "no setting")
+    if found.avoid:
+        click.echo("\nto avoid")
+        print_table([{**_words(avoid_json(each)["settings"]), "why": each.reason} for each in found.avoid], "none")
+
+
+def _row(row: dict[str, Any]) -> dict[str, Any]:
+    return {
+        "rank": row["rank"],
+        **_words(row["settings"]),
+        "within_%": round(100 * row["probability_within"]),
+        "95%_of_lines_%": round(100 * row["probability_95_percent_within"]),
+        "lines_%": round(100 * row["share_within"]),
+        "margin_db": row["worst_margin_db"],
+        "at_hz": row["worst_frequency_hz"],
+    }
+
+
+def _words(settings: dict[str, Any]) -> dict[str, Any]:
+    """Settings in the units of the bench."""
+    return {
+        "bar": settings["tank_pressure_pa"] / 1e5,
+        "kg": settings["bullet_mass_kg"],
+        "tip": settings["tip_material"],
+        "radius_mm": settings["tip_radius_m"] * 1e3,
+        "anvil": settings["anvil_material"],
+        "insulator": settings["insulator"],
+        "position": settings["impact_position"],
+    }
+
+
+def _points(texts: tuple[str, ...], name: str) -> tuple[tuple[float, float], ...]:
+    """`0.47,0.28` in m, of the outline."""
+    found = []
+    for text in texts:
+        parts = text.split(",")
+        try:
+            x, y = (float(part) for part in parts)
+        except ValueError as error:
+            raise ValueError(f"{name} is {text!r}; expected two numbers in m, such as 0.47,0.28") from error
+        found.append((x, y))
+    return tuple(found)
+
+
+def _mass_range(text: str | None) -> Range | None:
+    if text is None:
+        return None
+    from ...twin.tune.space import Range
+    from .quantities import parse_quantity
+
+    low, colon, high = text.partition(":")
+    if not colon:
+        raise ValueError(f"--bullet-mass is {text!r}; expected a range such as 0.2kg:1kg")
+    ends = [parse_quantity(end, "kg", "--bullet-mass") for end in (low, high)]
+    return Range(min(ends), max(ends)) if not math.isclose(*ends) else Range(ends[0] * 0.999, ends[0] * 1.001)

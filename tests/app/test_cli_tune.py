@@ -1,0 +1,60 @@
+"""`tune` on the command line: the contract of its JSON, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from stores import pyroshock
+
+SPEC = "frequency_hz,level_g\n100,20\n1000,400\n4000,400\n"
+
+
+@pytest.fixture
+def url(tmp_path: Path) -> str:
+    url = f"sqlite:///{tmp_path / 'lab.db'}"
+    assert pyroshock("init", "--db", url).exit_code == 0
+    (tmp_path / "spec.csv").write_text(SPEC)
+    (tmp_path / "modes.csv").write_text(
+        "mode,frequency_hz,damping_ratio,shape_impact,shape_acceleration_1\n"
+        "1,250,0.01,0.5,0.4\n2,900,0.01,-0.6,0.5\n3,2200,0.01,0.5,-0.5\n4,3900,0.01,0.4,0.5\n"
+    )
+    return url
+
+
+def tune(url, tmp_path, *words):
+    modes = ("--modes", tmp_path / "modes.csv", "--contact", "hann")
+    return pyroshock("tune", "--target", tmp_path / "spec.csv", *modes, "--db", url, *words)
+
+
+@pytest.mark.slow
+def test_ranked_settings_have_the_keys_of_the_contract(url, tmp_path):
+    avoid, plot = tmp_path / "avoid.json", tmp_path / "tuned.png"
+    result = tune(url, tmp_path, "--tolerance", "6dB", "--avoid", avoid, "--plot", plot, "--json")
+    assert result.exit_code == 0, result.stderr
+    rows = json.loads(result.stdout)
+    assert {"settings", "probability_within", "worst_margin_db", "worst_frequency_hz"} <= set(rows[0])
+    assert [row["rank"] for row in rows] == list(range(1, len(rows) + 1))
+    assert all(0 <= row["probability_within"] <= 1 for row in rows)
+    assert all(row["settings"]["tank_pressure_pa"] <= 8e5 for row in rows)
+    assert plot.is_file()
+    assert all({"settings", "avoid"} <= set(row) for row in json.loads(avoid.read_text()))
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--tolerance", "6"), "tolerance is '6'"),
+        (("--bullet-mass", "0.5kg"), "expected a range"),
+        (("--bullet-mass", "0.2:1"), "with a unit"),
+        (("--measured", "nowhere"), "no campaign 'nowhere'"),
+        (("--plate", "oak"), "no material 'oak'"),
+        (("--impact-at", "0.4"), "expected two numbers in m"),
+    ],
+)
+def test_what_cannot_be_tuned_is_said_in_one_line(url, tmp_path, words, said):
+    result = tune(url, tmp_path, *words)
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert result.stderr.count("\n") == 1, result.stderr

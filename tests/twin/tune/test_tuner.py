@@ -1,0 +1,117 @@
+"""The tuner on a toy bench: finds, learns, refuses, tells what to avoid."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pyroshock.twin.tune.forward import level_db
+from pyroshock.twin.tune.goal import Goal
+from pyroshock.twin.tune.search import Effort
+from pyroshock.twin.tune.space import mount_of
+from pyroshock.twin.tune.tuner import Measured, tune
+from tuning_toy import LINES, SPACE, Toy, spectrum
+
+HIDDEN = SPACE.setting(list(SPACE.mounts())[7], 3.3e5, 0.41)
+EFFORT = Effort(pressures=6, masses=3, finalists=12)
+
+
+def goal(offset_db=0.0, **more):
+    return Goal.even(LINES, spectrum(HIDDEN) * 10 ** (offset_db / 20), 6.0, **more)
+
+
+def tuned(wanted, **more):
+    given = {"forward": Toy(1.0), "space": SPACE, "rng": np.random.default_rng(0), "effort": EFFORT} | more
+    return tune(given.pop("forward"), given.pop("space"), wanted, given.pop("rng"), **given)
+
+
+@pytest.fixture(scope="module")
+def first():
+    return tuned(goal())
+
+
+def test_spectrum_of_the_first_proposal_is_the_one_asked_for(first):
+    best = first.proposals[0]
+    assert np.abs(level_db(spectrum(best.setting)) - goal().level_db).max() < 1.0
+    assert best.worst_margin_db > 5.0
+
+
+def test_proposals_are_ranked_and_distinct(first):
+    ranks = [p.rank for p in first.proposals]
+    assert ranks == sorted(ranks, reverse=True)
+    mounts = [mount_of(p.setting) for p in first.proposals]
+    assert len(set(mounts)) == len(mounts) > 5
+
+
+def test_same_seed_same_proposals(first):
+    again = tuned(goal())
+    assert [p.setting for p in again.proposals] == [p.setting for p in first.proposals]
+    assert [p.probability_within for p in again.proposals] == [p.probability_within for p in first.proposals]
+
+
+def test_a_fired_shot_updates_the_next_proposal():
+    """A bench 8 dB louder than its model: the first shot misses, the second does not."""
+    fired = tuned(goal(8.0)).proposals[0].setting
+    shown = Measured((fired,), level_db(spectrum(fired))[None] + 8.0)
+    first_miss = np.abs(shown.level_db[0] - goal(8.0).level_db).max()
+    after = tuned(goal(8.0), measured=shown)
+    second_miss = np.abs(level_db(spectrum(after.proposals[0].setting)) + 8.0 - goal(8.0).level_db).max()
+    assert first_miss > 6.0 > second_miss
+
+
+def test_shots_make_surer(first):
+    rng, mounts = np.random.default_rng(2), list(SPACE.mounts())
+    shots = tuple(SPACE.setting(m, 3e5, 0.5) for m in mounts[::4])
+    exact = Measured(shots, level_db(Toy().spectra(shots)) + 0.5 * rng.standard_normal((len(shots), LINES.size)))
+    after = tuned(goal(), measured=exact)
+    assert after.proposals[0].probability_95 > first.proposals[0].probability_95 + 0.1
+
+
+def test_nothing_refused_is_proposed():
+    def no_steel(settings):
+        return [("no steel today",) if s.tip.name == "steel" else () for s in settings]
+
+    found = tuned(goal(), refusals=no_steel)
+    assert all(p.setting.tip.name != "steel" for p in found.proposals)
+    assert any("beyond the bench: no steel today" in each.reason for each in found.avoid)
+
+
+def test_bench_that_refuses_everything_is_told_why():
+    with pytest.raises(ValueError, match="refuses all of 648 settings: closed"):
+        tuned(goal(), refusals=lambda settings: [("closed",)] * len(settings))
+
+
+def test_outside_of_the_model_is_to_avoid_unless_asked_for():
+    def outside(settings):
+        return [("tip unknown",) if s.tip.name == "PLA" else () for s in settings]
+
+    cautious, bold = tuned(goal(), outside=outside), tuned(goal(), outside=outside, extrapolate=True)
+    assert not any(p.outside for p in cautious.proposals)
+    assert any("outside of the model: tip unknown" in each.reason for each in cautious.avoid)
+    assert any(p.outside for p in bold.proposals)
+
+
+def test_likely_overtests_are_told_with_line_and_size():
+    every_mount = Effort(pressures=6, masses=3, finalists=36)
+    said = [each.reason for each in tuned(goal(), effort=every_mount).avoid if each.reason.startswith("overtests")]
+    assert said
+    assert all("dB above the upper edge at" in reason for reason in said)
+
+
+def test_lines_of_another_grid_are_refused():
+    other = Goal.even(LINES[:-1], np.ones(40))
+    with pytest.raises(ValueError, match="expected the same frequencies"):
+        tuned(other)
+
+
+def test_progress_counts_up_to_the_whole_grid():
+    seen = []
+    tuned(goal(), progress=lambda done, total, what: seen.append((done, total, what)))
+    assert (648, 648, "grid") in seen
+    assert all(done <= total for done, total, _ in seen)
+
+
+def test_shots_of_two_campaigns_come_together():
+    one = Measured((HIDDEN,), np.zeros((1, LINES.size)))
+    assert len(Measured() + one + one) == 2
+    assert (one + Measured()).level_db.shape == (1, LINES.size)
+    assert len(Measured() + Measured()) == 0

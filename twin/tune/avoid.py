@@ -1,0 +1,67 @@
+"""Settings that look right and are not: near in level, but refused, outside of the model, or likely to overtest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..setting import Setting
+from .goal import Goal
+from .probability import Proposal
+from .search import Candidate
+
+#: How near (dB, mean over the lines) a spectrum's level is to the goal's for a setting to look right.
+NEAR_DB = 3.0
+#: From this probability on a setting is said to overtest.
+OVERTEST = 0.9
+#: Of each kind, the nearest.
+_EACH = 5
+
+
+@dataclass(frozen=True)
+class Avoid:
+    """A setting not to fire, and why."""
+
+    setting: Setting
+    reason: str
+    level_error_db: float
+
+
+def avoided(
+    ranked: Sequence[Proposal], kept: Sequence[Proposal], refused: Sequence[Candidate], goal: Goal
+) -> list[Avoid]:
+    """The nearest of each kind; of `ranked` proposals, those that were `kept` are not outside."""
+    kinds = (_refused(refused, goal), _outside(ranked, kept, goal), _overtest(kept, goal))
+    return [each for kind in kinds for each in _nearest(kind)]
+
+
+def _nearest(found: Iterator[Avoid]) -> list[Avoid]:
+    near = [each for each in found if abs(each.level_error_db) <= NEAR_DB]
+    return sorted(near, key=lambda each: abs(each.level_error_db))[:_EACH]
+
+
+def _refused(candidates: Sequence[Candidate], goal: Goal) -> Iterator[Avoid]:
+    for each in candidates:
+        error = float(np.mean(each.level_db - goal.level_db))
+        yield Avoid(each.setting, f"beyond the bench: {'; '.join(each.refused)}", error)
+
+
+def _outside(ranked: Sequence[Proposal], kept: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:
+    stay = {id(each) for each in kept}
+    for each in ranked:
+        if each.outside and id(each) not in stay:
+            error = float(np.mean(each.level_db - goal.level_db))
+            yield Avoid(each.setting, f"outside of the model: {'; '.join(each.outside)}", error)
+
+
+def _overtest(kept: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:
+    """All but the first, which is the best there is even where it overtests."""
+    for each in kept[1:]:
+        over = each.level_db - goal.level_db - goal.upper_db
+        line = int(np.argmax(over))
+        if each.probability_overtest >= OVERTEST and over[line] > 0:
+            words = f"{over[line]:.1f} dB above the upper edge at {goal.frequency_hz[line]:.0f} Hz expected"
+            error = float(np.mean(each.level_db - goal.level_db))
+            yield Avoid(each.setting, f"overtests: {words}", error)

@@ -1,0 +1,119 @@
+"""The search: a coarse grid over everything, then pressure and mass of the best mounts more finely."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..setting import Setting
+from .discrepancy import Learned
+from .forward import Floats, Forward, Progress, Refusals, level_db
+from .goal import Goal
+from .space import Mount, TuningSpace, mount_of
+
+#: Settings that go to the forward model at a time.
+_BATCH = 512
+
+
+@dataclass(frozen=True)
+class Effort:
+    """Grid of pressures and masses on every mount; how many mounts are refined, by which ratios in turn."""
+
+    pressures: int = 8
+    masses: int = 4
+    finalists: int = 30
+    ratios: tuple[float, ...] = (1.30, 1.10)
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A setting with the levels (f,) in dB expected of it, and how promising it is (0 at best)."""
+
+    setting: Setting
+    level_db: Floats
+    score: float
+    refused: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Searcher:
+    """What a search asks: the model, what shots have taught, the goal, the bench."""
+
+    forward: Forward
+    learned: Learned
+    goal: Goal
+    refusals: Refusals
+    progress: Progress | None = None
+
+    def candidates(self, settings: Sequence[Setting], what: str = "settings") -> list[Candidate]:
+        """One for each setting, in order."""
+        levels = self.expected_db(settings, what)
+        scores = self._scores(levels, settings)
+        refused = self.refusals(settings)
+        return [Candidate(*parts) for parts in zip(settings, levels, scores.tolist(), refused, strict=True)]
+
+    def expected_db(self, settings: Sequence[Setting], what: str = "settings") -> Floats:
+        """Levels (n, f), dB: the model's and what shots have taught."""
+        parts = []
+        for first in range(0, len(settings), _BATCH):
+            batch = settings[first : first + _BATCH]
+            parts.append(level_db(self.forward.spectra(batch)) + self.learned.mean_db(batch))
+            if self.progress:
+                self.progress(min(first + _BATCH, len(settings)), len(settings), what)
+        return np.concatenate(parts)
+
+    def _scores(self, levels: Floats, settings: Sequence[Setting]) -> Floats:
+        """Mean over lines of the logarithm of a line's probability, as if all settings were as sure as the nearest."""
+        nearest = settings[int(np.argmin(np.mean((levels - self.goal.level_db) ** 2, axis=1)))]
+        spread = np.sqrt(np.diag(self.learned.covariance_db2(nearest)))
+        return np.asarray(line_scores(levels - self.goal.level_db, spread, self.goal).mean(axis=1))
+
+
+def line_scores(error_db: Floats, spread_db: Floats, goal: Goal) -> Floats:
+    """Logarithm of the probability that a line lies within, (n, f), of normal errors (n, f) with deviations (f,).
+
+    Computed in the tail where both edges lie on one side, so that far misses still tell better from worse.
+    """
+    from scipy.special import log_ndtr
+
+    high, low = (goal.upper_db - error_db) / spread_db, (-goal.lower_db - error_db) / spread_db
+    swap = low > 0
+    near, far = np.where(swap, -low, high), np.where(swap, -high, low)
+    top, bottom = log_ndtr(near), log_ndtr(far)
+    return np.asarray(top + np.log1p(-np.exp(np.minimum(bottom - top, -1e-12))))
+
+
+def search(
+    searcher: Searcher, space: TuningSpace, known: Iterable[Setting] = (), effort: Effort | None = None
+) -> tuple[list[Candidate], list[Candidate]]:
+    """The best candidate of each of the best mounts, refined, best first; and the best refused one of each mount.
+
+    `known` settings (those fired) are looked at, too. Raises `ValueError` where the bench refuses every setting, with
+    the commonest reason.
+    """
+    effort = effort or Effort()
+    found = searcher.candidates([*space.grid(effort.pressures, effort.masses), *known], "grid")
+    best = _best_of_mounts(c for c in found if not c.refused)[: effort.finalists]
+    if not best:
+        raise ValueError(f"the bench refuses all of {len(found)} settings: {_commonest(found)}")
+    for ratio in effort.ratios:
+        around = [setting for each in best for setting in space.around(each.setting, ratio)]
+        finer = searcher.candidates(around, f"refined by {ratio:g}")
+        best = _best_of_mounts([*best, *(c for c in finer if not c.refused)])
+    return best, _best_of_mounts(c for c in found if c.refused)
+
+
+def _best_of_mounts(candidates: Iterable[Candidate]) -> list[Candidate]:
+    best: dict[Mount, Candidate] = {}
+    for each in sorted(candidates, key=lambda c: -c.score):
+        best.setdefault(mount_of(each.setting), each)
+    return list(best.values())
+
+
+def _commonest(found: Sequence[Candidate]) -> str:
+    reasons: NDArray[np.str_] = np.array([c.refused[0] for c in found])
+    names, counts = np.unique(reasons, return_counts=True)
+    return str(names[np.argmax(counts)])

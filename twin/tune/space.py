@@ -1,0 +1,152 @@
+"""What an operator can set at the bench, as data."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..materials import Material
+from ..setting import INSULATORS, Setting
+
+Floats = NDArray[np.float64]
+
+
+class Amount(Protocol):
+    """A number that the operator sets, SI, above zero."""
+
+    def grid(self, count: int) -> Floats:
+        """Values (at most count,) that cover it, rising."""
+        ...
+
+    def near(self, value: float, ratio: float) -> Floats:
+        """Values about `value`, itself among them, at most `ratio` times larger or smaller."""
+        ...
+
+
+@dataclass(frozen=True)
+class Levels:
+    """What the lab owns, and nothing between: three bullets. Raises `ValueError` for values not positive."""
+
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not self.values or not all(math.isfinite(value) and value > 0 for value in self.values):
+            raise ValueError(f"levels are {self.values}: expected at least one, positive")
+
+    def grid(self, count: int) -> Floats:
+        owned = np.array(sorted(self.values))
+        return np.asarray(owned[np.unique(np.linspace(0, owned.size - 1, min(count, owned.size)).round().astype(int))])
+
+    def near(self, value: float, ratio: float) -> Floats:
+        owned = np.array(sorted({*self.values, value}))
+        return np.asarray(owned[np.abs(np.log(owned / value)) <= np.log(ratio) + 1e-12])
+
+
+@dataclass(frozen=True)
+class Range:
+    """Anything from `low` to `high`. Raises `ValueError` for ends that are not positive and rising."""
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.high) and 0 < self.low < self.high):
+            raise ValueError(f"range from {self.low!r} to {self.high!r}: expected positive and rising ends")
+
+    def grid(self, count: int) -> Floats:
+        """In equal ratios: a spectrum's level follows the logarithm."""
+        return np.geomspace(self.low, self.high, count)
+
+    def near(self, value: float, ratio: float) -> Floats:
+        steps = value * ratio ** np.linspace(-1, 1, 5)
+        return np.unique(np.append(np.clip(steps, self.low, self.high), value))
+
+
+@dataclass(frozen=True)
+class Mount:
+    """What is screwed on and bolted down: all of a setting but pressure and mass."""
+
+    tip: Material
+    tip_radius_m: float
+    anvil: Material | None
+    insulator: str
+    impact_position: str
+
+
+@dataclass(frozen=True)
+class TuningSpace:
+    """The settings that there are on one plate. Raises `ValueError` naming a field without any value."""
+
+    plate: Material
+    plate_thickness_m: float
+    plate_mass_kg: float
+    tips: tuple[Material, ...]
+    tip_radii_m: tuple[float, ...]
+    anvils: tuple[Material | None, ...]
+    insulators: tuple[str, ...]
+    impact_positions: tuple[str, ...]
+    tank_pressure_pa: Amount
+    impactor_mass_kg: Amount
+
+    def __post_init__(self) -> None:
+        for name in ("tips", "tip_radii_m", "anvils", "insulators", "impact_positions"):
+            if not getattr(self, name):
+                raise ValueError(f"{name} is empty: expected at least one")
+        if unknown := set(self.insulators).difference(INSULATORS):
+            raise ValueError(f"insulators: {min(unknown)!r}; expected of {', '.join(INSULATORS)}")
+
+    def mounts(self) -> Iterator[Mount]:
+        """Every one; an insulator lies on an anvil only."""
+        parts = (self.tips, self.tip_radii_m, self.anvils, self.insulators, self.impact_positions)
+        for tip, radius, anvil, insulator, position in itertools.product(*parts):
+            if anvil is not None or insulator == "none":
+                yield Mount(tip, radius, anvil, insulator, position)
+
+    def setting(self, mount: Mount, tank_pressure_pa: float, impactor_mass_kg: float) -> Setting:
+        """A mount fired with this pressure (gauge) and bullet."""
+        return Setting(
+            impactor_mass_kg=float(impactor_mass_kg),
+            tip=mount.tip,
+            tip_radius_m=mount.tip_radius_m,
+            plate=self.plate,
+            plate_thickness_m=self.plate_thickness_m,
+            plate_mass_kg=self.plate_mass_kg,
+            tank_pressure_pa=float(tank_pressure_pa),
+            anvil=mount.anvil,
+            insulator=mount.insulator,
+            impact_position=mount.impact_position,
+        )
+
+    def grid(self, pressures: int, masses: int) -> list[Setting]:
+        """Every mount with `pressures` x `masses` amounts."""
+        amounts = list(itertools.product(self.tank_pressure_pa.grid(pressures), self.impactor_mass_kg.grid(masses)))
+        return [self.setting(mount, *amount) for mount in self.mounts() for amount in amounts]
+
+    def around(self, setting: Setting, ratio: float) -> list[Setting]:
+        """The same mount with pressures and masses about those of a setting, itself among them."""
+        assert setting.tank_pressure_pa is not None  # the space's settings have a pressure
+        pressures = self.tank_pressure_pa.near(setting.tank_pressure_pa, ratio)
+        masses = self.impactor_mass_kg.near(setting.impactor_mass_kg, ratio)
+        return [self.setting(mount_of(setting), p, m) for p, m in itertools.product(pressures, masses)]
+
+
+def mount_of(setting: Setting) -> Mount:
+    """A setting without its pressure and mass."""
+    return Mount(setting.tip, setting.tip_radius_m, setting.anvil, setting.insulator, setting.impact_position)
+
+
+def unlike(first: Setting, second: Setting) -> int:
+    """How many parts of the mount differ: what changing from one to the other takes."""
+    pairs = zip(vars(mount_of(first)).values(), vars(mount_of(second)).values(), strict=True)
+    return sum(one != other for one, other in pairs)
+
+
+def amounts(settings: Sequence[Setting]) -> Floats:
+    """Pressure (Pa; 0 where a velocity is set) and mass (kg), (n, 2)."""
+    return np.array([(s.tank_pressure_pa or 0.0, s.impactor_mass_kg) for s in settings], dtype=np.float64)

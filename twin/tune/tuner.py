@@ -1,0 +1,100 @@
+"""From a prescribed spectrum to ranked settings, and those to avoid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..setting import Setting
+from .avoid import Avoid, avoided
+from .discrepancy import Discrepancy, Learned
+from .forward import Floats, Forward, Outside, Progress, Refusals, level_db, nothing_refused
+from .goal import Goal
+from .likelihood import ENOUGH_SHOTS, fitted
+from .probability import DRAWS, Proposal, proposals
+from .search import Effort, Searcher, search
+from .space import TuningSpace
+
+#: Draws of the forward model at the settings that are nearest without any shot.
+_SPREAD_DRAWS, _SPREAD_SETTINGS = 32, 4
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Shots that have been fired: settings, and the measured levels (n, f) in dB re 1 m/s2 at the goal's lines."""
+
+    settings: tuple[Setting, ...] = ()
+    level_db: Floats = field(default_factory=lambda: np.empty((0, 0)))
+
+    def __len__(self) -> int:
+        return len(self.settings)
+
+    def __add__(self, other: Measured) -> Measured:
+        """Both together, in order."""
+        parts = [m.level_db for m in (self, other) if len(m)]
+        return Measured((*self.settings, *other.settings), np.concatenate(parts) if parts else np.empty((0, 0)))
+
+
+@dataclass(frozen=True, eq=False)
+class Tuned:
+    """Proposals, best first, and settings to avoid with the reason; `learned` is what the shots taught."""
+
+    proposals: tuple[Proposal, ...]
+    avoid: tuple[Avoid, ...]
+    learned: Learned
+
+
+def tune(
+    forward: Forward,
+    space: TuningSpace,
+    goal: Goal,
+    rng: np.random.Generator,
+    *,
+    measured: Measured | None = None,
+    refusals: Refusals = nothing_refused,
+    outside: Outside = nothing_refused,
+    extrapolate: bool = False,
+    effort: Effort | None = None,
+    draws: int = DRAWS,
+    progress: Progress | None = None,
+) -> Tuned:
+    """Settings for a spectrum, each with its probability, after what has been measured.
+
+    Settings outside of the model's domain are to avoid unless `extrapolate`, or unless there is no other. Raises
+    `ValueError` where the goal's lines are not the model's, and where the bench refuses every setting.
+    """
+    if goal.frequency_hz.shape != forward.frequency_hz.shape or not np.allclose(
+        goal.frequency_hz, forward.frequency_hz, rtol=1e-6
+    ):
+        raise ValueError("the goal's lines are not those of the model: expected the same frequencies")
+    shots = measured or Measured()
+    learned = learn(forward, goal, shots, rng, space)
+    searcher = Searcher(forward, learned, goal, refusals, progress)
+    known = [s for s in dict.fromkeys(shots.settings) if s.plate == space.plate and s.tank_pressure_pa is not None]
+    best, refused = search(searcher, space, known, effort)
+    ranked = proposals(best, learned, goal, rng, outside=outside([c.setting for c in best]), draws=draws)
+    kept = [p for p in ranked if extrapolate or not p.outside] or ranked
+    return Tuned(tuple(kept), tuple(avoided(ranked, kept, refused, goal)), learned)
+
+
+def learn(forward: Forward, goal: Goal, shots: Measured, rng: np.random.Generator, space: TuningSpace) -> Learned:
+    """The discrepancy after the shots. Few shots: stated deviations and the model's own spread; many: fitted ones."""
+    prior = Discrepancy(forward.frequency_hz)
+    if not len(shots):
+        return with_model_spread(prior, forward, goal, rng, space).after((), np.empty((0, 0)))
+    residual = shots.level_db - level_db(forward.spectra(shots.settings))
+    if len(shots) < ENOUGH_SHOTS:
+        return with_model_spread(prior, forward, goal, rng, space).after(shots.settings, residual)
+    return fitted(prior, shots.settings, residual).after(shots.settings, residual)
+
+
+def with_model_spread(
+    prior: Discrepancy, forward: Forward, goal: Goal, rng: np.random.Generator, space: TuningSpace
+) -> Discrepancy:
+    """The prior with the forward model's own spread where it comes nearest to the goal."""
+    coarse = space.grid(4, 2)
+    coarse = coarse[:: max(1, len(coarse) // 256)]
+    apart = np.mean((level_db(forward.spectra(coarse)) - goal.level_db) ** 2, axis=1)
+    nearest = [coarse[i] for i in np.argsort(apart)[:_SPREAD_SETTINGS]]
+    return prior.with_spread(level_db(forward.draws(nearest, _SPREAD_DRAWS, rng)))
