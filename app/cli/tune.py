@@ -11,11 +11,13 @@ import click
 from .common import db_option, json_option, note, opened, print_table, write_json
 
 if TYPE_CHECKING:
-    from ...twin.tune.space import Range
+    from ...twin.tune.space import Amount
     from ...twin.tune.tuner import Tuned
 
 #: Rows of the table and of the JSON.
 _SHOWN = 10
+#: Below this probability that 95 % of the lines fit, the best proposal is told to be no good.
+_HOPELESS = 0.01
 
 
 @click.command()
@@ -29,7 +31,12 @@ _SHOWN = 10
 @click.option("--plate", default=None, metavar="MATERIAL", help="The plate that is mounted. [the bench's]")
 @click.option("--campaign", default=None, help="Whose bench it is. [the newest gun campaign]")
 @click.option("--sensor", default=None, metavar="NAME", help="Where the spectrum is prescribed. [the first]")
-@click.option("--bullet-mass", default=None, metavar="RANGE", help="Any mass, such as 0.2kg:1kg. [the factors' levels]")
+@click.option(
+    "--bullet-mass",
+    default=None,
+    metavar="MASSES",
+    help="Your bullets, 0.2kg,0.5kg, or any mass of a range, 0.2kg:1kg. [the factors' levels]",
+)
 @click.option(
     "--factors", type=click.Path(exists=True, path_type=Path), help="What the lab owns, as a plan's TOML file."
 )
@@ -112,7 +119,7 @@ def tune(
             frequency_hz=tuple(wanted.lines().tolist()),
         )
         owned = read_space(factors) if factors else space_from_text(shipped_factors("gun"))
-        ask = Ask(wanted, request, owned, measured, sensor, _mass_range(bullet_mass), share, extrapolate, seed)
+        ask = Ask(wanted, request, owned, measured, sensor, _masses(bullet_mass), share, extrapolate, seed)
         with models_extra():
             tuning = session_of(store, db, ask)
         for line in tuning.notes:
@@ -137,6 +144,12 @@ def _tell(found: Tuned, avoid: Path | None, json_to: str | None) -> None:
         write_json(rows, json_to)
         return
     print_table([_row(row) for row in rows], "no setting")
+    if rows and rows[0]["probability_95_percent_within"] < _HOPELESS:
+        margin, at = rows[0]["worst_margin_db"], rows[0]["worst_frequency_hz"]
+        note(
+            f"nothing that this bench may fire is likely to meet it; the best has a margin of {margin:.1f} dB at "
+            f"{at:.0f} Hz: widen the tolerance, give other masses, tips or another plate, or bring measured shots"
+        )
     if found.avoid:
         click.echo("\nto avoid")
         print_table([{**_words(avoid_json(each)["settings"]), "why": each.reason} for each in found.avoid], "none")
@@ -180,14 +193,17 @@ def _points(texts: tuple[str, ...], name: str) -> tuple[tuple[float, float], ...
     return tuple(found)
 
 
-def _mass_range(text: str | None) -> Range | None:
+def _masses(text: str | None) -> Amount | None:
+    """Bullets that the lab has (`0.5kg`, `0.2kg,0.5kg`), or any between two (`0.2kg:1kg`)."""
     if text is None:
         return None
-    from ...twin.tune.space import Range
+    from ...twin.tune.space import Levels, Range
     from .quantities import parse_quantity
 
     low, colon, high = text.partition(":")
     if not colon:
-        raise ValueError(f"--bullet-mass is {text!r}; expected a range such as 0.2kg:1kg")
+        return Levels(tuple(parse_quantity(mass, "kg", "--bullet-mass") for mass in text.split(",")))
     ends = [parse_quantity(end, "kg", "--bullet-mass") for end in (low, high)]
-    return Range(min(ends), max(ends)) if not math.isclose(*ends) else Range(ends[0] * 0.999, ends[0] * 1.001)
+    if math.isclose(*ends):
+        return Levels((ends[0],))
+    return Range(min(ends), max(ends))

@@ -46,7 +46,7 @@ def test_ranked_settings_have_the_keys_of_the_contract(url, tmp_path):
     ("words", "said"),
     [
         (("--tolerance", "6"), "tolerance is '6'"),
-        (("--bullet-mass", "0.5kg"), "expected a range"),
+        (("--bullet-mass", "0.5"), "with a unit"),
         (("--bullet-mass", "0.2:1"), "with a unit"),
         (("--measured", "nowhere"), "no campaign 'nowhere'"),
         (("--plate", "oak"), "no material 'oak'"),
