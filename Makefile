@@ -12,7 +12,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_ROOT_USER_ACTION := ignore
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow bench bench-models check format format-check lint types imports clean
+.PHONY: help demo test test-slow bench bench-models bench-tuning check format format-check lint types imports clean
 
 help: ## list these commands
 	@grep -hE '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)/make \1	\2/' | expand -t 18
@@ -31,6 +31,9 @@ bench: .venv/.pyroshock-test ## measurements against peers
 
 bench-models: .venv/.pyroshock-test ## every model on three virtual campaigns: half an hour
 	@$(BIN)/python -m benchmarks.models
+
+bench-tuning: .venv/.pyroshock-test ## settings for 20 spectra of the virtual bench, three ways: an hour
+	@$(BIN)/python -m benchmarks.tuning
 
 check: format-check lint types imports test ## what CI runs: format, lint, types, import rules, tests
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from sqlalchemy import select
@@ -23,6 +24,9 @@ from ..schema.session import Store
 from ..twin.gun.nominal import muzzle_velocity
 from .plots import MEASURED, MODEL, draw_pulse, new_figure, save
 from .predictions import gun_bench, with_predictions
+
+if TYPE_CHECKING:
+    from ..twin.prediction import Prediction
 
 SHOTS, HIT = "first-shots", "modal-hammer-hit"
 
@@ -72,6 +76,18 @@ def compare_with_table_5_1(session: Session) -> GunComparison:
         float(np.mean([abs(row["error_%"]) for row in rows])),
         float(np.mean([abs(_error_percent(row["measured_m_s"], row["thesis_m_s"])) for row in rows])),
     )
+
+
+def predict_a_shot(store: Store, url: str) -> tuple[Prediction, Sequence[str]]:
+    """The thesis's bullet at a pressure it was not fired with, to the spectrum up to 2 kHz; and what to know of it."""
+    from ..twin.srs.grid import octave_grid
+    from .twins import TwinRequest, twin_of
+
+    lines = tuple(octave_grid(100.0, 2000.0, 6).tolist())
+    built = twin_of(store, url, TwinRequest(campaign=SHOTS, contact="hertz", frequency_hz=lines))
+    bullet = built.material("PLA")
+    setting = built.setting(impactor_mass_kg=0.1428, tip=bullet, tip_radius_m=0.045, tank_pressure_pa=0.5e5)
+    return built.twin.predict(setting), built.notes
 
 
 def _error_percent(measured: float, predicted: float) -> float:

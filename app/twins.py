@@ -150,10 +150,12 @@ def _gun(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[G
 
     effects = checked_effects(_of_stage(request, "gun"), GunEffect)
     stage = GunStage(bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source)
+    twice = bench.gun.efficiency < 1 and bool(effects)
+    also = f"; the bench's efficiency {bench.gun.efficiency:g} acts beside the gun's effects" if twice else ""
     calibration = _calibration(session, bench.campaign, stage)
     if calibration is None:
-        return stage, f"velocity spread {THESIS_VELOCITY_SPREAD:.1%}: the thesis's five shots"
-    return replace(stage, calibration=calibration), f"velocity corrected by {calibration.shots} measured shots"
+        return stage, f"velocity spread {THESIS_VELOCITY_SPREAD:.1%}: the thesis's five shots{also}"
+    return replace(stage, calibration=calibration), f"velocity corrected by {calibration.shots} measured shots{also}"
 
 
 def _calibration(session: Session | None, campaign: str | None, gun: GunStage) -> VelocityCalibration | None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import coregional, designs, genetic
+from benchmarks import coregional, designs, genetic, plate, prediction
 from benchmarks.themes import THEMES, work_folder
 
 pytestmark = pytest.mark.bench
@@ -40,3 +40,11 @@ def test_coregional_process_beats_the_peers(capsys):
 
 def test_genetic_search_beats_the_peer(capsys):
     assert genetic.main() == 0, capsys.readouterr().out
+
+
+def test_plates_are_solved_and_answer_in_time(capsys):
+    assert plate.main() == 0, capsys.readouterr().out
+
+
+def test_a_prediction_is_as_quick_as_promised(capsys):
+    assert prediction.main() == 0, capsys.readouterr().out

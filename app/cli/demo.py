@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 #: The rehearsal's run sheet, among the results.
 SHEET = "rehearsal-sheet.html"
+#: The predicted shot, drawn.
+SHOT = "predicted-shot.png"
 
 
 @click.command()
@@ -52,9 +54,15 @@ def demo(out: Path, db: str | None, json_to: str | None) -> None:
             hit = job.hit_figures(session)
             job.draw(session, comparison, picture)
         rehearsal = _rehearse(store, out)
+        prediction, notes = job.predict_a_shot(store, url)
+    from ..prediction_plots import plot_prediction
+    from ..prediction_tables import quantity_rows
+
+    plot_prediction(prediction, out / SHOT)
+    predicted = list(quantity_rows(prediction))
     if json_to is not None:
         data = {"shots": comparison.rows, "mean_error_percent": comparison.mean_error_percent, "hit": hit}
-        data["rehearsal"] = rehearsal
+        data["rehearsal"], data["prediction"] = rehearsal, predicted
         write_json(data, json_to)
         return
     click.echo("Five gun shots (Table 3.1), our prediction beside Table 5.1 of the thesis:")
@@ -69,7 +77,12 @@ def demo(out: Path, db: str | None, json_to: str | None) -> None:
         "\nA campaign before the first real one: planned, played on the virtual bench, ingested, held against its plan:"
     )
     print_table([rehearsal], "none")
-    click.echo(f"\nThe results are here:\n  {out.resolve() / 'demo.png'}\n  {out.resolve() / SHEET}\n  store: {url}")
+    click.echo("\nA shot that was not fired, the same bullet at 0.5 bar, with its 90 % bands:")
+    print_table(predicted, "none")
+    for line in notes:
+        note(line)
+    files = "\n  ".join(str(out.resolve() / name) for name in ("demo.png", SHOT, SHEET))
+    click.echo(f"\nThe results are here:\n  {files}\n  store: {url}")
     command = "pyroshock" if shutil.which("pyroshock") else sys.argv[0]
     click.echo(f"Look around:\n  {command} impacts --db {url}\n  {command} shots --db {url}")
 

@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 
 #: A degree needs this many settings more than it has terms: with fewer, leaving one out says little.
 _SPARE = 2
+#: With fewer settings than this nothing says how the law errs between them: at least Table 5.1's error is assumed.
+_FEW, _ASSUMED = 3, 0.046
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +50,7 @@ class VelocityCalibration:
         degree, terms, information, misfit = min(fits, key=lambda fit: fit[3])
         # what scatters within a setting is in the misfit of its mean already
         between = float(np.sqrt(max(misfit**2 - scatter**2 / float(np.mean(counts)), 0.0)))
+        between = max(between, _ASSUMED) if len(at) < _FEW else between
         return cls(degree, terms, centre, information, scatter, between, int(y.size), len(at))
 
     def factor(self, tank_pressure_pa: Floats, bullet_mass_kg: Floats) -> Floats:

@@ -83,6 +83,13 @@ def test_one_mass_alone_is_enough():
     assert np.isfinite(fitted.spread(np.array([1e5]), np.array([0.5]))).all()
 
 
+def test_one_setting_tells_nothing_of_others():
+    p, m, measured, predicted = shots(lambda p, m: np.full_like(p, 0.5))
+    same = (p == PRESSURES[2]) & (m == 0.5)
+    fitted = VelocityCalibration.of(p[same], m[same], measured[same], predicted[same])
+    assert fitted.spread(np.array([4e5]), np.array([0.5]))[0] >= 0.046
+
+
 @pytest.mark.parametrize("bad", [0.0, -1.0, np.nan])
 def test_refuses_velocities_that_are_none(bad):
     p, m, measured, predicted = shots(lambda p, m: np.full_like(p, 0.5))
