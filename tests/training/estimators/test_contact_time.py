@@ -19,7 +19,8 @@ pytest.importorskip("torch", reason="the extra [models] is not installed")
 #: The scatter of the synthetic campaign's contact times (`pulse_table`).
 NOISE = 0.02
 PLAIN = ContactTimeProcess(choice=THESIS)
-SEARCHED = ContactTimeProcess(iterations=12, search_rows=120)
+#: With 12 trials the machine's last digits decide which kernel is found; with 20 it is the same one everywhere tried.
+SEARCHED = ContactTimeProcess(iterations=20, search_rows=120)
 
 
 @cache
@@ -67,7 +68,9 @@ def test_spread_is_the_noise() -> None:
 def test_spread_grows_away_from_data() -> None:
     x = times()[1].x[:1].repeat(2, axis=0)
     x[1, 5] = 20.0  # m/s
-    near, far = searched().predict(x).spread  # type: ignore[misc]
+    answer = searched().predict(x)
+    assert answer.spread is not None
+    near, far = answer.spread / answer.mean  # of a logarithm: where the time is short, so is its spread in seconds
     assert far > 2 * near
 
 

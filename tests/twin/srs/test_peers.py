@@ -7,8 +7,10 @@ import pytest
 from pyroshock.twin.srs.iso_filter import absolute_acceleration, relative_displacement
 from pyroshock.twin.srs.oscillator import oscillator_response
 from pyroshock.twin.srs.spectrum import shock_response_spectrum
-from pyyeti import srs as pyyeti
 from scipy.signal import lfilter
+
+with np.printoptions():  # parts of pyyeti set the print options of all, by which pandas then writes CSV
+    from pyyeti import srs as pyyeti
 
 RATE = 1e5
 LINES = np.geomspace(100, 30_000, 40)
