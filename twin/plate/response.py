@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .modal import Floats, ModalPlate
 from .respond import respond
 
 #: Threads of one transform; more do not pay for some ten thousand samples.
 _WORKERS = 2
+#: Pulses are given room in steps of so many samples, so that few transforms of the plate's own answer serve all.
+_ROOM = 512
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +29,7 @@ class PlateResponse:
     hat: Floats
     jump: Floats
     step_s: float
+    _spectra: dict[int, NDArray[np.complex128]] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(cls, plate: ModalPlate, point: str, sensors: Sequence[str] | None, step_s: float, samples: int) -> Self:
@@ -56,7 +60,9 @@ class PlateResponse:
         from scipy.fft import irfft, next_fast_len, rfft
 
         samples = self.hat.shape[1]
-        length = next_fast_len(samples + rows.shape[1] - 1, real=True)
+        length = next_fast_len(samples + _ROOM * -(-rows.shape[1] // _ROOM), real=True)
         spectra = rfft(rows, length, workers=_WORKERS)
-        answers = rfft(self.hat, length)
+        if length not in self._spectra:
+            self._spectra[length] = rfft(self.hat, length)
+        answers = self._spectra[length]
         return np.asarray(irfft(spectra[:, None] * answers, length, workers=_WORKERS, overwrite_x=True)[..., :samples])
