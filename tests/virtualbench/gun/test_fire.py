@@ -264,10 +264,13 @@ def test_draws_do_not_depend_on_the_strength() -> None:
 
 
 def test_hundred_and_five_shots_take_seconds() -> None:
-    started = time.process_time()
+    """Held against plain Python on the same machine, which may be three times slower than another."""
+    begun = time.thread_time()
+    sum(math.sqrt(number) for number in range(1_000_000))
+    started = time.thread_time()
     for pressure in np.linspace(3e4, 7e5, 10):
         shoot(STEADY, pressure, until_s=1.2)
-    assert (time.process_time() - started) / 10 < 0.15  # 0.05 on an idle machine
+    assert (time.thread_time() - started) / 10 < 3 * (started - begun)
 
 
 # --- bad input -------------------------------------------------------------------------------------------------------
