@@ -29,7 +29,8 @@ E = TypeVar("E", bound="Effect")
 class Parameter:
     """One parameter of an effect: unit ("" for a pure number), default and allowed range, ends included.
 
-    `off` is the value at which the effect does nothing.
+    `off` is the value at which the effect does nothing. `likely` is where a diagnosis looks for it, inside the range:
+    what benches have, not what is possible. None: not looked for, the default stays.
     """
 
     name: str
@@ -39,11 +40,21 @@ class Parameter:
     low: float
     high: float
     off: float
+    likely: tuple[float, float] | None
 
 
-def parameter(meaning: str, unit: str, *, default: float, low: float, high: float, off: float) -> Any:
+def parameter(
+    meaning: str,
+    unit: str,
+    *,
+    default: float,
+    low: float,
+    high: float,
+    off: float,
+    likely: tuple[float, float] | None = None,
+) -> Any:
     """A field of an effect. SI; the unit stands in the field's name, too."""
-    return field(default=default, metadata={_KEY: (meaning, unit, low, high, off)})
+    return field(default=default, metadata={_KEY: (meaning, unit, low, high, off, likely)})
 
 
 @dataclass(frozen=True)
@@ -87,9 +98,9 @@ class Effect(ABC):
 
 
 def _parameter(item: Field[Any]) -> Parameter:
-    meaning, unit, low, high, off = item.metadata[_KEY]
+    meaning, unit, low, high, off, likely = item.metadata[_KEY]
     assert item.default is not MISSING
-    return Parameter(item.name, meaning, unit, float(item.default), low, high, off)
+    return Parameter(item.name, meaning, unit, float(item.default), low, high, off, likely)
 
 
 _FOLDERS = ("gun", "contact", "plate", "sensors")

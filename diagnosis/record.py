@@ -1,0 +1,87 @@
+"""What a campaign measured, as a diagnosis takes it: no store, no files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..twin.gun.bench import GunBench
+from ..twin.materials import Material
+from ..twin.plate.modal import ModalPlate
+
+Floats = NDArray[np.float64]
+Factor = str | float
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """Evenly spaced samples (n,), SI. Sample i is at `start_s + i / sampling_rate_hz`; 0 s is when contact begins."""
+
+    values: Floats
+    sampling_rate_hz: float
+    start_s: float
+
+    @property
+    def time_s(self) -> Floats:
+        return np.asarray(self.start_s + np.arange(self.values.size) / self.sampling_rate_hz)
+
+
+@dataclass(frozen=True)
+class Configuration:
+    """A setting that runs share. `factors` by the names of the store, without units in them, numbers in SI.
+
+    ("tip_material", "tip_radius", "anvil_material", "insulator", "impact_position", "tank_pressure", "bullet_mass",
+    "hammer_speed" and the lab's own.)
+    """
+
+    label: str
+    factors: Mapping[str, Factor]
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One impact or shot. What was not measured is None. `order` is its place in the order of runs, from 0.
+
+    `configuration` is a row of `CampaignRecord.configurations`. Pressures are gauge, as read. `velocity_m_s` is the
+    recorded one: muzzle velocity of a shot, impact velocity of a hammer. `force` is what the force channel shows of the
+    contact, with some samples before it; `accelerations` by channel, on the same clock, as long as they ring.
+    """
+
+    configuration: int
+    run: int
+    repetition: int
+    order: int
+    tank_pressure_pa: float | None = None
+    bullet_mass_kg: float | None = None
+    velocity_m_s: float | None = None
+    velocity_u_m_s: float | None = None
+    force: Series | None = None
+    accelerations: Mapping[str, Series] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class CampaignRecord:
+    """A campaign as it was measured, and the bench as the lab believes it to be.
+
+    `plate` is the measured modal table (or a solved model) with the channels' names as its sensors. `materials` by the
+    words of the factors. `assumptions` are sentences for the report: what was taken for granted on reading.
+    """
+
+    name: str
+    kind: str  # "hammer" or "gun"
+    configurations: tuple[Configuration, ...]
+    runs: tuple[Run, ...]
+    gun: GunBench | None = None
+    hammer_mass_kg: float | None = None
+    plate: ModalPlate | None = None
+    plate_thickness_m: float = 0.010
+    materials: Mapping[str, Material] = field(default_factory=dict)
+    assumptions: tuple[str, ...] = ()
+
+    @property
+    def configuration_of(self) -> NDArray[np.intp]:
+        """(R,): the configuration of each run."""
+        return np.array([run.configuration for run in self.runs], dtype=np.intp)

@@ -1,0 +1,102 @@
+"""What every stage gives to a diagnosis. R runs and C configurations of the record; d observables of the stage."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...twin.effects import Effect
+from ..record import CampaignRecord, Series
+
+Floats = NDArray[np.float64]
+#: What one stage hands to the next, a value for each run of the record: true velocities in m/s (NaN where there is
+#: none), or true forces on the plate in N (None where there is none).
+Upstream = Sequence[float] | Sequence[Series | None]
+
+
+@dataclass(frozen=True)
+class Observable:
+    """One number that is compared: measured less simulated.
+
+    `unit` is "1" for natural logarithms and shares, "dB" for levels. `tolerance`, in the unit: a gap up to which
+    measurement and simulator are said to agree. `floor`, in the unit: the scatter of one run that its sensors' data
+    sheets allow, for campaigns without repetitions. `frequency_hz` and `window_s` say what part of a record it is of.
+    """
+
+    name: str  # within its stage: "ln_peak", "acceleration_1 at 400 Hz"
+    stage: str
+    channel: str  # "velocity", "force", "acceleration_1"
+    unit: str
+    tolerance: float
+    floor: float
+    frequency_hz: float | None = None
+    window_s: tuple[float, float] | None = None
+
+
+class Stage(ABC):
+    """One stage of the bench with its nominal simulator, on one campaign's record.
+
+    A stage is asked what it does given what was *measured* at its entrance (tank pressure and mass; velocity; force),
+    so that its gap is its own. Effects of `sensor` that act on the entrance are undone before, those on the exit act
+    after. Everything is in SI; observables are smooth in the parameters of effects.
+    """
+
+    #: gun, contact or plate.
+    name: ClassVar[str]
+
+    def __init__(self, record: CampaignRecord) -> None:
+        self.record = record
+
+    @property
+    @abstractmethod
+    def simulator(self) -> str:
+        """As the report names it: "gun:adiabatic"."""
+
+    @property
+    @abstractmethod
+    def observables(self) -> tuple[Observable, ...]:
+        """The d columns."""
+
+    @property
+    @abstractmethod
+    def shows(self) -> tuple[str, ...]:
+        """Ids of the catalogue's effects that can change these observables on this campaign, in the catalogue's order.
+
+        (A layer's compliance only where there is a layer.)
+        """
+
+    @abstractmethod
+    def measured(self) -> Floats:
+        """(R, d): observables of what was measured; NaN where a run has none."""
+
+    @abstractmethod
+    def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
+        """(R, d): observables that the records would show, given what was measured at the entrance.
+
+        With `upstream` given that instead, which is true and passes no sensor. NaN where there is no answer.
+        """
+
+    @abstractmethod
+    def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:
+        """What it hands to the next stage, for each run; the plate's is not asked for."""
+
+    @abstractmethod
+    def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
+        """(k, C, d): by how much each of k sets of effects moves the nominal observables in each configuration.
+
+        Effects of other stages in a set do nothing here. NaN where there is no answer: a shot that stops. At one
+        representative run for each configuration; the cost grows with configurations, not with runs.
+        """
+
+    def nuisances(self) -> dict[str, Floats]:
+        """(C, d) by name: what one standard deviation of a nominal parameter that is declared uncertain does."""
+        return {}
+
+    def residuals(self) -> Floats:
+        """(R, d): measured less simulated."""
+        return np.asarray(self.measured() - self.simulated())

@@ -1,0 +1,171 @@
+"""What a diagnosis says: the records of a report, and their JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from ..twin.effects import Effect
+
+NONE, UNKNOWN = "none", "unknown"
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class GapSize:
+    """How large the gap is; all in the unit that `metric` names. `noise_floor` is what repetitions alone leave."""
+
+    metric: str
+    before: float
+    noise_floor: float
+    tolerance: float
+    beyond_noise: bool
+
+
+@dataclass(frozen=True)
+class StageShare:
+    """A stage's part of the gap at the end of the chain. `own` is its gap given its measured input, in tolerances."""
+
+    name: str
+    share: float
+    ci90: Interval
+    own: float
+
+
+@dataclass(frozen=True)
+class Region:
+    """A part of the factor space where the gap exceeds the rest: `excess` in noise floors."""
+
+    rule: str
+    excess: float
+    p_value: float
+
+
+@dataclass(frozen=True)
+class TimeWindow:
+    channel: str
+    from_s: float
+    to_s: float
+
+
+@dataclass(frozen=True)
+class Band:
+    channel: str
+    from_hz: float
+    to_hz: float
+
+
+@dataclass(frozen=True)
+class Where:
+    """Where the gap lies. `drift` are sentences about the order of runs; empty lists where channels do not tell."""
+
+    stage: tuple[StageShare, ...] = ()
+    factors: tuple[Region, ...] = ()
+    time: tuple[TimeWindow, ...] = ()
+    frequency: tuple[Band, ...] = ()
+    drift: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """One parameter of an effect, with its interval."""
+
+    name: str
+    value: float
+    unit: str
+    ci90: Interval
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One entry of the answer.
+
+    `effects` has several ids where the data cannot tell them apart; "a+b" for two that act together; "none" or
+    "unknown" alone. `split` are the shares of a group's members, `parameters` those of its likeliest member; `fitted`
+    is that member as effects of the twin, empty for none and unknown.
+    """
+
+    effects: tuple[str, ...]
+    probability: float
+    parameters: tuple[Fitted, ...] = ()
+    split: tuple[float, ...] = ()
+    fitted: tuple[Effect, ...] = ()
+
+
+@dataclass(frozen=True)
+class Shrinkage:
+    """How far the gap shrinks on configurations that neither the choice of the cause nor its parameters have seen.
+
+    `held_out_by`: "configuration", or "corner: tank_pressure > 2e+05" for the extrapolation. In the unit of the gap;
+    `fraction` of the reducible gap, None where there was no gap to shrink. `more` are further figures by name: dB,
+    shares of lines within 3 and 6 dB, ISO 18571 scores, each a pair before and after.
+    """
+
+    effects: tuple[str, ...]
+    held_out_by: str
+    before: float
+    after: float
+    fraction: float | None
+    ci90: Interval | None
+    more: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class NextRun:
+    """A setting that tells causes apart, in the units of its keys, and how many shots of it."""
+
+    why: str
+    settings: Mapping[str, str | float]
+    runs_needed: int
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A finished diagnosis. `causes` by falling probability, summing to one."""
+
+    campaign: str
+    simulator: str
+    gap: GapSize
+    where: Where
+    causes: tuple[Cause, ...]
+    shrinkage: tuple[Shrinkage, ...] = ()
+    next_runs: tuple[NextRun, ...] = ()
+    assumptions: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+    @property
+    def first(self) -> Cause:
+        return self.causes[0]
+
+    def as_json(self) -> dict[str, Any]:
+        """The report as scripts read it."""
+        return {
+            "campaign": self.campaign,
+            "simulator": self.simulator,
+            "gap": asdict(self.gap),
+            "where": _plain(asdict(self.where)),
+            "causes": [_cause(cause) for cause in self.causes],
+            "shrinkage": [_plain(asdict(entry)) for entry in self.shrinkage],
+            "next_runs": [_plain(asdict(run)) for run in self.next_runs],
+            "assumptions": list(self.assumptions),
+            "seconds": self.seconds,
+        }
+
+
+def _cause(cause: Cause) -> dict[str, Any]:
+    entry: dict[str, Any] = {"effects": list(cause.effects), "probability": cause.probability}
+    if cause.parameters:
+        entry["parameters"] = [_plain(asdict(parameter)) for parameter in cause.parameters]
+    if len(cause.split) > 1:
+        entry["split"] = list(cause.split)
+    return entry
+
+
+def _plain(value: Any) -> Any:
+    """Tuples as lists, so that what is stored and what is written are one."""
+    if isinstance(value, Mapping):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    return value
