@@ -82,5 +82,7 @@ def test_random_features_stand_for_the_kernel() -> None:
 def test_many_rows_are_asked_in_parts() -> None:
     x = np.tile(known_law()[1].x, (40, 1))
     one = fitted(KernelRidge(gamma=0.05, alpha=0.01))
-    np.testing.assert_allclose(one.predict(x).mean[-60:], one.predict(x[:60]).mean, rtol=1e-12)
+    parts, whole = one.predict(x).mean[-60:], one.predict(x[:60]).mean
+    # relative to the pulse: a force of 1e-16 N at its ends is rounding, and differs from machine to machine
+    np.testing.assert_allclose(parts, whole, rtol=1e-12, atol=1e-12 * np.abs(whole).max())
     assert one.predict(x[:0]).mean.shape == (0, 20)

@@ -127,12 +127,15 @@ def test_impossible_search_is_refused(wrong: dict[str, int]) -> None:
         Search(LEVELS, **{"elite": 1, **wrong})
 
 
+# Under a shell that started it in the background SIGINT would be ignored.
 SCRIPT = """
-import sys, time
+import signal, sys, time
 from pathlib import Path
 from test_genetic import SEARCH, bowl
 from pyroshock.training.tuning.genetic import searched
 from pyroshock.training.tuning.journal import Journal
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 def slow(genes):
     time.sleep(0.03)
