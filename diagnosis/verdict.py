@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from ..twin.effects import Effect
+from .pictures import Pictures
 
 NONE, UNKNOWN = "none", "unknown"
 Interval = tuple[float, float]
@@ -122,7 +123,11 @@ class NextRun:
 
 @dataclass(frozen=True)
 class Verdict:
-    """A finished diagnosis. `causes` by falling probability, summing to one."""
+    """A finished diagnosis. `causes` by falling probability, summing to one.
+
+    What is not in the JSON: `fits`, every effect ("a+b" for two) as it was fitted by itself, from which one can be
+    adopted that is not the likeliest of its group; `pictures`, what the page draws.
+    """
 
     campaign: str
     simulator: str
@@ -133,6 +138,8 @@ class Verdict:
     next_runs: tuple[NextRun, ...] = ()
     assumptions: tuple[str, ...] = ()
     seconds: float = 0.0
+    fits: Mapping[str, tuple[Effect, ...]] = field(default_factory=dict)
+    pictures: Pictures = field(default_factory=Pictures)
 
     @property
     def first(self) -> Cause:

@@ -70,6 +70,9 @@ class Effect(ABC):
     law: ClassVar[str]
     #: Paper, book or standard that it is from.
     source: ClassVar[str]
+    #: Parameters that a diagnosis looks for together while the others are off: laws of one cause for different
+    #: circumstances. Empty: all that have a likely range, at once.
+    regimes: ClassVar[tuple[tuple[str, ...], ...]] = ()
 
     def __post_init__(self) -> None:
         for item in self.parameters():

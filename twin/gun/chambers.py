@@ -26,6 +26,8 @@ from .shot import GAS_CONSTANT, Floats, Shot
 
 #: A projectile that is slower than this is at rest.
 _CREEP_M_S = 1e-4
+# Of the time that the tank's pressure alone takes to the vent holes: what creeps longer behind its own leak stays.
+_PATIENCE = 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +56,13 @@ class Chamber:
     @cached_property
     def drag_n(self) -> Floats:
         return np.asarray(self.shot.opposing_pressure_pa * self.shot.area_m2 + self.shot.friction_n)
+
+    @cached_property
+    def patience_s(self) -> Floats:
+        """After which a shot counts as one that stays in the barrel."""
+        shot = self.shot
+        push = shot.area_m2 * np.maximum(shot.driving_pressure_pa, 1.0)
+        return np.asarray(_PATIENCE * np.sqrt(shot.travel_m * shot.bullet_mass_kg / push) + 10 * shot.opening_time_s)
 
     def start(self) -> Floats:
         """At rest, tank and dead volume filled."""
@@ -97,10 +106,11 @@ class Chamber:
         speed = np.maximum(velocity, 0.0)
         return Instant(time, position, speed, absolute, absolute / (GAS_CONSTANT * density), density), volume
 
-    def given_up(self, time: Floats, state: Floats) -> NDArray[np.bool_]:  # noqa: ARG002
-        """At rest with no pressure left anywhere that could move the projectile."""
+    def given_up(self, time: Floats, state: Floats) -> NDArray[np.bool_]:
+        """At rest with no pressure left anywhere that could move the projectile, or on its way for too long."""
         most = state[2::2].max(axis=0)
-        return np.asarray((state[1] < _CREEP_M_S) & (most * self.shot.area_m2 <= self.drag_n))
+        held = (state[1] < _CREEP_M_S) & (most * self.shot.area_m2 <= self.drag_n)
+        return np.asarray(held | (time > self.patience_s))
 
     def take(self, rows: NDArray[np.intp]) -> Self:
         return type(self)(self.shot.take(rows), [effect.take(rows) for effect in self.effects])

@@ -22,8 +22,15 @@ class BackPressure(GunEffect):
     law = "m dv/dt = (p - p_atm) A - F, p (V0 + A x)^n = (Q0 + p_atm) V0^n"
     source = "Corner, Theory of the Interior Ballistics of Guns (1950), ch. 9; Mungan, Eur. J. Phys. 30 (2009) 453"
 
+    # Likely: any weather, up to 1000 m above the sea; the atmosphere is there or it is left out.
     atmosphere_pa: Value = parameter(
-        "absolute pressure of the atmosphere", "Pa", default=101_325.0, low=0.0, high=110_000.0, off=0.0
+        "absolute pressure of the atmosphere",
+        "Pa",
+        default=101_325.0,
+        low=0.0,
+        high=110_000.0,
+        off=0.0,
+        likely=(90e3, 105e3),
     )
 
     def prepare(self, shot: Shot) -> Shot:

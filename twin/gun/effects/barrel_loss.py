@@ -22,9 +22,13 @@ class BarrelLoss(GunEffect):
     source = "Darcy-Weisbach: White, Fluid Mechanics, ch. 6; drag: Hoerner, Fluid-Dynamic Drag (1965), ch. 3"
     moves: ClassVar[bool] = True
 
-    friction_factor: Value = parameter("Darcy's, of the bore", "", default=0.02, low=0.0, high=1.0, off=0.0)
+    # Likely: Moody's chart, smooth to fully rough.
+    friction_factor: Value = parameter(
+        "Darcy's, of the bore", "", default=0.02, low=0.0, high=1.0, off=0.0, likely=(0.0, 0.1)
+    )
+    # Likely: 1 in the open; many times that in a tube, where the air ahead has nowhere to go but out of the barrel.
     drag_coefficient: Value = parameter(
-        "of the projectile, on its cross section", "", default=1.0, low=0.0, high=20.0, off=0.0
+        "of the projectile, on its cross section", "", default=1.0, low=0.0, high=20.0, off=0.0, likely=(0.0, 20.0)
     )
 
     def resistance_n(self, shot: Shot, instant: Instant) -> Floats:

@@ -22,8 +22,15 @@ class HeatExchange(GunEffect):
     law = "p V^n = const, n = gamma - s (gamma - 1)"
     source = "polytropic change of state: Moran and Shapiro, Fundamentals of Engineering Thermodynamics, section 6.11"
 
+    # Likely: gas that expands is colder than its walls, so heat flows in; a colder wall is no gun's.
     share: Value = parameter(
-        "of the heat of an isothermal expansion that reaches the gas", "", default=0.3, low=-0.5, high=1.0, off=0.0
+        "of the heat of an isothermal expansion that reaches the gas",
+        "",
+        default=0.3,
+        low=-0.5,
+        high=1.0,
+        off=0.0,
+        likely=(0.0, 1.0),
     )
 
     def prepare(self, shot: Shot) -> Shot:

@@ -20,10 +20,14 @@ class SlidingFriction(GunEffect):
     law = "F = mu m g + dmu m g + F_seal"
     source = "Coulomb friction, as eq. 2.13; seal drag: Parker O-Ring Handbook ORD 5700, ch. 5"
 
+    # Likely: dry pairs lie between 0.1 and 1, rubber on metal somewhat higher.
     added_coefficient: Value = parameter(
-        "added to the nominal friction coefficient", "", default=0.3, low=0.0, high=10.0, off=0.0
+        "added to the nominal friction coefficient", "", default=0.3, low=0.0, high=10.0, off=0.0, likely=(0.0, 1.5)
     )
-    seal_force_n: Value = parameter("constant drag of seal or fit", "N", default=5.0, low=0.0, high=1000.0, off=0.0)
+    # Likely: O-rings drag by some tenths of a newton per mm of their length, up to 60 N in 50 mm of bore.
+    seal_force_n: Value = parameter(
+        "constant drag of seal or fit", "N", default=5.0, low=0.0, high=1000.0, off=0.0, likely=(0.0, 100.0)
+    )
 
     def prepare(self, shot: Shot) -> Shot:
         weight = shot.bullet_mass_kg * STANDARD_GRAVITY_M_S2

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from ...effects import Value, parameter
-from ..effect import GunEffect
-from ..shot import Shot
+from ..effect import Floats, GunEffect, Instant
+from ..shot import GAS_CONSTANT, Shot
 
 
 @dataclass(frozen=True)
@@ -17,16 +18,50 @@ class ValveFlow(GunEffect):
 
     The loss coefficient K counts dynamic heads of the flow in the bore, those of the way from the tank included: area
     of flow A / sqrt(K). A smaller valve of diameter d has K (D / d)^4.
+
+    Where little pressure is lost, valves and lines are reckoned with the density of the outside air instead: a drop
+    that grows with the projectile's speed alone, whatever the tank holds (`steady_loss_coefficient`).
     """
 
     id = "gun.valve_flow"
-    law = "mdot = a(t / t_open) A / sqrt(K) c* p1 / sqrt(R T1) phi(p2 / p1)"
+    law = "mdot = a(t / t_open) A / sqrt(K) c* p1 / sqrt(R T1) phi(p2 / p1); F = A K_s rho_atm v^2 / 2"
     source = "ISO 6358-1:2013; loss coefficients: Idelchik, Handbook of Hydraulic Resistance, ch. 3 and 9"
 
+    # Likely: a full-bore ball valve alone, to a solenoid valve of a sixth of the bore, (D / d)^4; scales, so its
+    # logarithm is even.
     loss_coefficient: Value = parameter(
-        "dynamic heads lost in the open valve and on the way to it", "", default=1.0, low=0.0, high=1e4, off=0.0
+        "dynamic heads lost in the open valve and on the way to it",
+        "",
+        default=1.0,
+        low=0.0,
+        high=1e4,
+        off=0.0,
+        likely=(0.02, 1e3),
     )
-    opening_time_s: Value = parameter("until the valve is wide open", "s", default=0.1, low=0.0, high=2.0, off=0.0)
+    # Likely: solenoids take 5 to 50 ms, ball valves by hand or by air 0.1 to 0.3 s.
+    opening_time_s: Value = parameter(
+        "until the valve is wide open", "s", default=0.1, low=0.0, high=2.0, off=0.0, likely=(0.0, 0.3)
+    )
+
+    # Likely: as the other, up to a valve of a quarter of the bore.
+    steady_loss_coefficient: Value = parameter(
+        "dynamic heads of outside air lost at the projectile's speed",
+        "",
+        default=0.0,
+        low=0.0,
+        high=1e4,
+        off=0.0,
+        likely=(0.1, 300.0),
+    )
+    moves: ClassVar[bool] = True
+    regimes: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("loss_coefficient", "opening_time_s"),
+        ("steady_loss_coefficient",),
+    )
+
+    def resistance_n(self, shot: Shot, instant: Instant) -> Floats:
+        air = shot.atmosphere_pa / (GAS_CONSTANT * shot.temperature_k)
+        return shot.area_m2 * self.steady_loss_coefficient * air * instant.velocity_m_s**2 / 2
 
     def prepare(self, shot: Shot) -> Shot:
         loss = np.asarray(self.loss_coefficient, dtype=np.float64)

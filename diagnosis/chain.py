@@ -1,0 +1,65 @@
+"""The stages that a campaign's record has something to say of."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .options import Options
+from .record import CampaignRecord
+from .stages.base import Stage
+
+
+def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
+    """Gun, contact and plate, as far as they were measured, and a sentence for each that was not.
+
+    Raises `ValueError` where nothing was.
+    """
+    found: list[Stage] = []
+    notes: list[str] = []
+    for make in (_gun, _contact, _plate):
+        stage, why = make(record, options)
+        if stage is not None and not np.isfinite(stage.residuals()).any():
+            stage, why = None, f"{stage.name}: no run has both a measured and a simulated value"
+        if stage is None:
+            notes.append(why)
+        else:
+            found.append(stage)
+            notes += list(getattr(stage, "assumptions", ()))
+    if not found:
+        raise ValueError(f"campaign {record.name}: nothing to compare: {'; '.join(notes)}")
+    return tuple(found), tuple(notes)
+
+
+def _gun(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:
+    from .stages.gun import GunStage
+
+    if record.gun is None:
+        return None, "gun: no [bench.gun] in the campaign"
+    if not any(run.velocity_m_s for run in record.runs):
+        return None, "gun: no run has a measured velocity"
+    return GunStage(record, options.uncertain_of("gun")), ""
+
+
+def _contact(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:
+    from .stages.contact import ContactStage
+    from .stages.model import RegisteredContactStage
+
+    if not any(run.force is not None for run in record.runs):
+        return None, "contact: no run has a force record"
+    if not any(run.force is not None and run.velocity_m_s for run in record.runs):
+        return None, "contact: no run with a force record has an impact velocity"
+    if record.kind == "hammer" and record.hammer_mass_kg is None:
+        return None, "contact: no [bench.hammer] mass_kg in the campaign"
+    if options.contact is not None:
+        return RegisteredContactStage(record, options.contact), ""
+    return ContactStage(record), ""
+
+
+def _plate(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:  # noqa: ARG001 - as the others
+    from .stages.plate import PlateStage
+
+    if record.plate is None:
+        return None, "plate: no modal table of it"
+    if not any(run.force is not None and run.accelerations for run in record.runs):
+        return None, "plate: no run has both a force and an acceleration record"
+    return PlateStage(record), ""

@@ -1,0 +1,109 @@
+"""The diagnosis: where the gap between bench and twin lies, which effect causes it, how far it shrinks."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..twin.effects import Effect, catalogue
+from .causes import causes, fits
+from .chain import stages_of
+from .evidence.scene import Scene
+from .evidence.surface import Surface, surfaces
+from .evidence.weighing import Weighed, weigh
+from .gap import GapTable
+from .metric import Metric
+from .options import Options
+from .record import CampaignRecord
+from .stages.base import Stage
+from .verdict import NONE, UNKNOWN, Verdict, Where
+
+__all__ = ["Options", "diagnose"]
+
+#: Called with (done, total, what).
+Progress = Callable[[int, int, str], None]
+_STEPS = 6
+
+
+def diagnose(record: CampaignRecord, *, options: Options | None = None, progress: Progress | None = None) -> Verdict:
+    """All of it, in the order of the report. Raises `ValueError` where the campaign has nothing to compare, and
+    `ImplausibleRecordError` where a channel or a unit is mislabelled."""
+    from .found import where
+    from .next_runs import next_runs
+
+    started, options = time.perf_counter(), options or Options()
+    tell = progress or (lambda *_: None)
+    rng = np.random.default_rng(options.seed)
+    stages, notes = stages_of(record, options)
+    notes = (*notes, *_plausible(record, stages))
+    gap = GapTable.of(record, stages, options.widened)
+    tell(1, _STEPS, "effects")
+    table = surfaces(stages, _kinds(options))
+    tell(2, _STEPS, "causes")
+    weighed = weigh(Scene.of(gap, table), options.priors, stages)
+    found = causes(weighed, weighed.probability)
+    tell(3, _STEPS, "where")
+    place = where(gap, stages, rng) if options.where else Where()
+    tell(4, _STEPS, "shrinkage")
+    tell(5, _STEPS, "next experiment")
+    planned = next_runs(weighed, stages, found, rng) if options.plan else ()
+    tell(_STEPS, _STEPS, "done")
+    return Verdict(
+        campaign=record.name,
+        simulator=" | ".join(stage.simulator for stage in stages),
+        gap=Metric.of(gap).size(gap),
+        where=place,
+        causes=found,
+        next_runs=planned,
+        assumptions=(*record.assumptions, *notes, *_assumed(gap, options)),
+        seconds=time.perf_counter() - started,
+        fits=fits(weighed, found),
+    )
+
+
+def _kinds(options: Options) -> list[type[Effect]]:
+    """The effects that are looked for. Raises `LookupError` for one that there is not."""
+    known = catalogue()
+    if options.catalogue is None:
+        return list(known.values())
+    if missing := [name for name in options.catalogue if name not in known]:
+        raise LookupError(f"no effect {missing[0]!r}; there are: {', '.join(known)}")
+    return [kind for name, kind in known.items() if name in options.catalogue]
+
+
+def chosen(weighed: Weighed) -> tuple[Effect, ...]:
+    """The effects of the likeliest hypothesis, fitted; () for none and unknown."""
+    return weighed.effects(next(iter(weighed.probability)))
+
+
+def choose(
+    gap: GapTable, table: Sequence[Surface], options: Options
+) -> Callable[[NDArray[np.intp]], tuple[Effect, ...]]:
+    """What chooses cause and parameters on some of the configurations alone."""
+
+    def on(rows: NDArray[np.intp]) -> tuple[Effect, ...]:
+        scene = Scene.of(gap.only(rows), [surface.only(rows) for surface in table])
+        return chosen(weigh(scene, options.priors))
+
+    return on
+
+
+def _plausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[str, ...]:
+    return ()
+
+
+def _assumed(gap: GapTable, options: Options) -> tuple[str, ...]:
+    priors = options.priors
+    found = [
+        f"priors: none {priors.none:g}, single effects {priors.singles:g}, pairs {priors.pairs:g}, "
+        f"unknown {priors.unknown:g}"
+    ]
+    if gap.noise.assumed:
+        found.append("floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets'")
+    return tuple(found)
+
+
+_ = (NONE, UNKNOWN)

@@ -1,0 +1,102 @@
+"""Small errors of a simulator that no named effect explains: the same bank of covariances in every hypothesis.
+
+With measurement noise alone any simulator that is not perfect raises false alarms (Kennedy and O'Hagan, J. R. Stat.
+Soc. B 63 (2001) 425, on model discrepancy). One kernel met with a rougher background than it assumes does so, too:
+hence a bank of smooth and white ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..gap import GapTable
+from .cells import Cells
+from .factors import smooth, squared_distances
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Background:
+    """Amplitudes in tolerances: smooth over the factors, and white from configuration to configuration."""
+
+    smooth: float
+    white: float
+
+
+#: Their largest amplitude is the tolerance itself: a gap of that size is none.
+BANK = (
+    Background(0.0, 0.0),
+    Background(0.3, 0.0),
+    Background(0.7, 0.0),
+    Background(0.0, 0.3),
+    Background(0.0, 0.7),
+    Background(0.3, 0.3),
+    Background(0.7, 0.5),
+    Background(0.3, 1.0),
+)
+#: Range of the smooth part over factors scaled to [0, 1], and over frequency in octaves.
+LENGTH, OCTAVES = 0.8, 0.7
+#: How much of the variance neighbouring observables share.
+SHARED = 0.5
+
+
+@dataclass(frozen=True)
+class Stray:
+    """A gap beyond tolerance in one stage that no effect of the catalogue explains."""
+
+    stage: str
+    amplitude: float  # in tolerances
+    length: float  # over the factors; 0: from configuration to configuration
+
+
+AMPLITUDES, LENGTHS = (1.5, 3.0, 6.0, 12.0), (0.8, 0.3, 0.0)
+
+
+def strays(stages: Sequence[str]) -> tuple[Stray, ...]:
+    return tuple(Stray(stage, a, length) for stage in stages for a in AMPLITUDES for length in LENGTHS)
+
+
+@dataclass(frozen=True, eq=False)
+class Kernels:
+    """(N, N) kernels between cells: over factors, over observables of one stage."""
+
+    distance: Floats
+    same: NDArray[np.bool_]
+    observables: Floats
+    stage: NDArray[np.str_]
+
+    @classmethod
+    def of(cls, gap: GapTable, cells: Cells) -> Kernels:
+        factors = [gap.record.configurations[int(row)].factors for row in gap.rows]
+        c = cells.configuration
+        stage = np.array([gap.observables[int(o)].stage for o in cells.observable])
+        return cls(
+            squared_distances(factors)[np.ix_(c, c)],
+            c[:, None] == c[None, :],
+            _between(gap)[np.ix_(cells.observable, cells.observable)],
+            stage,
+        )
+
+    def background(self, one: Background) -> Floats:
+        over = one.smooth**2 * smooth(self.distance, LENGTH) + one.white**2 * self.same
+        return np.asarray(over * self.observables)
+
+    def stray(self, one: Stray) -> Floats:
+        over = smooth(self.distance, one.length) if one.length else self.same.astype(np.float64)
+        here = self.stage == one.stage
+        return np.asarray(one.amplitude**2 * over * self.observables * np.outer(here, here))
+
+
+def _between(gap: GapTable) -> Floats:
+    """(D, D): one on the diagonal; part of it shared within a channel, by octaves where there are frequencies."""
+    channel = np.array([f"{item.stage} {item.channel}" for item in gap.observables])
+    octave = np.array([np.nan if item.frequency_hz is None else np.log2(item.frequency_hz) for item in gap.observables])
+    apart = octave[:, None] - octave[None, :]
+    near = np.where(np.isnan(apart), 0.0, np.exp(-0.5 * (np.nan_to_num(apart) / OCTAVES) ** 2))
+    shared = SHARED * near * (channel[:, None] == channel[None, :])
+    return np.asarray(np.where(np.eye(len(channel), dtype=bool), 1.0, shared))

@@ -1,0 +1,68 @@
+"""An effect whose law is a little wrong: its change may be off by a share that varies smoothly over the factors.
+
+Benches do not obey the library's laws to the last digit. Without this, an effect that is strong enough is refused for
+the form of its law, and the gap is called unknown. Marginalised as a linear error in proportion to the fitted change,
+by Woodbury's identity.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .background import LENGTH
+from .factors import smooth
+from .scene import Scene, Seen, Whitening
+from .singles import OnSurface, summed
+
+Floats = NDArray[np.float64]
+
+#: Standard deviation of the share. Larger ones make effects explain what they do not cause.
+SHARE = 0.1
+#: So many directions of the error are kept.
+_DIRECTIONS = 16
+
+
+def with_form_error(
+    scene: Scene, index: int, plain: OnSurface, whitened: list[Floats], modes: Floats, share: float = SHARE
+) -> OnSurface:
+    """The evidence as the mean of that without and that with an error of the law's form. `modes`: `form_modes`."""
+    point, _ = plain.best
+    change = scene.cells.take(np.tensordot(plain.surface.basis[point], plain.surface.nodes, axes=1))
+    directions = share * change[:, None] * modes
+    columns = [
+        _moved(plain, scene.seen[index][b], white, directions, whitened[b]) for b, white in enumerate(scene.before)
+    ]
+    return summed(plain.surface, plain.log_prior, np.concatenate([plain.log_likelihood, np.stack(columns, 1)], axis=1))
+
+
+def _moved(plain: OnSurface, seen: Seen, white: Whitening, directions: Floats, zw: Floats) -> Floats:
+    """(M,) log likelihoods with C + U U' for C."""
+    from scipy.linalg import cho_factor, cho_solve
+
+    u = white.white(directions)
+    factor = cho_factor(np.eye(u.shape[1]) + u.T @ u)
+    half_log = float(np.log(np.diag(factor[0])).sum())
+    across, along = u.T @ seen.nodes, u.T @ zw
+    basis = plain.surface.basis
+    linear = basis @ (seen.nodes.T @ zw - across.T @ cho_solve(factor, along))
+    lost = cho_solve(factor, across)
+    square = seen.square - np.einsum("mk,mk->m", basis @ (across.T @ lost), basis)
+    constant = zw @ zw - along @ cho_solve(factor, along)
+    return np.asarray(white.log_norm - half_log - 0.5 * (constant - 2 * linear + square))
+
+
+def form_modes(scene: Scene) -> Floats:
+    """(N, q): the largest directions of a kernel that is smooth over factors and half shared between observables."""
+    from scipy.linalg import eigh
+
+    rows, first = np.unique(scene.cells.configuration, return_index=True)
+    distance = scene.kernels.distance[np.ix_(first, first)]
+    over = eigh(smooth(distance, LENGTH))
+    columns, at = np.unique(scene.cells.observable, return_index=True)
+    between = eigh(0.5 + 0.5 * scene.kernels.observables[np.ix_(at, at)])
+    values = np.outer(np.maximum(over[0], 0), np.maximum(between[0], 0))
+    top = np.argsort(values.ravel())[::-1][:_DIRECTIONS]
+    i, j = np.unravel_index(top, values.shape)
+    c, o = np.searchsorted(rows, scene.cells.configuration), np.searchsorted(columns, scene.cells.observable)
+    return np.asarray(over[1][c][:, i] * between[1][o][:, j] * np.sqrt(values.ravel()[top]))

@@ -1,0 +1,140 @@
+"""What does not hang on the measured values: whitened tables of effects before every background."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..gap import GapTable
+from .background import BANK, Background, Kernels, Stray, strays
+from .cells import Cells
+from .surface import Surface
+
+Floats = NDArray[np.float64]
+
+#: Added to the diagonal, in tolerances squared: no mean is known better than to a hundredth of the tolerance.
+_LEAST = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Whitening:
+    """A covariance C = L L' of N cells: `white(x)` is L^-1 x, `log_norm` the logarithm of the density's constant."""
+
+    lower: Floats
+    log_norm: float
+
+    @classmethod
+    def of(cls, covariance: Floats) -> Self:
+        from scipy.linalg import cholesky
+
+        lower = cholesky(covariance + _LEAST * np.eye(len(covariance)), lower=True, check_finite=False)
+        half = float(np.log(np.diag(lower)).sum())
+        return cls(lower, -half - 0.5 * len(covariance) * float(np.log(2 * np.pi)))
+
+    def white(self, values: Floats) -> Floats:
+        from scipy.linalg import solve_triangular
+
+        return np.asarray(solve_triangular(self.lower, values, lower=True, check_finite=False))
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """A surface before one background: `nodes` (N, K) whitened, `gram` (K, K), `square` (M,) |change|^2 at points."""
+
+    nodes: Floats
+    gram: Floats
+    square: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Everything about a campaign but the gap itself. `log_prior` of each surface's points; sheets share it evenly."""
+
+    gap: GapTable
+    cells: Cells
+    kernels: Kernels
+    surfaces: tuple[Surface, ...]
+    log_prior: tuple[Floats, ...]
+    size: tuple[Floats, ...]
+    backgrounds: tuple[Background, ...]
+    before: tuple[Whitening, ...]
+    seen: tuple[tuple[Seen, ...], ...]  # by surface, by background
+    strays: tuple[Stray, ...]
+    astray: tuple[Whitening, ...]
+
+    @classmethod
+    def of(cls, gap: GapTable, surfaces: Sequence[Surface], bank: Sequence[Background] = BANK) -> Self:
+        cells = Cells.of(gap)
+        kernels = Kernels.of(gap, cells)
+        errors = [kernels.background(one) for one in bank]
+        before = tuple(Whitening.of(cells.noise + error) for error in errors)
+        found = [surface for surface in surfaces if surface.valid.any()]
+        sizes = [_size(surface, gap, cells) for surface in found]
+        kept = [i for i, size in enumerate(sizes) if np.nanmax(size) > _SMALLEST]
+        middle = errors[_MIDDLE % len(errors)]
+        wild = strays(gap.stages)
+        return cls(
+            gap=gap,
+            cells=cells,
+            kernels=kernels,
+            surfaces=tuple(found[i] for i in kept),
+            log_prior=tuple(_prior(sizes[i]) for i in kept),
+            size=tuple(sizes[i] for i in kept),
+            backgrounds=tuple(bank),
+            before=before,
+            seen=tuple(tuple(_seen(found[i], cells, white) for white in before) for i in kept),
+            strays=wild,
+            astray=tuple(Whitening.of(cells.noise + middle + kernels.stray(one)) for one in wild),
+        )
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Of the effects, each once."""
+        return tuple(dict.fromkeys(surface.id for surface in self.surfaces))
+
+    def sheets(self, identity: str) -> list[int]:
+        return [i for i, surface in enumerate(self.surfaces) if surface.id == identity]
+
+
+#: An effect that nowhere moves anything by so many tolerances cannot be told from none. Below, a prior falls off.
+_SMALLEST = 1.0
+#: Of the bank, what lies under a gap that no effect explains.
+_MIDDLE = 5
+
+
+def _seen(surface: Surface, cells: Cells, white: Whitening) -> Seen:
+    nodes = white.white(cells.take(surface.nodes).T)
+    gram = nodes.T @ nodes
+    return Seen(nodes, gram, np.einsum("mk,mk->m", surface.basis @ gram, surface.basis))
+
+
+def _size(surface: Surface, gap: GapTable, cells: Cells) -> Floats:
+    """(M,): how large the effect is in the stage where it is largest, rms in tolerances; NaN where it has no answer."""
+    nodes = cells.take(surface.nodes)
+    stage = np.array([gap.observables[int(o)].stage for o in cells.observable])
+    largest = np.zeros(len(surface.points))
+    for name in gap.stages:
+        here = nodes[:, stage == name]
+        if here.size:
+            gram = here @ here.T / here.shape[1]
+            square = np.einsum("mk,mk->m", surface.basis @ gram, surface.basis)
+            largest = np.maximum(largest, np.sqrt(np.maximum(square, 0.0)))
+    return np.where(surface.valid, largest, np.nan)
+
+
+def _prior(size: Floats) -> Floats:
+    """(M,) logarithms: every order of magnitude as likely as another, from the tolerance to the likely range's end.
+
+    An effect within tolerance is none, by what "none" means. Summing to one over the points.
+    """
+    logs = np.log(np.where(np.isfinite(size) & (size > 0), size, 1e-12))
+    inside = np.isfinite(size) & (size > _SMALLEST)
+    counts, edges = np.histogram(logs[inside], bins=max(4, min(24, int(inside.sum()) // 8)))
+    bins = np.clip(np.searchsorted(edges, logs, side="right") - 1, 0, len(counts) - 1)
+    weight = np.where(inside, 1.0 / np.maximum(counts[bins], 1), 0.0)
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.log(weight / weight.sum()))

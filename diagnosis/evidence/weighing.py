@@ -1,0 +1,144 @@
+"""All hypotheses on one scale."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...twin.effects import Effect
+from ..hypotheses import Priors
+from ..stages.base import Stage
+from ..verdict import NONE, UNKNOWN
+from .form import form_modes, with_form_error
+from .logs import log_mean
+from .pairs import OnPair, Started, interaction, of_pair, start_pair
+from .scene import Scene
+from .singles import OnSurface, of_none, of_strays, of_surface
+
+Floats = NDArray[np.float64]
+
+#: Pairs are tried among so many of the best singles; so many get a fine grid, and so many are simulated together.
+BEST_SINGLES, FINE_PAIRS, SIMULATED_PAIRS = 7, 8, 4
+PRIORS = Priors()
+#: The form of the law is looked at for singles within so many nats of the best.
+_FORM_WITHIN = 40.0
+
+
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """Log evidences by hypothesis ("none", "unknown", "gun.blow_by", "a+b"); `log_joint` has the priors in it."""
+
+    scene: Scene
+    log_evidence: dict[str, float]
+    log_joint: dict[str, float]
+    unknown: dict[str, float]  # by stage
+    singles: dict[str, tuple[OnSurface, ...]]
+    pairs: dict[str, OnPair] = field(default_factory=dict)
+
+    @cached_property
+    def probability(self) -> dict[str, float]:
+        """Raw, by hypothesis, largest first."""
+        names = list(self.log_joint)
+        logs = np.array([self.log_joint[name] for name in names])
+        weights = np.exp(logs - logs.max())
+        weights /= weights.sum()
+        return {names[i]: float(weights[i]) for i in np.argsort(-weights, kind="stable")}
+
+    def effects(self, name: str) -> tuple[Effect, ...]:
+        """A hypothesis at its likeliest parameters; () for none and unknown."""
+        if name in (NONE, UNKNOWN):
+            return ()
+        if name in self.pairs:
+            return self.pairs[name].effects(self.scene)
+        return (self.best_sheet(name).surface.effect(self.best_point(name)),)
+
+    def best_sheet(self, name: str) -> OnSurface:
+        return max(self.singles[name], key=lambda one: one.log_evidence)
+
+    def best_point(self, name: str) -> Floats:
+        sheet = self.best_sheet(name)
+        return np.asarray(sheet.surface.points[sheet.best[0]])
+
+
+def weigh(
+    scene: Scene,
+    priors: Priors = PRIORS,
+    stages: Sequence[Stage] = (),
+    *,
+    form: bool = True,
+) -> Weighed:
+    """Evidence of every hypothesis. With `stages` pairs are simulated; without, their changes are added up."""
+    z = scene.cells.z
+    whitened = [white.white(z) for white in scene.before]
+    plain = [of_surface(scene, i, whitened) for i in range(len(scene.surfaces))]
+    shaped = _shaped(scene, plain, whitened) if form else plain
+    singles = {name: tuple(shaped[i] for i in scene.sheets(name)) for name in scene.ids}
+    evidence = {name: _of_sheets(sheets) for name, sheets in singles.items()}
+    astray = of_strays(scene, z)
+    log = {NONE: of_none(scene, z), UNKNOWN: log_mean(list(astray.values())), **evidence}
+    pairs = _pairs(scene, evidence, dict(enumerate(plain)), whitened, stages) if priors.pairs > 0 else {}
+    log |= {name: pair.log_evidence for name, pair in pairs.items()}
+    return Weighed(scene, log, _joint(log, priors, len(scene.ids)), astray, singles, pairs)
+
+
+def _shaped(scene: Scene, plain: Sequence[OnSurface], whitened: list[Floats]) -> list[OnSurface]:
+    modes = form_modes(scene)
+    top = max((one.log_evidence for one in plain), default=0.0)
+    return [
+        with_form_error(scene, i, one, whitened, modes) if one.log_evidence > top - _form_reach(scene) else one
+        for i, one in enumerate(plain)
+    ]
+
+
+def _form_reach(scene: Scene) -> float:
+    """The more cells, the more nats a small error of form costs."""
+    return _FORM_WITHIN + len(scene.cells.z)
+
+
+def _of_sheets(sheets: Sequence[OnSurface]) -> float:
+    return log_mean([one.log_evidence for one in sheets])
+
+
+def _joint(log: dict[str, float], priors: Priors, effects: int) -> dict[str, float]:
+    pairs = max(1, effects * (effects - 1) // 2)
+
+    def share(name: str) -> float:
+        if name == NONE:
+            return priors.none
+        if name == UNKNOWN:
+            return priors.unknown
+        return priors.pairs / pairs if "+" in name else priors.singles / max(1, effects)
+
+    with np.errstate(divide="ignore"):
+        return {name: value + float(np.log(share(name))) for name, value in log.items()}
+
+
+def _pairs(
+    scene: Scene,
+    evidence: dict[str, float],
+    plain: Mapping[int, OnSurface],
+    whitened: list[Floats],
+    stages: Sequence[Stage],
+) -> dict[str, OnPair]:
+    best = sorted(evidence, key=lambda name: -evidence[name])[:BEST_SINGLES]
+    started: dict[str, Started] = {}
+    for a, b in itertools.combinations(sorted(best, key=list(scene.ids).index), 2):
+        options = [start_pair(scene, i, j, plain, whitened) for i in scene.sheets(a) for j in scene.sheets(b)]
+        started[f"{a}+{b}"] = max(options, key=lambda one: one.log_likelihood)
+    near = sorted(started, key=lambda name: -started[name].log_likelihood)[:FINE_PAIRS]
+    found = {name: of_pair(scene, started[name], whitened) for name in near}
+    top = sorted(found, key=lambda name: -found[name].log_evidence)[:SIMULATED_PAIRS] if stages else []
+    return found | {name: _simulated(scene, found[name], stages) for name in top}
+
+
+def _simulated(scene: Scene, pair: OnPair, stages: Sequence[Stage]) -> OnPair:
+    """The same pair with what the two do together taken off the gap."""
+    extra = interaction(scene, pair, stages)
+    whitened = [white.white(scene.cells.z - extra) for white in scene.before]
+    both = {i: of_surface(scene, i, whitened) for i in (pair.first, pair.second)}
+    return of_pair(scene, start_pair(scene, pair.first, pair.second, both, whitened), whitened)

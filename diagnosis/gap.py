@@ -1,0 +1,115 @@
+"""The gap as a table: what was measured less what the nominal simulators say, for each configuration and observable."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .noise import Noise
+from .record import CampaignRecord
+from .stages.base import Observable, Stage
+
+Floats = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class GapTable:
+    """C configurations of a record by D observables of all its stages.
+
+    `residuals` (R, D) of every run, NaN where it has none; `mean` (C, D) over the runs of a configuration, `count`
+    (C, D) of them; `noise` of one run. `nuisances` (q, C, D): what one standard deviation of each nominal parameter
+    that is declared uncertain does. `rows` are the configurations' rows in the record.
+    """
+
+    record: CampaignRecord
+    observables: tuple[Observable, ...]
+    residuals: Floats
+    mean: Floats
+    count: NDArray[np.intp]
+    noise: Noise
+    nuisances: Floats
+    rows: Rows
+
+    @classmethod
+    def of(cls, record: CampaignRecord, stages: Sequence[Stage], widened: Mapping[str, float] | None = None) -> Self:
+        """`widened`: a factor on the tolerances of a stage. Raises `ValueError` where nothing can be compared."""
+        factor = widened or {}
+        observables = tuple(
+            replace(item, tolerance=item.tolerance * factor.get(stage.name, 1.0))
+            for stage in stages
+            for item in stage.observables
+        )
+        residuals = np.concatenate([stage.residuals() for stage in stages], axis=1)
+        mean, count = means(residuals, record.configuration_of, len(record.configurations))
+        if not count.any():
+            raise ValueError(f"campaign {record.name}: no run has both a measured and a simulated value to compare")
+        noise = Noise.of(residuals - mean[record.configuration_of], record.configuration_of, observables)
+        return cls(
+            record=record,
+            observables=observables,
+            residuals=residuals,
+            mean=mean,
+            count=count,
+            noise=noise,
+            nuisances=_nuisances(stages, mean.shape),
+            rows=np.arange(len(record.configurations)),
+        )
+
+    def only(self, rows: Rows) -> Self:
+        """Some of the configurations; the noise stays that of all, since it says nothing of the cause."""
+        rows = np.asarray(rows, dtype=np.intp)
+        return replace(
+            self,
+            mean=self.mean[rows],
+            count=self.count[rows],
+            nuisances=self.nuisances[:, rows],
+            rows=self.rows[rows],
+        )
+
+    @property
+    def tolerance(self) -> Floats:
+        """(D,)"""
+        return np.array([item.tolerance for item in self.observables])
+
+    @property
+    def floor_variance(self) -> Floats:
+        """(C, D): variance of each mean that repetitions alone leave; NaN where there is no run."""
+        with np.errstate(divide="ignore"):
+            variance = np.diag(self.noise.covariance)[None, :] / self.count
+        return np.asarray(np.where(self.count > 0, variance, np.nan))
+
+    def columns(self, stage: str) -> NDArray[np.intp]:
+        """The observables of a stage."""
+        return np.flatnonzero([item.stage == stage for item in self.observables])
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(item.stage for item in self.observables))
+
+
+def _nuisances(stages: Sequence[Stage], shape: tuple[int, int]) -> Floats:
+    """(q, C, D); the same name in two stages is one parameter, which moves both."""
+    found: dict[str, Floats] = {}
+    start = 0
+    for stage in stages:
+        columns = slice(start, start + len(stage.observables))
+        for name, table in stage.nuisances().items():
+            found.setdefault(name, np.zeros(shape))[:, columns] = np.nan_to_num(table)
+        start = columns.stop
+    return np.array(list(found.values())).reshape(-1, *shape)
+
+
+def means(residuals: Floats, configuration: Rows, configurations: int) -> tuple[Floats, NDArray[np.intp]]:
+    """Mean over the runs of each configuration (C, D), NaN where there is none, and their number."""
+    known = np.isfinite(residuals)
+    total = np.zeros((configurations, residuals.shape[1]))
+    count = np.zeros(total.shape, dtype=np.intp)
+    np.add.at(total, configuration, np.where(known, residuals, 0.0))
+    np.add.at(count, configuration, known.astype(np.intp))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(count > 0, total / count, np.nan), count

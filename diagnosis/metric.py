@@ -1,0 +1,56 @@
+"""How large a gap is, as one number."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .gap import GapTable
+from .verdict import GapSize
+
+Floats = NDArray[np.float64]
+
+_NAMES = {
+    "gun": "rms error of velocity (natural logarithm)",
+    "contact": "rms error of the pulse's peak, impulse and width (natural logarithm)",
+    "plate": "rms error of the shock response spectrum (dB)",
+}
+#: What makes the number; stages with more observables than these have them for telling causes apart.
+_CONTACT = ("ln_peak", "ln_impulse", "ln_width_half")
+
+
+@dataclass(frozen=True, eq=False)
+class Metric:
+    """`columns` (m,) of the gap table, each over `unit` (m,); 1 where one unit serves all, tolerances otherwise."""
+
+    name: str
+    columns: NDArray[np.intp]
+    unit: Floats
+    tolerance: float
+
+    @classmethod
+    def of(cls, gap: GapTable) -> Metric:
+        """One stage in its own unit, several in tolerances."""
+        columns = np.flatnonzero([_counts(item) for item in gap.observables])
+        tolerance = gap.tolerance[columns]
+        if len(gap.stages) == 1:
+            return cls(_NAMES[gap.stages[0]], columns, np.ones(columns.size), float(np.sqrt(np.mean(tolerance**2))))
+        return cls(f"rms error of {', '.join(gap.stages)} (in tolerances)", columns, tolerance, 1.0)
+
+    def rms(self, table: Floats) -> float:
+        """Of a table (C, D), over the cells that there are."""
+        return float(np.sqrt(np.nanmean((table[:, self.columns] / self.unit) ** 2)))
+
+    def size(self, gap: GapTable) -> GapSize:
+        before, floor = self.rms(gap.mean), self.rms(np.sqrt(gap.floor_variance))
+        reducible = float(np.sqrt(max(0.0, before**2 - floor**2)))
+        return GapSize(self.name, before, floor, self.tolerance, reducible > self.tolerance)
+
+
+def _counts(item: object) -> bool:
+    stage, name, unit = (getattr(item, key) for key in ("stage", "name", "unit"))
+    if stage == "contact":
+        return name in _CONTACT
+    return stage != "plate" or (unit == "dB" and getattr(item, "frequency_hz", None) is not None)

@@ -1,0 +1,50 @@
+"""What a user may ask of a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ..twin.strikes import ContactStage
+from .hypotheses import Priors
+
+#: Of each stage: velocity and peak force as shares, spectra in dB. What the observables' tolerances stand for.
+TOLERANCES = {"gun": 0.01, "contact": 0.03, "plate": 0.5}
+
+
+@dataclass(frozen=True)
+class Options:
+    """`tolerances` by stage (gun and contact: shares, plate: dB); a gap within them is none.
+
+    `uncertain`: standard deviations of nominal parameters, "gun.friction_coefficient", in SI. `contact`: a registered
+    model in the place of Hertz' impact. `catalogue`: ids of the effects that are looked for; None: all there are.
+    `shrink`, `where` and `plan` leave out parts of the report that take time. Raises `ValueError` for a stage there is
+    none of and for a tolerance that is not positive.
+    """
+
+    seed: int = 0
+    tolerances: Mapping[str, float] = field(default_factory=dict)
+    uncertain: Mapping[str, float] = field(default_factory=dict)
+    contact: ContactStage | None = None
+    catalogue: tuple[str, ...] | None = None
+    priors: Priors = field(default_factory=Priors)
+    shrink: bool = True
+    where: bool = True
+    plan: bool = True
+
+    def __post_init__(self) -> None:
+        for stage, value in self.tolerances.items():
+            if stage not in TOLERANCES:
+                raise ValueError(f"tolerance of {stage!r}: no such stage; expected one of {', '.join(TOLERANCES)}")
+            if not value > 0:
+                raise ValueError(f"tolerance of {stage} = {value!r}: expected a positive number")
+
+    @property
+    def widened(self) -> dict[str, float]:
+        """By how much each stage's tolerances are widened."""
+        return {stage: value / TOLERANCES[stage] for stage, value in self.tolerances.items()}
+
+    def uncertain_of(self, stage: str) -> dict[str, float]:
+        """By the name that the stage knows."""
+        prefix = f"{stage}."
+        return {name.removeprefix(prefix): value for name, value in self.uncertain.items() if name.startswith(prefix)}
