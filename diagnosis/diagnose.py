@@ -19,7 +19,7 @@ from .metric import Metric
 from .options import Options
 from .record import CampaignRecord
 from .stages.base import Stage
-from .verdict import NONE, UNKNOWN, Verdict, Where
+from .verdict import Shrinkage, Verdict, Where
 
 __all__ = ["Options", "diagnose"]
 
@@ -48,15 +48,18 @@ def diagnose(record: CampaignRecord, *, options: Options | None = None, progress
     tell(3, _STEPS, "where")
     place = where(gap, stages, rng) if options.where else Where()
     tell(4, _STEPS, "shrinkage")
+    metric = Metric.of(gap)
+    shrunk = _shrunk(gap, table, stages, metric, options, rng) if options.shrink else ()
     tell(5, _STEPS, "next experiment")
     planned = next_runs(weighed, stages, found, rng) if options.plan else ()
     tell(_STEPS, _STEPS, "done")
     return Verdict(
         campaign=record.name,
         simulator=" | ".join(stage.simulator for stage in stages),
-        gap=Metric.of(gap).size(gap),
+        gap=metric.size(gap),
         where=place,
         causes=found,
+        shrinkage=shrunk,
         next_runs=planned,
         assumptions=(*record.assumptions, *notes, *_assumed(gap, options)),
         seconds=time.perf_counter() - started,
@@ -91,8 +94,23 @@ def choose(
     return on
 
 
+def _shrunk(
+    gap: GapTable,
+    table: Sequence[Surface],
+    stages: Sequence[Stage],
+    metric: Metric,
+    options: Options,
+    rng: np.random.Generator,
+) -> tuple[Shrinkage, ...]:
+    from .shrinkage.measure import shrinkage
+
+    return shrinkage(stages, choose(gap, table, options), rng, metric.scales(gap))
+
+
 def _plausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[str, ...]:
-    return ()
+    from .plausibility import check
+
+    return tuple(finding.message for finding in check(record, stages))
 
 
 def _assumed(gap: GapTable, options: Options) -> tuple[str, ...]:
@@ -104,6 +122,3 @@ def _assumed(gap: GapTable, options: Options) -> tuple[str, ...]:
     if gap.noise.assumed:
         found.append("floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets'")
     return tuple(found)
-
-
-_ = (NONE, UNKNOWN)

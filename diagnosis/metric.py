@@ -39,6 +39,12 @@ class Metric:
             return cls(_NAMES[gap.stages[0]], columns, np.ones(columns.size), float(np.sqrt(np.mean(tolerance**2))))
         return cls(f"rms error of {', '.join(gap.stages)} (in tolerances)", columns, tolerance, 1.0)
 
+    def scales(self, gap: GapTable) -> dict[str, Floats]:
+        """By stage (d,): the unit of each observable; infinite where it does not count."""
+        unit = np.full(len(gap.observables), np.inf)
+        unit[self.columns] = self.unit
+        return {name: unit[gap.columns(name)] for name in gap.stages}
+
     def rms(self, table: Floats) -> float:
         """Of a table (C, D), over the cells that there are."""
         return float(np.sqrt(np.nanmean((table[:, self.columns] / self.unit) ** 2)))

@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 #: Standard deviation of the share. Larger ones make effects explain what they do not cause.
 SHARE = 0.1
 #: So many directions of the error are kept.
-_DIRECTIONS = 16
+_DIRECTIONS = 24
 
 
 def with_form_error(
@@ -53,14 +53,14 @@ def _moved(plain: OnSurface, seen: Seen, white: Whitening, directions: Floats, z
 
 
 def form_modes(scene: Scene) -> Floats:
-    """(N, q): the largest directions of a kernel that is smooth over factors and half shared between observables."""
+    """(N, q): the largest directions of a kernel that is smooth over factors and partly shared between observables."""
     from scipy.linalg import eigh
 
     rows, first = np.unique(scene.cells.configuration, return_index=True)
     distance = scene.kernels.distance[np.ix_(first, first)]
     over = eigh(smooth(distance, LENGTH))
     columns, at = np.unique(scene.cells.observable, return_index=True)
-    between = eigh(0.5 + 0.5 * scene.kernels.observables[np.ix_(at, at)])
+    between = eigh(0.3 + 0.7 * scene.kernels.observables[np.ix_(at, at)])
     values = np.outer(np.maximum(over[0], 0), np.maximum(between[0], 0))
     top = np.argsort(values.ravel())[::-1][:_DIRECTIONS]
     i, j = np.unravel_index(top, values.shape)

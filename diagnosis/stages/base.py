@@ -51,6 +51,7 @@ class Stage(ABC):
 
     def __init__(self, record: CampaignRecord) -> None:
         self.record = record
+        self._residuals: Floats | None = None
 
     @property
     @abstractmethod
@@ -98,5 +99,8 @@ class Stage(ABC):
         return {}
 
     def residuals(self) -> Floats:
-        """(R, d): measured less simulated."""
-        return np.asarray(self.measured() - self.simulated())
+        """(R, d): measured less simulated. Reckoned once, and not to be written to."""
+        if self._residuals is None:
+            self._residuals = np.asarray(self.measured() - self.simulated())
+            self._residuals.flags.writeable = False
+        return self._residuals

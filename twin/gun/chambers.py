@@ -27,7 +27,7 @@ from .shot import GAS_CONSTANT, Floats, Shot
 #: A projectile that is slower than this is at rest.
 _CREEP_M_S = 1e-4
 # Of the time that the tank's pressure alone takes to the vent holes: what creeps longer behind its own leak stays.
-_PATIENCE = 1e3
+_PATIENCE = 100.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,10 @@ class EffectiveMass(ContactEffect):
     law: ClassVar[str] = "m' = g m"
     source: ClassVar[str] = "momentum: the impulse is (1 + e) m' u"
 
-    mass_factor: Value = parameter("g, mass over the nominal one", "", default=1.2, low=0.1, high=10, off=1)
+    # a hand behind a light hammer at most triples it; a hollow or split impactor has half of it
+    mass_factor: Value = parameter(
+        "g, mass over the nominal one", "", default=1.2, low=0.1, high=10, off=1, likely=(0.5, 3)
+    )
 
     def prepare(self, impacts: Impacts) -> Impacts:
         return replace(impacts, mass_kg=impacts.mass_kg * self._each(self.mass_factor, impacts))

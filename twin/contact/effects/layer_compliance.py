@@ -20,7 +20,8 @@ class LayerCompliance(ContactEffect):
     law: ClassVar[str] = "x = delta + C F"
     source: ClassVar[str] = "springs in series"
 
-    compliance_m_n: Value = parameter("C of the layer", "m/N", default=1e-8, low=0, high=1e-4, off=0)
+    # up to 1 mm of rubber (E = 5 MPa) below 2 cm^2; a sheet of hard polymer has some 1e-9 to 1e-8
+    compliance_m_n: Value = parameter("C of the layer", "m/N", default=1e-8, low=0, high=1e-4, off=0, likely=(0, 1e-6))
 
     def prepare(self, impacts: Impacts) -> Impacts:
         added = np.where(impacts.insulated, self._each(self.compliance_m_n, impacts), 0.0)

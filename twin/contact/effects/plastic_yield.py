@@ -25,8 +25,9 @@ class PlasticYield(ContactEffect):
     law: ClassVar[str] = "dF/d delta constant beyond F_y = (pi p_y)^3 R^2 / (6 E*^2), back by eq. 1.17"
     source: ClassVar[str] = "Thornton, J. Appl. Mech. 64 (1997) 383; thesis, eq. 1.17"
 
+    # from a tip softer than its sheet says to one that is hardened and has shaken down, and hardly yields any more
     pressure_over_yield_strength: Value = parameter(
-        "p_y over the lesser yield strength", "", default=1.6, low=0.3, high=1e6, off=1e6
+        "p_y over the lesser yield strength", "", default=1.6, low=0.3, high=1e6, off=1e6, likely=(0.3, 20)
     )
 
     def prepare(self, impacts: Impacts) -> Impacts:

@@ -22,7 +22,10 @@ class PlateCompliance(ContactEffect):
     law: ClassVar[str] = "x' = v - s F / Z, Z = 8 sqrt(D rho h)"
     source: ClassVar[str] = "Zener, Phys. Rev. 59 (1941) 669; thesis, eq. 1.13 and 1.14"
 
-    share: Value = parameter("s, mobility over that of the plate without edges", "", default=1, low=0, high=10, off=0)
+    # 1 far from edges, 2.3 on a free one (Cremer, 5.4: 3.5 for 8); more in a corner, less with echoes
+    share: Value = parameter(
+        "s, mobility over that of the plate without edges", "", default=1, low=0, high=10, off=0, likely=(0, 3)
+    )
 
     def prepare(self, impacts: Impacts) -> Impacts:
         if impacts.plate_impedance_n_s_m is None:

@@ -24,9 +24,10 @@ class TipGeometry(ContactEffect):
     law: ClassVar[str] = "F = k d^(3/2 - p) delta^p"
     source: ClassVar[str] = "Sneddon, Int. J. Eng. Sci. 3 (1965) 47; thesis, eq. 1.16"
 
-    exponent: Value = parameter("p of F = k delta^p", "", default=1.2, low=1, high=3, off=1.5)
+    # from a flat punch to a little beyond a cone; d from a scratch on a metal tip to the depth of a soft one
+    exponent: Value = parameter("p of F = k delta^p", "", default=1.2, low=1, high=3, off=1.5, likely=(1, 2.2))
     reference_indentation_m: Value = parameter(
-        "d, where the ball's force is kept", "m", default=1e-4, low=1e-7, high=0.01, off=1e-4
+        "d, where the ball's force is kept", "m", default=1e-4, low=1e-7, high=0.01, off=1e-4, likely=(1e-5, 5e-3)
     )
 
     def prepare(self, impacts: Impacts) -> Impacts:

@@ -23,7 +23,10 @@ class SensorMass(PlateEffect):
     Of the damping matrix the diagonal is kept (light damping). Rigid modes stay at 0 Hz.
     """
 
-    mass_kg: float = parameter("mass of each sensor", "kg", default=0.027, low=0.0, high=5.0, off=0.0)
+    # From a miniature shock accelerometer (1 g) to a triaxial one on its mounting block and cable.
+    mass_kg: float = parameter(
+        "mass of each sensor", "kg", default=0.027, low=0.0, high=5.0, off=0.0, likely=(0.0, 0.3)
+    )
 
     id = "plate.sensor_mass"
     law = "Omega^2 V = (1 + sum_s m Phi_s' Phi_s) V Omega'^2"

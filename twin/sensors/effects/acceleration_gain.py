@@ -18,7 +18,10 @@ class AccelerationGain(SensorEffect):
     law = "a_reading = gain a"
     source = "ISO 16063-1:1998 (calibration of accelerometers); JCGM 200:2012 (VIM), 4.12 sensitivity"
 
-    gain: Value = parameter("reading over true acceleration", "", default=1.05, low=0.2, high=5.0, off=1.0)
+    # Some per cent for a certificate that is old, up to 3 dB for a wrong setting of the amplifier (ISO 16063-1).
+    gain: Value = parameter(
+        "reading over true acceleration", "", default=1.05, low=0.2, high=5.0, off=1.0, likely=(0.7, 1.4)
+    )
 
     def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook
         return np.asarray(acceleration_m_s2 * along_first(self.gain, acceleration_m_s2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,22 +14,34 @@ from ..filters import filtered
 
 @dataclass(frozen=True)
 class ForceBandwidth(SensorEffect):
-    """One pole, as of a charge amplifier's input; exact for a force that is linear between samples.
+    """One pole, as of a charge amplifier's input, or Butterworth's two, as of its filter.
 
-    The cut-off (-3 dB) is 1 / (2 pi time_constant_s). The impulse is kept.
+    Exact for a force that is linear between samples. The cut-off (-3 dB) is 1 / (2 pi time_constant_s), or
+    1 / corner_period_s. The impulse is kept.
     """
 
     id = "sensor.force_bandwidth"
-    law = "tau F_reading' + F_reading = F"
+    law = "tau F_reading' + F_reading = F, or F_reading'' / w^2 + sqrt(2) F_reading' / w + F_reading = F, w = 2 pi / T"
     source = "Doebelin, Measurement Systems, 5th ed. 2003, ch. 3.3 (first-order instrument)"
     place = 3
 
-    time_constant_s: Value = parameter("of the low pass", "s", default=1.6e-5, low=0.0, high=1e-2, off=0.0)
+    # down to 1 kHz, the lowest filter of charge amplifiers that one may forget at an impact
+    time_constant_s: Value = parameter(
+        "of the low pass", "s", default=1.6e-5, low=0.0, high=1e-2, off=0.0, likely=(0.0, 1.6e-4)
+    )
+
+    # as the other: down to 1 kHz
+    corner_period_s: Value = parameter(
+        "T of a low pass of two poles", "s", default=0.0, low=0.0, high=1e-1, off=0.0, likely=(0.0, 1e-3)
+    )
+    regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("time_constant_s",), ("corner_period_s",))
 
     def measured_force_n(self, force_n: Floats, dt_s: float) -> Floats:
-        if not np.any(self.time_constant_s):
-            return force_n
-        return filtered(force_n, lambda tau: _one_pole(tau, dt_s), self.time_constant_s)
+        if np.any(self.time_constant_s):
+            force_n = filtered(force_n, lambda tau: _one_pole(tau, dt_s), self.time_constant_s)
+        if np.any(self.corner_period_s):
+            force_n = filtered(force_n, lambda period: _two_poles(period, dt_s), self.corner_period_s)
+        return force_n
 
 
 def _one_pole(time_constant_s: float, dt_s: float) -> tuple[Floats, Floats]:
@@ -42,3 +55,14 @@ def _one_pole(time_constant_s: float, dt_s: float) -> tuple[Floats, Floats]:
     else:
         new, old = 1 - mean, mean - decay
     return np.array([new, old]), np.array([1.0, -decay])
+
+
+def _two_poles(period_s: float, dt_s: float) -> tuple[Floats, Floats]:
+    """Ramp-invariant too: Butterworth's w^2 / (p^2 + sqrt(2) w p + w^2)."""
+    from scipy.signal import cont2discrete
+
+    if period_s == 0:
+        return np.ones(1), np.ones(1)
+    w = 2 * np.pi * dt_s / period_s
+    top, bottom, _ = cont2discrete(([w**2], [1.0, np.sqrt(2) * w, w**2]), 1.0, method="foh")
+    return np.asarray(top, dtype=np.float64).ravel(), np.asarray(bottom, dtype=np.float64)

@@ -18,7 +18,10 @@ class PressureGain(SensorEffect):
     law = "p_reading = gain p"
     source = "JCGM 200:2012 (VIM), 4.12 sensitivity; Doebelin, Measurement Systems, 5th ed. 2003, ch. 3.3"
 
-    gain: Value = parameter("reading over true pressure", "", default=1.02, low=0.5, high=2.0, off=1.0)
+    # Likely: a wrong range or shunt, seldom a fifth; larger errors are units, which plausibility tells.
+    gain: Value = parameter(
+        "reading over true pressure", "", default=1.02, low=0.5, high=2.0, off=1.0, likely=(0.8, 1.25)
+    )
 
     def true_pressure_pa(self, reading_pa: Floats) -> Floats:
         return np.asarray(reading_pa / self.gain)

@@ -19,7 +19,10 @@ class PressureOffset(SensorEffect):
     source = "JCGM 200:2012 (VIM), 4.20 datum measurement error; Doebelin, Measurement Systems, 5th ed. 2003, ch. 3.3"
     place = 3
 
-    offset_pa: Value = parameter("reading at an open tank", "Pa", default=5e3, low=-1e5, high=1e5, off=0.0)
+    # Likely: a few percent of the span of a transducer for 10 bar.
+    offset_pa: Value = parameter(
+        "reading at an open tank", "Pa", default=5e3, low=-1e5, high=1e5, off=0.0, likely=(-30e3, 30e3)
+    )
 
     def true_pressure_pa(self, reading_pa: Floats) -> Floats:
         return np.asarray(np.maximum(reading_pa - self.offset_pa, 0.0))

@@ -18,7 +18,10 @@ class VelocityGain(SensorEffect):
     law = "u_reading = gain u"
     source = "thesis, eq. 5.2: u = L / t, length known to 1 mm of 85 mm; JCGM 100:2008 (GUM), 5.1"
 
-    gain: Value = parameter("reading over true velocity", "", default=1.012, low=0.5, high=2.0, off=1.0)
+    # a light gate's spacing or a projectile's effective length is wrong by a few per cent, by a quarter at worst
+    gain: Value = parameter(
+        "reading over true velocity", "", default=1.012, low=0.5, high=2.0, off=1.0, likely=(0.75, 1.33)
+    )
 
     def measured_velocity_m_s(self, velocity_m_s: Floats) -> Floats:
         return np.asarray(velocity_m_s * self.gain)
