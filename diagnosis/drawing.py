@@ -67,13 +67,14 @@ def _pulse(
     stage: ContactStage, effects: tuple[Effect, ...], runs: NDArray[np.intp], label: str
 ) -> Iterator[CurvePicture]:
     before = pulse_residuals(stage)
-    after = pulse_residuals(stage, effects).simulated if effects else None
     known = runs[np.isfinite(before.measured[runs] + before.simulated[runs]).all(axis=1)]
     if not known.size:
         return
-    curves = (before.measured, before.simulated, after)
-    measured, nominal, later = (None if each is None else each[known].mean(axis=0) for each in curves)
-    assert measured is not None and nominal is not None
+    later = None
+    if effects:  # a pulse that has grown comes on a longer clock
+        after = pulse_residuals(stage, effects)
+        later = np.interp(before.time_s, after.time_s, after.simulated[known].mean(axis=0), left=0.0, right=0.0)
+    measured, nominal = before.measured[known].mean(axis=0), before.simulated[known].mean(axis=0)
     near = _near_contact(measured)
     x = before.time_s[near] - before.time_s[near.start]
     shown = None if later is None else later[near]

@@ -51,21 +51,29 @@ class Stray:
 
     stage: str
     amplitude: float  # in tolerances
-    length: float  # over the factors; 0: from configuration to configuration
+    length: float  # 0: from configuration to configuration
+    in_time: bool = False  # over the order of runs instead of the factors
 
 
-AMPLITUDES, LENGTHS = (1.5, 3.0, 6.0, 12.0), (0.8, 0.3, 0.0)
+AMPLITUDES, LENGTHS, IN_TIME = (1.5, 3.0, 6.0, 12.0), (0.8, 0.3, 0.0), 0.4
 
 
 def strays(stages: Sequence[str]) -> tuple[Stray, ...]:
-    return tuple(Stray(stage, a, length) for stage in stages for a in AMPLITUDES for length in LENGTHS)
+    """Smooth over the factors, rougher, white, and a drift."""
+    return tuple(
+        Stray(stage, amplitude, length, in_time)
+        for stage in stages
+        for amplitude in AMPLITUDES
+        for length, in_time in (*((length, False) for length in LENGTHS), (IN_TIME, True))
+    )
 
 
 @dataclass(frozen=True, eq=False)
 class Kernels:
-    """(N, N) kernels between cells: over factors, over observables of one stage."""
+    """(N, N) between cells: squared distances over factors and over the order of runs, and the observables' kernel."""
 
     distance: Floats
+    apart: Floats
     same: NDArray[np.bool_]
     observables: Floats
     stage: NDArray[np.str_]
@@ -77,6 +85,7 @@ class Kernels:
         stage = np.array([gap.observables[int(o)].stage for o in cells.observable])
         return cls(
             squared_distances(factors)[np.ix_(c, c)],
+            _in_time(gap)[np.ix_(c, c)],
             c[:, None] == c[None, :],
             _between(gap)[np.ix_(cells.observable, cells.observable)],
             stage,
@@ -87,9 +96,18 @@ class Kernels:
         return np.asarray(over * self.observables)
 
     def stray(self, one: Stray) -> Floats:
-        over = smooth(self.distance, one.length) if one.length else self.same.astype(np.float64)
+        distance = self.apart if one.in_time else self.distance
+        over = smooth(distance, one.length) if one.length else self.same.astype(np.float64)
         here = self.stage == one.stage
         return np.asarray(one.amplitude**2 * over * self.observables * np.outer(here, here))
+
+
+def _in_time(gap: GapTable) -> Floats:
+    """(C, C): squared distance of the configurations' mean places in the order of runs, which is scaled to [0, 1]."""
+    of, order = gap.record.configuration_of, np.array([run.order for run in gap.record.runs], dtype=np.float64)
+    place = np.array([order[of == row].mean() if np.any(of == row) else 0.0 for row in gap.rows])
+    place /= max(float(np.ptp(order)), 1.0)
+    return np.asarray((place[:, None] - place[None, :]) ** 2)
 
 
 def _between(gap: GapTable) -> Floats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,10 @@ class Axis:
         if self.power == 0:
             return np.asarray(self.start * (self.end / self.start) ** u)
         return np.asarray(self.start + (self.end - self.start) * u**self.power)
+
+    def up_to(self, u: float) -> Axis:
+        """The same axis, ended at u."""
+        return replace(self, end=float(self.value(np.array(u))))
 
     def place(self, value: float) -> float:
         """The inverse of `value`."""

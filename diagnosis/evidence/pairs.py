@@ -115,8 +115,7 @@ def _around(scene: Scene, index: int, u: Floats, width: Floats) -> _Points:
     points = np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")], axis=1)
     nearest = ((points[:, None, :] - surface.points[None]) ** 2).sum(axis=2).argmin(axis=1)
     cell = float(np.log(np.maximum(high - low, 1e-12)).sum()) - len(u) * float(np.log(n))
-    knots = round(surface.nodes.shape[0] ** (1 / len(u)))
-    return _Points(points, basis(points, knots), prior[nearest] + np.log(len(prior)) + cell)
+    return _Points(points, basis(points, surface.knots), prior[nearest] + np.log(len(prior)) + cell)
 
 
 def _normalised(log_prior: Floats) -> Floats:

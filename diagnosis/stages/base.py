@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -93,6 +93,11 @@ class Stage(ABC):
         Effects of other stages in a set do nothing here. NaN where there is no answer: a shot that stops. At one
         representative run for each configuration; the cost grows with configurations, not with runs.
         """
+
+    @property
+    def fingerprint(self) -> Hashable | None:
+        """All that `changes` hangs on, where campaigns of one design share it; None where none will."""
+        return None
 
     def nuisances(self) -> dict[str, Floats]:
         """(C, d) by name: what one standard deviation of a nominal parameter that is declared uncertain does."""

@@ -1,0 +1,92 @@
+"""From evidence to probabilities that mean something: a map of margins, learned on campaigns whose cause was known.
+
+Evidence is too sure: laws are never quite those of the bench. A temperature does not mend that, since margins reach
+thousands of nats. The map is a conditional logit (McFadden 1974) on compressed margins, asinh((l_k - max l) / 3), with
+an intercept for none, for unknown and for pairs. It sees margins only: a map that also sees how badly the best
+hypothesis fits takes a rough background for something unknown.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .verdict import NONE, UNKNOWN
+
+Floats = NDArray[np.float64]
+
+#: Margins up to so many nats count in proportion, beyond by their logarithm.
+_LINEAR = 3.0
+
+
+@dataclass(frozen=True)
+class CalibrationMap:
+    """`slope` of the compressed margin, and intercepts. `source` says on what it was learned."""
+
+    slope: float
+    none: float
+    unknown: float
+    pair: float
+    source: str = ""
+
+    def __call__(self, log_joint: Mapping[str, float]) -> dict[str, float]:
+        """Probabilities by falling size, from log evidences with the priors in them."""
+        names = list(log_joint)
+        scores = self.scores(names, np.array([log_joint[name] for name in names]))
+        weights = np.exp(scores - scores.max())
+        weights /= weights.sum()
+        return {names[i]: float(weights[i]) for i in np.argsort(-weights, kind="stable")}
+
+    def scores(self, names: Sequence[str], logs: Floats) -> Floats:
+        """(n,)"""
+        margin = self.slope * np.arcsinh((logs - logs.max()) / _LINEAR)
+        return np.asarray(margin + np.array([self._intercept(name) for name in names]))
+
+    def _intercept(self, name: str) -> float:
+        if name == NONE:
+            return self.none
+        if name == UNKNOWN:
+            return self.unknown
+        return self.pair if "+" in name else 0.0
+
+    def as_json(self) -> dict[str, float | str]:
+        return asdict(self)
+
+    @classmethod
+    def learned(cls, campaigns: Sequence[tuple[Mapping[str, float], str]], source: str) -> Self:
+        """From log joints and each true hypothesis: the likeliest map, drawn a little to slope 1 and no intercepts.
+
+        A campaign whose truth is not among its hypotheses says nothing. Raises `ValueError` without any that does.
+        """
+        from scipy.optimize import minimize
+
+        useful = [(list(logs), np.array(list(logs.values())), truth) for logs, truth in campaigns if truth in logs]
+        if not useful:
+            raise ValueError("no campaign whose true cause is among the hypotheses: nothing to learn from")
+
+        def loss(theta: Floats) -> float:
+            one = cls(float(np.exp(theta[0])), *map(float, theta[1:]))
+            total = 0.5 * float(theta @ theta)
+            for names, logs, truth in useful:
+                scores = one.scores(names, logs)
+                total -= float(scores[names.index(truth)] - np.log(np.exp(scores - scores.max()).sum()) - scores.max())
+            return total
+
+        best = minimize(
+            loss, np.zeros(4), method="Nelder-Mead", options={"maxiter": 2000, "xatol": 1e-3, "fatol": 1e-4}
+        )
+        return cls(float(np.exp(best.x[0])), *map(float, best.x[1:]), source)
+
+
+@cache
+def shipped() -> CalibrationMap:
+    """The map that comes with the software."""
+    text = (files(__package__) / "data" / "calibration.json").read_text(encoding="utf-8")
+    return CalibrationMap(**json.loads(text))

@@ -1,0 +1,37 @@
+"""Between its nodes a surface is what the stage says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from gun_shots import shots, tables
+from pyroshock.diagnosis.evidence.surface import POINTS, Surface, basis
+
+GAP, SURFACES, STAGE = tables(shots())
+
+
+@pytest.mark.parametrize("surface", SURFACES, ids=lambda each: f"{each.id} {[a.name for a in each.sheet.axes]}")
+def test_interpolates_the_stage(surface: Surface) -> None:
+    """To 0.4 tolerances and 7 % of the change, wherever it claims to be valid: laws are off by a tenth."""
+    rng = np.random.default_rng(1)
+    u = surface.points[rng.choice(np.flatnonzero(surface.valid), 24)]
+    exact = STAGE.changes([[surface.effect(row)] for row in u])
+    near = np.array([surface.change(row) for row in u])
+    assert np.isfinite(exact).all()
+    assert np.all(np.abs(near - exact) < 0.4 * GAP.tolerance[0] + 0.07 * np.abs(exact))
+
+
+def test_basis_sums_to_one() -> None:
+    u = np.random.default_rng(0).uniform(size=(40, 2))
+    np.testing.assert_allclose(basis(u, 7).sum(axis=1), 1.0, atol=1e-12)
+
+
+def test_points_are_many_enough_for_a_narrow_posterior() -> None:
+    """Neighbours differ by less than a standard error of a mean of four shots."""
+    for surface in SURFACES:
+        if len(surface.sheet.axes) == 1:
+            changes = (surface.basis @ surface.nodes.reshape(len(surface.nodes), -1))[surface.valid]
+            inside = np.abs(changes).max(axis=1) < 0.3
+            steps = np.abs(np.diff(changes[inside], axis=0)).max(axis=1)
+            assert np.median(steps) < 0.0075
+            assert len(surface.points) == POINTS[1]
