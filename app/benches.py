@@ -94,7 +94,7 @@ def bench_of_campaign(session: Session, name: str | None) -> Bench:
     if campaign is None:
         return bench
     if campaign.gun is not None:
-        from .predictions import gun_bench
+        from ..dataset.stored_bench import gun_bench
 
         bench = replace(bench, gun=gun_bench(campaign.gun), gun_source=f"campaign {campaign.name}")
     if campaign.plate is not None:
@@ -168,6 +168,7 @@ def _campaign(session: Session, name: str | None) -> Campaign | None:
 
 
 def _with_plate(session: Session, bench: Bench, plate: Plate, source: str) -> Bench:
+    from ..dataset.stored_bench import modal_plate
     from ..schema.benches import ModalTable
     from ..schema.materials import Material
 
@@ -179,21 +180,8 @@ def _with_plate(session: Session, bench: Bench, plate: Plate, source: str) -> Be
         bench = replace(bench, plate_material=session.get_one(Material, plate.material_id).name)
     if plate.modal_table_id is None:
         return bench
-    modes = _stored_modes(session.get_one(ModalTable, plate.modal_table_id))
+    modes = modal_plate(session.get_one(ModalTable, plate.modal_table_id))
     return replace(bench, modes=modes, modes_source=f"modal table of {source}")
-
-
-def _stored_modes(table: Any) -> ModalPlate:
-    from ..twin.plate.table import modal_plate_from_table
-
-    columns: dict[str, list[float]] = {"frequency_hz": [], "damping_ratio": [], "shape_impact": []}
-    for mode in table.modes:
-        columns["frequency_hz"].append(mode.frequency_hz)
-        columns["damping_ratio"].append(mode.damping_ratio)
-        columns["shape_impact"].append(mode.shape_impact_per_sqrt_kg)
-        for shape in mode.shapes:
-            columns.setdefault(f"shape_{shape.channel}", []).append(shape.shape_per_sqrt_kg)
-    return modal_plate_from_table(columns)
 
 
 def _default_layout(outline: tuple[Point, ...]) -> tuple[dict[str, Point], dict[str, Point]]:

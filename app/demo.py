@@ -13,6 +13,7 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from ..dataset.stored_bench import gun_bench
 from ..ingest.load import ingest_folder
 from ..ingest.report import IngestReport
 from ..schema.benches import Gun
@@ -23,7 +24,7 @@ from ..schema.recordings import Recording
 from ..schema.session import Store
 from ..twin.gun.nominal import muzzle_velocity
 from .plots import MEASURED, MODEL, draw_pulse, new_figure, save
-from .predictions import gun_bench, with_predictions
+from .predictions import with_predictions
 
 if TYPE_CHECKING:
     from ..twin.prediction import Prediction

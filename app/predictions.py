@@ -7,6 +7,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
+from ..dataset.stored_bench import gun_bench
 from ..schema.benches import Gun
 from ..twin.gun.nominal import GunBench, muzzle_velocity
 
@@ -23,16 +24,3 @@ def with_predictions(session: Session, shots: Iterable[dict[str, Any]]) -> Itera
         if bench is not None:
             predicted = float(muzzle_velocity(bench, shot["tank_pressure_pa"], shot["bullet_mass_kg"]))
         yield {**shot, "predicted_velocity_m_s": predicted}
-
-
-def gun_bench(row: Gun) -> GunBench:
-    """A stored gun as the twin takes it."""
-    return GunBench(
-        tank_volume_m3=row.tank_volume_m3,
-        bore_diameter_m=row.bore_diameter_m,
-        projectile_diameter_m=row.projectile_diameter_m,
-        travel_m=row.travel_m,
-        friction_coefficient=row.friction_coefficient,
-        heat_capacity_ratio=row.heat_capacity_ratio,
-        efficiency=row.efficiency,
-    )

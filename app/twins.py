@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..dataset.stored_bench import by_name, stored_materials
 from ..training.place import place_beside
 from ..twin.chain import Twin, default_lines
 from ..twin.effects import Effect, checked_effects
@@ -44,7 +45,10 @@ _ENOUGH_SHOTS, THESIS_VELOCITY_SPREAD = 5, 0.046
 
 @dataclass(frozen=True)
 class TwinRequest:
-    """What a user asks of a twin; what is None or empty is the store's, else the shipped bench's."""
+    """What a user asks of a twin; what is None or empty is the store's, else the shipped bench's.
+
+    `adopted`: effects that diagnoses have left to the campaign's bench act, too.
+    """
 
     campaign: str | None = None
     modes: Path | None = None
@@ -56,6 +60,7 @@ class TwinRequest:
     plate: str | None = None
     q: float = 10.0
     frequency_hz: tuple[float, ...] = ()
+    adopted: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,30 +89,10 @@ def twin_of(store: Store | None, db: str, request: TwinRequest) -> BuiltTwin:
     if store is None:
         if request.campaign is not None:
             raise LookupError(f"no campaign {request.campaign!r}: there is no store at {db}")
-        return _built(None, shipped_bench(), _by_name(THESIS.values(), {}), db, request)
+        return _built(None, shipped_bench(), by_name(THESIS.values(), {}), db, request)
     with store.reading() as session:
         bench = bench_of_campaign(session, request.campaign)
         return _built(session, bench, stored_materials(session), db, request)
-
-
-def stored_materials(session: Session) -> dict[str, Material]:
-    """The store's materials by name and alias in lower case, as the twin takes them."""
-    from sqlalchemy import select
-
-    from ..schema import materials as schema
-
-    rows = session.scalars(select(schema.Material)).all()
-    aliases = {alias.alias: row.name for row in rows for alias in row.aliases}
-    return _by_name([_material(row) for row in rows], aliases)
-
-
-def _material(row: Any) -> Material:
-    return Material(row.name, row.youngs_modulus_pa, row.poisson_ratio, row.density_kg_m3, row.yield_strength_pa)
-
-
-def _by_name(materials: Iterable[Material], aliases: Mapping[str, str]) -> dict[str, Material]:
-    named = {material.name: material for material in materials}
-    return {alias.lower(): named[name] for alias, name in aliases.items()} | {k.lower(): m for k, m in named.items()}
 
 
 def _material_named(materials: Mapping[str, Material], name: str) -> Material:
@@ -125,8 +110,10 @@ def _built(
     if request.modes is not None:
         bench = with_modes(bench, request.modes)
     plate = _material_named(materials, request.plate or bench.plate_material)
+    adopted, adopted_notes = _adopted(session, bench, request)
+    request = replace(request, effects=(*request.effects, *(e for e in adopted if e.stage() != "contact")))
     gun, shots_note = _gun(session, bench, request)
-    contact, contact_note = _contact(session, db, request)
+    contact, contact_note = _contact(session, db, request, tuple(e for e in adopted if e.stage() == "contact"))
     plates, plate_note = _plates(bench, plate, db, request)
     twin = Twin(
         contact=contact,
@@ -136,8 +123,18 @@ def _built(
         frequency_hz=np.array(request.frequency_hz) if request.frequency_hz else default_lines(),
         q=request.q,
     )
-    notes = tuple(note for note in (shots_note, contact_note, plate_note) if note)
+    notes = tuple(note for note in (*adopted_notes, shots_note, contact_note, plate_note) if note)
     return BuiltTwin(twin, bench, plate, materials, notes)
+
+
+def _adopted(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
+    """Of the campaign's bench; a bench or a plate given by hand is another one."""
+    from .adopting import taken_up
+
+    if session is None or bench.campaign is None or request.bench is not None or not request.adopted:
+        return (), ()
+    other_plate = request.modes is not None or (request.plate or bench.plate_material) != bench.plate_material
+    return taken_up(session, bench.campaign, request.effects, ("plate",) if other_plate else ())
 
 
 def _of_stage(request: TwinRequest, stage: str) -> tuple[Effect, ...]:
@@ -175,26 +172,52 @@ def _calibration(session: Session | None, campaign: str | None, gun: GunStage) -
     return VelocityCalibration.of(pressure[left], mass[left], measured[left], predicted[left])
 
 
-def _contact(session: Session | None, db: str, request: TwinRequest) -> tuple[ContactStage, str]:
-    """A registered model where there is a champion, or one is asked for; else a law."""
+def _contact(
+    session: Session | None, db: str, request: TwinRequest, adopted: tuple[Effect, ...] = ()
+) -> tuple[ContactStage, str]:
+    """A registered model where there is a champion, or one is asked for; else a law, on which effects act."""
     from ..twin.contact.laws import LAWS
 
     effects = _of_stage(request, "contact")
     if request.contact in LAWS or effects:
-        return _law(request.contact, effects), ""
+        return _law(request.contact, (*effects, *adopted)), ""
+    idle = _idle(adopted)
     registry = _registry(db)
     if request.contact in (None, REGISTERED):
         found = None if registry is None else registry.champion("gun")
         if found is not None and registry is not None:
-            return _registered(session, registry, found), ""
+            return _registered(session, registry, found), idle
         if request.contact == REGISTERED:
             raise LookupError("no model is in use for the gun; make one so: pyroshock promote MODEL VERSION")
-        return _law(DEFAULT_LAW, effects), f"contact by the law {DEFAULT_LAW!r}: no model is in use for the gun"
+        return _law(DEFAULT_LAW, adopted), f"contact by the law {DEFAULT_LAW!r}: no model is in use for the gun"
     if registry is None:
         raise LookupError(f"no law of contact {request.contact!r}, and no models; laws: {', '.join(LAWS)}")
     from ..training.listing import chosen
 
-    return _registered(session, registry, chosen(registry.versions(), request.contact.removeprefix("models:/"))), ""
+    return _registered(session, registry, chosen(registry.versions(), request.contact.removeprefix("models:/"))), idle
+
+
+def _idle(adopted: tuple[Effect, ...]) -> str:
+    """A registered model has learned from measured pulses: it holds what the bench does."""
+    if not adopted:
+        return ""
+    names = ", ".join(effect.id for effect in adopted)
+    return f"{names} does not act on a registered model, which learned from measured pulses; --contact hertz uses it"
+
+
+def registered_contact(session: Session | None, db: str, name: str, in_use: str | None = None) -> ContactStage:
+    """The registered model "NAME@VERSION", or the one `in_use` for a predictor set. Raises `LookupError`."""
+    from ..training.listing import chosen
+
+    registry = _registry(db)
+    if registry is None:
+        raise LookupError(f"no registered model {name!r}: none is registered (pyroshock train)")
+    if in_use is None:
+        return _registered(session, registry, chosen(registry.versions(), name))
+    found = registry.champion(in_use)
+    if found is None:
+        raise LookupError(f"no model is in use for the {in_use}; make one so: pyroshock promote MODEL VERSION")
+    return _registered(session, registry, found)
 
 
 def _law(name: str | None, effects: tuple[Effect, ...]) -> ContactStage:
@@ -229,8 +252,13 @@ def _plates(bench: Bench, material: Material, db: str, request: TwinRequest) -> 
     drawing = bench.drawing.at(request.impact_points, request.sensors)
     lines = request.frequency_hz or tuple(default_lines().tolist())
     highest = min(MODES_OVER_LINES * max(lines), MAX_MODE_HZ)
-    plate = solved(drawing, material, highest, place_beside(db, os.environ).work / "plates")
+    plate = solved(drawing, material, highest, plates_folder(db))
     return PlateStage({material.name: plate}, effects, label=f"finite elements ({drawing.source})"), _of(drawing)
+
+
+def plates_folder(db: str) -> Path:
+    """Where solved plates of a store are kept."""
+    return place_beside(db, os.environ).work / "plates"
 
 
 def _of(drawing: PlateDrawing) -> str:

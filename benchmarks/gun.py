@@ -43,12 +43,16 @@ class ScalarGun:
     atmosphere: float = 0.0
     discharge: float = 0.0
     wear: float = 0.0
+    gauge_discharge: float = 0.0
     loss: float = 0.0
     opening: float = 0.0
+    steady_loss: float = 0.0
     friction_factor: float = 0.0
     drag: float = 0.0
+    gas_heads: float = 0.0
     added_friction: float = 0.0
     seal: float = 0.0
+    seal_share: float = 0.0
     heat: float = 0.0
     dead: float = 0.0
 
@@ -59,10 +63,11 @@ class ScalarGun:
         self.room_air = max(AIR, self.atmosphere)
         self.zero = self.room_air - self.atmosphere
         self.drag_n = (b.friction_coefficient + self.added_friction) * self.mass * GRAVITY + self.seal
-        self.drag_n += self.atmosphere * self.area
+        self.drag_n += (self.atmosphere + self.seal_share * self.pressure) * self.area
         self.ring = (
             self.discharge * math.pi / 4 * ((b.bore_diameter_m + 2 * self.wear) ** 2 - b.projectile_diameter_m**2)
         )
+        self.gauge_ring = self.gauge_discharge * math.pi / 4 * (b.bore_diameter_m**2 - b.projectile_diameter_m**2)
         self.choked = math.sqrt(g) * (2 / (g + 1)) ** ((g + 1) / (2 * (g - 1)))
         self.critical = (2 / (g + 1)) ** (g / (g - 1))
         passage = 1e-4 if self.loss > 0 else 1.0
@@ -99,7 +104,10 @@ class ScalarGun:
         absolute, density = p + self.zero, m / volume
         warm = absolute / (GAS * density)
         leak = self.flow(self.ring, absolute, warm, self.room_air, ROOM) if self.ring > 0 else 0.0
-        heads = self.friction_factor * x / b.bore_diameter_m * density + self.drag * self.room_air / (GAS * ROOM)
+        leak += self.gauge_ring * self.choked * max(p, 0.0) / math.sqrt(GAS * max(warm, 1.0))
+        outside = (self.drag + self.steady_loss) * self.room_air / (GAS * ROOM)
+        entrance = self.gas_heads * max(p, 0.0) / (GAS * max(warm, 1.0))
+        heads = self.friction_factor * x / b.bore_diameter_m * density + outside + entrance
         force = p * self.area - self.drag_n - self.area * heads * speed * speed / 2
         if v <= 0 and force < 0:
             force = 0.0
@@ -155,12 +163,16 @@ _NAMES = {
     "atmosphere_pa": "atmosphere",
     "discharge_coefficient": "discharge",
     "wear_m": "wear",
+    "gauge_discharge_coefficient": "gauge_discharge",
     "loss_coefficient": "loss",
     "opening_time_s": "opening",
+    "steady_loss_coefficient": "steady_loss",
     "friction_factor": "friction_factor",
     "drag_coefficient": "drag",
+    "gas_heads": "gas_heads",
     "added_coefficient": "added_friction",
     "seal_force_n": "seal",
+    "seal_share": "seal_share",
     "share": "heat",
     "volume_m3": "dead",
 }

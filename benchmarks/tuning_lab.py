@@ -14,7 +14,8 @@ from pathlib import Path
 
 from pyroshock.app.tuning import AtSensor
 from pyroshock.app.tuning_shots import PlateFigures, ShotReader
-from pyroshock.app.twins import TwinRequest, stored_materials, twin_of
+from pyroshock.app.twins import TwinRequest, twin_of
+from pyroshock.dataset.stored_bench import stored_materials
 from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.materials import THESIS

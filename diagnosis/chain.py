@@ -50,9 +50,10 @@ def _contact(record: CampaignRecord, options: Options) -> tuple[Stage | None, st
         return None, "contact: no run with a force record has an impact velocity"
     if record.kind == "hammer" and record.hammer_mass_kg is None:
         return None, "contact: no [bench.hammer] mass_kg in the campaign"
+    uncertain = options.uncertain_of("contact")
     if options.contact is not None:
-        return RegisteredContactStage(record, options.contact), ""
-    return ContactStage(record), ""
+        return RegisteredContactStage(record, options.contact, uncertain, plate_mass_kg=options.plate_mass_kg), ""
+    return ContactStage(record, uncertain), ""
 
 
 def _plate(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:  # noqa: ARG001 - as the others

@@ -17,6 +17,7 @@ from .evidence.weighing import Weighed, weigh
 from .gap import GapTable
 from .metric import Metric
 from .options import Options
+from .pictures import Pictures
 from .record import CampaignRecord
 from .stages.base import Stage
 from .verdict import Shrinkage, Verdict, Where
@@ -31,6 +32,7 @@ _STEPS = 6
 def diagnose(record: CampaignRecord, *, options: Options | None = None, progress: Progress | None = None) -> Verdict:
     """All of it, in the order of the report. Raises `ValueError` where the campaign has nothing to compare, and
     `ImplausibleRecordError` where a channel or a unit is mislabelled."""
+    from .drawing import pictures_of
     from .found import where
     from .next_runs import next_runs
 
@@ -64,6 +66,7 @@ def diagnose(record: CampaignRecord, *, options: Options | None = None, progress
         assumptions=(*record.assumptions, *notes, *_assumed(gap, options)),
         seconds=time.perf_counter() - started,
         fits=fits(weighed, found),
+        pictures=pictures_of(gap, stages, found[0].fitted) if options.draw else Pictures(),
     )
 
 

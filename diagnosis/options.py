@@ -16,21 +16,24 @@ TOLERANCES = {"gun": 0.01, "contact": 0.03, "plate": 0.5}
 class Options:
     """`tolerances` by stage (gun and contact: shares, plate: dB); a gap within them is none.
 
-    `uncertain`: standard deviations of nominal parameters, "gun.friction_coefficient", in SI. `contact`: a registered
-    model in the place of Hertz' impact. `catalogue`: ids of the effects that are looked for; None: all there are.
-    `shrink`, `where` and `plan` leave out parts of the report that take time. Raises `ValueError` for a stage there is
-    none of and for a tolerance that is not positive.
+    `uncertain`: standard deviations of nominal parameters, "gun.friction_coefficient" in SI, "contact.impactor_mass_kg"
+    and what else an impact is made of as shares. `contact`: a registered model in the place of Hertz' impact, which may
+    want to know `plate_mass_kg`. `catalogue`: ids of the effects that are looked for; None: all there are.
+    `shrink`, `where`, `plan` and `draw` leave out parts of the report that take time. Raises `ValueError` for a stage
+    there is none of and for a tolerance that is not positive.
     """
 
     seed: int = 0
     tolerances: Mapping[str, float] = field(default_factory=dict)
     uncertain: Mapping[str, float] = field(default_factory=dict)
     contact: ContactStage | None = None
+    plate_mass_kg: float | None = None
     catalogue: tuple[str, ...] | None = None
     priors: Priors = field(default_factory=Priors)
     shrink: bool = True
     where: bool = True
     plan: bool = True
+    draw: bool = True
 
     def __post_init__(self) -> None:
         for stage, value in self.tolerances.items():

@@ -70,15 +70,15 @@ def add_plan(
     factors: str,
     design: Design,
     *,
-    repetitions: int,
+    repetitions: int | Sequence[int],
     settings: Sequence[Settings] | None = None,
     runs: Sequence[int] | None = None,
     description: str | None = None,
 ) -> None:
     """Store a design as plan `name`, its treatments in order of run; `factors` is the TOML that its space is made of.
 
-    `settings` and `runs` (numbers; 1, 2, ... by default) go with the treatments. Raises `PlanExistsError`, and
-    `ValueError` for a level that is none of the store's, such as an unknown material.
+    `settings`, `runs` (numbers; 1, 2, ... by default) and `repetitions` (or one for all) go with the treatments.
+    Raises `PlanExistsError`, and `ValueError` for a level that is none of the store's, such as an unknown material.
     """
     numbers = list(runs) if runs is not None else list(range(1, len(design.treatments) + 1))
     with store.writing() as session:
@@ -181,10 +181,11 @@ def _add_runs(
     rows: Sequence[Mapping[str, str]],
     numbers: Sequence[int],
     after: int,
-    repetitions: int,
+    repetitions: int | Sequence[int],
     settings: Sequence[Settings] | None,
 ) -> None:
     names = material_names(session)
+    wanted = [repetitions] * len(rows) if isinstance(repetitions, int) else list(repetitions)
     for index, (row, number) in enumerate(zip(rows, numbers, strict=True)):
         given = dict(settings[index]) if settings is not None else {}
         levels = _levels(number, {**row, **{column: repr(value) for column, value in given.items()}}, names)
@@ -193,7 +194,7 @@ def _add_runs(
                 plan_id=plan.id,
                 run=number,
                 position=after + index + 1,
-                repetitions=repetitions,
+                repetitions=wanted[index],
                 configuration_id=configuration_id(session, levels),
                 treatment=dict(row),
                 settings=given,

@@ -14,6 +14,7 @@ from . import (
     quality,
     recordings,
     shots,
+    twins,
 )
 from .base import Base
 
@@ -32,4 +33,5 @@ __all__ = [
     "quality",
     "recordings",
     "shots",
+    "twins",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -24,3 +25,13 @@ def shared() -> Path:
 def real_data(shared: Path) -> Path:
     """Measured records of others (checks only, not part of the product)."""
     return shared / "real-data"
+
+
+@pytest.fixture(scope="module")
+def coarse_plates() -> Iterator[None]:
+    """The virtual bench with plates of a few modes: solving for all 300 of them takes ten seconds a plate."""
+    from pyroshock.virtualbench.campaigns import plates
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plates, "MAX_FREQUENCY_HZ", 500.0)
+        yield

@@ -93,6 +93,28 @@ def opened(db: str, *, create: bool = False) -> Iterator[Store]:
             yield store
 
 
+@contextmanager
+def opened_or_none(db: str, *, silent: bool = False) -> Iterator[Store | None]:
+    """The store, or None where its file is not there yet: not every command needs one."""
+    with errors_as_one_line():
+        from sqlalchemy.engine import make_url
+        from sqlalchemy.exc import ArgumentError
+
+        try:
+            url = make_url(db)
+        except ArgumentError:  # `opened` says what is wrong with it
+            url = None
+        missing = url is not None and url.drivername.startswith("sqlite") and not Path(url.database or "").exists()
+    if missing:
+        if not silent:
+            note(f"no store at {db}: the bench that ships with the software")
+        with errors_as_one_line():
+            yield None
+        return
+    with opened(db) as store:
+        yield store
+
+
 def _version() -> str:
     from ... import __version__
 

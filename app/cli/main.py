@@ -28,6 +28,8 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "predict": ("predict", "predict", "Predict a shot: velocity, force, acceleration, spectrum, with bands."),
     "srs": ("srs", "srs", "Shock response spectrum of any recording alone, with checks."),
     "tune": ("tune", "tune", "Settings of the bench that give a prescribed spectrum."),
+    "diagnose": ("diagnose", "diagnose", "Where twin and bench disagree, which effect causes it, how far it shrinks."),
+    "blind-check": ("blind_check", "blind_check", "Score the diagnosis on campaigns whose cause is withheld."),
     "export": ("export", "export", "Write impacts, shots, pulses or series to CSV or Parquet."),
     "materials": ("materials", "materials", "List the known materials, or add one."),
     "db": ("store", "db", "Keep the store: upgrade it."),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from .common import db_option, errors_as_one_line, json_option, note, opened, print_table, write_json
+from .discriminate import discriminate
 
 if TYPE_CHECKING:
     from ...doe.plans import StoredPlan
@@ -277,3 +278,6 @@ def sheet(name: str, out: Path, db: str) -> None:
     with opened(db) as store:
         write_sheet(_read(store, name), out)
     note(f"written: {out}")
+
+
+plan.add_command(discriminate)

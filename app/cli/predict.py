@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import Function, db_option, errors_as_one_line, json_option, note, opened, print_table, write_json
+from .common import Function, db_option, json_option, note, opened_or_none, print_table, write_json
 from .quantities import parse_quantity
 
 if TYPE_CHECKING:
-    from ...schema.session import Store
     from ...twin.effects import Effect
     from ...twin.setting import Setting
     from ..twins import BuiltTwin, TwinRequest
@@ -36,6 +34,7 @@ _MADE_OF = (
     click.option("--modes", type=click.Path(path_type=Path), default=None, help="Modal table of the plate, CSV."),
     click.option("--contact", metavar="LAW|registered|NAME@VERSION", default=None, help="[the model in use, or hertz]"),
     click.option("--effect", "effects", multiple=True, metavar="ID[:NAME=VALUE,...]", help="Off the nominal: repeat."),
+    click.option("--no-adopted", is_flag=True, help="Without the effects that diagnoses have left to the bench."),
     click.option("--impact-at", multiple=True, metavar="X,Y", help="Point #1, #2... of the outline, in m: repeat."),
     click.option("--sensor-at", multiple=True, metavar="X,Y", help="acceleration_1, acceleration_2..., in m: repeat."),
     click.option("--q", type=click.FloatRange(0.5, min_open=True), default=10.0, show_default=True),
@@ -73,7 +72,7 @@ def predict(draws: int, seed: int, plot: Path | None, db: str, json_to: str | No
         pyroshock predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel
         pyroshock predict --velocity 8m/s --tip delrin --effect plate.damping:factor=2 --plot shot.png
     """
-    with _opened_or_none(db) as store:
+    with opened_or_none(db) as store:
         import numpy as np
 
         from ..prediction_tables import quantity_rows, spectrum_rows
@@ -104,27 +103,6 @@ def predict(draws: int, seed: int, plot: Path | None, db: str, json_to: str | No
             note(f"outside of its domain: {outside.predictor} = {outside.value} ({outside.range})")
 
 
-@contextmanager
-def _opened_or_none(db: str) -> Iterator[Store | None]:
-    """The store, or None where its file is not there yet: the shipped bench needs none."""
-    with errors_as_one_line():
-        from sqlalchemy.engine import make_url
-        from sqlalchemy.exc import ArgumentError
-
-        try:
-            url = make_url(db)
-        except ArgumentError:  # `opened` says what is wrong with it
-            url = None
-        missing = url is not None and url.drivername.startswith("sqlite") and not Path(url.database or "").exists()
-    if missing:
-        note(f"no store at {db}: the bench that ships with the software")
-        with errors_as_one_line():
-            yield None
-        return
-    with opened(db) as store:
-        yield store
-
-
 _SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position")
 
 
@@ -144,6 +122,7 @@ def _request(asked: dict[str, Any]) -> tuple[dict[str, Any], TwinRequest]:
         plate=asked["plate"],
         q=asked["q"],
         frequency_hz=_lines(asked["frequencies"]),
+        adopted=not asked["no_adopted"],
     )
     return setting, request
 

@@ -47,6 +47,7 @@ _HOPELESS = 0.01
     "--bench", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Gun and plate, a TOML file."
 )
 @click.option("--contact", default=None, metavar="LAW", help="A law of contact, or registered. [the model in use]")
+@click.option("--no-adopted", is_flag=True, help="Without the effects that diagnoses have left to the bench.")
 @click.option("--impact-at", multiple=True, metavar="X,Y", help="Point #1, #2... of the outline, in m: repeat.")
 @click.option("--sensor-at", multiple=True, metavar="X,Y", help="acceleration_1, acceleration_2..., in m: repeat.")
 @click.option("--q", type=float, default=10.0, show_default=True, help="Of the spectrum's oscillators.")
@@ -77,6 +78,7 @@ def tune(
     modes: Path | None,
     bench: Path | None,
     contact: str | None,
+    no_adopted: bool,
     impact_at: tuple[str, ...],
     sensor_at: tuple[str, ...],
     q: float,
@@ -117,6 +119,7 @@ def tune(
             sensors=_points(sensor_at, "--sensor-at"),
             q=q,
             frequency_hz=tuple(wanted.lines().tolist()),
+            adopted=not no_adopted,
         )
         owned = read_space(factors) if factors else space_from_text(shipped_factors("gun"))
         ask = Ask(wanted, request, owned, measured, sensor, _masses(bullet_mass), share, extrapolate, seed)

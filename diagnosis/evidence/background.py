@@ -47,12 +47,16 @@ SHARED = 0.5
 
 @dataclass(frozen=True)
 class Stray:
-    """A gap beyond tolerance in one stage that no effect of the catalogue explains."""
+    """A gap beyond tolerance in one stage that no effect of the catalogue explains.
+
+    Over configurations as `length` says; over observables either in any way, or (`amplitude` None) as effects of the
+    catalogue move them, but where and when their laws do not say.
+    """
 
     stage: str
-    amplitude: float  # in tolerances
     length: float  # 0: from configuration to configuration
     in_time: bool = False  # over the order of runs instead of the factors
+    amplitude: float | None = None  # in tolerances
 
 
 AMPLITUDES, LENGTHS, IN_TIME = (1.5, 3.0, 6.0, 12.0), (0.8, 0.3, 0.0), 0.4
@@ -60,11 +64,12 @@ AMPLITUDES, LENGTHS, IN_TIME = (1.5, 3.0, 6.0, 12.0), (0.8, 0.3, 0.0), 0.4
 
 def strays(stages: Sequence[str]) -> tuple[Stray, ...]:
     """Smooth over the factors, rougher, white, and a drift."""
+    over = (*((length, False) for length in LENGTHS), (IN_TIME, True))
     return tuple(
-        Stray(stage, amplitude, length, in_time)
+        Stray(stage, length, in_time, amplitude)
         for stage in stages
-        for amplitude in AMPLITUDES
-        for length, in_time in (*((length, False) for length in LENGTHS), (IN_TIME, True))
+        for length, in_time in over
+        for amplitude in (None, *AMPLITUDES[1::2])
     )
 
 
@@ -95,11 +100,14 @@ class Kernels:
         over = one.smooth**2 * smooth(self.distance, LENGTH) + one.white**2 * self.same
         return np.asarray(over * self.observables)
 
-    def stray(self, one: Stray) -> Floats:
+    def over(self, one: Stray) -> Floats:
+        """(N, N): what configurations have in common."""
         distance = self.apart if one.in_time else self.distance
-        over = smooth(distance, one.length) if one.length else self.same.astype(np.float64)
+        return smooth(distance, one.length) if one.length else self.same.astype(np.float64)
+
+    def stray(self, one: Stray, amplitude: float) -> Floats:
         here = self.stage == one.stage
-        return np.asarray(one.amplitude**2 * over * self.observables * np.outer(here, here))
+        return np.asarray(amplitude**2 * self.over(one) * self.observables * np.outer(here, here))
 
 
 def _in_time(gap: GapTable) -> Floats:

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 
 from .background import LENGTH
 from .factors import smooth
-from .scene import Scene, Seen, Whitening
+from .scene import Scene, Seen
 from .singles import OnSurface, summed
+from .whitening import Whitening
 
 Floats = NDArray[np.float64]
 
 #: Standard deviation of the share. Larger ones make effects explain what they do not cause.
-SHARE = 0.1
+SHARE = 0.15
 #: So many directions of the error are kept.
 _DIRECTIONS = 24
 

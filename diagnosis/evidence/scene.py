@@ -10,35 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..gap import GapTable
-from .background import BANK, Background, Kernels, Stray, strays
+from .astray import Astray, astray
+from .background import BANK, Background, Kernels, strays
 from .cells import Cells
 from .surface import Surface
+from .whitening import Whitening
 
 Floats = NDArray[np.float64]
-
-#: Added to the diagonal, in tolerances squared: no mean is known better than to a hundredth of the tolerance.
-_LEAST = 1e-4
-
-
-@dataclass(frozen=True, eq=False)
-class Whitening:
-    """A covariance C = L L' of N cells: `white(x)` is L^-1 x, `log_norm` the logarithm of the density's constant."""
-
-    lower: Floats
-    log_norm: float
-
-    @classmethod
-    def of(cls, covariance: Floats) -> Self:
-        from scipy.linalg import cholesky
-
-        lower = cholesky(covariance + _LEAST * np.eye(len(covariance)), lower=True, check_finite=False)
-        half = float(np.log(np.diag(lower)).sum())
-        return cls(lower, -half - 0.5 * len(covariance) * float(np.log(2 * np.pi)))
-
-    def white(self, values: Floats) -> Floats:
-        from scipy.linalg import solve_triangular
-
-        return np.asarray(solve_triangular(self.lower, values, lower=True, check_finite=False))
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +41,7 @@ class Scene:
     backgrounds: tuple[Background, ...]
     before: tuple[Whitening, ...]
     seen: tuple[tuple[Seen, ...], ...]  # by surface, by background
-    strays: tuple[Stray, ...]
-    astray: tuple[Whitening, ...]
+    astray: tuple[Astray, ...]
 
     @classmethod
     def of(cls, gap: GapTable, surfaces: Sequence[Surface], bank: Sequence[Background] = BANK) -> Self:
@@ -76,7 +53,6 @@ class Scene:
         sizes = [_size(surface, gap, cells) for surface in found]
         kept = [i for i, size in enumerate(sizes) if np.nanmax(size) > _SMALLEST]
         middle = errors[_MIDDLE % len(errors)]
-        wild = strays(gap.stages)
         return cls(
             gap=gap,
             cells=cells,
@@ -87,8 +63,7 @@ class Scene:
             backgrounds=tuple(bank),
             before=before,
             seen=tuple(tuple(_seen(found[i], cells, white) for white in before) for i in kept),
-            strays=wild,
-            astray=tuple(Whitening.of(cells.noise + middle + kernels.stray(one)) for one in wild),
+            astray=astray(strays(gap.stages), cells, kernels, found, cells.noise + middle),
         )
 
     @property

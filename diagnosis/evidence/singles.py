@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .logs import log_mean, log_sum
-from .scene import Scene, Seen, Whitening
+from .scene import Scene, Seen
 from .surface import Surface
+from .whitening import Whitening
 
 Floats = NDArray[np.float64]
 
@@ -42,12 +43,12 @@ class OnSurface:
 
 def of_none(scene: Scene, z: Floats) -> float:
     """Backgrounds alone."""
-    return log_mean([_density(white, z) for white in scene.before])
+    return log_mean([white.log_density(z) for white in scene.before])
 
 
 def of_strays(scene: Scene, z: Floats) -> dict[str, float]:
     """By stage: a gap of any size beyond tolerance there."""
-    each = [(stray.stage, _density(white, z)) for stray, white in zip(scene.strays, scene.astray, strict=True)]
+    each = [(one.stage, one.log_density(z)) for one in scene.astray]
     return {name: log_mean([value for stage, value in each if stage == name]) for name in scene.gap.stages}
 
 
@@ -69,8 +70,3 @@ def summed(surface: Surface, prior: Floats, log_likelihood: Floats) -> OnSurface
 def likelihood(surface: Surface, seen: Seen, zw: Floats, white: Whitening) -> Floats:
     """(M,): -1/2 |z - change|^2 + constant, expanded so that nothing of size M by N is made."""
     return np.asarray(white.log_norm - 0.5 * (zw @ zw - 2 * surface.basis @ (seen.nodes.T @ zw) + seen.square))
-
-
-def _density(white: Whitening, z: Floats) -> float:
-    zw = white.white(z)
-    return white.log_norm - 0.5 * float(zw @ zw)

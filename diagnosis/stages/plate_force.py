@@ -21,22 +21,23 @@ _NEAR = 0.2
 _DIFFERENCE = (3 / 4, -3 / 20, 1 / 60)
 #: Goings back and forth that undo an effect without an inverse of its own.
 _ROUNDS = 40
-#: Samples that are kept on either side of a contact.
-_AROUND = 8
+#: Samples on either side of a contact that are kept, and in how many more the force fades: a cut would be a jump, which
+#: the inverse of a low pass makes much of.
+_AROUND, _FADE = 8, 16
 
 
 def contact(force: Series) -> Series:
-    """The force with its noise before and after the contact set to 0."""
+    """The force with its noise before and after the contact faded out."""
     values = np.abs(force.values)
     acting = np.flatnonzero(values > _OVER * values.max(initial=0.0))
-    kept = np.zeros_like(force.values)
-    if acting.size:
-        # from the peak outwards, so that a spike of noise far from it is no contact
-        peak = int(np.argmax(values))
-        first, last = _run_of(acting, peak)
-        part = slice(max(0, first - _AROUND), last + 1 + _AROUND)
-        kept[part] = force.values[part]
-    return Series(kept, force.sampling_rate_hz, force.start_s)
+    if not acting.size:
+        return Series(np.zeros_like(force.values), force.sampling_rate_hz, force.start_s)
+    # from the peak outwards, so that a spike of noise far from it is no contact
+    first, last = _run_of(acting, int(np.argmax(values)))
+    place = np.arange(values.size)
+    away = np.maximum(np.maximum(first - place, place - last) - _AROUND, 0)
+    fade = 0.5 * (1 + np.cos(np.pi * np.minimum(away / _FADE, 1.0)))
+    return Series(force.values * fade, force.sampling_rate_hz, force.start_s)
 
 
 def true_force(reading: Series, effects: Sequence[Effect]) -> Series:
@@ -72,8 +73,8 @@ def _unfiltered(effect: ForceBandwidth, reading: Floats, step_s: float) -> Float
     """Both differential equations of the low passes, read from right to left."""
     seconds = float(np.asarray(effect.corner_period_s)) / (2 * np.pi)
     if seconds > 0:
-        rate = np.gradient(reading, step_s)
-        reading = reading + np.sqrt(2) * seconds * rate + seconds**2 * np.gradient(rate, step_s)
+        rate = _slope(reading) / step_s
+        reading = reading + np.sqrt(2) * seconds * rate + seconds**2 * _slope(rate) / step_s
     return np.asarray(reading + effect.time_constant_s * _slope(reading) / step_s)
 
 

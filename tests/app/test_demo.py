@@ -10,7 +10,7 @@ from pyroshock.app.cli.main import main
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory):
+def told(tmp_path_factory, coarse_plates):
     """The folder of the results, and what the command said."""
     out = tmp_path_factory.mktemp("demo") / "results"
     result = CliRunner().invoke(main, ["demo", "--out", str(out)])

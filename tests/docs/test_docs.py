@@ -13,6 +13,7 @@ from pyroshock.app.cli.main import COMMANDS, main
 from pyroshock.ingest.quality import CHECKS
 from pyroshock.ingest.readers import READERS
 from pyroshock.schema.tables import metadata
+from registries import fresh_registry, without_figures
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -23,11 +24,11 @@ def page(name: str) -> str:
 
 
 def test_every_command_has_a_row():
-    rows = re.findall(r"^\| `([a-z]+)` \|", page("commands.md"), re.MULTILINE)
+    rows = re.findall(r"^\| `([a-z-]+)` \|", page("commands.md"), re.MULTILINE)
     assert rows == list(COMMANDS)
 
 
-def test_examples_of_the_commands_run(tmp_path, monkeypatch):
+def test_examples_of_the_commands_run(tmp_path, monkeypatch, coarse_plates):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
     (tmp_path / "examples").symlink_to(ROOT / "examples")
@@ -35,6 +36,8 @@ def test_examples_of_the_commands_run(tmp_path, monkeypatch):
     assert len(examples) == len(COMMANDS)
     runner = CliRunner()
     full_campaign(tmp_path / "small", "small")
+    fresh_registry(tmp_path)
+    without_figures(monkeypatch)
     known = runner.invoke(main, ["ingest", "examples/modal-hammer-hit", "small", "--db", "sqlite:///lab.db"])
     assert known.exit_code == 0, known.stderr
     for example in examples:

@@ -2,8 +2,9 @@
 
     python tests/schema/make_stored.py
 
-The database holds a hammer campaign of two recordings with two hits each and the shipped gun shots, so that an
-upgrade is tried on every kind of row that an ingest writes. It is deflated: SQLite pages are mostly air.
+The database holds a hammer campaign of two recordings with two hits each, and the shipped gun shots with a diagnosis
+and what was adopted from it, so that an upgrade is tried on every kind of row that they write. It is deflated: SQLite
+pages are mostly air.
 """
 
 from __future__ import annotations
@@ -11,12 +12,16 @@ from __future__ import annotations
 import sys
 import tempfile
 import zlib
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
 from pyroshock.ingest.load import ingest_folder
+from pyroshock.schema.diagnoses import Diagnosis
+from pyroshock.schema.listings import get_campaign_id
 from pyroshock.schema.migrate import HEAD
-from pyroshock.schema.session import Writer, open_store
+from pyroshock.schema.session import Store, Writer, open_store
+from pyroshock.schema.twins import TwinVersion
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parents[1] / "examples"
@@ -65,6 +70,21 @@ def write_campaign(folder: Path) -> None:
     (folder / "plate_modes.csv").write_text(MODES)
 
 
+def add_diagnosis(store: Store) -> None:
+    """A report on the shots, and the effect that was adopted from it."""
+    when = datetime(2026, 1, 3, tzinfo=UTC)
+    with store.writing() as session:
+        shots = get_campaign_id(session, "first-shots")
+        report = Diagnosis(campaign_id=shots, simulator="gun:adiabatic", diagnosed_at=when, report={"causes": []})
+        session.add(report)
+        session.flush()
+        effect = {"id": "gun.back_pressure"}
+        configuration = {"stages": ["gun"], "effects": [effect], "sources": {}}
+        version = TwinVersion(version=1, campaign_id=shots, diagnosis_id=report.id, adopted_at=when, reason="stored",
+                              configuration=configuration)  # fmt: skip
+        session.add(version)
+
+
 def main() -> int:
     target = HERE / "stored" / f"{HEAD}.sqlite.z"
     with tempfile.TemporaryDirectory() as temporary:
@@ -74,6 +94,7 @@ def main() -> int:
         with open_store(f"sqlite:///{database}", Writer("make_stored.py", "0.1.0"), create=True) as store:
             ingest_folder(store, folder)
             ingest_folder(store, EXAMPLES / "first-shots")
+            add_diagnosis(store)
             with store.engine.connect() as connection:
                 connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
         target.write_bytes(zlib.compress(database.read_bytes(), 9))

@@ -78,7 +78,7 @@ def test_newer_store_is_refused(database_url):
 
 def test_older_store_names_the_command(database_url, monkeypatch):
     open_store(database_url, WRITER, create=True).close()
-    monkeypatch.setattr(migrate, "HEAD", "0002")
+    monkeypatch.setattr(migrate, "HEAD", "9998")
     with pytest.raises(StoreVersionError, match="pyroshock db upgrade --db"):
         open_store(database_url, WRITER)
 

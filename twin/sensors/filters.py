@@ -13,11 +13,17 @@ Design = Callable[..., tuple[Floats, Floats]]
 
 
 def filtered(series: Floats, design: Design, *parameters: Value) -> Floats:
-    """(..., n) filtered from rest by `design(*parameters)`; parameters that are arrays (k,) go with the first axis."""
+    """(..., n) filtered from rest by `design(*parameters)`; parameters that are arrays (k,) go with the first axis.
+
+    A filter is designed once for all rows that share its parameters.
+    """
     from scipy.signal import lfilter
 
     if all(np.ndim(each) == 0 for each in parameters):
         return np.asarray(lfilter(*design(*map(float, parameters)), series, axis=-1))
     columns = [np.broadcast_to(np.asarray(each, dtype=np.float64), series.shape[:1]) for each in parameters]
-    rows = zip(series, *columns, strict=True)
-    return np.stack([np.asarray(lfilter(*design(*map(float, row)), each, axis=-1)) for each, *row in rows])
+    found, (different, which) = np.empty(series.shape), np.unique(columns, axis=1, return_inverse=True)
+    for number, row in enumerate(different.T):
+        alike = which.ravel() == number
+        found[alike] = lfilter(*design(*map(float, row)), series[alike], axis=-1)
+    return found

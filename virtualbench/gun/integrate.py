@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .friction import CREEP_M_S
-from .motion import TOLERANCES, Phase, V, X, derivative, initial_state
+from .motion import TOLERANCES, Phase, V, X, initial_state
+from .rates import figures_of, rates
 from .setting import Setting
 from .valve import valve_moments
 
@@ -42,12 +43,12 @@ def integrate(
     stops = [*valve_moments(setting.opening_time_s), until_s]
     while (start := float(times[-1][-1])) < until_s - CONTACT_S:
         stop = _next_stop(stops, start, phase.held)
-        time, state = _advance(setting, states[-1][-1], start, stop, phase, tightness)
+        time, state = advance(setting, states[-1][-1], start, stop, phase, tightness)
         if phase.sealed and (past := _first(state[:, X] >= setting.vent_position_m)):
-            time, state = _up_to(setting, time, state, past, setting.vent_position_m, phase)
+            time, state = up_to(setting, time, state, past, setting.vent_position_m, phase)
             phase = Phase(held=False, sealed=False)
         elif not phase.held and (past := _first(_outside(setting, state))):
-            time, state = _up_to(setting, time, state, past, setting.travel_m if state[past, V] > 0 else 0.0, phase)
+            time, state = up_to(setting, time, state, past, setting.travel_m if state[past, V] > 0 else 0.0, phase)
             speed = float(state[-1, V])
             if first is None and speed > 0:
                 first, tightness = Strike(float(time[-1]), speed), LOOSER_AFTER * tightness
@@ -58,21 +59,26 @@ def integrate(
     return np.concatenate(times), np.concatenate(states), first
 
 
+def derivative(time: float, state: Floats, figures: Floats, phase: Phase) -> Floats:
+    """Rates (12,) of the state; `motion.derivative` says of what."""
+    return rates(time, state, figures, phase.held, phase.sealed)
+
+
 def _next_stop(stops: list[float], start: float, held: bool) -> float:
     """Not past the moments at which the valve begins and ends to open, where the flow has kinks."""
     return min([stop for stop in stops if stop > start + CONTACT_S] + ([] if held else [start + CHUNK_S]))
 
 
-def _advance(
+def advance(
     setting: Setting, state: Floats, start: float, stop: float, phase: Phase, tightness: float
 ) -> tuple[Floats, Floats]:
     """Times (k,) from start to stop, both included, and states (k, 12)."""
     from scipy.integrate import odeint
 
-    steps = max(1, round((stop - start) / STEP_S))
+    steps, figures = max(1, round((stop - start) / STEP_S)), figures_of(setting)
     time = np.linspace(start, stop, steps + 1)
     run, told = odeint(  # type: ignore[call-overload]
-        lambda moment, now: derivative(moment, now, setting, phase),
+        lambda moment, now: derivative(moment, now, figures, phase),
         state,
         time,
         tfirst=True,
@@ -98,10 +104,11 @@ def _first(there: NDArray[np.bool_]) -> int:
     return int(found[0]) + 1 if found.size else 0
 
 
-def _up_to(setting: Setting, time: Floats, state: Floats, past: int, end: float, phase: Phase) -> tuple[Floats, Floats]:
+def up_to(setting: Setting, time: Floats, state: Floats, past: int, end: float, phase: Phase) -> tuple[Floats, Floats]:
     """The same up to the moment at which the position is `end`, between points `past - 1` and `past`."""
     ends = state[past - 1], state[past]
-    slopes = tuple(np.array(derivative(time[k], state[k], setting, phase)) for k in (past - 1, past))
+    figures = figures_of(setting)
+    slopes = tuple(derivative(time[k], state[k], figures, phase) for k in (past - 1, past))
     step = float(time[past] - time[past - 1])
     onwards = 1 if ends[1][V] > 0 else -1
     low, high = 0.0, 1.0

@@ -21,7 +21,7 @@ _LONGEST = 60  # Hertz times, and
 _CREEP = 12  # times m / Z, the pace of an impactor that a plate slows down; a later end means that something is wrong
 _DAMPED_STEP = 1.2  # of the fastest time constant; the fourth-order method is stable up to 2.7
 _SWINGING_STEP = 0.4  # of the radian of the fastest mode
-_LOOK = 16  # steps between two looks at what has ended
+LOOK = 16  # steps between two looks at what has ended
 
 
 @dataclass(frozen=True)
@@ -60,8 +60,7 @@ def solve(chain: Chain, velocity_m_s: Floats, *, steps_per_contact: int) -> Solu
     Raises `RuntimeError` when one is still pressing after a time that no impact takes.
     """
     step = steps_for(chain, velocity_m_s, steps_per_contact)
-    longest = _LONGEST * hertz_time(chain, velocity_m_s) + _CREEP * chain.mass_kg * chain.plate_mobility_m_n_s
-    limit = int(np.max(longest / step))
+    limit = int(np.max(longest_s(chain, velocity_m_s) / step))
     state, deepest = chain.start(velocity_m_s), np.zeros_like(velocity_m_s)
     final, ends = np.zeros_like(state), np.zeros(velocity_m_s.size, dtype=np.int64)
     peak, last = np.zeros_like(deepest), np.zeros_like(deepest)
@@ -72,13 +71,19 @@ def solve(chain: Chain, velocity_m_s: Floats, *, steps_per_contact: int) -> Solu
         peak = np.maximum(peak, seen.contact_force_n)
         deepest = np.maximum(deepest, seen.indentation_m)
         last = np.where(seen.contact_force_n > CREEPING * peak, len(history), last)
-        if len(history) % _LOOK == 0:
+        if len(history) % LOOK == 0:
             now = (ends == 0) & _let_go(chain, state, seen.contact_force_n, last, len(history))
             final[:, now], ends[now] = state[:, now], len(history)
             if np.all(ends > 0):
                 return Solution(step, ends, final, *(np.array(column) for column in zip(*history, strict=True)))
         state = _stepped(chain, state, rates, deepest, step)
     raise RuntimeError(f"an impact at {velocity_m_s[ends == 0].tolist()} m/s has not ended after {limit} steps")
+
+
+def longest_s(chain: Chain, velocity_m_s: Floats) -> Floats:
+    """A time (s, (impacts,)) that no impact takes."""
+    creeping = _CREEP * chain.mass_kg * chain.plate_mobility_m_n_s
+    return np.asarray(_LONGEST * hertz_time(chain, velocity_m_s) + creeping)
 
 
 def _pushed_plate(chain: Chain, velocity_m_s: Floats) -> Floats:

@@ -44,7 +44,9 @@ def test_interval_of_the_parameter_holds_the_truth(planted: Effect) -> None:
     from pyroshock.diagnosis.fits import fitted_parameters
 
     rows = {row.name: row for row in fitted_parameters(found, planted.id)}
-    moved = [item.name for item in planted.parameters() if item.name in rows and getattr(planted, item.name) != item.off]
+    moved = [
+        item.name for item in planted.parameters() if item.name in rows and getattr(planted, item.name) != item.off
+    ]
     for name in moved:
         low, high = rows[name].ci90
         width = high - low
@@ -53,9 +55,7 @@ def test_interval_of_the_parameter_holds_the_truth(planted: Effect) -> None:
 
 def test_no_effect_is_not_accused() -> None:
     """With a background up to the tolerance, 30 campaigns: two accusations at most (5 % would be 1.5)."""
-    firsts = [
-        next(iter(weighed(seed=100 + seed, background=0.003 + 0.0002 * seed).probability)) for seed in range(30)
-    ]
+    firsts = [next(iter(weighed(seed=100 + seed, background=0.003 + 0.0002 * seed).probability)) for seed in range(30)]
     assert firsts.count("none") >= 28
 
 

@@ -68,12 +68,16 @@ WITHIN = {
     "atmosphere_pa": (9e4, 1.05e5),
     "discharge_coefficient": (0.1, 1.0),
     "wear_m": (0.0, 1e-3),
+    "gauge_discharge_coefficient": (0.0, 1.0),
     "loss_coefficient": (10.0, 1e3),
     "opening_time_s": (0.0, 0.2),
+    "steady_loss_coefficient": (0.0, 50.0),
     "friction_factor": (0.0, 0.2),
     "drag_coefficient": (0.0, 10.0),
+    "gas_heads": (0.0, 10.0),
     "added_coefficient": (0.0, 2.0),
     "seal_force_n": (0.0, 20.0),
+    "seal_share": (0.0, 0.3),
     "share": (-0.5, 1.0),
     "volume_m3": (0.0, 2e-3),
 }
@@ -110,6 +114,14 @@ def test_a_valve_lets_the_dead_volume_fill_to_the_pressure_of_the_closed_form():
 def test_leakage_goes_with_its_area_to_nothing():
     lost = [1 - velocity(effect("gun.blow_by", discharge_coefficient=c)) / velocity() for c in (1e-2, 1e-3)]
     np.testing.assert_allclose(lost[0] / lost[1], 10, rtol=0.02)
+
+
+def test_a_projectile_that_creeps_behind_its_leak_stays():
+    """It slowed down for ever, and took a diagnosis of pairs of effects with it: 200,000 steps, then an error."""
+    leak = effect("gun.blow_by", discharge_coefficient=1.0, wear_m=2e-3)
+    slow = effect("gun.valve_flow", loss_coefficient=0.0, opening_time_s=0.0, steady_loss_coefficient=1e4)
+    bench = replace(THESIS_GUN, friction_coefficient=0.0)
+    assert gun_velocity(bench, 2e5, 0.5, [leak, slow]).words() == ["stopped in the barrel"]
 
 
 def test_heat_for_an_isothermal_expansion_gives_the_logarithm():

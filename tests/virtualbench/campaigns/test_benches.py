@@ -4,35 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.virtualbench.campaigns import gun, hammer, plates
+from bench_shots import shot
+from pyroshock.virtualbench.campaigns import gun, hammer
 from pyroshock.virtualbench.campaigns.base import cells_of, day_fraction
 from pyroshock.virtualbench.campaigns.gun_sensors import ARRAY_SHARES, LASER, SENSORS, TANK
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.sensors.adc import calibrated, written
 
-ROW = {
-    "run": "3",
-    "plate_material": "aluminum",
-    "anvil_material": "none",
-    "insulator": "none",
-    "tip_material": "PLA",
-    "tip_radius_mm": "30",
-    "bullet_mass_kg": "0.2",
-    "tank_pressure_bar": "1.5",
-}
-
-
-@pytest.fixture(scope="module", autouse=True)
-def coarse_plates():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plates, "MAX_FREQUENCY_HZ", 500.0)
-        yield
-
-
-def shot(effects, seed=1, row=ROW):
-    bench = gun.set_up([row], effects, np.random.default_rng(0))
-    (task,) = bench.tasks([row], 1)
-    return bench.take(task, np.random.default_rng(seed))
+pytestmark = pytest.mark.usefixtures("coarse_plates")
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -89,7 +68,7 @@ def test_array_carries_the_whole_force():
 
 
 def test_shot_that_does_not_leave_records_no_impact():
-    taken = shot(Effects.default(), row={**ROW, "tank_pressure_bar": "0.05", "bullet_mass_kg": "1"})
+    taken = shot(Effects.default(), tank_pressure_bar="0.05", bullet_mass_kg="1")
     assert taken.truths[0]["velocity_m_s"] == 0.0
     assert "contact_time_s" not in taken.truths[0]
     assert np.abs(calibrated(taken.channels["force_1"], SENSORS[4])).max() < 100

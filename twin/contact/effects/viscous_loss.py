@@ -37,11 +37,12 @@ class ViscousLoss(ContactEffect):
 
     # polyurethane rebounds at 0.6, e = exp(-1.72 lambda) after Zener; half of that again for filled rubbers
     polymer_loss: Value = parameter(
-        "lambda, inelasticity of polymers that relax", "", default=0, low=0, high=2, off=0, likely=(0, 0.6)
+        "lambda, inelasticity of polymers that relax", "", default=0, low=0, high=2, off=0, likely=(0, 0.8)
     )
-    # dynamic over static modulus less one: 0.1 to 1 for engineering polymers (Ferry, Viscoelastic Properties, 1980)
+    # dynamic over static modulus less one: 0.1 to 1 for engineering polymers, several for elastomers near their glass
+    # transition (Ferry, Viscoelastic Properties of Polymers, 1980)
     polymer_stiffening: Value = parameter(
-        "s, by which polymers are stiffer than at rest", "", default=0, low=0, high=10, off=0, likely=(0, 1.5)
+        "s, by which polymers are stiffer than at rest", "", default=0, low=0, high=10, off=0, likely=(0, 5)
     )
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("loss_s_m",), ("polymer_loss", "polymer_stiffening"))
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from ...effects import Value, parameter
 from ..effect import Floats, GunEffect, Instant
 from ..shot import GAS_CONSTANT, Shot
@@ -15,10 +17,12 @@ class BarrelLoss(GunEffect):
     """The air that moves behind the projectile rubs along the bore (Darcy and Weisbach), the air ahead drags.
 
     The drop of pressure along the column is taken from the force at its front. The inertia of the column is left out.
+    What the gas loses where it enters the bore does not hang on how far the projectile is (`gas_heads`); its density
+    is reckoned as eq. 2.16 reckons pressure, from the gauge pressure.
     """
 
     id = "gun.barrel_loss"
-    law = "F = A v^2 / 2 (f x / D rho_gas + Cd rho_atm)"
+    law = "F = A v^2 / 2 (f x / D rho_gas + Cd rho_atm + H p / (R T))"
     source = "Darcy-Weisbach: White, Fluid Mechanics, ch. 6; drag: Hoerner, Fluid-Dynamic Drag (1965), ch. 3"
     moves: ClassVar[bool] = True
 
@@ -26,13 +30,22 @@ class BarrelLoss(GunEffect):
     friction_factor: Value = parameter(
         "Darcy's, of the bore", "", default=0.02, low=0.0, high=1.0, off=0.0, likely=(0.0, 0.1)
     )
-    # Likely: 1 in the open; many times that in a tube, where the air ahead has nowhere to go but out of the barrel.
+    # Likely: 1 in the open; many times that in a tube, where the air ahead has nowhere to go but out of the barrel. As
+    # wide as a valve's steady loss: the two laws are one, and none may be preferred for its range.
     drag_coefficient: Value = parameter(
-        "of the projectile, on its cross section", "", default=1.0, low=0.0, high=20.0, off=0.0, likely=(0.0, 20.0)
+        "of the projectile, on its cross section", "", default=1.0, low=0.0, high=1e4, off=0.0, likely=(0.0, 300.0)
     )
+
+    # Likely: a sharp entrance 0.5, bends and reducers up to some tens (Idelchik, ch. 3 to 6)
+    gas_heads: Value = parameter(
+        "H, dynamic heads of the driving gas", "", default=0.0, low=0.0, high=1e4, off=0.0, likely=(0.05, 100.0)
+    )
+    regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("friction_factor", "drag_coefficient"), ("gas_heads",))
 
     def resistance_n(self, shot: Shot, instant: Instant) -> Floats:
         air = shot.atmosphere_pa / (GAS_CONSTANT * shot.temperature_k)
         column = self.friction_factor * instant.position_m / shot.bore_diameter_m * instant.gas_density_kg_m3
-        heads: Floats = column + self.drag_coefficient * air
+        gauge = np.maximum(instant.gas_pressure_pa - shot.pressure_zero_pa, 0.0)
+        entrance = self.gas_heads * gauge / (GAS_CONSTANT * instant.gas_temperature_k)
+        heads: Floats = column + self.drag_coefficient * air + entrance
         return shot.area_m2 * heads * instant.velocity_m_s**2 / 2

@@ -1,0 +1,152 @@
+"""`diagnose`: where the gap between twin and bench lies, what causes it, how far it shrinks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .common import db_option, json_option, note, opened, opened_or_none, print_table, write_json
+
+if TYPE_CHECKING:
+    from ...diagnosis.verdict import Verdict
+    from ...schema.session import Store
+
+_STAGES = ("gun", "contact", "plate")
+
+
+@click.command()
+@click.argument("target", metavar="CAMPAIGN_OR_FOLDER")
+@click.option("--simulator", metavar="nominal|models:/NAME@VERSION", default=None, help="Of the contact. [nominal]")
+@click.option("--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write a page to FILE.")
+@click.option("--adopt", metavar="EFFECT|none", default=None, help="Predictions use it from now on; none: no longer.")
+@click.option("--tolerance", "tolerances", multiple=True, metavar="STAGE=SIZE", help="gun=1%, contact=3%, plate=0.5dB.")
+@click.option("--uncertain", multiple=True, metavar="NUMBER=SD", help="gun.friction_coefficient=0.05, in SI: repeat.")
+@click.option("--modes", type=click.Path(path_type=Path), default=None, help="Modal table of the plate, CSV.")
+@click.option("--bench", type=click.Path(path_type=Path), default=None, help="The plate as a TOML file with [plate].")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+@click.option("--list", "listed", is_flag=True, help="Diagnoses of the campaign that the store has.")
+@db_option
+@json_option
+def diagnose(
+    target: str, html: Path | None, adopt: str | None, listed: bool, db: str, json_to: str | None, **given: Any
+) -> None:
+    """Where the gap between measurement and twin lies, which effect causes it, and how far it shrinks with it.
+
+    A campaign of the store keeps its diagnosis. A folder is read into nothing that stays.
+
+    \b
+    Example:
+        pyroshock diagnose examples/first-shots --html gap.html
+        pyroshock diagnose spring --adopt gun.valve_flow
+    """
+    if listed:
+        _tell_past(target, db, json_to)
+        return
+    with opened_or_none(db, silent=True) as store:
+        from ..diagnosing import Asked, diagnosed, is_stored, keep, report_json
+        from ..progress import progress_bar
+        from ..training import models_extra
+
+        asked = Asked(target, **_read(given))
+        stored = is_stored(store, target)
+        if adopt is not None and not stored:
+            raise ValueError(f"--adopt needs a campaign of the store; ingest it first: pyroshock ingest {target}")
+        with models_extra(), progress_bar("diagnose", "steps") as step:
+            verdict = diagnosed(store, db, asked, step)
+        key = keep(store, verdict) if store is not None and stored else None
+        if html is not None:
+            from ..reports.diagnosis import write_page
+
+            write_page(verdict, html)
+            note(f"written: {html}")
+        if store is not None and adopt is not None:
+            _adopt(store, verdict, adopt, key)
+    if json_to is not None:
+        write_json(report_json(verdict), json_to)
+    else:
+        _tell(verdict)
+
+
+def _adopt(store: Store, verdict: Verdict, wanted: str, diagnosis: int | None) -> None:
+    from ..adopting import adopt
+
+    row = adopt(store, verdict, wanted, diagnosis)
+    if wanted not in verdict.first.effects:
+        note(f"{wanted} is not what the diagnosis says first: {' or '.join(verdict.first.effects)}")
+    note(f"adopted as version {row.version}: {row.reason}; predict and tune use it (--no-adopted: without)")
+
+
+def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
+    from ..diagnosing import past_diagnoses
+
+    with opened(db) as store, store.reading() as session:
+        rows = list(past_diagnoses(session, campaign))
+    if json_to is not None:
+        write_json(rows, json_to)
+    else:
+        print_table(rows, f"no diagnoses of {campaign}; make one: pyroshock diagnose {campaign}")
+
+
+def _tell(verdict: Verdict) -> None:
+    from ..reports.sentences import (
+        cause_name,
+        fitted_words,
+        next_run_line,
+        percent,
+        shrinkage_line,
+        verdict_sentence,
+        where_lines,
+    )
+
+    click.echo(verdict_sentence(verdict))
+    click.echo("\ncauses")
+    for cause in verdict.causes:
+        numbers = ", ".join(fitted_words(parameter) for parameter in cause.parameters)
+        click.echo(f"  {percent(cause.probability):>7}  {cause_name(cause)}{': ' + numbers if numbers else ''}")
+    parts = {
+        "where": tuple(where_lines(verdict.where)),
+        "on configurations that it has not seen": tuple(map(shrinkage_line, verdict.shrinkage)),
+        "the next experiment": tuple(map(next_run_line, verdict.next_runs)),
+        "taken for granted": verdict.assumptions,
+    }
+    for title, lines in parts.items():
+        if lines:
+            click.echo(f"\n{title}")
+            for line in lines:
+                click.echo(f"  {line}")
+
+
+def _read(given: dict[str, Any]) -> dict[str, Any]:
+    """The options as `Asked` takes them."""
+    tolerances = dict(_tolerance(text) for text in given.pop("tolerances"))
+    uncertain = dict(_uncertain(text) for text in given.pop("uncertain"))
+    return {**given, "tolerances": tolerances, "uncertain": uncertain}
+
+
+def _tolerance(text: str) -> tuple[str, float]:
+    stage, _, size = (part.strip() for part in text.partition("="))
+    unit = "dB" if stage == "plate" else "%"
+    try:
+        if stage not in _STAGES or not size.lower().endswith(unit.lower()):
+            raise ValueError
+        value = float(size[: -len(unit)])
+        if not 0 < value < 100:
+            raise ValueError
+    except ValueError as error:
+        raise ValueError(f"--tolerance is {text!r}; expected gun=1%, contact=3% or plate=0.5dB") from error
+    return stage, value if unit == "dB" else value / 100
+
+
+def _uncertain(text: str) -> tuple[str, float]:
+    name, _, size = (part.strip() for part in text.partition("="))
+    try:
+        value = float(size)
+        if not (value > 0 and "." in name):
+            raise ValueError
+    except ValueError as error:
+        raise ValueError(
+            f"--uncertain is {text!r}; expected NUMBER=SD, such as gun.friction_coefficient=0.05"
+        ) from error
+    return name, value

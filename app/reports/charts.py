@@ -1,0 +1,61 @@
+"""The pictures of a diagnosis: residuals before and after with the floor shaded, records beside their simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...diagnosis.pictures import CurvePicture, Pictures, ResidualPicture
+from .svg import band, chart, dots, frame_of, level, line
+
+#: The floor is shaded to so many standard deviations.
+SIGMAS = 2.0
+#: SI units in those of a screen: the unit that is shown, and how many of them one SI unit is.
+_SHOWN = {"s": ("ms", 1e3), "N": ("kN", 1e-3)}
+
+
+def residual_chart(picture: ResidualPicture, configurations: tuple[str, ...]) -> str:
+    """Residuals over the configurations."""
+    count = picture.before.size
+    x = np.arange(1, count + 1, dtype=np.float64)
+    shade = SIGMAS * picture.floor
+    names = configurations if len(configurations) == count else tuple(f"configuration {i}" for i in range(1, count + 1))
+    ends = np.array([0.5, count + 0.5])
+    room = np.array([-picture.tolerance, picture.tolerance])
+    after = [] if picture.after is None else [picture.after]
+    frame = frame_of([ends], [picture.before, *after, shade, -shade, room])
+    # the first and last floors reach to the edges of the frame
+    edges = np.concatenate([ends[:1], x, ends[1:]])
+    wide = np.concatenate([shade[:1], shade, shade[-1:]])
+    marks = [
+        band(frame, edges, -wide, wide, "floor"),
+        level(frame, 0.0, "zero"),
+        level(frame, picture.tolerance, "tolerance"),
+        level(frame, -picture.tolerance, "tolerance"),
+        dots(frame, x, picture.before, "before", names),
+        *(dots(frame, x, each, "after", names) for each in after),
+    ]
+    unit = "" if picture.unit == "1" else f" ({picture.unit})"
+    return chart(f"{picture.name}, {picture.stage}", frame, marks, "configuration", f"residual{unit}", whole=True)
+
+
+def curve_chart(picture: CurvePicture) -> str:
+    """A record, and its simulation before and after."""
+    x_unit, x_scale = _SHOWN.get(picture.x_unit, (picture.x_unit, 1.0))
+    y_unit, y_scale = _SHOWN.get(picture.y_unit, (picture.y_unit, 1.0))
+    x = x_scale * picture.x
+    curves = {"before": picture.before, "after": picture.after, "measured": picture.measured}
+    shown = {f"{kind}-line": y_scale * y for kind, y in curves.items() if y is not None}
+    frame = frame_of([x], list(shown.values()), logarithmic=picture.logarithmic)
+    marks = [line(frame, x, y, kind) for kind, y in shown.items()]
+    titles = (f"{name} ({unit})" for name, unit in ((picture.x_name, x_unit), (picture.y_name, y_unit)))
+    return chart(picture.title, frame, marks, *titles)
+
+
+def legend(pictures: Pictures) -> str:
+    """What the marks of the charts mean."""
+    later = [each.after for each in pictures.residuals] + [each.after for each in pictures.curves]
+    after = any(each is not None for each in later)
+    keys = [("before", "nominal twin")] + ([("after", "with the first cause")] if after else [])
+    keys += [("measured", "measured")] if pictures.curves else []
+    keys += [("floor", "noise floor, two standard deviations"), ("tolerance", "tolerance")]
+    return "".join(f'<span class="key"><i class="key-{kind}"></i>{words}</span>' for kind, words in keys)

@@ -1,0 +1,151 @@
+"""Small charts as inline SVG: no script, no fonts, colours by the page's style, readable on a telephone.
+
+Glossary: a chart is 360 by 220 units; `Frame` maps numbers into it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+WIDTH, HEIGHT = 360.0, 220.0
+_LEFT, _RIGHT, _TOP, _BOTTOM = 58.0, 10.0, 12.0, 40.0
+#: On a logarithmic axis.
+_MOST_TICKS = 7
+#: Points that a curve keeps: more than a screen shows.
+_POINTS = 400
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Axes from `x` to `y` ranges; `logarithmic` for both."""
+
+    x: tuple[float, float]
+    y: tuple[float, float]
+    logarithmic: bool = False
+
+    def across(self, values: Floats) -> Floats:
+        """Of x values, in units of the chart."""
+        return np.asarray(_LEFT + self._share(values, self.x) * (WIDTH - _LEFT - _RIGHT))
+
+    def up(self, values: Floats) -> Floats:
+        """Of y values."""
+        return np.asarray(HEIGHT - _BOTTOM - self._share(values, self.y) * (HEIGHT - _TOP - _BOTTOM))
+
+    def _share(self, values: Floats, ends: tuple[float, float]) -> Floats:
+        low, high = (_log(np.asarray(end)) if self.logarithmic else end for end in ends)
+        found = _log(values) if self.logarithmic else np.asarray(values, dtype=np.float64)
+        return np.asarray((found - low) / (high - low if high > low else 1.0))
+
+
+def _log(values: Floats) -> Floats:
+    return np.log10(np.maximum(values, np.finfo(float).tiny))
+
+
+def frame_of(x: Sequence[Floats], y: Sequence[Floats], *, logarithmic: bool = False) -> Frame:
+    """A frame around all finite values (positive ones where it is logarithmic)."""
+    return Frame(_ends(x, logarithmic, 0.0), _ends(y, logarithmic, 0.05), logarithmic)
+
+
+def _ends(values: Sequence[Floats], logarithmic: bool, margin: float) -> tuple[float, float]:
+    known = np.concatenate([np.ravel(each) for each in values]) if values else np.zeros(0)
+    known = known[np.isfinite(known) & ((known > 0) | (not logarithmic))]
+    if not known.size:
+        return (1.0, 10.0) if logarithmic else (0.0, 1.0)
+    low, high = float(known.min()), float(known.max())
+    if logarithmic:
+        return low / 1.2, high * 1.2
+    room = margin * (high - low) or (0.5 * abs(high) or 0.5) * (1.0 if high == low else 0.0)
+    return low - room, high + room
+
+
+def chart(label: str, frame: Frame, marks: Sequence[str], x_title: str, y_title: str, *, whole: bool = False) -> str:
+    """The chart with its axes; `marks` are drawn between grid and labels. `whole`: x counts things."""
+    return (
+        f'<svg viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img" aria-label="{escape(label)}">'
+        f"{_grid(frame, whole)}{''.join(marks)}{_titles(x_title, y_title)}</svg>"
+    )
+
+
+def _grid(frame: Frame, whole: bool) -> str:
+    parts = []
+    for value in _ticks(frame.y, frame.logarithmic):
+        y = float(frame.up(np.array(value)))
+        parts.append(f'<line class="grid" x1="{_LEFT:g}" x2="{WIDTH - _RIGHT:g}" y1="{y:.1f}" y2="{y:.1f}"/>')
+        parts.append(f'<text class="tick" x="{_LEFT - 5:g}" y="{y + 3.5:.1f}" text-anchor="end">{_tick(value)}</text>')
+    for value in _ticks(frame.x, frame.logarithmic):
+        if whole and value != round(value):
+            continue
+        x = float(frame.across(np.array(value)))
+        parts.append(f'<text class="tick" x="{x:.1f}" y="{HEIGHT - _BOTTOM + 14:g}" text-anchor="middle">')
+        parts.append(f"{_tick(value)}</text>")
+    return "".join(parts)
+
+
+def _titles(x_title: str, y_title: str) -> str:
+    across, middle = (WIDTH + _LEFT) / 2, (_TOP + HEIGHT - _BOTTOM) / 2
+    turned = f'transform="translate(11 {middle:g}) rotate(-90)"'
+    return (
+        f'<text class="axis" x="{across:g}" y="{HEIGHT - 8:g}" text-anchor="middle">{escape(x_title)}</text>'
+        f'<text class="axis" {turned} text-anchor="middle">{escape(y_title)}</text>'
+    )
+
+
+def _ticks(ends: tuple[float, float], logarithmic: bool) -> list[float]:
+    low, high = ends
+    if logarithmic:
+        decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+        inside = [k * 10.0**decade for decade in decades for k in (1, 2, 5) if low <= k * 10.0**decade <= high]
+        powers = inside if len(inside) < _MOST_TICKS else [10.0**k for k in decades if low <= 10.0**k <= high]
+        return powers[:: 1 + len(powers) // _MOST_TICKS] or [low, high]
+    step = 10.0 ** math.floor(math.log10((high - low) / 3)) if high > low else 1.0
+    step *= next(k for k in (1, 2, 5, 10) if (high - low) / (k * step) <= 6)
+    return [step * k for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
+
+
+def _tick(value: float) -> str:
+    text = f"{0.0 if abs(value) < 1e-12 else value:.4g}"
+    return f"{value:.0f}" if "e+" in text and abs(value) < 1e6 else text
+
+
+def line(frame: Frame, x: Floats, y: Floats, kind: str) -> str:
+    """A curve of CSS class `kind`, thinned to what a screen shows."""
+    keep = np.unique(np.linspace(0, x.size - 1, min(x.size, _POINTS)).astype(int)) if x.size else np.zeros(0, dtype=int)
+    good = np.isfinite(y[keep]) & np.isfinite(x[keep])
+    points = _pairs(frame.across(x[keep][good]), frame.up(y[keep][good]))
+    return f'<polyline class="{kind}" points="{points}"/>'
+
+
+def band(frame: Frame, x: Floats, low: Floats, high: Floats, kind: str) -> str:
+    """The area between two curves."""
+    good = np.isfinite(low) & np.isfinite(high)
+    across, outward = frame.across(x[good]), frame.up(high[good])
+    back = frame.up(low[good])[::-1]
+    return f'<polygon class="{kind}" points="{_pairs(across, outward)} {_pairs(across[::-1], back)}"/>'
+
+
+def dots(frame: Frame, x: Floats, y: Floats, kind: str, names: Sequence[str]) -> str:
+    """A dot for each finite value; `names` appear on pointing at one."""
+    places = zip(frame.across(x), frame.up(y), y, names, strict=True)
+    return "".join(
+        f'<circle class="{kind}" cx="{a:.1f}" cy="{b:.1f}" r="3.4"><title>{escape(name)}: {value:.3g}</title></circle>'
+        for a, b, value, name in places
+        if math.isfinite(value)
+    )
+
+
+def level(frame: Frame, value: float, kind: str) -> str:
+    """A line across at `value`."""
+    y = float(frame.up(np.array(value)))
+    return f'<line class="{kind}" x1="{_LEFT:g}" x2="{WIDTH - _RIGHT:g}" y1="{y:.1f}" y2="{y:.1f}"/>'
+
+
+def _pairs(x: Floats, y: Floats) -> str:
+    return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, y, strict=True))

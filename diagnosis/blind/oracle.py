@@ -1,0 +1,105 @@
+"""What the right effect would have done: the library's law of it, fitted on the same kind of folds."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...twin.effects import Effect, catalogue, effect_from_json
+from ...virtualbench.withheld.case import Case
+from ...virtualbench.withheld.record import record_case
+from ..chain import stages_of
+from ..gap import GapTable
+from ..metric import Metric
+from ..options import Options
+from ..reading import read_folder
+from ..shrinkage.fit import Fitter
+from ..shrinkage.interval import fraction
+from ..shrinkage.measure import shrinkage
+from ..stages.base import Stage
+from .tasks import Task, drawn
+
+Floats = NDArray[np.float64]
+
+#: Of the same bench without scatter, in tolerances: what its gap truly is.
+_QUIET = 0.02
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A task whose label was opened, with the effects that the first answer named, as it fitted them."""
+
+    task: Task
+    options: Options
+    fitted: tuple[dict[str, Any], ...]
+
+
+def oracle(asked: Asked) -> dict[str, Any]:
+    """`fraction` of the right effect, held out by configuration; `true_fraction` that the answer's effects remove.
+
+    The latter is measured against a recording of the same bench with next to no scatter; None for an answer without
+    effects. {"error": ...} where there is none.
+    """
+    from threadpoolctl import threadpool_limits
+
+    case, seed = drawn(asked.task)
+    try:
+        with threadpool_limits(1):
+            stages, gap = _staged(case, seed, asked.options)
+            found = {"case": asked.task.name, **_best(case, stages, gap, asked.options)}
+            return found | {"true_fraction": _true(case, seed, gap, asked) if asked.fitted else None}
+    except Exception as error:  # noqa: BLE001 - an oracle that fails must not take the answers with it
+        return {"case": asked.task.name, "error": f"{type(error).__name__}: {error}"}
+
+
+def lost(asked: Asked) -> dict[str, Any]:
+    return {"case": asked.task.name, "error": "its process died, or took too long"}
+
+
+def _staged(case: Case, seed: int, options: Options) -> tuple[tuple[Stage, ...], GapTable]:
+    with tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
+        record_case(case, Path(place) / "campaign", seed)
+        record = read_folder(Path(place) / "campaign")
+    stages, _ = stages_of(record, options)
+    return stages, GapTable.of(record, stages, options.widened)
+
+
+def _best(case: Case, stages: Sequence[Stage], gap: GapTable, options: Options) -> dict[str, Any]:
+    scales = scales_of(gap)
+    fitter = Fitter.of(stages, [catalogue()[name] for name in sorted(case.strengths)])
+    rng = np.random.default_rng(options.seed)
+    entries = shrinkage(stages, fitter.fit, rng, scales, pulses=False)
+    held = next(asdict(entry) for entry in entries if entry.held_out_by == "configuration")
+    return {"fraction": held["fraction"], "before": held["before"], "after": held["after"]}
+
+
+def _true(case: Case, seed: int, gap: GapTable, asked: Asked) -> float | None:
+    """With the scatter's part added to both sides, as the report has it."""
+    stages, quiet = _staged(replace(case, floor=_QUIET), seed, asked.options)
+    metric = Metric.of(quiet)
+    effects = [effect_from_json(each) for each in asked.fitted]
+    change = np.concatenate([_change(stage, effects) for stage in stages], axis=1)
+    before, after = metric.rms(quiet.mean), metric.rms(quiet.mean - change)
+    floor = metric.rms(np.sqrt(gap.floor_variance))
+    squares = (np.array(each**2) for each in (np.hypot(before, floor), np.hypot(after, floor), floor))
+    value = float(fraction(*squares))
+    return value if np.isfinite(value) else None
+
+
+def _change(stage: Stage, effects: Sequence[Effect]) -> Floats:
+    shown = [effect for effect in effects if effect.id in stage.shows]
+    return np.asarray(np.nan_to_num(stage.changes([shown])[0]))
+
+
+def scales_of(gap: GapTable) -> dict[str, Floats]:
+    """The units of the report's metric by stage, infinite for observables that it leaves out."""
+    metric = Metric.of(gap)
+    unit = np.full(len(gap.observables), np.inf)
+    unit[metric.columns] = metric.unit
+    return {stage: unit[gap.columns(stage)] for stage in gap.stages}

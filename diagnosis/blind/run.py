@@ -1,0 +1,150 @@
+"""The blind check from end to end: draw, publish hashes, record and answer, and only then open the labels."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from ...ingest.parallel import Isolation, map_ahead
+from ...virtualbench.withheld.case import Label as Opened
+from ...virtualbench.withheld.record import label_of
+from ...virtualbench.withheld.sealing import new_key, open_labels, publish, seal_labels
+from ..options import Options
+from . import oracle as right
+from .answering import PATIENCE_S, Job, answered, lost
+from .journal import Journal
+from .report import Report
+from .scoring import scored
+from .tasks import TIERS, Task, drawn, tasks
+from .training import trained
+
+#: Called with (done, total, what).
+Progress = Callable[[int, int, str], None]
+_SETTINGS, _KEY, _SEALED, _PUBLISHED = "check.json", "key", "labels.sealed", "published.txt"
+_ANSWERS, _ORACLES = "answers.jsonl", "oracles.jsonl"
+
+
+def run(
+    cases: int,
+    seed: int,
+    tiers: Sequence[str] = tuple(TIERS),
+    *,
+    jobs: int = 2,
+    folder: Path | None = None,
+    progress: Progress | None = None,
+    options: Options | None = None,
+    baselines: bool = True,
+    learn_from: int | None = None,
+    oracle: bool = True,
+    split: str = "sealed",
+) -> Report:
+    """`cases` of each tier, answered by `jobs` processes and scored.
+
+    With a `folder` hashes, sealed labels, key and answers are kept there, and a check that was stopped goes on. The
+    forest among the baselines learns from `learn_from` campaigns, by default as many as are scored; 0: no forest.
+    Raises `ValueError` for a tier that there is not and for a folder of another check, `SealError` for a folder of
+    other labels than were published.
+    """
+    tell, options = progress or (lambda *_: None), options or Options()
+    work = tasks(cases, seed, tiers, split)
+    with _place(folder) as place:
+        _same_check(place, {"cases": cases, "seed": seed, "tiers": list(dict.fromkeys(tiers)), "split": split})
+        published = _published(place, work, jobs, tell)
+        said = _answers(place, [Job(task, options, baselines) for task in work], jobs, tell)
+        learn = (len(work) if learn_from is None else learn_from) if baselines else 0
+        forest = trained(learn, seed, jobs, tell) if learn else None
+        opened = _opened(place, published)
+        truths = dict(zip((task.name for task in work), opened, strict=True))
+        best = _oracles(place, work, truths, said, options, jobs, tell) if oracle else {}
+    return Report(cases, seed, published=published, **scored(work, truths, said, best, forest))
+
+
+def _published(place: Path, work: Sequence[Task], jobs: int, tell: Progress) -> tuple[str, ...]:
+    """Hashes of all labels, before anything is diagnosed; those of an earlier start where there are some."""
+    if not (place / _PUBLISHED).exists():
+        labels = []
+        for label in _mapped(_labelled, work, jobs):
+            labels.append(label)
+            tell(len(labels), len(work), "labels sealed")
+        key = new_key()
+        (place / _SEALED).unlink(missing_ok=True)  # of a start that was stopped before it published
+        (place / _KEY).write_bytes(key)
+        seal_labels(labels, place / _SEALED, key)
+        (place / _PUBLISHED).write_text("\n".join(publish(labels, key)) + "\n", encoding="utf-8")
+    return tuple((place / _PUBLISHED).read_text(encoding="utf-8").split())
+
+
+def _same_check(place: Path, settings: dict[str, Any]) -> None:
+    file = place / _SETTINGS
+    if file.exists() and json.loads(file.read_text(encoding="utf-8")) != settings:
+        raise ValueError(f"{place}: holds a check with other settings; expected a new folder, or {file.read_text()}")
+    file.write_text(json.dumps(settings), encoding="utf-8")
+
+
+def _opened(place: Path, published: Sequence[str]) -> list[Opened]:
+    return open_labels(place / _SEALED, (place / _KEY).read_bytes(), published)
+
+
+def _answers(place: Path, work: Sequence[Job], jobs: int, tell: Progress) -> dict[str, dict[str, Any]]:
+    journal = Journal(place / _ANSWERS)
+    known = journal.read()
+    left = [job for job in work if job.task.name not in known]
+    tell(len(work) - len(left), len(work), "answers")
+    for job, answer in map_ahead(answered, left, jobs, Isolation(lost, lambda _: PATIENCE_S, always=True)):
+        journal.add(answer)
+        known[job.task.name] = answer
+        tell(len(known), len(work), "answers")
+    return {job.task.name: known[job.task.name] for job in work}
+
+
+def _oracles(
+    place: Path,
+    work: Sequence[Task],
+    truths: Mapping[str, Opened],
+    said: Mapping[str, dict[str, Any]],
+    options: Options,
+    jobs: int,
+    tell: Progress,
+) -> dict[str, dict[str, Any]]:
+    """For one effect with a gap beyond tolerance."""
+    journal = Journal(place / _ORACLES)
+    known = journal.read()
+    wanted = [task for task in work if len(truths[task.name].strengths) == 1 and not truths[task.name].within_tolerance]
+    asked = [
+        right.Asked(task, options, tuple(said[task.name].get("fitted", ())))
+        for task in wanted
+        if task.name not in known and "added" not in said[task.name]
+    ]
+    for done, found in enumerate(_mapped(right.oracle, asked, jobs, right.lost), start=1):
+        journal.add(found)
+        known[found["case"]] = found
+        tell(done, len(asked), "oracles")
+    return known
+
+
+def _labelled(task: Task) -> Opened:
+    return label_of(*drawn(task))
+
+
+def _mapped(function: Any, items: Sequence[Any], jobs: int, instead: Any = None) -> Iterator[Any]:
+    """In order, in processes where several may work."""
+
+    def none(item: Any) -> Any:
+        raise RuntimeError(f"{item}: its process died")
+
+    isolation = Isolation(instead or none, lambda _: PATIENCE_S)
+    return (result for _, result in map_ahead(function, items, jobs, isolation))
+
+
+@contextmanager
+def _place(folder: Path | None) -> Iterator[Path]:
+    if folder is None:
+        with tempfile.TemporaryDirectory(prefix="pyroshock-blind-check-") as name:
+            yield Path(name)
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    yield folder

@@ -1,0 +1,67 @@
+"""Campaigns that the random forest learns from: other seeds, and other effects outside the catalogue."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...ingest.parallel import Isolation, map_ahead
+from ...virtualbench.withheld.record import record_case
+from ..options import Options
+from .forest import Forest
+from .tasks import Task, drawn
+
+#: Kept apart from the seeds of cases.
+_SEED, _SPLIT = 20_000_003, "development"
+_TIERS = ("weak", "middle", "strong", "very strong", "two")
+
+
+def trained(count: int, seed: int, jobs: int, tell: Callable[[int, int, str], None]) -> Forest | None:
+    """A forest of `count` campaigns. None without scikit-learn."""
+    try:
+        import sklearn  # noqa: F401
+    except ModuleNotFoundError:
+        return None
+    tasks = [Task(f"learn-{i:05d}", _TIERS[i % len(_TIERS)], (_SEED + seed, i), _SPLIT) for i in range(count)]
+    rows = []
+    for done, (_, row) in enumerate(map_ahead(_learnt, tasks, jobs, Isolation(_lost, _patience)), start=1):
+        tell(done, count, "campaigns to learn from")
+        rows += [row] if row else []
+    return of_rows(rows, seed) if rows else None
+
+
+def of_rows(rows: Sequence[dict[str, Any]], seed: int) -> Forest:
+    x = [np.array(row["features"]) for row in rows]
+    return Forest.trained([row["kind"] for row in rows], x, [row["truth"] for row in rows], seed)
+
+
+def _learnt(task: Task) -> dict[str, Any]:
+    """Features and truth of one campaign; {} where it could not be read."""
+    from threadpoolctl import threadpool_limits
+
+    from ..chain import stages_of
+    from ..gap import GapTable
+    from ..reading import read_folder
+    from .answering import featured
+
+    case, seed = drawn(task)
+    with threadpool_limits(1), tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
+        record_case(case, Path(place) / "campaign", seed)
+        try:
+            record = read_folder(Path(place) / "campaign")
+            gap = GapTable.of(record, stages_of(record, Options())[0])
+        except ValueError:
+            return {}
+    return {"kind": case.kind, "truth": "+".join(case.cause), "features": featured(gap)}
+
+
+def _lost(_: Task) -> dict[str, Any]:
+    return {}
+
+
+def _patience(_: Task) -> float:
+    return 300.0

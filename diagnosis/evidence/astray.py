@@ -1,0 +1,129 @@
+"""Gaps that no effect of the catalogue explains: densities for any of their sizes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .background import AMPLITUDES, Kernels, Stray
+from .cells import Cells
+from .logs import log_mean
+from .surface import Surface
+from .whitening import Whitening
+
+Floats = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+#: Directions in which effects of the catalogue move the observables of a stage.
+_DIRECTIONS = 4
+
+
+class Astray(Protocol):
+    """One way in which a stage may stray."""
+
+    @property
+    def stage(self) -> str: ...
+
+    def log_density(self, z: Floats) -> float: ...
+
+
+@dataclass(frozen=True, eq=False)
+class AnyWay:
+    """In every observable alike."""
+
+    stage: str
+    white: Whitening
+
+    def log_density(self, z: Floats) -> float:
+        return self.white.log_density(z)
+
+
+@dataclass(frozen=True, eq=False)
+class AsEffectsDo:
+    """In the directions (N, q) of the catalogue's effects, before a background: mean over `AMPLITUDES`.
+
+    With C the background's covariance and W W' that of the stray: |C + a^2 W W'| and its inverse by the eigenvalues of
+    W' C^-1 W, so that all sizes cost one decomposition.
+    """
+
+    stage: str
+    white: Whitening
+    directions: Floats
+    strength: Floats  # eigenvalues (q,)
+
+    @classmethod
+    def of(cls, stage: str, white: Whitening, root: Floats) -> Self:
+        """`root` is W (N, q)."""
+        from scipy.linalg import eigh
+
+        whitened = white.white(root)
+        strength, turned = eigh(whitened.T @ whitened)
+        return cls(stage, white, whitened @ turned, np.maximum(strength, 0.0))
+
+    def log_density(self, z: Floats) -> float:
+        zw = self.white.white(z)
+        along, plain = (self.directions.T @ zw) ** 2, self.white.log_norm - 0.5 * float(zw @ zw)
+        return log_mean([plain + self._gain(along, amplitude**2) for amplitude in AMPLITUDES])
+
+    def _gain(self, along: Floats, variance: float) -> float:
+        over = 1 + variance * self.strength
+        return float(0.5 * (variance * along / over).sum() - 0.5 * np.log(over).sum())
+
+
+def astray(
+    strays: Sequence[Stray], cells: Cells, kernels: Kernels, surfaces: Sequence[Surface], middle: Floats
+) -> tuple[Astray, ...]:
+    """`middle` (N, N): noise and the background that lies under a gap that nothing explains."""
+    under = Whitening.of(middle)
+    found: list[Astray] = []
+    for one in strays:
+        if one.amplitude is not None:
+            found.append(AnyWay(one.stage, Whitening.of(middle + kernels.stray(one, one.amplitude))))
+        else:
+            found += [AsEffectsDo.of(one.stage, under, root) for root in _roots(one, cells, kernels, surfaces)]
+    return tuple(found)
+
+
+def _roots(one: Stray, cells: Cells, kernels: Kernels, surfaces: Sequence[Surface]) -> list[Floats]:
+    """W (N, q) with W W' = K over configurations times directions: all of them together, and each alone."""
+    here = np.flatnonzero(kernels.stage == one.stage)
+    columns = np.unique(cells.observable[here])
+    directions = _directions(here, columns, cells, surfaces)
+    n = directions.shape[1]
+    if n == 0:
+        return []
+    alone = [directions[:, [i]] * np.sqrt(n) for i in range(n)] if n > 1 else []
+    return [_root(one, cells, kernels, each) for each in (directions, *alone)]
+
+
+def _root(one: Stray, cells: Cells, kernels: Kernels, directions: Floats) -> Floats:
+    here = np.flatnonzero(kernels.stage == one.stage)
+    columns = np.unique(cells.observable[here])
+    rows, first = np.unique(cells.configuration, return_index=True)
+    lower = np.linalg.cholesky(kernels.over(one)[np.ix_(first, first)] + 1e-6 * np.eye(len(rows)))
+    root = np.zeros((len(cells.z), len(rows) * directions.shape[1]))
+    c, o = np.searchsorted(rows, cells.configuration[here]), np.searchsorted(columns, cells.observable[here])
+    root[here] = (lower[c][:, :, None] * directions[o][:, None, :]).reshape(len(here), -1)
+    return root
+
+
+def _directions(here: NDArray[np.intp], columns: NDArray[np.intp], cells: Cells, surfaces: Sequence[Surface]) -> Floats:
+    """(d, r): main directions of all effects' changes, each effect of the same weight; together of one tolerance."""
+    rows = []
+    for surface in surfaces:
+        changes = cells.take(surface.nodes)[:, here]
+        size = np.sqrt((changes**2).sum(axis=1))
+        if size.max(initial=0.0) > 0:
+            table = np.zeros((len(changes), len(np.unique(cells.configuration)), len(columns)))
+            c = np.searchsorted(np.unique(cells.configuration), cells.configuration[here])
+            table[:, c, np.searchsorted(columns, cells.observable[here])] = changes / size.max()
+            rows.append(table.reshape(-1, len(columns)) / np.sqrt(len(changes)))
+    if not rows:
+        return np.zeros((len(columns), 0))
+    _, _, axes = np.linalg.svd(np.concatenate(rows), full_matrices=False)
+    kept = axes[: min(_DIRECTIONS, len(axes))]
+    return np.asarray(kept.T * np.sqrt(len(columns) / len(kept)))

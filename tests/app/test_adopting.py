@@ -1,0 +1,277 @@
+"""Adopted effects: versions of the twin that predictions take up, and the way back."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import verdicts
+from campaigns import GUN_TOML, gun_campaign, hammer_campaign
+from pyroshock.app import adopting, diagnosing, tuning_session, twins
+from pyroshock.app.adopting import acts_at, adopt, adopted_for, fitted, taken_up
+from pyroshock.app.twins import TwinRequest
+from pyroshock.diagnosis.verdict import Verdict
+from pyroshock.schema.session import Store
+from pyroshock.twin.contact.stage import LawContact
+from pyroshock.twin.effects import Effect, catalogue, effect
+from stores import ingested, opened, pyroshock
+from twin_parts import ringing_plate
+
+VALVE = effect("gun.valve_flow")
+GAIN = effect("sensor.velocity_gain", gain=1.05)
+
+
+def of_gun(campaign: str, *effects: Effect, simulator: str = "gun:adiabatic") -> Verdict:
+    return verdicts.verdict(campaign=campaign, simulator=simulator, fits={each.id: (each,) for each in effects})
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two campaigns of one gun, and one of another."""
+    place = tmp_path_factory.mktemp("filled")
+    folders = [gun_campaign(place / name, name=name) for name in ("spring", "summer", "other")]
+    toml = GUN_TOML.format(name="other").replace("travel_m = 0.9", "travel_m = 0.8")
+    (folders[2] / "campaign.toml").write_text(toml, encoding="utf-8")
+    ingested(f"sqlite:///{place / 'lab.db'}", *folders, hammer_campaign(place / "hammer", 1, 1))
+    return place / "lab.db"
+
+
+@pytest.fixture
+def lab(filled: Path, tmp_path: Path) -> str:
+    return f"sqlite:///{shutil.copy(filled, tmp_path)}"
+
+
+@pytest.fixture
+def store(lab: str) -> Iterator[Store]:
+    with opened(lab) as store:
+        yield store
+
+
+def used(store: Store, campaign: str) -> list[str]:
+    with store.reading() as session:
+        return [each.id for each in taken_up(session, campaign)[0]]
+
+
+def test_campaigns_of_the_same_gun_use_it(store: Store) -> None:
+    adopt(store, of_gun("spring", VALVE), VALVE.id)
+    assert used(store, "spring") == used(store, "summer") == [VALVE.id]
+    assert used(store, "other") == used(store, "hammer") == []
+
+
+def test_newest_version_counts_alone(store: Store) -> None:
+    adopt(store, of_gun("spring", VALVE), VALVE.id)
+    assert adopt(store, of_gun("summer", GAIN), GAIN.id).version == 2
+    assert used(store, "spring") == [GAIN.id]
+
+
+def test_none_is_the_way_back(store: Store) -> None:
+    adopt(store, of_gun("spring", VALVE), VALVE.id)
+    adopt(store, of_gun("spring"), "none")
+    assert used(store, "spring") == []
+
+
+def test_stage_that_a_diagnosis_did_not_see_keeps_its_effect(store: Store) -> None:
+    layer = verdicts.LAYER
+    adopt(store, of_gun("spring", layer, simulator="gun:adiabatic | contact:hertz"), layer.id)
+    adopt(store, of_gun("summer", VALVE), VALVE.id)
+    assert used(store, "spring") == [VALVE.id, layer.id]
+
+
+def test_two_that_act_together_are_adopted_together(store: Store) -> None:
+    both = of_gun("spring")
+    adopt(store, replace(both, fits={"gun.valve_flow+sensor.velocity_gain": (VALVE, GAIN)}),
+          "gun.valve_flow+sensor.velocity_gain")  # fmt: skip
+    assert used(store, "spring") == [VALVE.id, GAIN.id]
+
+
+def test_effect_by_hand_goes_before_the_adopted_one(store: Store) -> None:
+    adopt(store, of_gun("spring", VALVE), VALVE.id)
+    with store.reading() as session:
+        assert taken_up(session, "spring", (VALVE,)) == ((), ())
+
+
+def test_numbers_come_back_as_they_were(store: Store) -> None:
+    adopt(store, of_gun("spring", GAIN), GAIN.id)
+    with store.reading() as session:
+        (found,) = adopted_for(session, "spring")
+    assert found.effects == (GAIN,)
+    assert found.note.startswith("with sensor.velocity_gain (adopted 2")
+    assert found.note.endswith("version 1, diagnosis of spring)")
+
+
+def test_row_says_where_each_number_is_from(store: Store) -> None:
+    row = adopt(store, of_gun("spring", GAIN), GAIN.id)
+    assert row.configuration["sources"] == {
+        "sensor.velocity_gain.gain": {"kind": "fitted", "where": "diagnosis of spring"}
+    }
+
+
+def test_likeliest_of_a_group_is_what_was_fitted() -> None:
+    whole = replace(verdicts.verdict(), fits={})
+    effects, probability = fitted(whole, "contact.layer_compliance")
+    assert effects == (verdicts.LAYER,) and probability == pytest.approx(0.8 * 0.93)
+
+
+@pytest.mark.parametrize("wanted", ["contact.plate_compliance", "gun.magic", "unknown"])
+def test_what_was_not_fitted_is_refused(wanted: str) -> None:
+    with pytest.raises(LookupError, match=r"no fit of .*; it has: contact.layer_compliance, gun.valve_flow, and none"):
+        fitted(verdicts.verdict(), wanted)
+
+
+def test_two_at_once_keep_both(database_url: str, tmp_path: Path) -> None:
+    """Each in a store of its own, as two commands are."""
+    ingested(database_url, gun_campaign(tmp_path / "spring", name="spring"))
+
+    def one(_: int) -> int:
+        with opened(database_url) as store:
+            return adopt(store, of_gun("spring", VALVE), VALVE.id).version
+
+    with ThreadPoolExecutor(4) as pool:
+        assert sorted(pool.map(one, range(8))) == list(range(1, 9))
+
+
+def test_number_that_was_taken_meanwhile_is_tried_anew(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    """PostgreSQL lets two commands read the same newest number; the second one's commit is refused."""
+    adopt(store, of_gun("spring", VALVE), VALVE.id)
+    honest, calls = adopting._add, []
+
+    def late(session, campaign, configuration, reason, diagnosis):  # type: ignore[no-untyped-def]
+        calls.append(reason)
+        if len(calls) == 1:
+            monkeypatch.setattr(adopting.func, "max", lambda column: column - column)
+        else:
+            monkeypatch.undo()
+        return honest(session, campaign, configuration, reason, diagnosis)
+
+    monkeypatch.setattr(adopting, "_add", late)
+    assert adopt(store, of_gun("spring", GAIN), GAIN.id).version == 2
+
+
+@pytest.mark.parametrize("identity", list(catalogue()))
+def test_every_effect_acts_at_a_stage(identity: str) -> None:
+    stage = acts_at(identity)
+    assert stage in adopting.STAGES
+    assert identity.startswith(("sensor.", f"{stage}."))
+
+
+@pytest.mark.parametrize(
+    ("identity", "stage"),
+    [
+        ("sensor.pressure_gain", "gun"),
+        ("sensor.velocity_gain", "gun"),
+        ("sensor.force_bandwidth", "contact"),
+        ("sensor.zero_shift", "plate"),
+    ],
+)
+def test_sensor_belongs_to_what_it_reads(identity: str, stage: str) -> None:
+    assert acts_at(identity) == stage
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Plates need no solution."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+
+    def solved(drawing, material, highest_hz, folder):  # type: ignore[no-untyped-def]
+        plate, points = ringing_plate(), tuple(drawing.impact_points)[:2]
+        shapes = plate.shape_impact[: len(points)]
+        return replace(plate, impact_points=points, shape_impact=shapes, sensors=tuple(drawing.sensors))
+
+    monkeypatch.setattr(twins, "solved", solved)
+
+
+@pytest.mark.usefixtures("quick")
+def test_adopted_effect_changes_what_is_predicted(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The way round: diagnose --adopt, predict, predict --no-adopted, --adopt none."""
+    shot = ("predict", "--tank-pressure", "5bar", "--campaign", "spring", "--contact", "hertz", "--draws", "4",
+            "--frequencies", "200:800:3", "--db", lab, "--json")  # fmt: skip
+
+    def velocity(*more: str) -> tuple[float, str]:
+        result = pyroshock(*shot, *more)
+        assert result.exit_code == 0, result.stderr
+        return json.loads(result.stdout)["velocity_m_s"]["mean"], result.stderr
+
+    nominal, _ = velocity()
+    found = of_gun("spring", VALVE)
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: found)
+    told = pyroshock("diagnose", "spring", "--db", lab, "--adopt", VALVE.id)
+    assert told.exit_code == 0 and "adopted as version 1: diagnosis of spring: gun.valve_flow" in told.stderr
+    adopted, notes = velocity()
+    assert adopted != pytest.approx(nominal, rel=0.01)
+    assert "with gun.valve_flow (adopted 2" in notes and "diagnosis of spring)" in notes
+    assert velocity("--no-adopted")[0] == nominal
+    assert pyroshock("diagnose", "spring", "--db", lab, "--adopt", "none").exit_code == 0
+    assert velocity()[0] == nominal
+
+
+@pytest.mark.usefixtures("quick")
+def test_bench_of_a_file_is_another_one(lab: str, tmp_path: Path) -> None:
+    with opened(lab) as store:
+        adopt(store, of_gun("spring", VALVE), VALVE.id)
+    (tmp_path / "bench.toml").write_text("[plate]\nthickness_m = 0.012\n", encoding="utf-8")
+    result = pyroshock("predict", "--campaign", "spring", "--bench", "bench.toml", "--contact", "hertz",
+                       "--draws", "4", "--frequencies", "200:800:3", "--db", lab)  # fmt: skip
+    assert result.exit_code == 0 and "adopted" not in result.stderr
+
+
+def test_unknown_effect_is_one_line(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: of_gun("spring", VALVE))
+    result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", "gun.magic")
+    assert result.exit_code == 2
+    assert "has no fit of 'gun.magic'" in result.stderr.strip().splitlines()[-1]
+
+
+@pytest.mark.usefixtures("quick")
+def test_registered_model_holds_what_the_bench_does(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    layer = verdicts.LAYER
+    with opened(lab) as store:
+        adopt(store, of_gun("spring", layer, simulator="gun:adiabatic | contact:hertz"), layer.id)
+
+        class Registry:
+            def champion(self, _: str) -> str:
+                return "the model in use"
+
+        monkeypatch.setattr(twins, "_registry", lambda _: Registry())
+        monkeypatch.setattr(twins, "_registered", lambda *_: LawContact("hunter"))
+        by_model = twins.twin_of(store, lab, TwinRequest(campaign="spring"))
+        by_law = twins.twin_of(store, lab, TwinRequest(campaign="spring", contact="hertz"))
+    assert by_model.twin.contact.label == "hunter"
+    assert any("does not act on a registered model" in note for note in by_model.notes)
+    assert by_law.twin.contact.label == f"hertz + {layer.id}"
+
+
+@pytest.mark.usefixtures("quick")
+def test_other_plate_keeps_its_nominal_law(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    damping = effect("plate.damping", factor=2.0)
+    with opened(lab) as store:
+        adopt(store, of_gun("spring", damping, simulator="plate:modal"), damping.id)
+        own = twins.twin_of(store, lab, TwinRequest(campaign="spring", contact="hertz"))
+        other = twins.twin_of(store, lab, TwinRequest(campaign="spring", contact="hertz", plate="steel"))
+    assert own.twin.plate.effects == (damping,)
+    assert other.twin.plate.effects == ()
+
+
+def test_tune_leaves_it_out_where_asked(lab: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    asked = []
+
+    def stop(_store, _db, ask):  # type: ignore[no-untyped-def]
+        asked.append(ask.request.adopted)
+        raise ValueError("enough")
+
+    monkeypatch.setattr(tuning_session, "session_of", stop)
+    (tmp_path / "spec.csv").write_text("frequency_hz,level_g\n100,10\n1000,100\n", encoding="utf-8")
+    for more in ((), ("--no-adopted",)):
+        assert "enough" in pyroshock("tune", "--target", tmp_path / "spec.csv", "--db", lab, *more).stderr
+    assert asked == [True, False]
+
+
+def test_effect_that_is_not_first_is_told(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: of_gun("spring", VALVE))
+    result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", VALVE.id)
+    assert "gun.valve_flow is not what the diagnosis says first: contact.layer_compliance" in result.stderr

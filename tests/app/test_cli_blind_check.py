@@ -1,0 +1,61 @@
+"""`blind-check`: what it asks for and what it prints. The check itself is made up here."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pyroshock.diagnosis.blind import run as blind
+from stores import pyroshock
+
+
+class MadeUp:
+    """A report whose figures cannot all be told."""
+
+    def as_json(self) -> dict[str, Any]:
+        return {"tiers": [{"tier": "strong", "first": 1.0, "ece": float("nan")}], "baselines": []}
+
+    def text(self) -> str:
+        return "| tier | first |"
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = []
+
+    def run(cases: int, seed: int, tiers: tuple[str, ...], **options: Any) -> MadeUp:
+        found.append({"cases": cases, "seed": seed, "tiers": tiers, **options})
+        return MadeUp()
+
+    monkeypatch.setattr(blind, "run", run)
+    return found
+
+
+def test_tables_for_people(asked: list[dict[str, Any]]) -> None:
+    result = pyroshock("blind-check", "--cases", "2", "--seed", "1")
+    assert (result.exit_code, result.stdout) == (0, "| tier | first |\n")
+
+
+def test_json_has_tiers_and_baselines_and_no_nan(asked: list[dict[str, Any]]) -> None:
+    found = json.loads(pyroshock("blind-check", "--cases", "2", "--seed", "1", "--json").stdout)
+    assert found == {"tiers": [{"tier": "strong", "first": 1.0, "ece": None}], "baselines": []}
+
+
+def test_options_reach_the_check(asked: list[dict[str, Any]], tmp_path: Path) -> None:
+    pyroshock("blind-check", "--cases", "2", "--seed", "1", "--tier", "weak", "--tier", "strong", "--jobs", "3",
+              "--folder", tmp_path, "--no-baselines")  # fmt: skip
+    (one,) = asked
+    assert one["tiers"] == ("weak", "strong")
+    assert (one["jobs"], one["folder"], one["baselines"]) == (3, tmp_path, False)
+
+
+def test_unknown_tier_is_one_line(asked: list[dict[str, Any]]) -> None:
+    result = pyroshock("blind-check", "--cases", "2", "--seed", "1", "--tier", "easy")
+    assert result.exit_code == 2 and "--tier is 'easy'; expected one of weak, middle, strong" in result.stderr
+    assert not asked
+
+
+def test_seed_has_no_default() -> None:
+    assert pyroshock("blind-check", "--cases", "2").exit_code == 2

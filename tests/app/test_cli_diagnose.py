@@ -1,0 +1,169 @@
+"""`diagnose` as a laboratory uses it: what it prints, keeps, refuses. The diagnosis itself is made up."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import verdicts
+from campaigns import gun_campaign
+from click.testing import Result
+from pyroshock.app import diagnosing, twins
+from pyroshock.app.diagnosing import Asked, record_of
+from pyroshock.diagnosis.verdict import Cause, Verdict
+from stores import counts, ingested, pyroshock
+
+Diagnose = Callable[..., Result]
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[Asked]:
+    """What the command asks for; every answer is the made-up one, named after the target."""
+    found: list[Asked] = []
+
+    def made_up(store: object, db: str, asked: Asked, progress: object = None) -> Verdict:
+        found.append(asked)
+        return verdicts.verdict(campaign=Path(asked.target).name)
+
+    monkeypatch.setattr(diagnosing, "diagnosed", made_up)
+    return found
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store with the gun campaign "spring", and its folder."""
+    place = tmp_path_factory.mktemp("filled")
+    ingested(f"sqlite:///{place / 'lab.db'}", gun_campaign(place / "folder", name="spring"))
+    return place
+
+
+@pytest.fixture
+def lab(filled: Path, tmp_path: Path) -> str:
+    """The store, with the folder beside it."""
+    shutil.copytree(filled / "folder", tmp_path / "folder")
+    return f"sqlite:///{shutil.copy(filled / 'lab.db', tmp_path)}"
+
+
+def done(*words: str | Path) -> Result:
+    result = pyroshock("diagnose", *words)
+    assert result.exit_code == 0, result.stderr
+    return result
+
+
+def test_json_is_alone_on_standard_output(asked: list[Asked], lab: str) -> None:
+    assert json.loads(done("spring", "--db", lab, "--json").stdout) == verdicts.verdict().as_json()
+
+
+def test_json_file_and_page_are_written(asked: list[Asked], lab: str, tmp_path: Path) -> None:
+    done("spring", "--db", lab, "--json", tmp_path / "report.json", "--html", tmp_path / "gap.html")
+    assert json.loads((tmp_path / "report.json").read_text())["campaign"] == "spring"
+    assert "<h1>spring: the gap is 0.041" in (tmp_path / "gap.html").read_text()
+
+
+def test_people_read_every_part(asked: list[Asked], lab: str) -> None:
+    told = done("spring", "--db", lab).stdout
+    for part in ("spring: the gap is", "93 %  contact.layer_compliance (80 %) or", "causes", "where",
+                 "on configurations that it has not seen", "the next experiment", "taken for granted"):  # fmt: skip
+        assert part in told
+
+
+def test_store_keeps_each_diagnosis(asked: list[Asked], lab: str) -> None:
+    done("spring", "--db", lab)
+    done("spring", "--db", lab, "--seed", "1")
+    rows = json.loads(done("spring", "--db", lab, "--list", "--json").stdout)
+    assert [row["first"] for row in rows] == ["contact.layer_compliance or contact.plate_compliance"] * 2
+    assert rows[0]["id"] > rows[1]["id"]
+
+
+def test_list_tells_what_was_adopted(asked: list[Asked], lab: str) -> None:
+    done("spring", "--db", lab, "--adopt", "gun.valve_flow")
+    done("spring", "--db", lab, "--adopt", "none")
+    done("spring", "--db", lab)
+    rows = json.loads(done("spring", "--db", lab, "--list", "--json").stdout)
+    assert [row["adopted"] for row in rows] == [None, "version 2: none", "version 1: gun.valve_flow"]
+
+
+def test_folder_leaves_nothing_behind(asked: list[Asked], lab: str, tmp_path: Path) -> None:
+    before, files = counts(lab), sorted(tmp_path.rglob("*"))
+    done(tmp_path / "folder", "--db", lab)
+    done(tmp_path / "folder", "--db", f"sqlite:///{tmp_path / 'none.db'}")
+    assert counts(lab) == before
+    assert sorted(tmp_path.rglob("*")) == files
+
+
+def test_options_reach_the_diagnosis(asked: list[Asked], lab: str) -> None:
+    done("spring", "--db", lab, "--seed", "3", "--tolerance", "gun=2%", "--tolerance", "plate=0.7dB",
+         "--uncertain", "gun.friction_coefficient=0.05", "--simulator", "models:/hybrid@2")  # fmt: skip
+    (one,) = asked
+    assert one.tolerances == pytest.approx({"gun": 0.02, "plate": 0.7})
+    assert one.uncertain == {"gun.friction_coefficient": 0.05}
+    assert (one.seed, one.simulator) == (3, "models:/hybrid@2")
+
+
+def test_not_finite_numbers_are_null(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
+    gap = replace(verdicts.verdict().gap, noise_floor=float("nan"))
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.verdict(gap=gap))
+    assert json.loads(done("spring", "--db", lab, "--json").stdout)["gap"]["noise_floor"] is None
+
+
+@pytest.mark.parametrize("answer", ["none", "unknown"])
+def test_every_answer_is_a_finished_diagnosis(monkeypatch: pytest.MonkeyPatch, lab: str, answer: str) -> None:
+    found = replace(verdicts.verdict(), causes=(Cause((answer,), 1.0),))
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: found)
+    assert pyroshock("diagnose", "spring", "--db", lab).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("summer",), "no campaign and no folder 'summer'; campaigns: spring"),
+        (("spring", "--simulator", "magic"), "--simulator is 'magic'; expected nominal, or models:/NAME@VERSION"),
+        (("spring", "--simulator", "models:/hybrid@1"), "no registered model 'hybrid@1'"),
+        (("spring", "--tolerance", "gun=1"), "--tolerance is 'gun=1'; expected gun=1%"),
+        (("spring", "--tolerance", "laser=1%"), "--tolerance is 'laser=1%'"),
+        (("spring", "--uncertain", "friction=0.1"), "--uncertain is 'friction=0.1'; expected NUMBER=SD"),
+        (("spring", "--list", "--db", "sqlite:///none.db"), "no store at"),
+        (("summer", "--list"), "'summer'"),
+    ],
+)
+def test_what_a_user_can_mend_is_one_line(lab: str, tmp_path: Path, words: tuple[str, ...], message: str,
+                                          monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    result = pyroshock("diagnose", *words, *(() if "--db" in words else ("--db", lab)))
+    assert result.exit_code == 2
+    assert message in result.stderr.strip().splitlines()[-1]
+
+
+def test_folder_cannot_adopt(asked: list[Asked], tmp_path: Path) -> None:
+    folder = gun_campaign(tmp_path / "folder")
+    result = pyroshock("diagnose", folder, "--adopt", "gun.valve_flow", "--db", f"sqlite:///{tmp_path / 'none.db'}")
+    assert result.exit_code == 2 and "ingest it first" in result.stderr
+    assert not asked
+
+
+def test_damaged_folder_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "folder").mkdir()
+    result = pyroshock("diagnose", tmp_path / "folder", "--db", f"sqlite:///{tmp_path / 'none.db'}")
+    assert result.exit_code == 2 and len(result.stderr.strip().splitlines()) == 1
+
+
+def test_plate_that_a_user_brings_is_taken(tmp_path: Path) -> None:
+    """A modal table as a file, or a drawing that is solved."""
+    folder = gun_campaign(tmp_path / "folder")
+    modes = tmp_path / "modes.csv"
+    modes.write_text("mode,frequency_hz,damping_ratio,shape_impact,shape_a\n1,400,0.01,0.3,0.4\n", encoding="utf-8")
+    record = record_of(None, "sqlite:///none.db", Asked(str(folder), modes=modes))
+    assert record.plate is not None and record.plate.frequency_hz.tolist() == [400.0]
+
+
+def test_drawing_of_a_plate_is_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(twins, "solved", lambda drawing, material, *_: (drawing.sensors, material.name))
+    bench = tmp_path / "bench.toml"
+    bench.write_text("[plate]\nmaterial = 'steel'\nsensors = {left = [0.3, 0.3]}\n", encoding="utf-8")
+    record = record_of(None, "sqlite:///none.db", Asked(str(gun_campaign(tmp_path / "folder")), bench=bench))
+    assert record.plate == ({"left": (0.3, 0.3)}, "steel")

@@ -1,0 +1,32 @@
+"""The three disclosed campaigns, by the command line alone, from their folders."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from stores import pyroshock
+
+DISCLOSED = {
+    "gun-valve-flow": "gun.valve_flow",
+    "hammer-effective-mass": "contact.effective_mass",
+    "plate-damping": "plate.damping",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+@pytest.mark.parametrize("name", DISCLOSED)
+def test_disclosed_cause_is_in_the_first_group(
+    shared: Path, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    page = tmp_path / "gap.html"
+    result = pyroshock("diagnose", shared / "examples" / name, "--json", "--html", page)
+    assert result.exit_code == 0, result.stderr
+    first = json.loads(result.stdout)["causes"][0]
+    assert DISCLOSED[name] in first["effects"] and len(first["effects"]) <= 4
+    assert first["probability"] >= 0.8
+    assert f"<title>Diagnosis of {name}</title>" in page.read_text(encoding="utf-8")
+    assert list(tmp_path.iterdir()) == [page]

@@ -1,0 +1,89 @@
+"""Accelerometers in another unit, with another sign, or in each other's place are refused; a wrong plate is not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plate_folders import CHANNELS, plate_record, small_plate
+from pyroshock.diagnosis.plausibility import Finding, implausible
+from pyroshock.diagnosis.plausibility.early import early_fits
+from pyroshock.diagnosis.record import CampaignRecord, Series
+
+Accelerations = Mapping[str, Series]
+
+
+def changed(change: Callable[[Accelerations], Accelerations]) -> CampaignRecord:
+    record = plate_record()
+    runs = tuple(replace(run, accelerations=change(run.accelerations)) for run in record.runs)
+    return replace(record, runs=runs)
+
+
+def times(factor: float, *channels: str) -> Callable[[Accelerations], Accelerations]:
+    return lambda recorded: {
+        name: replace(series, values=series.values * (factor if name in channels else 1.0))
+        for name, series in recorded.items()
+    }
+
+
+def found(record: CampaignRecord) -> tuple[Finding, ...]:
+    return implausible(record, [])
+
+
+def test_a_perfect_bench_fits_itself() -> None:
+    fits = early_fits(plate_record(noise=0.0))
+    assert fits is not None
+    np.testing.assert_allclose(np.diag(fits.correlation), 1, atol=1e-9)
+    np.testing.assert_allclose(fits.log_gain, 0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("stiffer", "damping"), [(1.0, 1.0), (1.05, 1.0), (0.95, 1.0), (1.0, 4.0), (1.0, 0.3)])
+def test_another_plate_than_the_table_s_is_no_mistake(stiffer: float, damping: float) -> None:
+    plate = small_plate()
+    true = replace(plate, frequency_hz=plate.frequency_hz * stiffer, damping_ratio=plate.damping_ratio * damping)
+    assert found(plate_record(true)) == ()
+
+
+@pytest.mark.parametrize(
+    ("factor", "unit"), [(1 / 9.80665, " g "), (9.80665, " g "), (1e3, "mm/s2"), (1 / 0.3048, "ft/s2")]
+)
+def test_one_channel_in_another_unit_is_refused(factor: float, unit: str) -> None:
+    (one,) = found(changed(times(factor, CHANNELS[1])))
+    assert (one.severity, one.channel) == ("refuse", CHANNELS[1])
+    assert unit in one.message
+
+
+def test_all_channels_off_alike_may_be_the_force() -> None:
+    (one,) = found(changed(times(1e3, *CHANNELS)))
+    assert one.severity == "refuse"
+    assert "force: values in kN where N is declared" in one.message
+    assert "mm/s2" in one.message
+
+
+def test_a_reversed_channel_is_refused() -> None:
+    (one,) = found(changed(times(-1.0, CHANNELS[0])))
+    assert (one.severity, one.channel) == ("refuse", CHANNELS[0])
+    assert "polarity" in one.message
+
+
+def test_swapped_channels_are_refused() -> None:
+    first, second = CHANNELS
+    (one,) = found(changed(lambda recorded: {first: recorded[second], second: recorded[first]}))
+    assert one.severity == "refuse"
+    assert "swapped" in one.message
+
+
+def test_sensors_that_feel_the_same_cannot_be_told_to_be_swapped() -> None:
+    plate = small_plate()
+    alike = replace(plate, shapes=plate.shapes[[0, 0]])
+    assert found(replace(plate_record(alike), plate=alike)) == ()
+
+
+def test_a_force_that_pulls_is_another_sensor_s() -> None:
+    record = plate_record()
+    runs = tuple(replace(run, force=run.accelerations[CHANNELS[0]]) for run in record.runs)
+    (one,) = found(replace(record, runs=runs))
+    assert (one.severity, one.channel) == ("refuse", "force")
+    assert "pulls" in one.message

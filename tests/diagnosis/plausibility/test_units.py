@@ -1,0 +1,158 @@
+"""Wrong units are told from physics: refused or named on what is mislabelled, silent on what is not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from contact_campaigns import hammer_record
+from pyroshock.diagnosis.plausibility import Finding, ImplausibleRecordError, check, implausible
+from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
+from pyroshock.diagnosis.stages.contact import ContactStage
+from pyroshock.diagnosis.stages.gun import GunStage
+from pyroshock.twin.contact.effects.effective_mass import EffectiveMass
+from pyroshock.twin.contact.effects.layer_compliance import LayerCompliance
+from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
+from pyroshock.twin.effects import Effect
+from pyroshock.twin.gun.bench import GunBench
+from pyroshock.twin.gun.effects.blow_by import BlowBy
+from pyroshock.twin.gun.effects.valve_flow import ValveFlow
+from pyroshock.twin.gun.nominal import muzzle_velocity
+from pyroshock.twin.gun.shots import gun_velocity
+
+BENCH = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 1.0)
+MASSES_KG, PRESSURES_PA = (0.25, 0.5, 1.0), (0.6e5, 1.2e5, 2.4e5, 4.8e5)
+
+
+def gun_record(factor: float = 0.98, *, pressure: Callable[[float], float] = lambda p: p) -> CampaignRecord:
+    """Shots at `factor` times the nominal velocity, 1 % scatter; `pressure` is what is written of the true one."""
+    rng = np.random.default_rng(5)
+    settings = [(p, m) for p in PRESSURES_PA for m in MASSES_KG]
+    configurations = [Configuration(f"{p} Pa {m} kg", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings]
+    runs = []
+    for order in range(2 * len(settings)):
+        p, m = settings[order // 2]
+        velocity = float(muzzle_velocity(BENCH, p, m)) * factor * (1 + 0.01 * rng.standard_normal())
+        runs.append(Run(order // 2, order + 1, order % 2 + 1, order, pressure(p), m, velocity, 0.01 * velocity))
+    return CampaignRecord("shots", "gun", tuple(configurations), tuple(runs), gun=BENCH)
+
+
+def with_runs(record: CampaignRecord, change: Callable[[Run], Run]) -> CampaignRecord:
+    return replace(record, runs=tuple(change(run) for run in record.runs))
+
+
+def with_velocity(record: CampaignRecord, factor: float) -> CampaignRecord:
+    return with_runs(record, lambda run: replace(run, velocity_m_s=(run.velocity_m_s or 0.0) * factor))
+
+
+def with_force(record: CampaignRecord, factor: float) -> CampaignRecord:
+    def change(run: Run) -> Run:
+        assert run.force is not None
+        return replace(run, force=replace(run.force, values=run.force.values * factor))
+
+    return with_runs(record, change)
+
+
+def of_gun(record: CampaignRecord) -> tuple[Finding, ...]:
+    return implausible(record, [GunStage(record)])
+
+
+def of_contact(record: CampaignRecord) -> tuple[Finding, ...]:
+    return implausible(record, [ContactStage(record)])
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.95, 0.75, 0.55])
+def test_a_gun_that_is_slower_than_nominal_is_left_alone(factor: float) -> None:
+    assert of_gun(gun_record(factor)) == ()
+
+
+@pytest.mark.parametrize("effect", [BlowBy(), ValveFlow()])
+def test_missing_physics_of_the_gun_is_no_mistake(effect: Effect) -> None:
+    record = gun_record(1.0)
+    pressure = np.array([run.tank_pressure_pa for run in record.runs])
+    mass = np.array([run.bullet_mass_kg for run in record.runs])
+    fired = gun_velocity(BENCH, pressure, mass, [effect]).velocity_m_s  # type: ignore[list-item]
+    runs = tuple(replace(run, velocity_m_s=float(v)) for run, v in zip(record.runs, fired, strict=True))
+    assert of_gun(replace(record, runs=runs)) == ()
+
+
+@pytest.mark.parametrize(
+    ("factor", "unit"),
+    [(3.6, "km/h"), (1 / 3.6, "km/h"), (1 / 0.3048, "ft/s"), (0.3048, "ft/s"), (1e-3, "mm/s")],
+)
+def test_velocities_in_another_unit_are_refused(factor: float, unit: str) -> None:
+    (found,) = of_gun(with_velocity(gun_record(), factor))
+    assert (found.severity, unit in found.message) == ("refuse", True)
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(14.503774, "psi"), (100.0, "kPa"), (0.1, "MPa")])
+def test_pressures_in_another_unit_are_refused(factor: float, unit: str) -> None:
+    (found,) = of_gun(gun_record(pressure=lambda p: p * factor))
+    assert (found.severity, found.channel) == ("refuse", "tank_pressure")
+    assert f"values in {unit} where bar is declared" in found.message
+
+
+def test_absolute_pressures_are_named() -> None:
+    (found,) = of_gun(gun_record(0.99, pressure=lambda p: p + 101_325.0))
+    assert (found.severity, found.channel) == ("name", "tank_pressure")
+    assert "absolute" in found.message
+
+
+def test_a_mile_an_hour_is_only_named() -> None:
+    """A factor of two is physics as well."""
+    (found,) = of_gun(with_velocity(gun_record(), 2.237))
+    assert found.severity == "name"
+
+
+@pytest.mark.parametrize("effects", [(), (EffectiveMass(1.3),), (ViscousLoss(0.5),), (LayerCompliance(1e-7),)])
+def test_missing_physics_of_the_contact_is_no_mistake(effects: tuple[Effect, ...]) -> None:
+    assert of_contact(hammer_record(effects, noise=0.002)) == ()
+
+
+@pytest.mark.parametrize(
+    ("factor", "unit"),
+    [(1e3, "kN"), (1e-3, "kN"), (4.4482, "lbf"), (1 / 4.4482, "lbf"), (9.80665, "kgf"), (10, "gain")],
+)
+def test_forces_in_another_unit_are_refused(factor: float, unit: str) -> None:
+    (found,) = of_contact(with_force(hammer_record(noise=0.002), factor))
+    assert (found.severity, found.channel) == ("refuse", "force")
+    assert unit in found.message
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(3.6, "km/h"), (0.3048, "ft/s"), (100.0, "cm/s")])
+def test_velocities_of_a_hammer_in_another_unit_are_told_by_the_pulse(factor: float, unit: str) -> None:
+    (found,) = of_contact(with_velocity(hammer_record(noise=0.002), factor))
+    assert (found.severity, found.channel) == ("refuse", "velocity")
+    assert unit in found.message
+
+
+def test_a_rate_in_kilohertz_is_told_by_the_pulse() -> None:
+    def change(run: Run) -> Run:
+        assert run.force is not None
+        rate, start = run.force.sampling_rate_hz, run.force.start_s
+        return replace(run, force=replace(run.force, sampling_rate_hz=rate * 1e3, start_s=start / 1e3))
+
+    (found,) = of_contact(with_runs(hammer_record(), change))
+    assert (found.severity, found.channel) == ("refuse", "sampling rate")
+
+
+def test_a_mislabelled_force_with_a_loss_beside_it_is_still_named() -> None:
+    (found,) = of_contact(with_force(hammer_record((EffectiveMass(1.3),)), 1 / 9.80665))
+    assert found.channel == "force"
+    assert "kgf" in found.message
+
+
+def test_check_raises_one_line_that_says_what_to_do() -> None:
+    record = with_force(hammer_record(), 1e3)
+    with pytest.raises(ImplausibleRecordError) as raised:
+        check(record, [ContactStage(record)])
+    assert "\n" not in str(raised.value)
+    assert "'strikes': force is 1e+03 times what the contact can give" in str(raised.value)
+    assert "campaign.toml" in str(raised.value)
+
+
+def test_check_returns_what_is_only_named() -> None:
+    record = gun_record(0.99, pressure=lambda p: p + 101_325.0)
+    assert [found.severity for found in check(record, [GunStage(record)])] == ["name"]

@@ -1,0 +1,196 @@
+"""A campaign folder as a record: its files' own numbers, and nothing left behind."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from campaigns import FS_HZ, gun_campaign, gun_rows, hammer_campaign, replace_in, write_runs
+from plate_folders import CHANNELS, plate_campaign, small_plate
+from pyroshock.diagnosis.reading import folder as folders
+from pyroshock.diagnosis.reading import read_folder
+from pyroshock.ingest.errors import IngestError
+
+
+def test_runs_are_the_hits_of_the_table_in_their_order(tmp_path: Path) -> None:
+    record = read_folder(hammer_campaign(tmp_path / "c", recordings=3, hits=2))
+    assert [(run.run, run.repetition, run.order) for run in record.runs] == [
+        (1, 1, 0), (1, 2, 1), (2, 1, 2), (2, 2, 3), (3, 1, 4), (3, 2, 5),
+    ]  # fmt: skip
+    assert record.configuration_of.tolist() == [0, 0, 1, 1, 2, 2]
+    assert record.hammer_mass_kg == 0.32
+
+
+def test_factors_are_the_words_of_the_store_and_numbers_in_si(tmp_path: Path) -> None:
+    first = read_folder(hammer_campaign(tmp_path / "c")).configurations[0]
+    assert first.factors == {"tip_material": "aluminum", "tip_radius": 0.01, "hammer_speed": "low"}
+    assert first.label == "tip_material aluminum, tip_radius_mm 10"
+
+
+def test_materials_go_by_the_words_of_factors(tmp_path: Path) -> None:
+    record = read_folder(hammer_campaign(tmp_path / "c", recordings=3))
+    for configuration in record.configurations:
+        assert record.materials[str(configuration.factors["tip_material"])].youngs_modulus_pa > 0
+
+
+def test_force_is_the_file_s_own_samples_from_rest_to_beyond_the_contact(tmp_path: Path) -> None:
+    campaign = plate_campaign(tmp_path / "c")
+    for run in read_folder(campaign.folder).runs:
+        blow = campaign.blows[run.run][run.repetition - 1]
+        assert run.force is not None
+        assert run.force.start_s * FS_HZ == pytest.approx(-64, abs=1e-6)
+        assert run.force.time_s[-1] >= 1.5 * blow.width_s
+        contact = _find(run.force.values, campaign.written[run.run]["force"]) + 64
+        assert contact / FS_HZ == pytest.approx(blow.start_s, abs=3 / FS_HZ)
+
+
+def test_accelerations_are_on_the_clock_of_the_force(tmp_path: Path) -> None:
+    campaign = plate_campaign(tmp_path / "c")
+    for run in read_folder(campaign.folder).runs:
+        assert tuple(run.accelerations) == CHANNELS
+        written, force = campaign.written[run.run], run.force
+        assert force is not None
+        contact = _find(force.values, written["force"]) - force.start_s * FS_HZ
+        for name, series in run.accelerations.items():
+            first = round(contact + series.start_s * FS_HZ)
+            np.testing.assert_array_equal(series.values, written[name][first : first + series.values.size])
+
+
+def test_an_acceleration_rings_for_a_tenth_of_a_second_unless_the_next_hit_comes(tmp_path: Path) -> None:
+    far = read_folder(plate_campaign(tmp_path / "far").folder).runs[0].accelerations["acceleration_1"]
+    assert far.time_s[-1] == pytest.approx(0.1, abs=1 / FS_HZ)
+    assert far.time_s[0] == pytest.approx(-64 / FS_HZ, abs=1e-9)
+
+
+def test_cells_of_an_array_are_summed(tmp_path: Path) -> None:
+    whole = read_folder(plate_campaign(tmp_path / "one").folder)
+    shared = read_folder(plate_campaign(tmp_path / "three", cells=3).folder)
+    for one, three in zip(whole.runs, shared.runs, strict=True):
+        assert one.force is not None
+        assert three.force is not None
+        np.testing.assert_allclose(three.force.values, one.force.values, rtol=1e-5, atol=1e-3)
+    assert any("sum of 3 force channels" in text for text in shared.assumptions)
+
+
+def test_compression_is_positive_whatever_the_sensor_s_sign(tmp_path: Path) -> None:
+    record = read_folder(plate_campaign(tmp_path / "c", sign=-1).folder)
+    assert all(run.force is not None and run.force.values.max() > 1000 for run in record.runs)
+    assert any("compression as negative in 6 of 6" in text for text in record.assumptions)
+
+
+def test_a_clipped_force_is_left_out_and_said(tmp_path: Path) -> None:
+    record = read_folder(plate_campaign(tmp_path / "c", clip={"force": 1150.0}).folder)
+    assert [run.force is None for run in record.runs] == [False, False, True, True, True, True]
+    assert all(run.accelerations for run in record.runs)
+    assert any(text.startswith("force: left out in 4 of 6 hits") for text in record.assumptions)
+
+
+def test_an_acceleration_that_rings_at_its_rail_is_left_out(tmp_path: Path) -> None:
+    """Also where the contact is over: the pulse is whole, but what is compared with the plate is not."""
+    record = read_folder(plate_campaign(tmp_path / "c", clip={"acceleration_2": 400.0}).folder)
+    assert {tuple(run.accelerations) for run in record.runs} == {CHANNELS[:1]}
+    assert all(run.force is not None for run in record.runs)
+    assert any(text.startswith("acceleration_2: left out in 6 of 6 hits") for text in record.assumptions)
+
+
+def test_the_plate_is_the_measured_table(tmp_path: Path) -> None:
+    plate = read_folder(plate_campaign(tmp_path / "c").folder).plate
+    assert plate is not None
+    assert plate.sensors == CHANNELS
+    np.testing.assert_allclose(plate.shapes, small_plate().shapes, rtol=1e-9)
+    np.testing.assert_array_equal(plate.frequency_hz, small_plate().frequency_hz)
+
+
+def test_a_plate_of_the_caller_s_stands_in_where_the_campaign_has_none(tmp_path: Path) -> None:
+    given = small_plate()
+    assert read_folder(hammer_campaign(tmp_path / "c"), plate=given).plate is given
+    assert read_folder(hammer_campaign(tmp_path / "d")).plate is None
+
+
+def test_a_gun_s_table_alone_gives_its_velocities(tmp_path: Path) -> None:
+    record = read_folder(gun_campaign(tmp_path / "c", shots=4))
+    assert record.kind == "gun"
+    assert record.gun is not None
+    assert record.gun.efficiency == 0.5
+    for run, row in zip(record.runs, gun_rows(4), strict=True):
+        assert run.tank_pressure_pa == pytest.approx(float(str(row["tank_pressure_bar"])) * 1e5)
+        assert (run.velocity_m_s, run.velocity_u_m_s) == (row["measured_velocity_m_s"], 0.1)
+        assert (run.bullet_mass_kg, run.force, dict(run.accelerations)) == (0.1428, None, {})
+    assert any("the set one" in text for text in record.assumptions)
+
+
+def test_remarks_make_no_configurations(tmp_path: Path) -> None:
+    rows = [dict(row, run=i, tank_pressure_bar=0.3 + 0.1 * (i % 2)) for i, row in enumerate(gun_rows(8))]
+    noted = [dict(row, note=f"shot at {i} o'clock", angle=i % 3) for i, row in enumerate(rows)]
+    folder = gun_campaign(tmp_path / "c")
+    write_runs(folder, noted)
+    record = read_folder(folder)
+    assert len(record.configurations) == 6
+    assert all("note" not in each.factors and "angle" in each.factors for each in record.configurations)
+    assert "note: a note on each run, and not a setting" in record.assumptions
+
+
+def test_a_recording_that_cannot_be_read_is_said(tmp_path: Path) -> None:
+    campaign = plate_campaign(tmp_path / "c").folder
+    (campaign / "2.npz").write_bytes(b"no archive")
+    record = read_folder(campaign)
+    assert [run.run for run in record.runs] == [1, 1, 3, 3]
+    assert "recordings that could not be read and are left out: 1" in record.assumptions
+
+
+def test_nothing_is_left_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign = plate_campaign(tmp_path / "c").folder
+    before = sorted(campaign.rglob("*"))
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    for most in (folders.IN_MEMORY_BYTES, 0):
+        monkeypatch.setattr(folders, "IN_MEMORY_BYTES", most)
+        read_folder(campaign)
+    assert sorted(campaign.rglob("*")) == before
+    assert not list((tmp_path / "temporary").iterdir())
+
+
+def test_a_large_folder_gives_the_same_record_by_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    campaign = plate_campaign(tmp_path / "c").folder
+    small = read_folder(campaign)
+    monkeypatch.setattr(folders, "IN_MEMORY_BYTES", 0)
+    large = read_folder(campaign)
+    assert large.configurations == small.configurations
+    for one, other in zip(small.runs, large.runs, strict=True):
+        assert one.force is not None
+        assert other.force is not None
+        np.testing.assert_array_equal(one.force.values, other.force.values)
+
+
+def test_a_refused_folder_leaves_nothing_to_the_next_one(tmp_path: Path) -> None:
+    """The same name with another content would be refused, if the store still knew it."""
+    refused = hammer_campaign(tmp_path / "refused")
+    replace_in(refused / "runs.csv", "low", "fast")
+    with pytest.raises(IngestError, match="hammer_speed"):
+        read_folder(refused)
+    read_folder(hammer_campaign(tmp_path / "first", seed=1))
+    other = hammer_campaign(tmp_path / "second", recordings=1, seed=2)
+    replace_in(other / "campaign.toml", "mass_kg = 0.32", "mass_kg = 0.4")
+    record = read_folder(other)
+    assert (record.hammer_mass_kg, len(record.runs)) == (0.4, 2)
+
+
+@pytest.mark.parametrize(
+    ("name", "configurations", "runs"),
+    [("gun-valve-flow", 18, 72), ("hammer-effective-mass", 24, 96), ("plate-damping", 6, 24)],
+)
+def test_shared_examples_are_read_whole(shared: Path, name: str, configurations: int, runs: int) -> None:
+    record = read_folder(shared / "examples" / name)
+    assert (len(record.configurations), len(record.runs)) == (configurations, runs)
+    assert all((run.velocity_m_s is not None) == (name != "plate-damping") for run in record.runs)
+    assert all((run.force is None) == (name == "gun-valve-flow") for run in record.runs)
+
+
+def _find(piece: np.ndarray, whole: np.ndarray) -> int:
+    """Where the samples of `piece` begin in `whole`; they must be there, exactly."""
+    places = np.flatnonzero(whole[: whole.size - piece.size + 1] == piece[0])
+    found = [int(i) for i in places if np.array_equal(whole[i : i + piece.size], piece)]
+    assert len(found) == 1
+    return found[0]

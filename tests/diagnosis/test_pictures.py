@@ -1,0 +1,102 @@
+"""What is drawn of a gap: the observables that lie furthest out, and the records that show it."""
+
+from __future__ import annotations
+
+import numpy as np
+from contact_campaigns import hammer_record
+from plate_records import played
+from pyroshock.diagnosis.drawing import pictures_of
+from pyroshock.diagnosis.gap import GapTable
+from pyroshock.diagnosis.pictures import residual_pictures
+from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
+from pyroshock.diagnosis.stages.base import Observable
+from pyroshock.diagnosis.stages.contact import ContactStage
+from pyroshock.diagnosis.stages.gun import GunStage
+from pyroshock.diagnosis.stages.plate import PlateStage
+from pyroshock.twin.effects import effect
+from pyroshock.twin.gun.nominal import muzzle_velocity
+from twin_parts import BENCH
+
+
+def observable(name: str, tolerance: float = 0.01, unit: str = "1") -> Observable:
+    return Observable(name, "contact", "force", unit, tolerance, 0.001)
+
+
+def drawn(gaps: list[float], units: list[str] | None = None, most: int = 6) -> list[str]:
+    """Names of what is drawn of gaps in tolerances, alike in four configurations."""
+    units = units or ["1"] * len(gaps)
+    observables = [observable(f"o{i}", unit=unit) for i, unit in enumerate(units)]
+    gap = 0.01 * np.tile(gaps, (4, 1))
+    return [each.name for each in residual_pictures(observables, gap, None, np.full(gap.shape, 1e-4), most)]
+
+
+def test_largest_gaps_are_drawn_in_their_order() -> None:
+    assert drawn([2.0, 9.0, 4.0, 5.0], most=2) == ["o1", "o3"]
+
+
+def test_what_agrees_is_left_out_but_for_one() -> None:
+    assert drawn([0.2, 9.0, 0.3]) == ["o1"]
+    assert drawn([0.2, 0.1, 0.3]) == ["o2"]
+
+
+def test_no_unit_takes_all_the_room() -> None:
+    assert drawn([9.0, 8.0, 7.0, 3.0], ["1", "1", "1", "dB"], most=2) == ["o0", "o3"]
+
+
+def test_observable_without_values_is_not_drawn() -> None:
+    assert drawn([float("nan"), 2.0]) == ["o1"]
+
+
+def test_nothing_to_draw_is_nothing() -> None:
+    assert drawn([]) == []
+
+
+def test_planted_effect_closes_the_gap_that_is_drawn() -> None:
+    """A gun whose readings of velocity are 5 % high: after the effect the residuals are gone."""
+    gain = effect("sensor.velocity_gain", gain=1.05)
+    pressures = (0.3e5, 0.6e5, 1.2e5)
+    configurations = tuple(Configuration(f"{p / 1e5:g} bar", {"tank_pressure": p}) for p in pressures)
+    runs = tuple(
+        Run(i, i, 1, i, p, 0.5, 1.05 * float(muzzle_velocity(BENCH, p, 0.5)), 0.01) for i, p in enumerate(pressures)
+    )
+    record = CampaignRecord("made", "gun", configurations, runs, gun=BENCH)
+    stage = GunStage(record)
+    found = pictures_of(GapTable.of(record, [stage]), [stage], [gain])
+    (picture,) = found.residuals
+    assert found.configurations == ("0.3 bar", "0.6 bar", "1.2 bar")
+    np.testing.assert_allclose(picture.before, np.log(1.05), rtol=1e-6)
+    assert picture.after is not None
+    np.testing.assert_allclose(picture.after, 0.0, atol=1e-6)
+
+
+def test_pulse_after_the_true_effect_is_the_measured_one() -> None:
+    """A heavier hammer's pulse is longer: before, the clock of the simulation after was another one."""
+    heavy = effect("contact.effective_mass", mass_factor=1.3)
+    record = hammer_record([heavy], repetitions=2)
+    stage = ContactStage(record)
+    (curve,) = pictures_of(GapTable.of(record, [stage]), [stage], [heavy]).curves
+    assert curve.after is not None
+    peak = curve.measured.max()
+    assert np.abs(curve.after - curve.measured).max() < 0.03 * peak
+    assert np.abs(curve.before - curve.measured).max() > 0.1 * peak
+    pressed = np.flatnonzero(curve.measured > 0.02 * peak)
+    assert pressed[0] > 0 and pressed[-1] < curve.x.size - 1 and pressed.size > 0.4 * curve.x.size
+
+
+def test_spectra_are_drawn_for_each_channel() -> None:
+    gain = effect("sensor.acceleration_gain", gain=1.3)
+    record = played([gain])
+    stage = PlateStage(record)
+    found = pictures_of(GapTable.of(record, [stage]), [stage], [gain])
+    assert [curve.title.split(",")[0] for curve in found.curves] == ["acceleration_1", "acceleration_2"]
+    for curve in found.curves:
+        assert curve.after is not None and curve.logarithmic
+        np.testing.assert_allclose(curve.measured / curve.before, 1.3, rtol=0.02)
+        np.testing.assert_allclose(curve.after / curve.measured, 1.0, rtol=0.02)
+
+
+def test_without_a_cause_there_is_no_after() -> None:
+    record = hammer_record(repetitions=2)
+    stage = ContactStage(record)
+    found = pictures_of(GapTable.of(record, [stage]), [stage])
+    assert all(picture.after is None for picture in (*found.residuals, *found.curves))

@@ -1,0 +1,129 @@
+"""What a withheld case is, and the label that tells its truth."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+KINDS = ("gun", "hammer", "plate", "chain")
+#: Tier to the range of gap over floor. "any" leaves it to the cause's physical range.
+TIERS: Mapping[str, tuple[float, float]] = {
+    "weak": (0.5, 1.5),
+    "middle": (1.5, 3.0),
+    "strong": (3.0, 6.0),
+    "very strong": (6.0, 20.0),
+    "any": (0.5, 20.0),
+}
+#: Tolerance of each stage's metric: ln velocity, ln peak, impulse and width, dB of a response spectrum.
+TOLERANCES: Mapping[str, float] = {"gun": 0.01, "contact": 0.03, "plate": 0.5}
+#: Stages that a kind's campaign shows.
+STAGES: Mapping[str, tuple[str, ...]] = {
+    "gun": ("gun",),
+    "hammer": ("contact",),
+    "plate": ("plate",),
+    "chain": ("gun", "contact", "plate"),
+}
+
+
+@dataclass(frozen=True)
+class Background:
+    """What no effect explains, in tolerances (rms over configurations): a smooth function of the factors over
+    `length` (scaled factors) and `white`, drawn for each configuration."""
+
+    smooth: float
+    white: float
+    length: float
+    rough: bool
+    seed: int
+
+
+@dataclass(frozen=True)
+class Case:
+    """A drawn case. `design` is the number of its plan, `floor` the standard error of a configuration's mean from
+    repetitions, in tolerances.
+
+    `strengths` by effect id, in the unit of `strength.RANGES`; `unknown` is a family outside the catalogue with its
+    `amount`. `decoys`: nominal figures of campaign.toml by name, times a factor within tolerance. `blocked`: a
+    configuration's repetitions follow one another; else runs are shuffled.
+    """
+
+    kind: str
+    tier: str
+    design: int
+    repetitions: int
+    floor: float
+    background: Background
+    strengths: Mapping[str, float] = field(default_factory=dict)
+    unknown: str | None = None
+    amount: float = 0.0
+    decoys: Mapping[str, float] = field(default_factory=dict)
+    blocked: bool = False
+    sampling_rate_hz: float = 102_400.0
+
+    @property
+    def cause(self) -> tuple[str, ...]:
+        """Ids of the catalogue, or ("unknown",), or ("none",)."""
+        if self.unknown:
+            return ("unknown",)
+        return tuple(sorted(self.strengths)) or ("none",)
+
+
+@dataclass(frozen=True)
+class Label:
+    """The truth of a recorded case.
+
+    By stage, over configurations and observables: `gap` (rms of the effect's true change) and `floor`, in tolerances.
+    `ratio` is the largest gap over floor of a stage, `tier` where it falls (`tier_of`); `stage` where that is.
+    `changes` by stage: (C, d) true change of each configuration, in `TOLERANCES`' units; its configurations are
+    `configurations`, factors by name. `alone` has the ratio of each effect by itself. `background`: rms in tolerances
+    as drawn. `region`: the factor and value in which alone the effect acts.
+    """
+
+    kind: str
+    cause: tuple[str, ...]
+    tier: str
+    ratio: float
+    stage: str | None
+    gap: Mapping[str, float]
+    floor: Mapping[str, float]
+    alone: Mapping[str, float]
+    strengths: Mapping[str, float]
+    family: str | None
+    background: Mapping[str, Any]
+    decoys: Mapping[str, float]
+    region: Mapping[str, str]
+    configurations: tuple[Mapping[str, Any], ...]
+    changes: Mapping[str, list[list[float]]]
+    seed: int
+    folder_sha256: str = ""
+
+    @property
+    def within_tolerance(self) -> bool:
+        """Whether the contract calls this gap `none`."""
+        return max(self.gap.values(), default=0.0) <= 1.0
+
+    def as_json(self) -> dict[str, Any]:
+        return json.loads(json.dumps(asdict(self)))  # type: ignore[no-any-return]  # tuples as lists
+
+    def sha256(self, salt: bytes) -> str:
+        """Hash of salt and label, without the folder's hash, which is known only after the recording."""
+        table = {key: value for key, value in self.as_json().items() if key != "folder_sha256"}
+        return hashlib.sha256(salt + json.dumps(table, sort_keys=True).encode()).hexdigest()
+
+    @classmethod
+    def from_json(cls, table: Mapping[str, Any]) -> Label:
+        """The inverse of `as_json`."""
+        tuples = {"cause": tuple(table["cause"]), "configurations": tuple(table["configurations"])}
+        return cls(**{**table, **tuples})
+
+
+def tier_of(ratio: float) -> str:
+    """The tier of a gap over floor: "weak" below 1.5, "beyond" above 20."""
+    if not ratio > 0:
+        return "none"
+    named = (name for name, (_, high) in TIERS.items() if name != "any" and ratio < high)
+    return next(named, "beyond") if math.isfinite(ratio) else "beyond"

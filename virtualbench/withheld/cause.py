@@ -1,0 +1,38 @@
+"""What acts in a case, as the stages take it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .designs import Setting
+from .outside import Outside
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Cause:
+    """What acts: effects of the catalogue, by strength, and a family outside of it. `order` (C,): places of the
+    configurations in the order of runs, 0 to 1; evenly spread where it is empty."""
+
+    strengths: tuple[tuple[str, float], ...] = ()
+    family: str = ""
+    amount: float = 0.0
+    order: tuple[float, ...] = ()
+
+    @property
+    def table(self) -> dict[str, float]:
+        return dict(self.strengths)
+
+    def places(self, count: int) -> Floats:
+        return np.array(self.order) if self.order else np.linspace(0, 1, count)
+
+    def outside(self, plan: tuple[Setting, ...]) -> Outside:
+        return Outside(self.family, self.amount, plan)
+
+    def touches(self, *beginnings: str) -> bool:
+        """Whether the name of something that acts begins with one of these."""
+        return any(name.startswith(beginnings) for name in (*self.table, self.family))

@@ -1,0 +1,129 @@
+"""What the families outside the catalogue do, a function for each stage."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..plate.modes import PlateModes
+from .designs import Setting
+from .striking import Pulse
+
+Floats = NDArray[np.float64]
+
+#: Families that falsify the reading of a force that is as it should be; the plate feels the true one.
+READINGS = ("contact.clipping", "contact.force_drift")
+
+
+@dataclass(frozen=True)
+class Outside:
+    """A family that acts on a campaign with the configurations `plan`. Family "" does nothing."""
+
+    family: str
+    amount: float
+    plan: Sequence[Setting]
+
+    def ln_velocity(self, settings: Sequence[Setting], ln_v: Floats, order: Floats) -> Floats:
+        """What is added to ln v (n,) at places (n,) in the order of runs, 0 to 1."""
+        if self.family == "gun.tank_drift":
+            return np.asarray(-self.amount * (order - 0.3))
+        if self.family == "gun.velocity_warm_up":
+            return np.asarray(self.amount * np.exp(-order / 0.25))
+        if self.family == "gun.relief":
+            over = np.log([s.tank_pressure_bar for s in settings]) - np.median(self._pressures)
+            return np.asarray(-self.amount / 2 * np.maximum(over, 0.0))
+        if self.family == "gun.tumbling":
+            energy = np.array([np.log(s.tank_pressure_bar / s.mass_kg) for s in settings])
+            onset = np.quantile([np.log(s.tank_pressure_bar / s.mass_kg) for s in self.plan], 0.6)
+            return np.asarray(-self.amount / (1 + np.exp(-(energy - onset) / 0.15)))
+        if self.family == "gun.partial_opening":
+            lightest = min(s.mass_kg for s in self.plan)
+            return np.array([-self.amount if s.mass_kg == lightest else 0.0 for s in settings])
+        return np.zeros_like(ln_v)
+
+    @property
+    def _pressures(self) -> Floats:
+        return np.log([s.tank_pressure_bar for s in self.plan])
+
+    def pulse(self, setting: Setting, pulse: Pulse, order: float, loudest_n: float) -> Pulse:
+        """The pulse that is recorded for a true one; `loudest_n` is the campaign's largest nominal peak."""
+        a = self.amount
+        if self.family == "contact.oblique":
+            normal = 1 - a * setting.tip_radius_mm / max(s.tip_radius_mm for s in self.plan)
+            return pulse.scaled(normal**1.2, normal**-0.2)
+        if self.family == "contact.force_drift":
+            return pulse.scaled(1 - a * order, 1.0)
+        if self.family == "contact.worn_target":
+            return pulse.scaled(np.exp(-0.4 * a * order), np.exp(0.4 * a * order))
+        if self.family == "contact.clipping":
+            level = loudest_n * (1 - a) ** 2
+            return replace(pulse, force_n=np.minimum(pulse.force_n, level))
+        if self.family == "contact.double_hit":
+            return _double(pulse, a)
+        if self.family == "contact.loose_tip" and setting.tip_material == min(s.tip_material for s in self.plan):
+            return pulse.scaled(1 - a, 1 + a / 2)
+        return pulse
+
+    def modes(self, modes: PlateModes, peak_n: float, loudest_n: float) -> PlateModes:
+        """The plate as it answers a blow with this peak."""
+        if self.family == "plate.amplitude_damping":
+            return replace(modes, damping=np.minimum(modes.damping * (1 + self.amount * peak_n / loudest_n), 0.5))
+        if self.family == "plate.local_mode":
+            return _with_bracket(modes, self.amount)
+        return modes
+
+    def acceleration(self, setting: Setting, a: Floats, rate_hz: float, order: float, loud: float) -> Floats:
+        """What is recorded (S, n) of accelerations; `loud` is the blow's peak over the campaign's largest."""
+        if self.family == "plate.gain_drift":
+            return a * (1 - self.amount * order)
+        if self.family == "plate.cross_axis":
+            return a + self.amount * np.stack([a[1], np.zeros_like(a[1])])
+        if self.family == "plate.cable_whip":
+            return a + _whip(a, rate_hz, self.amount * loud)
+        if self.family == "plate.loose_sensor" and setting.pulse_s == min(s.pulse_s for s in self.plan):
+            quiet = setting.pulse_s > 0 or setting.tip_material == min(s.tip_material for s in self.plan)
+            return np.stack([a[0], _loose(a[1], rate_hz, self.amount)]) if quiet else a
+        return a
+
+
+def _double(pulse: Pulse, share: float) -> Pulse:
+    """A second pulse, 0.6 as long, that begins when nine tenths of the first are over."""
+    n = pulse.force_n.size
+    later = np.interp(np.arange(int(0.6 * n)) / 0.6, np.arange(n), pulse.force_n)
+    force, begin = np.zeros(int(0.9 * n) + later.size + 1), int(0.9 * n)
+    force[:n] = pulse.force_n[: force.size]
+    force[begin : begin + later.size] += share * later
+    return replace(pulse, force_n=force)
+
+
+def _with_bracket(modes: PlateModes, amount: float) -> PlateModes:
+    """One mode more, between the two in the middle of the table."""
+    k = modes.frequencies_hz.size // 2
+    frequency = np.sqrt(modes.frequencies_hz[k - 1] * modes.frequencies_hz[k])
+    strength = np.sqrt(amount * np.mean(np.abs(modes.shape_impact)) * np.mean(np.abs(modes.shapes)))
+    return replace(
+        modes,
+        frequencies_hz=np.append(modes.frequencies_hz, frequency),
+        damping=np.append(modes.damping, 0.01),
+        shape_impact=np.append(modes.shape_impact, [[strength]], axis=1),
+        shapes=np.append(modes.shapes, [[strength], [0.7 * strength]], axis=1),
+    )
+
+
+def _whip(a: Floats, rate_hz: float, amount: float) -> Floats:
+    """A swing at 70 Hz that begins with the blow, as large as a share of the peak, on the first channel."""
+    begin = int(np.argmax(np.abs(a[0]) > 0.05 * np.abs(a[0]).max()))
+    since = np.maximum(np.arange(a.shape[1]) - begin, 0) / rate_hz
+    swing = amount * np.abs(a[0]).max() * np.sin(2 * np.pi * 70 * since) * np.exp(-since / 0.02)
+    return np.stack([swing, np.zeros_like(swing)])
+
+
+def _loose(a: Floats, rate_hz: float, amount: float) -> Floats:
+    """The sensor follows late: a share of it passes a first-order low pass at 1 kHz."""
+    from scipy.signal import butter, lfilter
+
+    b, c = butter(1, 2 * 1000 / rate_hz)
+    return np.asarray((1 - amount) * a + amount * lfilter(b, c, a))

@@ -1,0 +1,77 @@
+"""What a withheld campaign's gun does: the muzzle velocity of each configuration, from the bench's gas dynamics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..effects import Effect, Effects
+from ..gun.build import GunBuild, Projectile
+from ..gun.quick import muzzle_velocity
+from ..recorder import Value
+from .designs import Setting, design
+
+Floats = NDArray[np.float64]
+
+
+@lru_cache(maxsize=64)
+def gun_of(kind: str, number: int) -> GunBuild:
+    """The gun of a plan: each has its own tank and friction, and its own losses, where an effect lets them act."""
+    rng = np.random.default_rng([number, *kind.encode(), 1])
+    build = GunBuild()
+    size = float(rng.choice([1.0, 0.6, 0.35, 0.25]))  # a small tank expands more
+    return replace(
+        build,
+        tank_volume_m3=size * build.tank_volume_m3,
+        tank_wall_m2=size ** (2 / 3) * build.tank_wall_m2,
+        friction_coefficient=float(rng.choice([0.1, 0.2, 0.3])),
+        valve_opening_time_s=build.valve_opening_time_s * float(rng.uniform(0.2, 1.0)),
+        valve_critical_ratio=float(rng.uniform(0.25, 0.5)),
+        leak_friction_factor=float(rng.uniform(0.02, 0.05)),
+        leak_end_losses=float(rng.uniform(2.0, 4.0)),
+        stribeck_velocity_m_s=float(rng.uniform(0.05, 0.3)),
+        seal_drag_share=float(rng.choice([0.0, 0.002, 0.005, 0.01, 0.03])),
+    )
+
+
+def gun_stage(kind: str, number: int) -> dict[str, Value]:
+    """`[bench.gun]`: what the lab believes."""
+    gun = gun_of(kind, number)
+    return {
+        "tank_volume_m3": gun.tank_volume_m3,
+        "bore_diameter_m": gun.bore_diameter_m,
+        "projectile_diameter_m": Projectile().diameter_m,
+        "travel_m": gun.vent_position_m,
+        "friction_coefficient": gun.friction_coefficient,
+        "heat_capacity_ratio": 1.4,
+        "efficiency": 1.0,
+    }
+
+
+def ln_velocity(kind: str, number: int, strengths: Mapping[str, float]) -> Floats:
+    """ln of the recorded velocity (C,) of a plan's configurations; -inf where a shot does not leave the barrel."""
+    acting = {name: value for name, value in strengths.items() if name.startswith(("gun.", "sensor.pressure"))}
+    with np.errstate(divide="ignore"):
+        true = np.log(np.array(_velocities(kind, number, tuple(sorted(acting.items())))))
+    return np.asarray(true + np.log1p(strengths.get("sensor.velocity_gain", 0.0)))
+
+
+@lru_cache(maxsize=4096)
+def _velocities(kind: str, number: int, strengths: tuple[tuple[str, float], ...]) -> tuple[float, ...]:
+    given, gun = dict(strengths), gun_of(kind, number)
+    effects = Effects(tuple(Effect(name, strength=value) for name, value in strengths if name.startswith("gun.")))
+    rng = np.random.default_rng(0)
+    return tuple(
+        muzzle_velocity(gun, effects, _true_pa(setting, given), Projectile(setting.mass_kg), rng)
+        for setting in design(kind, number)
+    )
+
+
+def _true_pa(setting: Setting, strengths: Mapping[str, float]) -> float:
+    """The pressure that the transducer reads as the plan's."""
+    read = setting.tank_pressure_bar - strengths.get("sensor.pressure_offset", 0.0)
+    return max(0.0, read / (1 + strengths.get("sensor.pressure_gain", 0.0))) * 1e5

@@ -1,0 +1,52 @@
+"""Causes outside the catalogue, by family: development sees some, calibration others, the sealed check the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from .case import STAGES
+
+SPLITS = ("development", "calibration", "sealed")
+
+
+@dataclass(frozen=True)
+class Family:
+    """`high`: the largest amount that is plausible; `drift`: it grows over the order of runs."""
+
+    name: str
+    stage: str
+    split: str
+    high: float
+    text: str
+    drift: bool = False
+
+
+_ROWS = (
+    Family("gun.tank_drift", "gun", "development", 0.5, "the tank cools over the day: ln v falls evenly", True),
+    Family("gun.relief", "gun", "calibration", 0.9, "a relief valve opens above a pressure: its excess counts less"),
+    Family("gun.velocity_warm_up", "gun", "calibration", 0.5, "the laser's clock is off until it is warm", True),
+    Family("gun.tumbling", "gun", "sealed", 0.6, "above a velocity the bullet tumbles and loses speed"),
+    Family("gun.partial_opening", "gun", "sealed", 0.5, "the trigger opens the valve in part for the lightest bullet"),
+    Family("contact.oblique", "contact", "development", 0.5, "the blow is oblique, more so with a larger tip"),
+    Family("contact.force_drift", "contact", "development", 0.6, "the load cell's gain falls over the day", True),
+    Family("contact.worn_target", "contact", "calibration", 1.0, "the target softens from blow to blow", True),
+    Family("contact.clipping", "contact", "calibration", 0.8, "the force is clipped above a level"),
+    Family("contact.double_hit", "contact", "sealed", 0.8, "a second, smaller hit on the heels of the first"),
+    Family("contact.loose_tip", "contact", "sealed", 0.6, "the tip of one material is loose"),
+    Family("plate.cable_whip", "plate", "development", 0.6, "a cable whips: low frequencies grow as force squared"),
+    Family("plate.local_mode", "plate", "calibration", 2.0, "a bracket rings at a frequency that is not in the table"),
+    Family("plate.gain_drift", "plate", "calibration", 0.8, "the amplifiers' gain falls over the day", True),
+    Family("plate.amplitude_damping", "plate", "sealed", 6.0, "damping grows with the force"),
+    Family("plate.cross_axis", "plate", "sealed", 0.9, "one channel takes a share of the other"),
+    Family("plate.loose_sensor", "plate", "sealed", 1.0, "a sensor is loose in one part of the campaign"),
+)
+#: Every family by name.
+FAMILIES: Mapping[str, Family] = {row.name: row for row in _ROWS}
+
+
+def families(kind: str, split: str) -> tuple[str, ...]:
+    """Names of the families that a kind's campaign can show. Raises `ValueError` for an unknown split."""
+    if split not in SPLITS:
+        raise ValueError(f"split {split!r}: expected one of {', '.join(SPLITS)}")
+    return tuple(row.name for row in _ROWS if row.split == split and row.stage in STAGES[kind])
