@@ -92,7 +92,7 @@ def choose(
 
     def on(rows: NDArray[np.intp]) -> tuple[Effect, ...]:
         scene = Scene.of(gap.only(rows), [surface.only(rows) for surface in table])
-        return chosen(weigh(scene, options.priors))
+        return chosen(weigh(scene, options.priors, quick=True))
 
     return on
 

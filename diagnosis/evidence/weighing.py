@@ -23,7 +23,7 @@ from .singles import OnSurface, of_none, of_strays, of_surface
 Floats = NDArray[np.float64]
 
 #: Pairs are tried among so many of the best singles; so many get a fine grid, and so many are simulated together.
-BEST_SINGLES, FINE_PAIRS, SIMULATED_PAIRS = 7, 8, 4
+BEST_SINGLES, QUICK_SINGLES, FINE_PAIRS, SIMULATED_PAIRS = 7, 4, 8, 4
 PRIORS = Priors()
 #: The form of the law is looked at for singles within so many nats of the best.
 _FORM_WITHIN = 40.0
@@ -70,18 +70,22 @@ def weigh(
     priors: Priors = PRIORS,
     stages: Sequence[Stage] = (),
     *,
-    form: bool = True,
+    quick: bool = False,
 ) -> Weighed:
-    """Evidence of every hypothesis. With `stages` pairs are simulated; without, their changes are added up."""
+    """Evidence of every hypothesis. With `stages` pairs are simulated; without, their changes are added up.
+
+    `quick`, for choices inside of folds: fewer pairs, each on the likeliest sheets of its effects, and laws taken at
+    their word.
+    """
     z = scene.cells.z
     whitened = [white.white(z) for white in scene.before]
     plain = [of_surface(scene, i, whitened) for i in range(len(scene.surfaces))]
-    shaped = _shaped(scene, plain, whitened) if form else plain
+    shaped = plain if quick else _shaped(scene, plain, whitened)
     singles = {name: tuple(shaped[i] for i in scene.sheets(name)) for name in scene.ids}
     evidence = {name: _of_sheets(sheets) for name, sheets in singles.items()}
     astray = of_strays(scene, z)
     log = {NONE: of_none(scene, z), UNKNOWN: log_mean(list(astray.values())), **evidence}
-    pairs = _pairs(scene, evidence, dict(enumerate(plain)), whitened, stages) if priors.pairs > 0 else {}
+    pairs = _pairs(scene, evidence, dict(enumerate(plain)), whitened, stages, quick) if priors.pairs > 0 else {}
     log |= {name: pair.log_evidence for name, pair in pairs.items()}
     return Weighed(scene, log, _joint(log, priors, len(scene.ids)), astray, singles, pairs)
 
@@ -124,11 +128,17 @@ def _pairs(
     plain: Mapping[int, OnSurface],
     whitened: list[Floats],
     stages: Sequence[Stage],
+    quick: bool,
 ) -> dict[str, OnPair]:
-    best = sorted(evidence, key=lambda name: -evidence[name])[:BEST_SINGLES]
+    best = sorted(evidence, key=lambda name: -evidence[name])[: QUICK_SINGLES if quick else BEST_SINGLES]
     started: dict[str, Started] = {}
+
+    def sheets(name: str) -> list[int]:
+        every = scene.sheets(name)
+        return [max(every, key=lambda i: plain[i].log_evidence)] if quick else every
+
     for a, b in itertools.combinations(sorted(best, key=list(scene.ids).index), 2):
-        options = [start_pair(scene, i, j, plain, whitened) for i in scene.sheets(a) for j in scene.sheets(b)]
+        options = [start_pair(scene, i, j, plain, whitened) for i in sheets(a) for j in sheets(b)]
         started[f"{a}+{b}"] = max(options, key=lambda one: one.log_likelihood)
     near = sorted(started, key=lambda name: -started[name].log_likelihood)[:FINE_PAIRS]
     found = {name: of_pair(scene, started[name], whitened) for name in near}

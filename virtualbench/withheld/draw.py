@@ -10,7 +10,7 @@ import numpy as np
 
 from .background import draw_background
 from .case import KINDS, STAGES, TIERS, Case
-from .designs import DESIGNS
+from .designs import DESIGNS, design
 from .sizing import FLOORS, inside, ratio_of, sized, with_cause
 from .strength import RANGES, shown_by, signs
 from .unknowns import FAMILIES, families
@@ -100,7 +100,11 @@ def _catalogue(case: Case, rng: np.random.Generator, split: str) -> Case | None:
 
 
 def _unknown(case: Case, rng: np.random.Generator, split: str) -> Case | None:
-    return _fitting(case, str(rng.choice(families(case.kind, split))), rng)
+    name = str(rng.choice(families(case.kind, split)))
+    setting = FAMILIES[name].varies
+    if setting and len({getattr(each, setting) for each in design(case.kind, case.design)}) < 2:
+        return None
+    return _fitting(case, name, rng)
 
 
 def _fitting(case: Case, name: str, rng: np.random.Generator) -> Case | None:

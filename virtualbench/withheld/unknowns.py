@@ -12,7 +12,11 @@ SPLITS = ("development", "calibration", "sealed")
 
 @dataclass(frozen=True)
 class Family:
-    """`high`: the largest amount that is plausible; `drift`: it grows over the order of runs."""
+    """`high`: the largest amount that is plausible; `drift`: it grows over the order of runs.
+
+    `varies`: the setting that must differ within a plan. Where it does not, the family is the same error everywhere,
+    which is what the catalogue calls a gain.
+    """
 
     name: str
     stage: str
@@ -20,6 +24,7 @@ class Family:
     high: float
     text: str
     drift: bool = False
+    varies: str = ""
 
 
 _ROWS = (
@@ -27,13 +32,27 @@ _ROWS = (
     Family("gun.relief", "gun", "calibration", 0.9, "a relief valve opens above a pressure: its excess counts less"),
     Family("gun.velocity_warm_up", "gun", "calibration", 0.5, "the laser's clock is off until it is warm", True),
     Family("gun.tumbling", "gun", "sealed", 0.6, "above a velocity the bullet tumbles and loses speed"),
-    Family("gun.partial_opening", "gun", "sealed", 0.5, "the trigger opens the valve in part for the lightest bullet"),
-    Family("contact.oblique", "contact", "development", 0.5, "the blow is oblique, more so with a larger tip"),
+    Family(
+        "gun.partial_opening",
+        "gun",
+        "sealed",
+        0.5,
+        "the trigger opens the valve in part for the lightest bullet",
+        varies="mass_kg",
+    ),
+    Family(
+        "contact.oblique",
+        "contact",
+        "development",
+        0.5,
+        "the blow is oblique, more so with a larger tip",
+        varies="tip_radius_mm",
+    ),
     Family("contact.force_drift", "contact", "development", 0.6, "the load cell's gain falls over the day", True),
     Family("contact.worn_target", "contact", "calibration", 1.0, "the target softens from blow to blow", True),
     Family("contact.clipping", "contact", "calibration", 0.8, "the force is clipped above a level"),
     Family("contact.double_hit", "contact", "sealed", 0.8, "a second, smaller hit on the heels of the first"),
-    Family("contact.loose_tip", "contact", "sealed", 0.6, "the tip of one material is loose"),
+    Family("contact.loose_tip", "contact", "sealed", 0.6, "the tip of one material is loose", varies="tip_material"),
     Family("plate.cable_whip", "plate", "development", 0.6, "a cable whips: low frequencies grow as force squared"),
     Family("plate.local_mode", "plate", "calibration", 2.0, "a bracket rings at a frequency that is not in the table"),
     Family("plate.gain_drift", "plate", "calibration", 0.8, "the amplifiers' gain falls over the day", True),
