@@ -15,29 +15,32 @@ from numpy.typing import NDArray
 
 from ..gap import GapTable
 from .cells import Cells
-from .factors import smooth, squared_distances
+from .factors import smooth, squared_distances, varying
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Background:
-    """Amplitudes in tolerances: smooth over the factors, and white from configuration to configuration."""
+    """Amplitudes in tolerances: the same everywhere, smooth over the factors, white over configurations."""
 
+    constant: float
     smooth: float
     white: float
 
 
-#: Their largest amplitude is the tolerance itself: a gap of that size is none.
+#: Their largest amplitude is about the tolerance itself: a gap of that size is none.
 BANK = (
-    Background(0.0, 0.0),
-    Background(0.3, 0.0),
-    Background(0.7, 0.0),
-    Background(0.0, 0.3),
-    Background(0.0, 0.7),
-    Background(0.3, 0.3),
-    Background(0.7, 0.5),
-    Background(0.3, 1.0),
+    Background(0.0, 0.0, 0.0),
+    Background(0.5, 0.0, 0.0),
+    Background(1.0, 0.0, 0.0),
+    Background(0.0, 0.5, 0.0),
+    Background(0.0, 0.0, 0.4),
+    Background(0.5, 0.3, 0.2),
+    Background(0.5, 0.0, 0.4),
+    Background(1.0, 0.5, 0.3),
+    Background(1.0, 0.0, 0.3),
+    Background(0.5, 0.5, 0.8),
 )
 #: Range of the smooth part over factors scaled to [0, 1], and over frequency in octaves.
 LENGTH, OCTAVES = 0.8, 0.7
@@ -97,7 +100,7 @@ class Kernels:
         )
 
     def background(self, one: Background) -> Floats:
-        over = one.smooth**2 * smooth(self.distance, LENGTH) + one.white**2 * self.same
+        over = one.constant**2 + one.smooth**2 * varying(self.distance, LENGTH) + one.white**2 * self.same
         return np.asarray(over * self.observables)
 
     def over(self, one: Stray) -> Floats:

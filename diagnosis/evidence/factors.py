@@ -42,5 +42,10 @@ _EVERYWHERE = 0.5
 
 
 def smooth(distance: Floats, length: float) -> Floats:
-    """(C, C) kernel of variance 1: a constant and a squared exponential of so long a range, of `squared_distances`."""
-    return np.asarray(_EVERYWHERE + (1 - _EVERYWHERE) * np.exp(-0.5 * distance / length**2))
+    """(C, C) kernel of variance 1: half of it a constant, half `varying`."""
+    return _EVERYWHERE + (1 - _EVERYWHERE) * varying(distance, length)
+
+
+def varying(distance: Floats, length: float) -> Floats:
+    """(C, C) squared-exponential kernel of so long a range, of `squared_distances`."""
+    return np.asarray(np.exp(-0.5 * distance / length**2))

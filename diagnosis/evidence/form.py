@@ -18,21 +18,20 @@ from .whitening import Whitening
 
 Floats = NDArray[np.float64]
 
-#: Standard deviation of the share. Larger ones make effects explain what they do not cause.
-SHARE = 0.15
+#: Standard deviations of the share, each as likely as none.
+SHARES = (0.15,)
 #: So many directions of the error are kept.
 _DIRECTIONS = 24
 
 
-def with_form_error(
-    scene: Scene, index: int, plain: OnSurface, whitened: list[Floats], modes: Floats, share: float = SHARE
-) -> OnSurface:
-    """The evidence as the mean of that without and that with an error of the law's form. `modes`: `form_modes`."""
+def with_form_error(scene: Scene, index: int, plain: OnSurface, whitened: list[Floats], modes: Floats) -> OnSurface:
+    """The evidence as the mean of that without and those with an error of the law's form. `modes`: `form_modes`."""
     point, _ = plain.best
     change = scene.cells.take(np.tensordot(plain.surface.basis[point], plain.surface.nodes, axes=1))
-    directions = share * change[:, None] * modes
     columns = [
-        _moved(plain, scene.seen[index][b], white, directions, whitened[b]) for b, white in enumerate(scene.before)
+        _moved(plain, scene.seen[index][b], white, share * change[:, None] * modes, whitened[b])
+        for share in SHARES
+        for b, white in enumerate(scene.before)
     ]
     return summed(plain.surface, plain.log_prior, np.concatenate([plain.log_likelihood, np.stack(columns, 1)], axis=1))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...twin.effects import Effect
 from ..stages.base import Stage
 from .logs import log_sum
-from .scene import Scene, Seen
+from .scene import SMALLEST, Scene, Seen
 from .singles import OnSurface
 from .surface import basis
 
@@ -42,10 +42,11 @@ class OnPair:
 
 @dataclass(frozen=True, eq=False)
 class _Points:
-    """Places on one surface: `u` (m, p), `basis` (m, K), and the prior's mass (m,) at each, as logarithms."""
+    """Places `u` (m, p) on one surface: `basis` (m, K), `change` (m, N) in tolerances, and the prior's mass (m,)."""
 
     u: Floats
     basis: Floats
+    change: Floats
     log_mass: Floats
 
 
@@ -84,8 +85,11 @@ def of_pair(scene: Scene, started: Started, whitened: list[Floats]) -> OnPair:
     if wide or not (np.isfinite(one.log_mass).any() and np.isfinite(two.log_mass).any()):
         return OnPair(*pair, started.best.u, widths, started.best.background, started.evidence)
     tables = _tables(scene, pair, (one, two), whitened)
+    total = _total(tables, (one, two))
+    if not np.isfinite(total):
+        return OnPair(*pair, started.best.u, widths, started.best.background, started.evidence)
     top = _best(tables, (one, two))
-    return OnPair(*pair, top.u, widths, top.background, _total(tables, (one, two)))
+    return OnPair(*pair, top.u, widths, top.background, total)
 
 
 def interaction(scene: Scene, pair: OnPair, stages: Sequence[Stage]) -> Floats:
@@ -103,7 +107,8 @@ def _thinned(scene: Scene, index: int, single: OnSurface) -> _Points:
     allowed = np.flatnonzero(np.isfinite(prior))
     spread = allowed[np.unique(np.linspace(0, len(allowed) - 1, _POINTS).astype(np.intp))]
     kept = np.unique(np.append(spread, single.best[0]))
-    return _Points(surface.points[kept], surface.basis[kept], _normalised(prior[kept]))
+    change = surface.basis[kept] @ scene.cells.take(surface.nodes)
+    return _Points(surface.points[kept], surface.basis[kept], change, _normalised(prior[kept]))
 
 
 def _around(scene: Scene, index: int, u: Floats, width: Floats) -> _Points:
@@ -115,7 +120,9 @@ def _around(scene: Scene, index: int, u: Floats, width: Floats) -> _Points:
     points = np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")], axis=1)
     nearest = ((points[:, None, :] - surface.points[None]) ** 2).sum(axis=2).argmin(axis=1)
     cell = float(np.log(np.maximum(high - low, 1e-12)).sum()) - len(u) * float(np.log(n))
-    return _Points(points, basis(points, surface.knots), prior[nearest] + np.log(len(prior)) + cell)
+    here = basis(points, surface.knots)
+    change = here @ scene.cells.take(surface.nodes)
+    return _Points(points, here, change, prior[nearest] + np.log(len(prior)) + cell)
 
 
 def _normalised(log_prior: Floats) -> Floats:
@@ -127,13 +134,28 @@ def _tables(
 ) -> list[Floats]:
     """Before each background (m, n): -1/2 |z - a - b|^2 and the constant."""
     one, two = points
+    small = ~_beyond_tolerance(scene, points)
     tables = []
     for b, white in enumerate(scene.before):
         left, right, zw = scene.seen[pair[0]][b], scene.seen[pair[1]][b], whitened[b]
         alone = _alone(left, one, zw)[:, None] + _alone(right, two, zw)[None, :]
         cross = one.basis @ (left.nodes.T @ right.nodes) @ two.basis.T
-        tables.append(white.log_norm - 0.5 * float(zw @ zw) + alone - cross)
+        table = white.log_norm - 0.5 * float(zw @ zw) + alone - cross
+        table[small] = -np.inf
+        tables.append(table)
     return tables
+
+
+def _beyond_tolerance(scene: Scene, points: tuple[_Points, _Points]) -> NDArray[np.bool_]:
+    """(m, n): where what is left of both together is no gap within tolerance, as where they cancel each other."""
+    one, two = points
+    largest = np.zeros((len(one.u), len(two.u)))
+    for stage in scene.gap.stages:
+        a, b = (each.change[:, scene.kernels.stage == stage] for each in points)
+        if a.shape[1]:
+            square = (a**2).sum(axis=1)[:, None] + (b**2).sum(axis=1)[None, :] + 2 * a @ b.T
+            largest = np.maximum(largest, square / a.shape[1])
+    return np.asarray(largest > SMALLEST**2)
 
 
 def _alone(seen: Seen, points: _Points, zw: Floats) -> Floats:

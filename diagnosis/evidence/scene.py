@@ -51,7 +51,7 @@ class Scene:
         before = tuple(Whitening.of(cells.noise + error) for error in errors)
         found = [surface for surface in surfaces if surface.valid.any()]
         sizes = [_size(surface, gap, cells) for surface in found]
-        kept = [i for i, size in enumerate(sizes) if np.nanmax(size) > _SMALLEST]
+        kept = [i for i, size in enumerate(sizes) if np.nanmax(size) > SMALLEST]
         middle = errors[_MIDDLE % len(errors)]
         return cls(
             gap=gap,
@@ -76,7 +76,7 @@ class Scene:
 
 
 #: An effect that nowhere moves anything by so many tolerances cannot be told from none. Below, a prior falls off.
-_SMALLEST = 1.0
+SMALLEST = 1.0
 #: Of the bank, what lies under a gap that no effect explains.
 _MIDDLE = 5
 
@@ -107,7 +107,7 @@ def _prior(size: Floats) -> Floats:
     An effect within tolerance is none, by what "none" means. Summing to one over the points.
     """
     logs = np.log(np.where(np.isfinite(size) & (size > 0), size, 1e-12))
-    inside = np.isfinite(size) & (size > _SMALLEST)
+    inside = np.isfinite(size) & (size > SMALLEST)
     counts, edges = np.histogram(logs[inside], bins=max(4, min(24, int(inside.sum()) // 8)))
     bins = np.clip(np.searchsorted(edges, logs, side="right") - 1, 0, len(counts) - 1)
     weight = np.where(inside, 1.0 / np.maximum(counts[bins], 1), 0.0)

@@ -20,8 +20,8 @@ _FREQUENCY, _FREQUENCY_FLOOR = 0.002, 0.0003
 _DAMPING, _DAMPING_FLOOR = 0.1, 0.02
 _LEVEL, _LEVEL_FLOOR = 0.06, 0.015
 _REST, _REST_FLOOR = 0.002, 0.0003
-#: A delay is a share of the contact time.
-_DELAY, _DELAY_FLOOR = 0.02, 0.004
+#: A delay is a share of the contact time. Small errors of frequencies, within their tolerance, look like a tenth of it.
+_DELAY, _DELAY_FLOOR = 0.1, 0.004
 #: The channel of what belongs to the plate and no sensor alone.
 PLATE = "plate"
 
