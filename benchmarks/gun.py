@@ -54,12 +54,14 @@ class ScalarGun:
     seal: float = 0.0
     seal_share: float = 0.0
     heat: float = 0.0
+    heat_rate: float = 0.0
     dead: float = 0.0
 
     def __post_init__(self) -> None:
         b, g = self.bench, self.bench.heat_capacity_ratio
         self.area = math.pi * b.projectile_diameter_m**2 / 4
-        self.index = g - self.heat * (g - 1)
+        time = math.sqrt(2 * b.travel_m * self.mass / (self.pressure * self.area))
+        self.index = g - min(self.heat + 1 - math.exp(-self.heat_rate * time), 1.0) * (g - 1)
         self.room_air = max(AIR, self.atmosphere)
         self.zero = self.room_air - self.atmosphere
         self.drag_n = (b.friction_coefficient + self.added_friction) * self.mass * GRAVITY + self.seal
@@ -174,6 +176,7 @@ _NAMES = {
     "seal_force_n": "seal",
     "seal_share": "seal_share",
     "share": "heat",
+    "rate_1_s": "heat_rate",
     "volume_m3": "dead",
 }
 

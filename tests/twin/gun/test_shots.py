@@ -79,6 +79,7 @@ WITHIN = {
     "seal_force_n": (0.0, 20.0),
     "seal_share": (0.0, 0.3),
     "share": (-0.5, 1.0),
+    "rate_1_s": (0.0, 3.0),
     "volume_m3": (0.0, 2e-3),
 }
 

@@ -38,9 +38,12 @@ class SlidingFriction(GunEffect):
         low=0.0,
         high=0.9,
         off=0.0,
-        likely=(0.005, 0.5),
+        likely=(0.0, 0.5),
     )
-    regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("added_coefficient", "seal_force_n"), ("seal_share",))
+    regimes: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("added_coefficient", "seal_force_n"),
+        ("added_coefficient", "seal_share"),
+    )
 
     def prepare(self, shot: Shot) -> Shot:
         weight = shot.bullet_mass_kg * STANDARD_GRAVITY_M_S2

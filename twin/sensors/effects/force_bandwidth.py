@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -64,5 +65,5 @@ def _two_poles(period_s: float, dt_s: float) -> tuple[Floats, Floats]:
     if period_s == 0:
         return np.ones(1), np.ones(1)
     w = 2 * np.pi * dt_s / period_s
-    top, bottom, _ = cont2discrete(([w**2], [1.0, np.sqrt(2) * w, w**2]), 1.0, method="foh")
+    top, bottom, _ = cont2discrete(([[w**2]], [1.0, math.sqrt(2) * w, w**2]), 1.0, method="foh")
     return np.asarray(top, dtype=np.float64).ravel(), np.asarray(bottom, dtype=np.float64)
