@@ -64,7 +64,8 @@ def _of_contact(record: CampaignRecord) -> CampaignRecord:
     combinations = [dict(zip(names, row, strict=True)) for row in itertools.islice(itertools.product(*levels), 4000)]
     possible = [row for row in combinations if not _floating(row)]
     step = max(1, len(possible) * len(speeds) // _MOST)
-    factors, runs = [], []
+    factors: list[dict[str, Factor]] = []
+    runs: list[Run] = []
     for row, speed in itertools.product(possible[::step], speeds):
         like = min(hits, key=lambda run: _unlike(record.configurations[run.configuration], row))
         mass = row.get("bullet_mass", like.bullet_mass_kg)

@@ -19,7 +19,8 @@ def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ..
     for make in (_gun, _contact, _plate):
         stage, why = make(record, options)
         if stage is not None and not np.isfinite(stage.residuals()).any():
-            stage, why = None, f"{stage.name}: no run has both a measured and a simulated value"
+            why = f"{stage.name}: no run has both a measured and a simulated value"
+            stage = None
         if stage is None:
             notes.append(why)
         else:
@@ -59,8 +60,8 @@ def _contact(record: CampaignRecord, options: Options) -> tuple[Stage | None, st
 def _plate(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:  # noqa: ARG001 - as the others
     from .stages.plate import PlateStage
 
-    if record.plate is None:
-        return None, "plate: no modal table of it"
     if not any(run.force is not None and run.accelerations for run in record.runs):
         return None, "plate: no run has both a force and an acceleration record"
+    if record.plate is None:
+        return None, "plate: not diagnosed, since there is no modal table of it: give --modes, or --bench for a drawing"
     return PlateStage(record), ""

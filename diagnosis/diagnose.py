@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..twin.effects import Effect, catalogue
+from .calibration import shipped
 from .causes import causes, fits
 from .chain import stages_of
 from .evidence.scene import Scene
@@ -34,6 +35,7 @@ def diagnose(record: CampaignRecord, *, options: Options | None = None, progress
     `ImplausibleRecordError` where a channel or a unit is mislabelled."""
     from .drawing import pictures_of
     from .found import where
+    from .localisation.stages import stage_notes
     from .next_runs import next_runs
 
     started, options = time.perf_counter(), options or Options()
@@ -46,7 +48,7 @@ def diagnose(record: CampaignRecord, *, options: Options | None = None, progress
     table = surfaces(stages, _kinds(options))
     tell(2, _STEPS, "causes")
     weighed = weigh(Scene.of(gap, table), options.priors, stages)
-    found = causes(weighed, weighed.probability)
+    found = causes(weighed, probabilities(weighed, options))
     tell(3, _STEPS, "where")
     place = where(gap, stages, rng) if options.where else Where()
     tell(4, _STEPS, "shrinkage")
@@ -63,7 +65,7 @@ def diagnose(record: CampaignRecord, *, options: Options | None = None, progress
         causes=found,
         shrinkage=shrunk,
         next_runs=planned,
-        assumptions=(*record.assumptions, *notes, *_assumed(gap, options)),
+        assumptions=(*record.assumptions, *notes, *stage_notes(stages), *_assumed(gap, options)),
         seconds=time.perf_counter() - started,
         fits=fits(weighed, found),
         pictures=pictures_of(gap, stages, found[0].fitted) if options.draw else Pictures(),
@@ -80,9 +82,14 @@ def _kinds(options: Options) -> list[type[Effect]]:
     return [kind for name, kind in known.items() if name in options.catalogue]
 
 
-def chosen(weighed: Weighed) -> tuple[Effect, ...]:
+def probabilities(weighed: Weighed, options: Options) -> dict[str, float]:
+    """By hypothesis, largest first: evidence through the map that was learned, or as it stands."""
+    return shipped()(weighed.log_joint) if options.mapped else weighed.probability
+
+
+def chosen(weighed: Weighed, options: Options) -> tuple[Effect, ...]:
     """The effects of the likeliest hypothesis, fitted; () for none and unknown."""
-    return weighed.effects(next(iter(weighed.probability)))
+    return weighed.effects(next(iter(probabilities(weighed, options))))
 
 
 def choose(
@@ -92,7 +99,7 @@ def choose(
 
     def on(rows: NDArray[np.intp]) -> tuple[Effect, ...]:
         scene = Scene.of(gap.only(rows), [surface.only(rows) for surface in table])
-        return chosen(weigh(scene, options.priors, quick=True))
+        return chosen(weigh(scene, options.priors, quick=True), options)
 
     return on
 
@@ -122,6 +129,11 @@ def _assumed(gap: GapTable, options: Options) -> tuple[str, ...]:
         f"priors: none {priors.none:g}, single effects {priors.singles:g}, pairs {priors.pairs:g}, "
         f"unknown {priors.unknown:g}"
     ]
+    if options.mapped:
+        found.append(f"probabilities: evidence through a map of margins, learned on {shipped().source}")
     if gap.noise.assumed:
-        found.append("floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets'")
+        found.append(
+            "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets', and the "
+            "probabilities are not calibrated"
+        )
     return tuple(found)

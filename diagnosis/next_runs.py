@@ -120,7 +120,7 @@ def _distances(a: _Forecast, b: _Forecast, noise: Floats, shots: int) -> Floats:
     total = a.covariance + b.covariance + noise / shots
     with np.errstate(invalid="ignore"):
         solved = np.linalg.solve(total, between[:, :, None])[:, :, 0]
-        return np.sqrt(np.maximum(np.einsum("nd,nd->n", between, solved), 0.0))
+        return np.asarray(np.sqrt(np.maximum(np.einsum("nd,nd->n", between, solved), 0.0)))
 
 
 def _columns(factors: Mapping[str, Factor]) -> dict[str, Factor]:

@@ -19,8 +19,9 @@ class Options:
     `uncertain`: standard deviations of nominal parameters, "gun.friction_coefficient" in SI, "contact.impactor_mass_kg"
     and what else an impact is made of as shares. `contact`: a registered model in the place of Hertz' impact, which may
     want to know `plate_mass_kg`. `catalogue`: ids of the effects that are looked for; None: all there are.
-    `shrink`, `where`, `plan` and `draw` leave out parts of the report that take time. Raises `ValueError` for a stage
-    there is none of and for a tolerance that is not positive.
+    `mapped`: probabilities through the map of `calibration`; else evidence as it stands. `shrink`, `where`, `plan` and
+    `draw` leave out parts of the report that take time. Raises `ValueError` for a stage there is none of and for a
+    tolerance that is not positive.
     """
 
     seed: int = 0
@@ -30,6 +31,7 @@ class Options:
     plate_mass_kg: float | None = None
     catalogue: tuple[str, ...] | None = None
     priors: Priors = field(default_factory=Priors)
+    mapped: bool = True
     shrink: bool = True
     where: bool = True
     plan: bool = True

@@ -26,7 +26,10 @@ class GapSize:
 
 @dataclass(frozen=True)
 class StageShare:
-    """A stage's part of the gap at the end of the chain. `own` is its gap given its measured input, in tolerances."""
+    """A stage's part of the gap that the chain shows when it runs freely, at every measured exit alike.
+
+    `own` is its gap given its measured input, in tolerances.
+    """
 
     name: str
     share: float

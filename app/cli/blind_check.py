@@ -51,7 +51,7 @@ def blind_check(
 
 def _known(tiers: tuple[str, ...]) -> tuple[str, ...]:
     """Tiers by name, every one where none is named. Raises `ValueError` for another one."""
-    from ...virtualbench.withheld import TIERS
+    from ...diagnosis.blind.tasks import TIERS
 
     for tier in tiers:
         if tier not in TIERS:

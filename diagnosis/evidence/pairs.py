@@ -93,12 +93,14 @@ def of_pair(scene: Scene, started: Started, whitened: list[Floats]) -> OnPair:
 
 
 def interaction(scene: Scene, pair: OnPair, stages: Sequence[Stage]) -> Floats:
-    """(N,): what two effects do together beyond the sum of what each does, where they are likeliest."""
+    """(N,): what two effects do together beyond the sum of what each does, where they are likeliest.
+
+    NaN where together they have no answer, as where a shot stops.
+    """
     effects = pair.effects(scene)
     tables = [stage.changes([list(effects), [effects[0]], [effects[1]]]) for stage in stages]
     together = np.concatenate(tables, axis=2)[:, scene.gap.rows]
-    extra = scene.cells.take(together[0] - together[1] - together[2])
-    return np.where(np.isfinite(extra), extra, 0.0)
+    return scene.cells.take(together[0] - together[1] - together[2])
 
 
 def _thinned(scene: Scene, index: int, single: OnSurface) -> _Points:

@@ -17,7 +17,7 @@ from .coordinates import Sheet, sheets
 Floats = NDArray[np.float64]
 
 #: Nodes and points along each axis, by the number of axes.
-NODES = {1: 13, 2: 8, 3: 5}
+NODES = {1: 13, 2: 9, 3: 5}
 POINTS = {1: 385, 2: 49, 3: 17}
 #: Places along an axis at which its end is looked for; a change of so many tolerances is no small unmodelled effect.
 _PROBES, _ABSURD = 17, 100.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -147,8 +147,10 @@ def _pairs(
 
 
 def _simulated(scene: Scene, pair: OnPair, stages: Sequence[Stage]) -> OnPair:
-    """The same pair with what the two do together taken off the gap."""
+    """The same pair with what the two do together taken off the gap; impossible where they have no answer together."""
     extra = interaction(scene, pair, stages)
+    if not np.isfinite(extra).all():
+        return replace(pair, log_evidence=-np.inf)
     whitened = [white.white(scene.cells.z - extra) for white in scene.before]
     both = {i: of_surface(scene, i, whitened) for i in (pair.first, pair.second)}
     return of_pair(scene, start_pair(scene, pair.first, pair.second, both, whitened), whitened)

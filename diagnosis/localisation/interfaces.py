@@ -30,12 +30,11 @@ class Link:
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """Links in the order of the bench; `notes` say what could not be told apart."""
+    """Links in the order of the bench."""
 
     links: tuple[Link, ...]
     configuration: NDArray[np.intp]
     configurations: int
-    notes: tuple[str, ...]
 
 
 def chain_of(stages: Sequence[Stage]) -> Chain:
@@ -60,8 +59,12 @@ def chain_of(stages: Sequence[Stage]) -> Chain:
             )
         )
     record = stages[0].record
-    notes = tuple(_note(group) for group in groups if len(group) > 1)
-    return Chain(tuple(links), record.configuration_of, len(record.configurations), notes)
+    return Chain(tuple(links), record.configuration_of, len(record.configurations))
+
+
+def notes_of(stages: Sequence[Stage]) -> tuple[str, ...]:
+    """Sentences on stages that have no measured exit of their own. Raises `ValueError` as `chain_of`."""
+    return tuple(_note(group) for group in _groups(stages) if len(group) > 1)
 
 
 def _groups(stages: Sequence[Stage]) -> list[tuple[Stage, ...]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..stages.base import Stage
 from ..verdict import StageShare
-from .interfaces import Chain, Link, chain_of
+from .interfaces import Chain, Link, chain_of, notes_of
 from .means import Floats, Means, floors, tolerances
 from .shapley import shapley
 
@@ -59,8 +59,8 @@ def stage_shares(
 
 
 def stage_notes(stages: Sequence[Stage]) -> tuple[str, ...]:
-    """Sentences on stages that could not be told apart."""
-    return chain_of(stages).notes
+    """Sentences on stages that could not be told apart. Raises as `chain_of`."""
+    return notes_of(stages)
 
 
 def _worth(link: Link, chain: Chain) -> Floats:

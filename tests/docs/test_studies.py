@@ -57,10 +57,23 @@ def test_leak_and_atmosphere_are_all_of_the_gap_at_low_pressure_only(first: GunS
     assert both.share == pytest.approx([1.13, 0.95, 0.30, 0.44, 0.27], abs=0.01)
 
 
-@pytest.mark.parametrize("identity", ["gun.back_pressure", "gun.sliding_friction", "sensor.pressure_offset"])
+@pytest.mark.parametrize("identity", ["gun.back_pressure", "sensor.pressure_offset"])
 def test_no_constant_force_makes_a_constant_factor(first: GunStage, identity: str) -> None:
     of = gap(first, 0.05)
     assert fit(first, of, [identity], anywhere=True).chi2 > 100
+
+
+def test_no_constant_drag_makes_a_constant_factor(first: GunStage) -> None:
+    of = gap(first, 0.05)
+    drags = [[effect("gun.sliding_friction", added_coefficient=0.0, seal_force_n=f)] for f in np.linspace(0, 40, 81)]
+    misfit = (of.y - first.changes(drags)[:, :, 0]) / of.s
+    assert np.nanmin((misfit**2).sum(axis=1)) == pytest.approx(269, abs=1)
+
+
+def test_a_drag_in_proportion_to_the_pressure_fits_but_no_bench_has_it(first: GunStage) -> None:
+    found = fit(first, gap(first, 0.05), ["gun.sliding_friction"], anywhere=True)
+    assert found.chi2 == pytest.approx(4.6, abs=0.1)
+    assert not found.likely
 
 
 def test_a_gain_of_one_half_fits_but_no_bench_has_it(first: GunStage) -> None:

@@ -1,0 +1,67 @@
+"""The map from margins to probabilities."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pyroshock.diagnosis.calibration import CalibrationMap, shipped
+
+PLAIN = CalibrationMap(1.0, 0.0, 0.0, 0.0)
+LOGS = st.dictionaries(
+    st.sampled_from(["none", "unknown", "gun.blow_by", "gun.dead_volume", "gun.blow_by+gun.dead_volume"]),
+    st.floats(-1e4, 1e4),
+    min_size=1,
+)
+
+
+@given(LOGS)
+def test_probabilities_sum_to_one_and_fall(logs: dict[str, float]) -> None:
+    found = list(shipped()(logs).values())
+    assert sum(found) == pytest.approx(1.0)
+    assert found == sorted(found, reverse=True)
+
+
+@given(LOGS, st.floats(-1e3, 1e3))
+def test_only_margins_count(logs: dict[str, float], shift: float) -> None:
+    moved = {name: value + shift for name, value in logs.items()}
+    for name, p in PLAIN(logs).items():
+        assert PLAIN(moved)[name] == pytest.approx(p, abs=1e-6)
+
+
+def test_huge_margins_leave_something_to_doubt() -> None:
+    """A thousand nats are not a probability of one: laws are never quite the bench's."""
+    assert 1e-9 < PLAIN({"gun.blow_by": 0.0, "unknown": -1000.0})["unknown"] < 0.01
+
+
+def test_learns_to_doubt_what_is_too_sure() -> None:
+    """Evidence that is four nats ahead and wrong in four of ten cases."""
+    rng = np.random.default_rng(0)
+    campaigns = []
+    for _ in range(400):
+        right = bool(rng.random() < 0.6)
+        logs = {"gun.blow_by": 4.0 if right else 0.0, "gun.dead_volume": 0.0 if right else 4.0, "none": -50.0}
+        campaigns.append((logs, "gun.blow_by"))
+    learned = CalibrationMap.learned(campaigns, "a test")
+    assert learned({"gun.blow_by": 4.0, "gun.dead_volume": 0.0, "none": -50.0})["gun.blow_by"] == pytest.approx(
+        0.6, abs=0.06
+    )
+
+
+def test_learns_an_intercept_for_none() -> None:
+    """None that comes out true more often than its evidence says."""
+    campaigns = [({"none": 0.0, "gun.blow_by": 0.0}, "none")] * 90 + [
+        ({"none": 0.0, "gun.blow_by": 0.0}, "gun.blow_by")
+    ] * 10
+    assert CalibrationMap.learned(campaigns, "a test")({"none": 0.0, "gun.blow_by": 0.0})["none"] > 0.8
+
+
+def test_nothing_to_learn_from_is_refused() -> None:
+    with pytest.raises(ValueError, match="nothing to learn from"):
+        CalibrationMap.learned([({"none": 0.0}, "gun.blow_by")], "a test")
+
+
+def test_the_shipped_map_tells_its_source() -> None:
+    assert shipped().source
+    assert shipped().slope > 0

@@ -1,0 +1,31 @@
+"""Which stages of a campaign are diagnosed, and what is said of those that are not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from contact_campaigns import hammer_record
+from plate_records import played
+from pyroshock.diagnosis.chain import stages_of
+from pyroshock.diagnosis.options import Options
+
+
+def test_plate_without_a_modal_table_says_how_to_give_one() -> None:
+    record = replace(hammer_record(), plate=None)
+    ringing = tuple(replace(run, accelerations=played().runs[0].accelerations) for run in record.runs)
+    stages, notes = stages_of(replace(record, runs=ringing), Options())
+    assert [stage.name for stage in stages] == ["contact"]
+    assert notes[-1].startswith("plate: not diagnosed, since there is no modal table of it: give --modes")
+
+
+def test_plate_without_accelerations_needs_them_first() -> None:
+    _, notes = stages_of(hammer_record(), Options())
+    assert notes == ("gun: no [bench.gun] in the campaign", "plate: no run has both a force and an acceleration record")
+
+
+def test_nothing_measured_is_refused_with_the_reason_of_every_stage() -> None:
+    record = hammer_record()
+    runs = tuple(replace(run, force=None) for run in record.runs)
+    with pytest.raises(ValueError, match=r"nothing to compare: gun: .*; contact: no run has a force record; plate: "):
+        stages_of(replace(record, runs=runs), Options())
