@@ -73,7 +73,7 @@ class CalibrationMap:
             raise ValueError("no campaign whose true cause is among the hypotheses: nothing to learn from")
 
         def loss(theta: Floats) -> float:
-            one = cls(float(np.exp(theta[0])), *map(float, theta[1:]))
+            one = cls(float(np.exp(theta[0])), float(theta[1]), float(theta[2]), float(theta[3]))
             total = 0.5 * float(theta @ theta)
             for names, logs, truth in useful:
                 scores = one.scores(names, logs)
@@ -83,7 +83,8 @@ class CalibrationMap:
         best = minimize(
             loss, np.zeros(4), method="Nelder-Mead", options={"maxiter": 2000, "xatol": 1e-3, "fatol": 1e-4}
         )
-        return cls(float(np.exp(best.x[0])), *map(float, best.x[1:]), source)
+        slope, none, unknown, pair = (float(value) for value in best.x)
+        return cls(float(np.exp(slope)), none, unknown, pair, source)
 
 
 @cache

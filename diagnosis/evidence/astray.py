@@ -20,6 +20,8 @@ Rows = NDArray[np.intp]
 
 #: Directions in which effects of the catalogue move the observables of a stage.
 _DIRECTIONS = 4
+#: Bands of a channel's lines.
+_BANDS = 3
 
 
 class Astray(Protocol):
@@ -75,16 +77,22 @@ class AsEffectsDo:
 
 
 def astray(
-    strays: Sequence[Stray], cells: Cells, kernels: Kernels, surfaces: Sequence[Surface], middle: Floats
+    strays: Sequence[Stray],
+    cells: Cells,
+    kernels: Kernels,
+    surfaces: Sequence[Surface],
+    middle: Floats,
+    under: Sequence[Whitening],
 ) -> tuple[Astray, ...]:
-    """`middle` (N, N): noise and the background that lies under a gap that nothing explains."""
-    under = Whitening.of(middle)
+    """`under`: backgrounds that may lie under a gap that nothing explains, since effects may choose theirs, too;
+    `middle` (N, N) is noise and one of them, for strays in any way, which cost more."""
     found: list[Astray] = []
     for one in strays:
         if one.amplitude is not None:
             found.append(AnyWay(one.stage, Whitening.of(middle + kernels.stray(one, one.amplitude))))
         else:
-            found += [AsEffectsDo.of(one.stage, under, root) for root in _roots(one, cells, kernels, surfaces)]
+            roots = _roots(one, cells, kernels, surfaces)
+            found += [AsEffectsDo.of(one.stage, white, root) for root in roots for white in under]
     return tuple(found)
 
 
@@ -94,10 +102,32 @@ def _roots(one: Stray, cells: Cells, kernels: Kernels, surfaces: Sequence[Surfac
     columns = np.unique(cells.observable[here])
     directions = _directions(here, columns, cells, surfaces)
     n = directions.shape[1]
-    if n == 0:
-        return []
     alone = [directions[:, [i]] * np.sqrt(n) for i in range(n)] if n > 1 else []
-    return [_root(one, cells, kernels, each) for each in (directions, *alone)]
+    groups = [directions, *alone] if n else []
+    return [_root(one, cells, kernels, each) for each in (*groups, *_bands(here, columns, cells, kernels))]
+
+
+def _bands(here: Rows, columns: Rows, cells: Cells, kernels: Kernels) -> list[Floats]:
+    """(d, r) for each channel with lines over frequency: smooth ways in which its lines may be off, and bands of it.
+
+    The largest eigenvectors of what lines have in common, as large as one tolerance in the channel; and each third of
+    the lines alone, in any way.
+    """
+    first = here[[int(np.argmax(cells.observable[here] == column)) for column in columns]]
+    shared = kernels.observables[np.ix_(first, first)] - np.eye(len(columns))
+    names = kernels.channel[first]
+    found = []
+    for name in dict.fromkeys(names.tolist()):
+        own = names == name
+        if (shared[np.ix_(own, own)] > 0).any():
+            values, vectors = np.linalg.eigh(shared[np.ix_(own, own)])
+            kept = vectors[:, np.argsort(values)[::-1][:_DIRECTIONS]]
+            rows = np.zeros((len(columns), kept.shape[1]))
+            rows[own] = kept * np.sqrt(own.sum() / kept.shape[1])
+            lines = np.flatnonzero(own)[(shared[np.ix_(own, own)] > 0).any(axis=1)]
+            lines = lines[np.argsort(kernels.octave[first[lines]], kind="stable")]
+            found += [rows, *(np.eye(len(columns))[:, part] for part in np.array_split(lines, _BANDS) if part.size)]
+    return found
 
 
 def _root(one: Stray, cells: Cells, kernels: Kernels, directions: Floats) -> Floats:

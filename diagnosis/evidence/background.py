@@ -85,6 +85,8 @@ class Kernels:
     same: NDArray[np.bool_]
     observables: Floats
     stage: NDArray[np.str_]
+    channel: NDArray[np.str_]
+    octave: Floats
 
     @classmethod
     def of(cls, gap: GapTable, cells: Cells) -> Kernels:
@@ -97,6 +99,8 @@ class Kernels:
             c[:, None] == c[None, :],
             _between(gap)[np.ix_(cells.observable, cells.observable)],
             stage,
+            np.array([gap.observables[int(o)].channel for o in cells.observable]),
+            _octaves(gap)[cells.observable],
         )
 
     def background(self, one: Background) -> Floats:
@@ -121,10 +125,15 @@ def _in_time(gap: GapTable) -> Floats:
     return np.asarray((place[:, None] - place[None, :]) ** 2)
 
 
+def _octaves(gap: GapTable) -> Floats:
+    """(D,): logarithms of the frequencies, NaN where there is none."""
+    return np.array([np.nan if item.frequency_hz is None else np.log2(item.frequency_hz) for item in gap.observables])
+
+
 def _between(gap: GapTable) -> Floats:
     """(D, D): one on the diagonal; part of it shared within a channel, by octaves where there are frequencies."""
     channel = np.array([f"{item.stage} {item.channel}" for item in gap.observables])
-    octave = np.array([np.nan if item.frequency_hz is None else np.log2(item.frequency_hz) for item in gap.observables])
+    octave = _octaves(gap)
     apart = octave[:, None] - octave[None, :]
     near = np.where(np.isnan(apart), 0.0, np.exp(-0.5 * (np.nan_to_num(apart) / OCTAVES) ** 2))
     shared = SHARED * near * (channel[:, None] == channel[None, :])

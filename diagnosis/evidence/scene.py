@@ -63,7 +63,7 @@ class Scene:
             backgrounds=tuple(bank),
             before=before,
             seen=tuple(tuple(_seen(found[i], cells, white) for white in before) for i in kept),
-            astray=astray(strays(gap.stages), cells, kernels, found, cells.noise + middle),
+            astray=astray(strays(gap.stages), cells, kernels, found, cells.noise + middle, [before[i] for i in _UNDER]),
         )
 
     @property
@@ -78,7 +78,7 @@ class Scene:
 #: An effect that nowhere moves anything by so many tolerances cannot be told from none. Below, a prior falls off.
 SMALLEST = 1.0
 #: Of the bank, what lies under a gap that no effect explains.
-_MIDDLE = 5
+_MIDDLE, _UNDER = 5, (0, 1, 5, 9)
 
 
 def _seen(surface: Surface, cells: Cells, white: Whitening) -> Seen:

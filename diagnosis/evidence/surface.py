@@ -45,7 +45,7 @@ class Surface:
         sets = [[effect] for effect in sheet.effects(places)]
         table = _all_asked(stages, sheet.kind, sets)
         points = _grid([np.linspace(0.0, 1.0, POINTS[axes])] * axes)
-        good = np.isfinite(table).all(axis=(1, 2))
+        good = np.asarray(np.isfinite(table).all(axis=(1, 2)), dtype=np.bool_)
         beside = _linear(places, points, NODES[axes])
         near = beside @ _widened(~good, axes).astype(np.float64)
         return cls(sheet, _filled(table, places, good), points, basis(points, NODES[axes]), near < 1e-9)
@@ -57,7 +57,8 @@ class Surface:
     @property
     def knots(self) -> int:
         """Nodes along each axis."""
-        return round(len(self.nodes) ** (1 / self.points.shape[1]))
+        knots: int = round(len(self.nodes) ** (1 / self.points.shape[1]))
+        return knots
 
     def only(self, rows: NDArray[np.intp]) -> Self:
         """On some of the configurations."""
@@ -150,7 +151,7 @@ def _splines(n: int) -> Callable[[Floats], Floats]:
     from scipy.interpolate import CubicHermiteSpline
 
     values = np.eye(n)
-    return CubicHermiteSpline(_knots(n), values, np.gradient(values, _knots(n), axis=0, edge_order=2))  # type: ignore[no-any-return]
+    return CubicHermiteSpline(_knots(n), values, np.gradient(values, _knots(n), axis=0, edge_order=2))
 
 
 def _grid(axes: Sequence[Floats]) -> Floats:

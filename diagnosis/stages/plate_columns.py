@@ -21,7 +21,7 @@ _DAMPING, _DAMPING_FLOOR = 0.1, 0.02
 _LEVEL, _LEVEL_FLOOR = 0.06, 0.015
 _REST, _REST_FLOOR = 0.002, 0.0003
 #: A delay is a share of the contact time. Small errors of frequencies, within their tolerance, look like a tenth of it.
-_DELAY, _DELAY_FLOOR = 0.1, 0.004
+_DELAY, _DELAY_FLOOR, _MOST_DELAY = 0.1, 0.004, 0.5
 #: The channel of what belongs to the plate and no sensor alone.
 PLATE = "plate"
 
@@ -59,7 +59,7 @@ class Columns:
         parts = [frequency, damping]
         for row in range(len(self.signals.channels)):
             parts += [lines_db[:, row], level[:, row, self.modes.clear[row]], rests[:, row]]
-            parts += [delay_s[:, row, None] / self.signals.contact_s] * self._late[row]
+            parts += [_told(delay_s[:, row, None] / self.signals.contact_s)] * self._late[row]
         return np.concatenate(parts, axis=1)
 
     def seconds(self, window: tuple[int, int]) -> tuple[float, float]:
@@ -92,3 +92,8 @@ class Columns:
         begin, end = self.seconds(window)
         name = f"{channel} rest from {begin * 1e3:.3g} to {end * 1e3:.3g} ms"
         return Observable(name, "plate", channel, "1", _REST, _REST_FLOOR, None, (begin, end))
+
+
+def _told(delay: Floats) -> Floats:
+    """A delay of half a contact time and more is no delay but a phase that could not be read."""
+    return np.where(np.abs(delay) < _MOST_DELAY, delay, np.nan)
