@@ -62,7 +62,7 @@ class Stray:
     amplitude: float | None = None  # in tolerances
 
 
-AMPLITUDES, LENGTHS, IN_TIME = (1.5, 3.0, 6.0, 12.0), (0.8, 0.3, 0.0), 0.4
+AMPLITUDES, LENGTHS, IN_TIME = (3.0, 6.0, 12.0), (0.8, 0.3, 0.0), 0.4
 
 
 def strays(stages: Sequence[str]) -> tuple[Stray, ...]:
@@ -72,7 +72,7 @@ def strays(stages: Sequence[str]) -> tuple[Stray, ...]:
         Stray(stage, length, in_time, amplitude)
         for stage in stages
         for length, in_time in over
-        for amplitude in (None, *AMPLITUDES[1::2])
+        for amplitude in (None, 3.0, 12.0)
     )
 
 

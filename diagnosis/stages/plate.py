@@ -83,8 +83,8 @@ class PlateStage(Stage):
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
         return self._simulation.observed(self._driven(effects, upstream), Acting.of(effects))
 
-    def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:
-        raise NotImplementedError("the plate is the last stage: nothing takes what it gives")
+    def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:  # noqa: ARG002
+        raise ValueError("the plate is the last stage: nothing takes what it gives")
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
         rows, usual = self.usual()
@@ -148,7 +148,9 @@ class PlateStage(Stage):
     def _read(self) -> Floats:
         modes, spectra, acceleration = self.columns.modes, self.columns.spectra, self.signals.acceleration
         lines_db, rests = spectra.levels_db(acceleration), spectra.rests(acceleration)
-        return self.columns.laid(modes.frequency, modes.damping, modes.level, lines_db, rests, modes.delay)
+        return self.columns.laid(
+            modes.frequency, modes.damping, modes.level, lines_db, rests, self.columns.told(modes.delay)
+        )
 
     def _dropped(self, plate: ModalPlate) -> tuple[str, ...]:
         count = plate.frequency_hz.size - self.plate.frequency_hz.size

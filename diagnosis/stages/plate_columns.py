@@ -21,7 +21,9 @@ _DAMPING, _DAMPING_FLOOR = 0.1, 0.02
 _LEVEL, _LEVEL_FLOOR = 0.06, 0.015
 _REST, _REST_FLOOR = 0.002, 0.0003
 #: A delay is a share of the contact time. Small errors of frequencies, within their tolerance, look like a tenth of it.
-_DELAY, _DELAY_FLOOR, _MOST_DELAY = 0.1, 0.004, 0.5
+_DELAY, _DELAY_FLOOR = 0.1, 0.004
+#: A delay that is measured to be larger is a contact whose begin could not be read.
+_MOST_DELAY = 0.25
 #: The channel of what belongs to the plate and no sensor alone.
 PLATE = "plate"
 
@@ -59,8 +61,12 @@ class Columns:
         parts = [frequency, damping]
         for row in range(len(self.signals.channels)):
             parts += [lines_db[:, row], level[:, row, self.modes.clear[row]], rests[:, row]]
-            parts += [_told(delay_s[:, row, None] / self.signals.contact_s)] * self._late[row]
+            parts += [delay_s[:, row, None] / self.signals.contact_s] * self._late[row]
         return np.concatenate(parts, axis=1)
+
+    def told(self, delay_s: Floats) -> Floats:
+        """Delays (R, S) as measured; NaN where they cannot be."""
+        return np.where(np.abs(delay_s) < _MOST_DELAY * self.signals.contact_s, delay_s, np.nan)
 
     def seconds(self, window: tuple[int, int]) -> tuple[float, float]:
         """A window in samples on the clock of the contact."""
@@ -92,8 +98,3 @@ class Columns:
         begin, end = self.seconds(window)
         name = f"{channel} rest from {begin * 1e3:.3g} to {end * 1e3:.3g} ms"
         return Observable(name, "plate", channel, "1", _REST, _REST_FLOOR, None, (begin, end))
-
-
-def _told(delay: Floats) -> Floats:
-    """A delay of half a contact time and more is no delay but a phase that could not be read."""
-    return np.where(np.abs(delay) < _MOST_DELAY, delay, np.nan)
