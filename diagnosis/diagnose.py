@@ -33,13 +33,21 @@ _STEPS = 6
 def diagnose(record: CampaignRecord, *, options: Options | None = None, progress: Progress | None = None) -> Verdict:
     """All of it, in the order of the report. Raises `ValueError` where the campaign has nothing to compare, and
     `ImplausibleRecordError` where a channel or a unit is mislabelled."""
+    import scipy.linalg  # noqa: F401 - its own BLAS must be there to be limited
+    from threadpoolctl import threadpool_limits
+
+    # The matrices are many and small: threads would wait for each other, and take twice the time.
+    with threadpool_limits(limits=1):
+        return _diagnosed(record, options or Options(), progress or (lambda *_: None))
+
+
+def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verdict:
     from .drawing import pictures_of
     from .found import where
     from .localisation.stages import stage_notes
     from .next_runs import next_runs
 
-    started, options = time.perf_counter(), options or Options()
-    tell = progress or (lambda *_: None)
+    started = time.perf_counter()
     rng = np.random.default_rng(options.seed)
     stages, notes = stages_of(record, options)
     notes = (*notes, *_plausible(record, stages))
