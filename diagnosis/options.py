@@ -11,6 +11,9 @@ from .hypotheses import Priors
 #: Of each stage: velocity and peak force as shares, spectra in dB. What the observables' tolerances stand for.
 TOLERANCES = {"gun": 0.01, "contact": 0.03, "plate": 0.5}
 
+#: Stages whose nominal parameters may be declared uncertain.
+_UNCERTAIN = ("gun", "contact")
+
 
 @dataclass(frozen=True)
 class Options:
@@ -43,6 +46,11 @@ class Options:
                 raise ValueError(f"tolerance of {stage!r}: no such stage; expected one of {', '.join(TOLERANCES)}")
             if not value > 0:
                 raise ValueError(f"tolerance of {stage} = {value!r}: expected a positive number")
+
+        for name in self.uncertain:
+            if name.partition(".")[0] not in _UNCERTAIN:
+                known = " or ".join(f"{stage}.NAME" for stage in _UNCERTAIN)
+                raise ValueError(f"uncertain {name!r}: expected {known}, a nominal parameter of that stage")
 
     @property
     def widened(self) -> dict[str, float]:

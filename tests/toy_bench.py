@@ -184,7 +184,7 @@ class ToyPlate(Stage):
         return np.asarray(lines)
 
     def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:
-        raise NotImplementedError("nothing follows the plate")
+        raise ValueError("nothing follows the plate")
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> np.ndarray:
         return changes_of(self, sets)

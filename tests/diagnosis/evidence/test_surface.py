@@ -12,13 +12,13 @@ GAP, SURFACES, STAGE = tables(shots())
 
 @pytest.mark.parametrize("surface", SURFACES, ids=lambda each: f"{each.id} {[a.name for a in each.sheet.axes]}")
 def test_interpolates_the_stage(surface: Surface) -> None:
-    """To 0.4 tolerances and 7 % of the change, wherever it claims to be valid: laws are off by a tenth."""
+    """To a third of the tolerance and 5 % of the change, wherever it claims to be valid: laws are off by a tenth."""
     rng = np.random.default_rng(1)
     u = surface.points[rng.choice(np.flatnonzero(surface.valid), 24)]
     exact = STAGE.changes([[surface.effect(row)] for row in u])
     near = np.array([surface.change(row) for row in u])
     assert np.isfinite(exact).all()
-    assert np.all(np.abs(near - exact) < 0.4 * GAP.tolerance[0] + 0.07 * np.abs(exact))
+    assert np.all(np.abs(near - exact) < 0.33 * GAP.tolerance[0] + 0.05 * np.abs(exact))
 
 
 def test_basis_sums_to_one() -> None:

@@ -53,10 +53,12 @@ def test_interval_of_the_parameter_holds_the_truth(planted: Effect) -> None:
         assert low - 0.5 * width <= getattr(planted, name) <= high + 0.5 * width
 
 
-def test_no_effect_is_not_accused() -> None:
-    """With a background up to the tolerance, 30 campaigns: two accusations at most (5 % would be 1.5)."""
-    firsts = [next(iter(weighed(seed=100 + seed, background=0.003 + 0.0002 * seed).probability)) for seed in range(30)]
-    assert firsts.count("none") >= 28
+@pytest.mark.parametrize(("campaigns", "most"), [(12, 1), pytest.param(30, 2, marks=pytest.mark.slow)])
+def test_no_effect_is_not_accused(campaigns: int, most: int) -> None:
+    """With a background up to the tolerance. (Rates are the blind check's.)"""
+    sizes = np.linspace(0.003, 0.009, campaigns)
+    firsts = [next(iter(weighed(seed=100 + i, background=size).probability)) for i, size in enumerate(sizes)]
+    assert len(firsts) - firsts.count("none") <= most
 
 
 def test_constant_bias_within_tolerance_is_none() -> None:
