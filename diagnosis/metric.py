@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .gap import GapTable
+from .stages.base import Observable
 from .verdict import GapSize
 
 Floats = NDArray[np.float64]
@@ -55,8 +56,7 @@ class Metric:
         return GapSize(self.name, before, floor, self.tolerance, reducible > self.tolerance)
 
 
-def _counts(item: object) -> bool:
-    stage, name, unit = (getattr(item, key) for key in ("stage", "name", "unit"))
-    if stage == "contact":
-        return name in _CONTACT
-    return stage != "plate" or (unit == "dB" and getattr(item, "frequency_hz", None) is not None)
+def _counts(item: Observable) -> bool:
+    if item.stage == "contact":
+        return item.name in _CONTACT
+    return item.stage != "plate" or (item.unit == "dB" and item.frequency_hz is not None)

@@ -36,12 +36,6 @@ class Axis:
         """The same axis, ended at u."""
         return replace(self, end=float(self.value(np.array(u))))
 
-    def place(self, value: float) -> float:
-        """The inverse of `value`."""
-        if self.power == 0:
-            return float(np.log(value / self.start) / np.log(self.end / self.start))
-        return float(max(0.0, (value - self.start) / (self.end - self.start)) ** (1 / self.power))
-
 
 @dataclass(frozen=True)
 class Sheet:

@@ -37,7 +37,6 @@ class Scene:
     kernels: Kernels
     surfaces: tuple[Surface, ...]
     log_prior: tuple[Floats, ...]
-    size: tuple[Floats, ...]
     backgrounds: tuple[Background, ...]
     before: tuple[Whitening, ...]
     seen: tuple[tuple[Seen, ...], ...]  # by surface, by background
@@ -59,7 +58,6 @@ class Scene:
             kernels=kernels,
             surfaces=tuple(found[i] for i in kept),
             log_prior=tuple(_prior(sizes[i]) for i in kept),
-            size=tuple(sizes[i] for i in kept),
             backgrounds=tuple(bank),
             before=before,
             seen=tuple(tuple(_seen(found[i], cells, white) for white in before) for i in kept),

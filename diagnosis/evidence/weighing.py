@@ -36,7 +36,6 @@ class Weighed:
     scene: Scene
     log_evidence: dict[str, float]
     log_joint: dict[str, float]
-    unknown: dict[str, float]  # by stage
     singles: dict[str, tuple[OnSurface, ...]]
     pairs: dict[str, OnPair] = field(default_factory=dict)
 
@@ -87,7 +86,7 @@ def weigh(
     log = {NONE: of_none(scene, z), UNKNOWN: log_mean(list(astray.values())), **evidence}
     pairs = _pairs(scene, evidence, dict(enumerate(plain)), whitened, stages, quick) if priors.pairs > 0 else {}
     log |= {name: pair.log_evidence for name, pair in pairs.items()}
-    return Weighed(scene, log, _joint(log, priors, len(scene.ids)), astray, singles, pairs)
+    return Weighed(scene, log, _joint(log, priors, len(scene.ids)), singles, pairs)
 
 
 def _shaped(scene: Scene, plain: Sequence[OnSurface], whitened: list[Floats]) -> list[OnSurface]:

@@ -29,14 +29,6 @@ def test_values_stay_in_the_likely_range(kind: type[Effect]) -> None:
 
 
 @KINDS
-def test_place_is_the_inverse_of_value(kind: type[Effect]) -> None:
-    for sheet in sheets(kind):
-        for axis in sheet.axes:
-            for u in (0.1, 0.5, 0.9):
-                assert axis.place(float(axis.value(np.array(u)))) == pytest.approx(u)
-
-
-@KINDS
 def test_at_most_two_parameters_at_once(kind: type[Effect]) -> None:
     assert max(len(sheet.axes) for sheet in sheets(kind)) <= 2
 
