@@ -58,11 +58,10 @@ class AsEffectsDo:
     strength: Floats  # eigenvalues (q,)
 
     @classmethod
-    def of(cls, stage: str, white: Whitening, root: Floats) -> Self:
-        """`root` is W (N, q)."""
+    def of(cls, stage: str, white: Whitening, whitened: Floats) -> Self:
+        """`whitened` (N, q) is W before that background."""
         from scipy.linalg import eigh
 
-        whitened = white.white(root)
         strength, turned = eigh(whitened.T @ whitened)
         return cls(stage, white, whitened @ turned, np.maximum(strength, 0.0))
 
@@ -87,24 +86,64 @@ def astray(
     """`under`: backgrounds that may lie under a gap that nothing explains, since effects may choose theirs, too;
     `middle` (N, N) is noise and one of them, for strays in any way, which cost more."""
     found: list[Astray] = []
-    for one in strays:
-        if one.amplitude is not None:
-            found.append(AnyWay(one.stage, Whitening.of(middle + kernels.stray(one, one.amplitude))))
-        else:
-            roots = _roots(one, cells, kernels, surfaces)
-            found += [AsEffectsDo.of(one.stage, white, root) for root in roots for white in under]
+    for stage in dict.fromkeys(one.stage for one in strays):
+        laid = _Laid.of(stage, cells, kernels, surfaces)
+        own = [one for one in strays if one.stage == stage]
+        found += [
+            AnyWay(stage, Whitening.of(middle + kernels.stray(one, one.amplitude)))
+            for one in own
+            if one.amplitude is not None
+        ]
+        for white in under:
+            seen = laid.seen(white)
+            for one in own:
+                if one.amplitude is None:
+                    found += [AsEffectsDo.of(stage, white, each) for each in laid.roots(seen, kernels.over(one))]
     return tuple(found)
 
 
-def _roots(one: Stray, cells: Cells, kernels: Kernels, surfaces: Sequence[Surface]) -> list[Floats]:
-    """W (N, q) with W W' = K over configurations times directions: all of them together, and each alone."""
-    here = np.flatnonzero(kernels.stage == one.stage)
-    columns = np.unique(cells.observable[here])
-    directions = _directions(here, columns, cells, surfaces)
-    n = directions.shape[1]
-    alone = [directions[:, [i]] * np.sqrt(n) for i in range(n)] if n > 1 else []
-    groups = [directions, *alone] if n else []
-    return [_root(one, cells, kernels, each) for each in (*groups, *_bands(here, columns, cells, kernels))]
+@dataclass(frozen=True, eq=False)
+class _Laid:
+    """Directions (d, r) in which the d observables of a stage may stray, and which of them go together.
+
+    `ways` are columns and their weight. With K = L L' over configurations a stray is W = L x directions: so the
+    directions are whitened once, and every K only mixes configurations.
+    """
+
+    here: Rows
+    rows: Rows  # configurations
+    at: tuple[Rows, Rows]  # of each cell
+    directions: Floats
+    ways: tuple[tuple[Rows, float], ...]
+
+    @classmethod
+    def of(cls, stage: str, cells: Cells, kernels: Kernels, surfaces: Sequence[Surface]) -> Self:
+        here = np.flatnonzero(kernels.stage == stage)
+        rows, columns = np.unique(cells.configuration), np.unique(cells.observable[here])
+        shared = _directions(here, columns, cells, surfaces)
+        n = shared.shape[1]
+        alone = [(np.array([i]), float(np.sqrt(n))) for i in range(n)] if n > 1 else []
+        ways = [(np.arange(n), 1.0), *alone] if n else []
+        blocks = [shared]
+        for block in _bands(here, columns, cells, kernels):
+            start = sum(each.shape[1] for each in blocks)
+            ways.append((start + np.arange(block.shape[1]), 1.0))
+            blocks.append(block)
+        at = np.searchsorted(rows, cells.configuration[here]), np.searchsorted(columns, cells.observable[here])
+        return cls(here, rows, at, np.concatenate(blocks, axis=1), tuple(ways))
+
+    def seen(self, white: Whitening) -> Floats:
+        """(N, C, r): whitened directions in one configuration each."""
+        inverse = white.inverse()
+        table = np.zeros((len(inverse), len(self.rows), len(self.directions)))
+        table[:, self.at[0], self.at[1]] = inverse[:, self.here]
+        return np.asarray(table @ self.directions)
+
+    def roots(self, seen: Floats, over: Floats) -> list[Floats]:
+        """(N, q) for each way, from `seen` and what configurations have in common."""
+        lower = np.linalg.cholesky(over[np.ix_(self.rows, self.rows)] + 1e-6 * np.eye(len(self.rows)))
+        mixed = np.tensordot(seen, lower, axes=(1, 0))  # (N, r, C)
+        return [weight * mixed[:, columns].reshape(len(seen), -1) for columns, weight in self.ways]
 
 
 def _bands(here: Rows, columns: Rows, cells: Cells, kernels: Kernels) -> list[Floats]:
@@ -128,17 +167,6 @@ def _bands(here: Rows, columns: Rows, cells: Cells, kernels: Kernels) -> list[Fl
             lines = lines[np.argsort(kernels.octave[first[lines]], kind="stable")]
             found += [rows, *(np.eye(len(columns))[:, part] for part in np.array_split(lines, _BANDS) if part.size)]
     return found
-
-
-def _root(one: Stray, cells: Cells, kernels: Kernels, directions: Floats) -> Floats:
-    here = np.flatnonzero(kernels.stage == one.stage)
-    columns = np.unique(cells.observable[here])
-    rows, first = np.unique(cells.configuration, return_index=True)
-    lower = np.linalg.cholesky(kernels.over(one)[np.ix_(first, first)] + 1e-6 * np.eye(len(rows)))
-    root = np.zeros((len(cells.z), len(rows) * directions.shape[1]))
-    c, o = np.searchsorted(rows, cells.configuration[here]), np.searchsorted(columns, cells.observable[here])
-    root[here] = (lower[c][:, :, None] * directions[o][:, None, :]).reshape(len(here), -1)
-    return root
 
 
 def _directions(here: NDArray[np.intp], columns: NDArray[np.intp], cells: Cells, surfaces: Sequence[Surface]) -> Floats:

@@ -78,11 +78,12 @@ def strays(stages: Sequence[str]) -> tuple[Stray, ...]:
 
 @dataclass(frozen=True, eq=False)
 class Kernels:
-    """(N, N) between cells: squared distances over factors and over the order of runs, and the observables' kernel."""
+    """Squared distances (C, C) of configurations over factors and over the order of runs, and (N, N) between cells
+    what observables have in common. `configuration`, `stage`, `channel` and `octave` are of cells."""
 
     distance: Floats
     apart: Floats
-    same: NDArray[np.bool_]
+    configuration: NDArray[np.intp]
     observables: Floats
     stage: NDArray[np.str_]
     channel: NDArray[np.str_]
@@ -91,12 +92,11 @@ class Kernels:
     @classmethod
     def of(cls, gap: GapTable, cells: Cells) -> Kernels:
         factors = [gap.record.configurations[int(row)].factors for row in gap.rows]
-        c = cells.configuration
         stage = np.array([gap.observables[int(o)].stage for o in cells.observable])
         return cls(
-            squared_distances(factors)[np.ix_(c, c)],
-            _in_time(gap)[np.ix_(c, c)],
-            c[:, None] == c[None, :],
+            squared_distances(factors),
+            _in_time(gap),
+            cells.configuration,
             _between(gap)[np.ix_(cells.observable, cells.observable)],
             stage,
             np.array([gap.observables[int(o)].channel for o in cells.observable]),
@@ -104,17 +104,22 @@ class Kernels:
         )
 
     def background(self, one: Background) -> Floats:
-        over = one.constant**2 + one.smooth**2 * varying(self.distance, LENGTH) + one.white**2 * self.same
-        return np.asarray(over * self.observables)
+        same = np.eye(len(self.distance))
+        over = one.constant**2 + one.smooth**2 * varying(self.distance, LENGTH) + one.white**2 * same
+        return np.asarray(self._spread(over) * self.observables)
 
     def over(self, one: Stray) -> Floats:
-        """(N, N): what configurations have in common."""
+        """(C, C): what configurations have in common."""
         distance = self.apart if one.in_time else self.distance
-        return smooth(distance, one.length) if one.length else self.same.astype(np.float64)
+        return smooth(distance, one.length) if one.length else np.eye(len(distance))
 
     def stray(self, one: Stray, amplitude: float) -> Floats:
         here = self.stage == one.stage
-        return np.asarray(amplitude**2 * self.over(one) * self.observables * np.outer(here, here))
+        return np.asarray(amplitude**2 * self._spread(self.over(one)) * self.observables * np.outer(here, here))
+
+    def _spread(self, over: Floats) -> Floats:
+        """(C, C) to (N, N)."""
+        return np.asarray(over[np.ix_(self.configuration, self.configuration)])
 
 
 def _in_time(gap: GapTable) -> Floats:

@@ -56,9 +56,8 @@ def form_modes(scene: Scene) -> Floats:
     """(N, q): the largest directions of a kernel that is smooth over factors and partly shared between observables."""
     from scipy.linalg import eigh
 
-    rows, first = np.unique(scene.cells.configuration, return_index=True)
-    distance = scene.kernels.distance[np.ix_(first, first)]
-    over = eigh(smooth(distance, LENGTH))
+    rows = np.unique(scene.cells.configuration)
+    over = eigh(smooth(scene.kernels.distance[np.ix_(rows, rows)], LENGTH))
     columns, at = np.unique(scene.cells.observable, return_index=True)
     between = eigh(0.3 + 0.7 * scene.kernels.observables[np.ix_(at, at)])
     values = np.outer(np.maximum(over[0], 0), np.maximum(between[0], 0))

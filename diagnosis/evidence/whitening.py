@@ -36,6 +36,10 @@ class Whitening:
 
         return np.asarray(solve_triangular(self.lower, values, lower=True, check_finite=False))
 
+    def inverse(self) -> Floats:
+        """(N, N): L^-1."""
+        return self.white(np.eye(len(self.lower)))
+
     def log_density(self, z: Floats) -> float:
         zw = self.white(z)
         return self.log_norm - 0.5 * float(zw @ zw)
