@@ -16,7 +16,8 @@ Floats = NDArray[np.float64]
 #: The data sheet weighs as much as so many degrees of freedom. Few: a bench scatters more than its sensors, and a
 #: scatter that is taken too small accuses.
 SHEET_WEIGHT = 3.0
-#: Correlations are drawn towards none as if so many runs for each observable had shown none.
+#: Correlations are drawn towards what lines of a channel share on average, and that towards none, as if so many runs
+#: for each observable, and for each channel, had shown just that.
 PLAIN_WEIGHT = 1.0
 
 
@@ -37,8 +38,9 @@ class Noise:
         """From deviations (R, D) of runs from the mean of their configuration, NaN where there is none.
 
         Variances: (nu s^2 + nu0 f^2) / (nu + nu0) with f of the data sheets. Correlations pooled over observables that
-        a run has both of, times nu / (nu + D): shrinkage towards none in the manner of Ledoit and Wolf (2004), with a
-        weight that is fixed since the optimal one is itself uncertain with few runs.
+        a run has both of, times nu / (nu + D), and the rest of the weight to their mean over the lines of a channel
+        (Ledoit and Wolf, J. Portfolio Manag. 30 (2004) 110, with a weight that is fixed since the optimal one is itself
+        uncertain with few runs). Drawn towards none, a shot that is louder as a whole would count once for each line.
         """
         known = np.isfinite(deviations)
         values = np.where(known, deviations, 0.0)
@@ -50,8 +52,34 @@ class Noise:
         norm = np.sqrt(squares)
         with np.errstate(invalid="ignore", divide="ignore"):
             correlation = np.nan_to_num((values.T @ values) / np.outer(norm, norm))
+        np.fill_diagonal(correlation, 1.0)
         typical = float(np.median(freedom))
-        correlation *= typical / (typical + PLAIN_WEIGHT * len(observables)) if typical > 0 else 0.0
+        share = typical / (typical + PLAIN_WEIGHT * len(observables)) if typical > 0 else 0.0
+        correlation = share * correlation + (1 - share) * _shared(correlation, observables, typical)
         np.fill_diagonal(correlation, 1.0)
         sigma = np.sqrt(variance)
         return cls(correlation * np.outer(sigma, sigma), freedom.astype(np.float64))
+
+
+def _shared(correlation: Floats, observables: Sequence[Observable], freedom: float) -> Floats:
+    """(D, D): mean correlation of the lines of each channel, with each other and with all else; one on the diagonal."""
+    keys = [_block(item, index) for index, item in enumerate(observables)]
+    names = list(dict.fromkeys(keys))
+    member = np.array([[key == name for name in names] for key in keys], dtype=np.float64)
+    count = member.sum(axis=0)
+    mean = member.T @ (correlation - np.eye(len(keys))) @ member
+    mean /= np.outer(count, count) - np.diag(count) + np.diag(count == 1)
+    mean *= freedom / (freedom + PLAIN_WEIGHT * len(names)) if freedom > 0 else 0.0
+    mean[np.diag_indices(len(names))] = np.where(count == 1, 1.0, np.maximum(np.diag(mean), 0.0))
+    values, vectors = np.linalg.eigh(mean)
+    mean = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    size = np.sqrt(np.maximum(np.diag(mean), 1.0))
+    found = member @ (mean / np.outer(size, size)) @ member.T
+    np.fill_diagonal(found, 1.0)
+    return np.asarray(found)
+
+
+def _block(item: Observable, index: int) -> tuple[str, ...]:
+    """Lines and amplitudes of a channel go together; what is no line stands alone."""
+    alone = str(index) if item.frequency_hz is None else ""
+    return item.stage, item.channel, item.unit, alone

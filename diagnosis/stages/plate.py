@@ -58,7 +58,9 @@ class PlateStage(Stage):
                 "which is as high as its records reach"
             )
         points, told = impact_points(record, self.plate)
-        self._reading = Played(self.signals.force, points, self.signals.first_s, self.signals.centre_s)
+        self._reading = Played(
+            self.signals.force, self.signals.force, points, self.signals.first_s, self.signals.centre_s
+        )
         self.assumptions: tuple[str, ...] = (*told, *self.signals.assumptions, *self._dropped(record.plate))
         self.columns = self._columns()
         self._simulation = Simulation(self.plate, self.columns)

@@ -1,7 +1,8 @@
 """By how much later than its force a plate rings: what tells a slow force channel from a mounting that resonates.
 
 Under a force about the time c a mode begins with the phase of Z exp(lambda c), 0 or a half turn for a short and
-even contact, whatever its frequency; a delay d turns it by omega d.
+even contact, whatever its frequency; a delay d turns it by omega d. An uneven and long contact has a phase of its own,
+which is taken off: it would be taken for other half turns.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from ..record import Floats
 from .plate_delay import ENOUGH, delays_s
 from .plate_match import Lines, Rows, matched
 from .plate_poles import Basis, Poles
-from .plate_ringing import excited, phases_at
+from .plate_ringing import excited, phases, phases_at
 from .plate_runs import Reading, median, read_runs, scaled
 from .plate_search import found_poles
 from .plate_signals import PlateSignals
@@ -90,7 +90,7 @@ def measured_modes(
     reading = read_runs(ringing, configuration, poles, window.step_s).of_lines(named[known])
     share = _share(reading, signals, tried[0][0][known])
     reading = replace(reading, level=np.where((share > _EXCITED)[:, None], reading.level, np.nan))
-    return _chosen(reading, known, signals.first_s + window.start_s - signals.centre_s, share)
+    return _chosen(reading, known, signals, window, share)
 
 
 def _share(reading: Reading, signals: PlateSignals, frequency_hz: Floats) -> Floats:
@@ -100,8 +100,10 @@ def _share(reading: Reading, signals: PlateSignals, frequency_hz: Floats) -> Flo
     return np.minimum(excited(signals.force, measured), excited(signals.force, table))
 
 
-def _chosen(reading: Reading, modes: Rows, since_s: Floats, share: Floats) -> MeasuredModes:
-    """The ends and the loudest of the clear modes, in rising order; read `since_s` (R,) after the forces."""
+def _chosen(
+    reading: Reading, modes: Rows, signals: PlateSignals, window: RingingWindow, share: Floats
+) -> MeasuredModes:
+    """The ends and the loudest of the clear modes, in rising order."""
     known = np.isfinite(reading.level) & (reading.level_noise < _LOST)
     damping = median(reading.damping_noise, axis=0)
     noise = median(np.where(known, reading.level_noise, np.nan), axis=0)
@@ -118,14 +120,22 @@ def _chosen(reading: Reading, modes: Rows, since_s: Floats, share: Floats) -> Me
         level=np.where(known[:, :, best], picked.level, np.nan),
         clear=clear[:, best],
         ringing=modes,
-        delay=_delay(picked, since_s, weight),
+        delay=_delay(picked, signals, window, weight),
         weight=weight,
     )
 
 
-def _delay(reading: Reading, since_s: Floats, weight: Floats) -> Floats:
+def _delay(reading: Reading, signals: PlateSignals, window: RingingWindow, weight: Floats) -> Floats:
+    """(R, S): by how much later modes begin than under the force that was read."""
+    since_s = signals.first_s + window.start_s - signals.centre_s
     angle = phases_at(reading.phase, reading.frequency, reading.damping, since_s)
-    return delays_s(angle, 2 * np.pi * np.exp(reading.frequency), weight)
+    usual = phases(
+        np.exp(median(reading.frequency, axis=0)),
+        np.exp(median(reading.damping, axis=0)),
+        signals.force,
+        signals.centre_s,
+    )
+    return delays_s(angle - usual[:, None], 2 * np.pi * np.exp(reading.frequency), weight)
 
 
 def _best(good: Rows, loud: Floats) -> Rows:

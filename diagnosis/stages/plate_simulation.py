@@ -38,18 +38,20 @@ _CLOSED = (AccelerationGain, MountResonance)
 class Played:
     """Runs to be played: true forces, None where there is none, the impact points, and when each run's clock begins.
 
-    `centre_s` is about when the force acts, as it was read: the time that delays are counted from.
+    `read` are the forces as they were read, and `centre_s` is about when they act: delays are counted from them.
     """
 
     forces: tuple[Series | None, ...]
+    read: tuple[Series | None, ...]
     points: tuple[str, ...]
     first_s: Floats
     centre_s: Floats
 
     def at(self, rows: NDArray[np.intp]) -> Played:
         picked = [int(row) for row in rows]
-        forces, points = tuple(self.forces[row] for row in picked), tuple(self.points[row] for row in picked)
-        return Played(forces, points, self.first_s[picked], self.centre_s[picked])
+        forces, read = (tuple(each[row] for row in picked) for each in (self.forces, self.read))
+        points = tuple(self.points[row] for row in picked)
+        return Played(forces, read, points, self.first_s[picked], self.centre_s[picked])
 
 
 @dataclass(frozen=True)
@@ -131,6 +133,7 @@ class Simulation:
         modes, channels = self.columns.modes, len(self.columns.signals.channels)
         frequency, damping = plate.frequency_hz[modes.modes], plate.damping_ratio[modes.modes]
         angle = phases(frequency, damping, played.forces, played.centre_s, acting.on_channels)
+        angle = angle - phases(frequency, damping, played.read, played.centre_s)
         omega = np.broadcast_to(2 * np.pi * frequency, angle.shape)
         return delays_s(np.repeat(angle[:, None], channels, axis=1), omega, modes.weight)
 
