@@ -32,11 +32,14 @@ def plate() -> ModalPlate:
     return ModalPlate(frequency, ratio, shape[:1], shape[1:], ("#1",), ("acceleration_1", "acceleration_2"))
 
 
-def half_sine(contact_s: float, peak_n: float, rate_hz: float, first_s: float, samples: int) -> Floats:
-    """A versed sine, which begins and ends smoothly."""
+def half_sine(
+    contact_s: float, peak_n: float, rate_hz: float, first_s: float, samples: int, skew: float = 1.0
+) -> Floats:
+    """A versed sine, which begins and ends smoothly; above 1 its `skew` puts the peak later."""
     time = first_s + np.arange(samples) / rate_hz
     inside = (time >= 0) & (time <= contact_s)
-    return np.where(inside, 0.5 * peak_n * (1 - np.cos(2 * np.pi * time / contact_s)), 0.0)
+    share = np.clip(time / contact_s, 0, 1) ** skew
+    return np.where(inside, 0.5 * peak_n * (1 - np.cos(2 * np.pi * share)), 0.0)
 
 
 def played(
@@ -47,17 +50,19 @@ def played(
     bench: ModalPlate | None = None,
     rate_hz: float = RATE_HZ,
     seed: int = 1,
+    contacts: Sequence[tuple[float, float]] = CONTACTS,
+    skew: float = 1.0,
 ) -> CampaignRecord:
     """What the bench shows with these effects; `noise` in shares of each record's peak."""
     rng = np.random.default_rng(seed)
     table = plate() if bench is None else bench
     runs = []
-    for c, (contact_s, peak_n) in enumerate(CONTACTS):
+    for c, (contact_s, peak_n) in enumerate(contacts):
         for repetition in range(repetitions):
             size = peak_n * (1 + 0.04 * repetition)
-            runs.append(_run(table, effects, (contact_s, size), (c, repetition, len(runs)), noise, rate_hz, rng))
+            runs.append(_run(table, effects, (contact_s, size, skew), (c, repetition, len(runs)), noise, rate_hz, rng))
     configurations = tuple(
-        Configuration(f"{peak:g} N", {"impact_position": "#1", "hammer_speed": peak}) for _, peak in CONTACTS
+        Configuration(f"{peak:g} N", {"impact_position": "#1", "hammer_speed": peak}) for _, peak in contacts
     )
     return CampaignRecord("played", "hammer", configurations, tuple(runs), plate=table)
 
@@ -65,7 +70,7 @@ def played(
 def _run(
     table: ModalPlate,
     effects: Sequence[Effect],
-    blow: tuple[float, float],
+    blow: tuple[float, float, float],
     place: tuple[int, int, int],
     noise: float,
     rate_hz: float,
@@ -75,7 +80,7 @@ def _run(
     struck = with_effects(table, [each for each in effects if isinstance(each, PlateEffect)])
     fine = rate_hz * _FINER
     samples = round((SECONDS + BEFORE_S) * fine)
-    force = half_sine(*blow, fine, -BEFORE_S, samples)
+    force = half_sine(blow[0], blow[1], fine, -BEFORE_S, samples, blow[2])
     felt = chain.measured_acceleration_m_s2(respond(struck, force, 1 / fine), 1 / fine)[:, ::_FINER]
     read = chain.measured_force_n(force, 1 / fine)[::_FINER]
     felt = felt + noise * np.abs(felt).max(axis=1, keepdims=True) * rng.standard_normal(felt.shape)

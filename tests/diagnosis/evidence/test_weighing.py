@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from gun_shots import shots, tables
+from pyroshock.diagnosis import confusion
 from pyroshock.diagnosis.causes import causes
+from pyroshock.diagnosis.confusion import NEAR, distance, groups
 from pyroshock.diagnosis.evidence.scene import Scene
 from pyroshock.diagnosis.evidence.weighing import Weighed, weigh
 from pyroshock.twin.effects import Effect, effect
@@ -113,3 +115,23 @@ def test_nothing_repeated_still_answers() -> None:
     found = weighed([PLANTED[2]], seed=3, scatter=0.006, repetitions=1)
     assert found.scene.gap.noise.assumed
     assert next(iter(found.probability)) != "none"
+
+
+def test_two_causes_that_the_data_leave_standing_are_one_entry() -> None:
+    """However far apart they are as fitted: a tenth of the probability between the two of them is not told apart."""
+    found = weighed([effect("gun.blow_by", discharge_coefficient=0.15)], seed=3, scatter=0.006)
+    first, second = "gun.blow_by", "gun.back_pressure"
+    assert distance(found, first, second) > NEAR
+    others = {name: 1e-4 for name in found.log_joint if name not in (first, second)}
+    near = groups(found, {first: 0.6, second: 0.3} | others)[0]
+    far = groups(found, {first: 0.85, second: 0.05} | others)[0]
+    assert second in near.members
+    assert second not in far.members
+
+
+def test_distance_allows_for_laws_that_err(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A share of 15 % of a change is no difference between two laws."""
+    strong = weighed([effect("gun.blow_by", discharge_coefficient=0.4)], scatter=0.003)
+    allowed = distance(strong, "gun.blow_by", "gun.sliding_friction")
+    monkeypatch.setattr(confusion, "SHARES", (1e-9,))
+    assert allowed < 0.7 * distance(strong, "gun.blow_by", "gun.sliding_friction")
