@@ -22,6 +22,8 @@ Rows = NDArray[np.intp]
 _DIRECTIONS = 4
 #: Bands of a channel's lines.
 _BANDS = 3
+#: Two effects whose changes are parallel but for this have one law.
+_SAME = 0.995
 
 
 class Astray(Protocol):
@@ -106,8 +108,8 @@ def astray(
 class _Laid:
     """Directions (d, r) in which the d observables of a stage may stray, and which of them go together.
 
-    `ways` are columns and their weight. With K = L L' over configurations a stray is W = L x directions: so the
-    directions are whitened once, and every K only mixes configurations.
+    `ways` are columns and their weight; `laws` (e, C, d) what each effect does, one tolerance rms. With K = L L' over
+    configurations a stray is W = L x directions: so they are whitened once, and every K only mixes configurations.
     """
 
     here: Rows
@@ -115,6 +117,7 @@ class _Laid:
     at: tuple[Rows, Rows]  # of each cell
     directions: Floats
     ways: tuple[tuple[Rows, float], ...]
+    laws: Floats
 
     @classmethod
     def of(cls, stage: str, cells: Cells, kernels: Kernels, surfaces: Sequence[Surface]) -> Self:
@@ -130,20 +133,42 @@ class _Laid:
             ways.append((start + np.arange(block.shape[1]), 1.0))
             blocks.append(block)
         at = np.searchsorted(rows, cells.configuration[here]), np.searchsorted(columns, cells.observable[here])
-        return cls(here, rows, at, np.concatenate(blocks, axis=1), tuple(ways))
+        laws = _laws(here, at, (len(rows), len(columns)), cells, surfaces)
+        return cls(here, rows, at, np.concatenate(blocks, axis=1), tuple(ways), laws)
 
-    def seen(self, white: Whitening) -> Floats:
-        """(N, C, r): whitened directions in one configuration each."""
+    def seen(self, white: Whitening) -> tuple[Floats, Floats]:
+        """(N, C, r) and (N, C, e): whitened directions and laws in one configuration each."""
         inverse = white.inverse()
         table = np.zeros((len(inverse), len(self.rows), len(self.directions)))
         table[:, self.at[0], self.at[1]] = inverse[:, self.here]
-        return np.asarray(table @ self.directions)
+        return np.asarray(table @ self.directions), np.einsum("ncd,ecd->nce", table, self.laws, optimize=True)
 
-    def roots(self, seen: Floats, over: Floats) -> list[Floats]:
-        """(N, q) for each way, from `seen` and what configurations have in common."""
+    def roots(self, seen: tuple[Floats, Floats], over: Floats) -> list[Floats]:
+        """(N, q) for each way and each law, from `seen` and what configurations have in common."""
         lower = np.linalg.cholesky(over[np.ix_(self.rows, self.rows)] + 1e-6 * np.eye(len(self.rows)))
-        mixed = np.tensordot(seen, lower, axes=(1, 0))  # (N, r, C)
-        return [weight * mixed[:, columns].reshape(len(seen), -1) for columns, weight in self.ways]
+        mixed, laws = (np.tensordot(each, lower, axes=(1, 0)) for each in seen)  # (N, r, C), (N, e, C)
+        ways = [weight * mixed[:, columns].reshape(len(mixed), -1) for columns, weight in self.ways]
+        return ways + [laws[:, i] for i in range(laws.shape[1])]
+
+
+def _laws(
+    here: Rows, at: tuple[Rows, Rows], shape: tuple[int, int], cells: Cells, surfaces: Sequence[Surface]
+) -> Floats:
+    """(e, C, d): what effects do where they are of middling size, one tolerance rms; each law once."""
+    found: list[Floats] = []
+    for surface in surfaces:
+        changes = cells.take(surface.nodes)[:, here]
+        size = np.sqrt((changes**2).mean(axis=1))
+        if len(here) == len(np.unique(at[0])) or size.max(initial=0.0) < 1:
+            continue  # one observable: every way is that of every effect
+        one = changes[np.argmin(np.abs(np.log(np.maximum(size, 1e-9)) - 0.5 * np.log(size.max())))]
+        one = one / np.sqrt((one**2).mean())
+        if all(abs(float(one @ other)) < _SAME * len(here) for other in found):
+            found.append(one)
+    table = np.zeros((len(found), *shape))
+    for row, one in zip(table, found, strict=True):
+        row[at] = one
+    return table
 
 
 def _bands(here: Rows, columns: Rows, cells: Cells, kernels: Kernels) -> list[Floats]:

@@ -30,6 +30,7 @@ class Impacts:
     rate_loss_s_m: Floats  # chi; 0 loses nothing
     yield_load_n: Floats  # beyond it the load goes on along the tangent (Thornton); inf never yields
     layer_compliance_m_n: Floats  # of a spring in series; 0 is none
+    layer_stiffening_1_n: Floats  # by which it grows stiffer with force, as a share of its stiffness; 0 is linear
     plate_mobility_m_n_s: Floats  # velocity of the plate's surface over force; 0 is a rigid plate
 
     @classmethod
@@ -56,6 +57,7 @@ class Impacts:
             rate_loss_s_m=np.zeros(n),
             yield_load_n=np.full(n, np.inf),
             layer_compliance_m_n=np.zeros(n),
+            layer_stiffening_1_n=np.zeros(n),
             plate_mobility_m_n_s=np.zeros(n),
         )
 

@@ -147,7 +147,7 @@ def _back_to_least(contacts: Contacts, now: Rates, ending: NDArray[np.int8], lea
 
 def _left(contacts: Contacts, now: Rates) -> Floats:
     """Way until the bodies part."""
-    return np.asarray(contacts.state[0] - contacts.spring.rest + contacts.numbers.compliance * now.static)
+    return np.asarray(contacts.state[0] - contacts.spring.rest + contacts.numbers.layer(now.static))
 
 
 def _land(contacts: Contacts, steps: int, nodes: list[Node]) -> tuple[Floats, Floats]:

@@ -2,7 +2,7 @@
 
 Glossary: lengths are in l = (m u^2 / k)^(1/(p+1)), velocities in u, forces in m u^2 / l, times in l / u; p exponent,
 xi indentation, eta the impactor's velocity, a damping number chi u, lambda = m u / (l Z) Zener's inelasticity, beta
-compliance of the layer, f static force, phi force.
+compliance of the layer, h by how much it grows stiffer with force, f static force, phi force.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ class Numbers:
     damping: Floats
     inelasticity: Floats
     compliance: Floats
+    stiffening: Floats
     yield_depth: Floats
 
     @classmethod
@@ -36,11 +37,23 @@ class Numbers:
             damping=impacts.rate_loss_s_m * velocity,
             inelasticity=impacts.plate_mobility_m_n_s * force / velocity,
             compliance=impacts.layer_compliance_m_n * force / length,
+            stiffening=impacts.layer_stiffening_1_n * force,
             yield_depth=(impacts.yield_load_n / force) ** (1 / impacts.exponent),
         )
 
     def take(self, chosen: NDArray[np.intp]) -> Self:
         return type(self)(*(getattr(self, item.name)[chosen] for item in fields(self)))
+
+    def layer(self, static: Floats) -> Floats:
+        """By how much the layer gives way under f: beta ln(1 + h f) / h."""
+        stiffer = self.stiffening * static
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = np.where(stiffer > _LINEAR, np.log1p(stiffer) / stiffer, 1.0 - stiffer / 2)
+        return np.asarray(self.compliance * static * share)
+
+
+#: Below, a logarithm over its argument is its first two terms.
+_LINEAR = 1e-8
 
 
 def scales(impacts: Impacts) -> tuple[Floats, Floats]:
@@ -113,7 +126,7 @@ class Rates:
 
 
 def rates(numbers: Numbers, spring: Spring, depth: Floats, velocity: Floats) -> Rates:
-    """x = xi + beta f; x' = eta - lambda phi; phi = f (1 + a x'); eta' = -phi.
+    """x = xi + beta ln(1 + h f) / h; x' = eta - lambda phi; phi = f (1 + a x'); eta' = -phi.
 
     The loss acts on the rate of the whole approach, so that x' = (eta - lambda f) / (1 + a lambda f) is explicit.
     """
@@ -122,7 +135,10 @@ def rates(numbers: Numbers, spring: Spring, depth: Floats, velocity: Floats) -> 
     approach = (velocity - numbers.inelasticity * static) / lossy
     grip = 1 + numbers.damping * approach
     force = static * grip
-    indentation = approach / (1 + numbers.compliance * slope)
+    gives = numbers.compliance
+    if numbers.stiffening.any():  # what nearly no layer does would cost all of them a twentieth
+        gives = gives / (1 + numbers.stiffening * static)
+    indentation = approach / (1 + gives * slope)
     static_rate = slope * indentation
     approach_rate = -(force + numbers.inelasticity * static_rate * grip) / lossy
     force_rate = static_rate * grip + numbers.damping * static * approach_rate

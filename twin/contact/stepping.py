@@ -80,10 +80,13 @@ def touch(numbers: Numbers) -> Contacts:
 
 def own_time(numbers: Numbers) -> Floats:
     """T (n,): about as long as the loading takes. It sets the steps, and nothing else."""
-    p, beta = numbers.exponent, numbers.compliance
+    p = numbers.exponent
     energy = 0.5 / (1 + numbers.damping / 2)
     with np.errstate(divide="ignore"):
-        elastic = np.minimum(((p + 1) * energy) ** (1 / (p + 1)), (2 * energy / beta) ** (0.5 / p))
+        hertz = ((p + 1) * energy) ** (1 / (p + 1))
+        soft = np.minimum(hertz**p, (2 * energy / numbers.compliance) ** 0.5)
+        beta = numbers.compliance / (1 + numbers.stiffening * soft)  # about as stiff as under that force
+        elastic = np.minimum(hertz, (2 * energy / beta) ** (0.5 / p))
         held = numbers.inelasticity ** (-1 / p)
     yielded = np.minimum(elastic, numbers.yield_depth)
     flow = np.where(elastic > yielded, np.sqrt(2 * energy / (p * yielded ** (p - 1))), 0.0)

@@ -228,7 +228,7 @@ def test_slow_force_channel_makes_the_plate_early() -> None:
 
 
 def test_long_uneven_contact_is_no_delay() -> None:
-    """Beside short ones, whose modes are all read: its own phase at the highest is no mode that begins the other way."""
+    """Beside short ones, whose modes are all read: the phase of a force is no mode that begins the other way."""
     contacts = [(2e-4, 900.0 + 200 * i) for i in range(4)] + [(c, 2000.0) for c in (4e-4, 5e-4, 6e-4, 8e-4)]
     bench = [effect("plate.stiffness", frequency_factor=1.003)]
     for skew in (1.3, 1.5):

@@ -40,6 +40,8 @@ CASES = {
     "early yield": _impacts(yield_load_n=0.003 * FORCE),
     "layer": _impacts(layer_compliance_m_n=0.5 * DEPTH / FORCE),
     "soft layer": _impacts(layer_compliance_m_n=50 * DEPTH / FORCE),
+    "stiffening layer": _impacts(layer_compliance_m_n=5 * DEPTH / FORCE, layer_stiffening_1_n=8 / FORCE),
+    "crushed layer": _impacts(layer_compliance_m_n=30 * DEPTH / FORCE, layer_stiffening_1_n=100 / FORCE),
     "plate": _impacts(plate_mobility_m_n_s=0.4 * 1.2 / FORCE),
     "thin plate": _impacts(plate_mobility_m_n_s=2 * 1.2 / FORCE),
     "flat": _impacts(exponent=1.0, stiffness_n_mp=2 * FORCE / DEPTH),
@@ -50,6 +52,7 @@ CASES = {
         rate_loss_s_m=0.2,
         yield_load_n=0.3 * FORCE,
         layer_compliance_m_n=0.2 * DEPTH / FORCE,
+        layer_stiffening_1_n=2 / FORCE,
         plate_mobility_m_n_s=0.1 * 1.2 / FORCE,
     ),
 }
@@ -61,6 +64,7 @@ def _by_scipy(case: Impacts) -> dict[str, float]:
     m, k, p = (float(v[0]) for v in (case.mass_kg, case.stiffness_n_mp, case.exponent))
     chi, load = float(case.rate_loss_s_m[0]), float(case.yield_load_n[0])
     layer, mobility = float(case.layer_compliance_m_n[0]), float(case.plate_mobility_m_n_s[0])
+    stiffening = float(case.layer_stiffening_1_n[0])
     u = float(case.bodies.impact_velocity_m_s[0])
     yields = (load / k) ** (1 / p)
 
@@ -73,7 +77,7 @@ def _by_scipy(case: Impacts) -> dict[str, float]:
     def force_and_approach(law, d, v):
         static, slope = law(d)
         approach = (v - mobility * static) / (1 + chi * mobility * static)
-        return static * (1 + chi * approach), approach, approach / (1 + layer * slope)
+        return static * (1 + chi * approach), approach, approach / (1 + layer / (1 + stiffening * static) * slope)
 
     def run(law, start, event, time):
         def rate(_, state):
@@ -222,7 +226,7 @@ def _work(case: Impacts, pulse: ImpactPulse, points: int = 4001) -> tuple[np.nda
 @settings(max_examples=15, deadline=None)
 @given(case=any_case)
 def test_force_balances_momentum_and_energy_and_gains_none(case: Impacts) -> None:
-    pulse = solve(case, 48)
+    pulse = solve(case, 96)  # a paraboloid behind a layer converges slowly: 3e-4 at 48 steps, 6e-6 at 96
     momentum = case.mass_kg * (case.bodies.impact_velocity_m_s + pulse.separation_velocity_m_s)
     assert pulse.impulse_n_s == pytest.approx(momentum, rel=1e-12)
     assert impulse(pulse.contact_time_s, pulse.force_n(4001)) == pytest.approx(momentum, rel=1e-4)
