@@ -24,6 +24,8 @@ _DIRECTIONS = 4
 _BANDS = 3
 #: Two effects whose changes are parallel but for this have one law.
 _SAME = 0.995
+#: A cell that moves by less of an effect's largest change is left alone by it.
+_MOVED = 1e-3
 
 
 class Astray(Protocol):
@@ -108,8 +110,9 @@ def astray(
 class _Laid:
     """Directions (d, r) in which the d observables of a stage may stray, and which of them go together.
 
-    `ways` are columns and their weight; `laws` (e, C, d) what each effect does, one tolerance rms. With K = L L' over
-    configurations a stray is W = L x directions: so they are whitened once, and every K only mixes configurations.
+    `ways` are columns and their weight; `laws` (N, e) what each effect does in all stages, one tolerance rms in this
+    one: what a sensor between two stages misreads shows in both. With K = L L' over configurations a stray is
+    W = L x directions: so they are whitened once, and every K only mixes configurations.
     """
 
     here: Rows
@@ -118,6 +121,7 @@ class _Laid:
     directions: Floats
     ways: tuple[tuple[Rows, float], ...]
     laws: Floats
+    configuration: Rows  # of all cells
 
     @classmethod
     def of(cls, stage: str, cells: Cells, kernels: Kernels, surfaces: Sequence[Surface]) -> Self:
@@ -133,15 +137,16 @@ class _Laid:
             ways.append((start + np.arange(block.shape[1]), 1.0))
             blocks.append(block)
         at = np.searchsorted(rows, cells.configuration[here]), np.searchsorted(columns, cells.observable[here])
-        laws = _laws(here, at, (len(rows), len(columns)), cells, surfaces)
-        return cls(here, rows, at, np.concatenate(blocks, axis=1), tuple(ways), laws)
+        laws = _laws(stage, cells, kernels, surfaces)
+        return cls(here, rows, at, np.concatenate(blocks, axis=1), tuple(ways), laws, cells.configuration)
 
     def seen(self, white: Whitening) -> tuple[Floats, Floats]:
         """(N, C, r) and (N, C, e): whitened directions and laws in one configuration each."""
         inverse = white.inverse()
         table = np.zeros((len(inverse), len(self.rows), len(self.directions)))
         table[:, self.at[0], self.at[1]] = inverse[:, self.here]
-        return np.asarray(table @ self.directions), np.einsum("ncd,ecd->nce", table, self.laws, optimize=True)
+        laws = [inverse[:, own] @ self.laws[own] for own in (self.configuration == row for row in self.rows)]
+        return np.asarray(table @ self.directions), np.stack(laws, axis=1)
 
     def roots(self, seen: tuple[Floats, Floats], over: Floats) -> list[Floats]:
         """(N, q) for each way and each law, from `seen` and what configurations have in common."""
@@ -151,24 +156,24 @@ class _Laid:
         return ways + [laws[:, i] for i in range(laws.shape[1])]
 
 
-def _laws(
-    here: Rows, at: tuple[Rows, Rows], shape: tuple[int, int], cells: Cells, surfaces: Sequence[Surface]
-) -> Floats:
-    """(e, C, d): what effects do where they are of middling size, one tolerance rms; each law once."""
+def _laws(stage: str, cells: Cells, kernels: Kernels, surfaces: Sequence[Surface]) -> Floats:
+    """(N, e): what effects do that are largest in a stage, where they are of middling size; each law once."""
     found: list[Floats] = []
+    stages = list(dict.fromkeys(kernels.stage.tolist()))
     for surface in surfaces:
-        changes = cells.take(surface.nodes)[:, here]
-        size = np.sqrt((changes**2).mean(axis=1))
-        if len(here) == len(np.unique(at[0])) or size.max(initial=0.0) < 1:
-            continue  # one observable: every way is that of every effect
+        changes = cells.take(surface.nodes)
+        sizes = {name: np.sqrt((changes[:, kernels.stage == name] ** 2).mean(axis=1)) for name in stages}
+        size = sizes[stage]
+        if size.max() < 1 or max(stages, key=lambda name: sizes[name].max()) != stage:
+            continue
         one = changes[np.argmin(np.abs(np.log(np.maximum(size, 1e-9)) - 0.5 * np.log(size.max())))]
-        one = one / np.sqrt((one**2).mean())
-        if all(abs(float(one @ other)) < _SAME * len(here) for other in found):
+        moved = np.bincount(cells.configuration, np.abs(one) > _MOVED * np.abs(one).max())
+        if moved.max() <= 1:
+            continue  # one observable: every way is that of every effect
+        one = one / np.sqrt((one[kernels.stage == stage] ** 2).mean())
+        if all(abs(float(one @ other)) < _SAME * np.linalg.norm(one) * np.linalg.norm(other) for other in found):
             found.append(one)
-    table = np.zeros((len(found), *shape))
-    for row, one in zip(table, found, strict=True):
-        row[at] = one
-    return table
+    return np.stack(found, axis=1) if found else np.zeros((len(cells.z), 0))
 
 
 def _bands(here: Rows, columns: Rows, cells: Cells, kernels: Kernels) -> list[Floats]:
