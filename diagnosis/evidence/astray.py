@@ -187,7 +187,7 @@ def _bands(here: Rows, columns: Rows, cells: Cells, kernels: Kernels) -> list[Fl
     names = kernels.channel[first]
     found = []
     for name in dict.fromkeys(names.tolist()):
-        own = names == name
+        own = (names == name) & np.isfinite(kernels.octave[first])
         if (shared[np.ix_(own, own)] > 0).any():
             values, vectors = np.linalg.eigh(shared[np.ix_(own, own)])
             kept = vectors[:, np.argsort(values)[::-1][:_DIRECTIONS]]

@@ -8,7 +8,7 @@ hence a bank of smooth and white ones.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,30 +22,39 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Background:
-    """Amplitudes in tolerances: the same everywhere, smooth over the factors, white over configurations."""
+    """Amplitudes in tolerances: the same everywhere, smooth over the factors, white over configurations.
+
+    Of `detail` of them where an observable is a detail of shape or timing.
+    """
 
     constant: float
     smooth: float
     white: float
+    detail: float = 1.0
 
 
-#: Their largest amplitude is about the tolerance itself: a gap of that size is none.
+_SIZES = (
+    (0.5, 0.0, 0.0),
+    (1.0, 0.0, 0.0),
+    (0.0, 0.5, 0.0),
+    (0.0, 0.0, 0.4),
+    (0.5, 0.3, 0.2),
+    (1.0, 0.5, 0.3),
+    (0.5, 0.5, 0.8),
+)
+#: Their largest amplitude is about the tolerance itself: a gap of that size is none. Shapes and timings may be met as
+#: badly as amplitudes or far better: an error of amplitudes would be priced by all shapes that are right.
 BANK = (
     Background(0.0, 0.0, 0.0),
-    Background(0.5, 0.0, 0.0),
-    Background(1.0, 0.0, 0.0),
-    Background(0.0, 0.5, 0.0),
-    Background(0.0, 0.0, 0.4),
-    Background(0.5, 0.3, 0.2),
-    Background(0.5, 0.0, 0.4),
-    Background(1.0, 0.5, 0.3),
-    Background(1.0, 0.0, 0.3),
-    Background(0.5, 0.5, 0.8),
+    *(Background(*sizes, detail=detail) for detail in (1.0, 0.15) for sizes in _SIZES),
 )
+#: Of the bank, what lies under a gap that no effect explains: in any way, and in ways of which there are many.
+MIDDLE = Background(0.5, 0.3, 0.2)
+UNDER = (BANK[0], MIDDLE, replace(MIDDLE, detail=0.15), Background(0.5, 0.5, 0.8, 0.15), Background(0.5, 0.0, 0.0))
 #: Range of the smooth part over factors scaled to [0, 1], and over frequency in octaves.
 LENGTH, OCTAVES = 0.8, 0.7
-#: How much of the variance neighbouring observables share.
-SHARED = 0.5
+#: How much of the variance neighbouring observables share; what has parts has so much beside them.
+SHARED, OWN = 0.5, 0.1
 
 
 @dataclass(frozen=True)
@@ -79,7 +88,7 @@ def strays(stages: Sequence[str]) -> tuple[Stray, ...]:
 @dataclass(frozen=True, eq=False)
 class Kernels:
     """Squared distances (C, C) of configurations over factors and over the order of runs, and (N, N) between cells
-    what observables have in common. `configuration`, `stage`, `channel` and `octave` are of cells."""
+    what observables have in common. `configuration`, `stage`, `channel`, `octave` and `detail` are of cells."""
 
     distance: Floats
     apart: Floats
@@ -88,6 +97,7 @@ class Kernels:
     stage: NDArray[np.str_]
     channel: NDArray[np.str_]
     octave: Floats
+    detail: NDArray[np.bool_]
 
     @classmethod
     def of(cls, gap: GapTable, cells: Cells) -> Kernels:
@@ -101,12 +111,14 @@ class Kernels:
             stage,
             np.array([gap.observables[int(o)].channel for o in cells.observable]),
             _octaves(gap)[cells.observable],
+            np.array([gap.observables[int(o)].detail for o in cells.observable]),
         )
 
     def background(self, one: Background) -> Floats:
         same = np.eye(len(self.distance))
         over = one.constant**2 + one.smooth**2 * varying(self.distance, LENGTH) + one.white**2 * same
-        return np.asarray(self._spread(over) * self.observables)
+        share = np.where(self.detail, one.detail, 1.0)
+        return np.asarray(self._spread(over) * self.observables * np.outer(share, share))
 
     def over(self, one: Stray) -> Floats:
         """(C, C): what configurations have in common."""
@@ -136,10 +148,14 @@ def _octaves(gap: GapTable) -> Floats:
 
 
 def _between(gap: GapTable) -> Floats:
-    """(D, D): one on the diagonal; part of it shared within a channel, by octaves where there are frequencies."""
+    """(D, D): one on the diagonal; part of it shared within a channel, by octaves where there are frequencies. What is
+    made of parts has the errors of these, and a little of its own."""
     channel = np.array([f"{item.stage} {item.channel}" for item in gap.observables])
     octave = _octaves(gap)
     apart = octave[:, None] - octave[None, :]
     near = np.where(np.isnan(apart), 0.0, np.exp(-0.5 * (np.nan_to_num(apart) / OCTAVES) ** 2))
-    shared = SHARED * near * (channel[:, None] == channel[None, :])
-    return np.asarray(np.where(np.eye(len(channel), dtype=bool), 1.0, shared))
+    alike = channel[:, None] == channel[None, :]
+    parts = [set(item.parts) for item in gap.observables]
+    made = np.array([[len(one & other) for other in parts] for one in parts], dtype=np.float64) * alike
+    own = np.where(np.diag(made) > 0, np.diag(made) + OWN, 1.0)
+    return np.asarray(np.where(np.eye(len(channel), dtype=bool), own, SHARED * near * alike + made))

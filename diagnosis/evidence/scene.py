@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..gap import GapTable
 from .astray import Astray, astray
-from .background import BANK, Background, Kernels, strays
+from .background import BANK, MIDDLE, UNDER, Background, Kernels, strays
 from .cells import Cells
 from .surface import Surface
 from .whitening import Whitening
@@ -46,12 +46,14 @@ class Scene:
     def of(cls, gap: GapTable, surfaces: Sequence[Surface], bank: Sequence[Background] = BANK) -> Self:
         cells = Cells.of(gap)
         kernels = Kernels.of(gap, cells)
+        bank = [one for one in bank if one.detail == 1 or kernels.detail.any()]
         errors = [kernels.background(one) for one in bank]
         before = tuple(Whitening.of(cells.noise + error) for error in errors)
         found = [surface for surface in surfaces if surface.valid.any()]
         sizes = [_size(surface, gap, cells) for surface in found]
         kept = [i for i, size in enumerate(sizes) if np.nanmax(size) > SMALLEST]
-        middle = errors[_MIDDLE % len(errors)]
+        middle = cells.noise + kernels.background(MIDDLE)
+        under = [white for one, white in zip(bank, before, strict=True) if one in UNDER]
         return cls(
             gap=gap,
             cells=cells,
@@ -61,7 +63,7 @@ class Scene:
             backgrounds=tuple(bank),
             before=before,
             seen=tuple(tuple(_seen(found[i], cells, white) for white in before) for i in kept),
-            astray=astray(strays(gap.stages), cells, kernels, found, cells.noise + middle, [before[i] for i in _UNDER]),
+            astray=astray(strays(gap.stages), cells, kernels, found, middle, under),
         )
 
     @property
@@ -75,8 +77,6 @@ class Scene:
 
 #: An effect that nowhere moves anything by so many tolerances cannot be told from none. Below, a prior falls off.
 SMALLEST = 1.0
-#: Of the bank, what lies under a gap that no effect explains.
-_MIDDLE, _UNDER = 5, (0, 1, 5, 9)
 
 
 def _seen(surface: Surface, cells: Cells, white: Whitening) -> Seen:

@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 
 #: Pairs are tried among so many of the best singles; so many get a fine grid, and so many are simulated together.
 BEST_SINGLES, QUICK_SINGLES, FINE_PAIRS, SIMULATED_PAIRS = 7, 4, 8, 4
+#: Beside these, what completes the best singles.
+_COMPLETED, _COMPLEMENTS = 3, 2
 PRIORS = Priors()
 #: The form of the law is looked at for singles within so many nats of the best.
 _FORM_WITHIN = 40.0
@@ -129,20 +131,38 @@ def _pairs(
     stages: Sequence[Stage],
     quick: bool,
 ) -> dict[str, OnPair]:
-    best = sorted(evidence, key=lambda name: -evidence[name])[: QUICK_SINGLES if quick else BEST_SINGLES]
+    ranked = sorted(evidence, key=lambda name: -evidence[name])
+    best = ranked[: QUICK_SINGLES if quick else BEST_SINGLES]
     started: dict[str, Started] = {}
 
     def sheets(name: str) -> list[int]:
         every = scene.sheets(name)
         return [max(every, key=lambda i: plain[i].log_evidence)] if quick else every
 
-    for a, b in itertools.combinations(sorted(best, key=list(scene.ids).index), 2):
+    place = list(scene.ids).index
+    tried = set(itertools.combinations(sorted(best, key=place), 2))
+    for name in ranked[: 0 if quick else _COMPLETED]:
+        tried |= {
+            (min(name, other, key=place), max(name, other, key=place)) for other in _complements(scene, name, plain)
+        }
+    for a, b in sorted(tried, key=lambda pair: (place(pair[0]), place(pair[1]))):
         options = [start_pair(scene, i, j, plain, whitened) for i in sheets(a) for j in sheets(b)]
         started[f"{a}+{b}"] = max(options, key=lambda one: one.log_likelihood)
     near = sorted(started, key=lambda name: -started[name].log_likelihood)[:FINE_PAIRS]
     found = {name: of_pair(scene, started[name], whitened) for name in near}
     top = sorted(found, key=lambda name: -found[name].log_evidence)[:SIMULATED_PAIRS] if stages else []
     return found | {name: _simulated(scene, found[name], stages) for name in top}
+
+
+def _complements(scene: Scene, name: str, plain: Mapping[int, OnSurface]) -> list[str]:
+    """The effects that explain best what an effect leaves of the gap: alone they may explain next to nothing."""
+    sheet = max((plain[i] for i in scene.sheets(name)), key=lambda one: one.log_evidence)
+    point, _ = sheet.best
+    left = scene.cells.z - scene.cells.take(np.tensordot(sheet.surface.basis[point], sheet.surface.nodes, axes=1))
+    whitened = [white.white(left) for white in scene.before]
+    others = [other for other in scene.ids if other != name]
+    found = {other: _of_sheets([of_surface(scene, i, whitened) for i in scene.sheets(other)]) for other in others}
+    return sorted(found, key=lambda other: -found[other])[:_COMPLEMENTS]
 
 
 def _simulated(scene: Scene, pair: OnPair, stages: Sequence[Stage]) -> OnPair:

@@ -26,6 +26,8 @@ class Observable:
     `unit` is "1" for natural logarithms and shares, "dB" for levels. `tolerance`, in the unit: a gap up to which
     measurement and simulator are said to agree. `floor`, in the unit: the scatter of one run that its sensors' data
     sheets allow, for campaigns without repetitions. `frequency_hz` and `window_s` say what part of a record it is of.
+    `detail`: a shape or a timing, which a simulator may meet far better than the amplitudes beside it. `parts` say what
+    its errors are made of: an impulse is a height times a length.
     """
 
     name: str  # within its stage: "ln_peak", "acceleration_1 at 400 Hz"
@@ -36,6 +38,8 @@ class Observable:
     floor: float
     frequency_hz: float | None = None
     window_s: tuple[float, float] | None = None
+    detail: bool = False
+    parts: tuple[str, ...] = ()
 
 
 class Stage(ABC):

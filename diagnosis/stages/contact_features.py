@@ -37,8 +37,15 @@ _COLUMNS = (
     ("shape_4", "1", 0.02, 0.005),
 )
 
+#: What is wrong with a height or a length is wrong with all that is made of it.
+_PARTS = {
+    "ln_peak": ("height",),
+    "ln_impulse": ("height", "length"),
+    "ln_width_half": ("length",),
+    "ln_width_tenth": ("length",),
+}
 OBSERVABLES = tuple(
-    Observable(name=name, stage="contact", channel="force", unit=unit, tolerance=tolerance, floor=floor)
+    Observable(name, "contact", "force", unit, tolerance, floor, detail=name not in _PARTS, parts=_PARTS.get(name, ()))
     for name, unit, tolerance, floor in _COLUMNS
 )
 NAMES = tuple(one.name for one in OBSERVABLES)

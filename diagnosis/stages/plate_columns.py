@@ -45,7 +45,8 @@ class Columns:
             found += [self._line(channel, f) for f in self.spectra.lines_hz]
             found += [self._level(channel, f) for f in self.frequency_hz[self.modes.clear[row]]]
             found += [self._rest(channel, part) for part in self.spectra.windows]
-            found += [Observable(f"{channel} delay", "plate", channel, "1", _DELAY, _DELAY_FLOOR)] * self._late[row]
+            delay = Observable(f"{channel} delay", "plate", channel, "1", _DELAY, _DELAY_FLOOR, detail=True)
+            found += [delay] * self._late[row]
         return tuple(found)
 
     def laid(
@@ -97,4 +98,4 @@ class Columns:
     def _rest(self, channel: str, window: tuple[int, int]) -> Observable:
         begin, end = self.seconds(window)
         name = f"{channel} rest from {begin * 1e3:.3g} to {end * 1e3:.3g} ms"
-        return Observable(name, "plate", channel, "1", _REST, _REST_FLOOR, None, (begin, end))
+        return Observable(name, "plate", channel, "1", _REST, _REST_FLOOR, None, (begin, end), detail=True)
