@@ -61,8 +61,11 @@ class CalibrationMap:
         return asdict(self)
 
     @classmethod
-    def learned(cls, campaigns: Sequence[tuple[Mapping[str, float], str]], source: str) -> Self:
-        """From log joints and each true hypothesis: the likeliest map, drawn a little to slope 1 and no intercepts.
+    def learned(
+        cls, campaigns: Sequence[tuple[Mapping[str, float], str]], source: str, towards: CalibrationMap | None = None
+    ) -> Self:
+        """From log joints and each true hypothesis: the likeliest map, drawn a little to slope 1 and no intercepts, or
+        `towards` another.
 
         A campaign whose truth is not among its hypotheses says nothing. Raises `ValueError` without any that does.
         """
@@ -72,23 +75,39 @@ class CalibrationMap:
         if not useful:
             raise ValueError("no campaign whose true cause is among the hypotheses: nothing to learn from")
 
+        start = np.zeros(4)
+        if towards is not None:
+            start = np.array([np.log(towards.slope), towards.none, towards.unknown, towards.pair])
+
         def loss(theta: Floats) -> float:
             one = cls(float(np.exp(theta[0])), float(theta[1]), float(theta[2]), float(theta[3]))
-            total = 0.5 * float(theta @ theta)
+            total = 0.5 * float((theta - start) @ (theta - start))
             for names, logs, truth in useful:
                 scores = one.scores(names, logs)
                 total -= float(scores[names.index(truth)] - np.log(np.exp(scores - scores.max()).sum()) - scores.max())
             return total
 
         best = minimize(
-            loss, np.zeros(4), method="Nelder-Mead", options={"maxiter": 2000, "xatol": 1e-3, "fatol": 1e-4}
+            loss, start, method="Nelder-Mead", options={"maxiter": 2000, "xatol": 1e-3, "fatol": 1e-4}
         )
         slope, none, unknown, pair = (float(value) for value in best.x)
         return cls(float(np.exp(slope)), none, unknown, pair, source)
 
 
+#: The map of campaigns in which several stages were compared.
+SEVERAL = "several"
+
+
+def shipped(stages: Sequence[str]) -> CalibrationMap:
+    """The map that comes with the software for campaigns in which these stages were compared.
+
+    Evidence of one velocity for each configuration is not as much too sure as that of seventy lines and modes.
+    """
+    maps = _maps()
+    return maps[stages[0]] if len(stages) == 1 and stages[0] in maps else maps[SEVERAL]
+
+
 @cache
-def shipped() -> CalibrationMap:
-    """The map that comes with the software."""
+def _maps() -> dict[str, CalibrationMap]:
     text = (files(__package__) / "data" / "calibration.json").read_text(encoding="utf-8")
-    return CalibrationMap(**json.loads(text))
+    return {name: CalibrationMap(**each) for name, each in json.loads(text).items()}

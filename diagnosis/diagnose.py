@@ -92,7 +92,7 @@ def _kinds(options: Options) -> list[type[Effect]]:
 
 def probabilities(weighed: Weighed, options: Options) -> dict[str, float]:
     """By hypothesis, largest first: evidence through the map that was learned, or as it stands."""
-    return shipped()(weighed.log_joint) if options.mapped else weighed.probability
+    return shipped(weighed.scene.gap.stages)(weighed.log_joint) if options.mapped else weighed.probability
 
 
 def chosen(weighed: Weighed, options: Options) -> tuple[Effect, ...]:
@@ -138,7 +138,7 @@ def _assumed(gap: GapTable, options: Options) -> tuple[str, ...]:
         f"unknown {priors.unknown:g}"
     ]
     if options.mapped:
-        found.append(f"probabilities: evidence through a map of margins, learned on {shipped().source}")
+        found.append(f"probabilities: evidence through a map of margins, learned on {shipped(gap.stages).source}")
     if gap.noise.assumed:
         found.append(
             "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets', and the "

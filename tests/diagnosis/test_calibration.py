@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.diagnosis.calibration import CalibrationMap, shipped
 
+STAGES = (("gun",), ("contact",), ("plate",), ("gun", "contact", "plate"), ("contact", "plate"))
 PLAIN = CalibrationMap(1.0, 0.0, 0.0, 0.0)
 LOGS = st.dictionaries(
     st.sampled_from(["none", "unknown", "gun.blow_by", "gun.dead_volume", "gun.blow_by+gun.dead_volume"]),
@@ -18,9 +19,10 @@ LOGS = st.dictionaries(
 
 @given(LOGS)
 def test_probabilities_sum_to_one_and_fall(logs: dict[str, float]) -> None:
-    found = list(shipped()(logs).values())
-    assert sum(found) == pytest.approx(1.0)
-    assert found == sorted(found, reverse=True)
+    for stages in STAGES:
+        found = list(shipped(stages)(logs).values())
+        assert sum(found) == pytest.approx(1.0)
+        assert found == sorted(found, reverse=True)
 
 
 @given(LOGS, st.floats(-1e3, 1e3))
@@ -62,6 +64,22 @@ def test_nothing_to_learn_from_is_refused() -> None:
         CalibrationMap.learned([({"none": 0.0}, "gun.blow_by")], "a test")
 
 
-def test_the_shipped_map_tells_its_source() -> None:
-    assert shipped().source
-    assert shipped().slope > 0
+def test_few_campaigns_hardly_move_a_map() -> None:
+    """What is learned on one kind of campaign starts from what holds for all."""
+    usual = CalibrationMap(1.5, 1.0, -1.0, -1.5)
+    few = [({"none": 0.0, "gun.blow_by": 1.0}, "none")] * 2
+    learned = CalibrationMap.learned(few, "two", usual)
+    assert learned.slope == pytest.approx(1.5, rel=0.3)
+    assert learned.none == pytest.approx(1.0, abs=0.6)
+    assert learned.pair == pytest.approx(-1.5, abs=1e-2)
+
+
+@pytest.mark.parametrize("stages", STAGES)
+def test_the_shipped_maps_tell_their_source(stages: tuple[str, ...]) -> None:
+    assert shipped(stages).source
+    assert shipped(stages).slope > 0
+
+
+def test_one_stage_has_a_map_of_its_own() -> None:
+    assert len({shipped((stage,)).slope for stage in ("gun", "contact", "plate")}) == 3
+    assert shipped(("contact", "plate")) == shipped(("gun", "contact", "plate"))

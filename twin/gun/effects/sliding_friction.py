@@ -21,9 +21,10 @@ class SlidingFriction(GunEffect):
     law = "F = mu m g + dmu m g + F_seal + s p_tank A"
     source = "Coulomb friction, as eq. 2.13; seal drag: Parker O-Ring Handbook ORD 5700, ch. 5"
 
-    # Likely: dry pairs lie between 0.1 and 1, rubber on metal somewhat higher.
+    # Likely: dry pairs lie between 0.1 and 1, rubber on metal somewhat higher; a bullet that wedges presses on the wall
+    # with some times its weight.
     added_coefficient: Value = parameter(
-        "added to the nominal friction coefficient", "", default=0.3, low=0.0, high=10.0, off=0.0, likely=(0.0, 1.5)
+        "added to the nominal friction coefficient", "", default=0.3, low=0.0, high=10.0, off=0.0, likely=(0.0, 3.0)
     )
     # Likely: O-rings drag by some tenths of a newton per mm of their length, up to 60 N in 50 mm of bore.
     seal_force_n: Value = parameter(
