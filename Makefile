@@ -12,7 +12,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_ROOT_USER_ACTION := ignore
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow bench bench-models bench-tuning check format format-check lint types imports clean
+.PHONY: help demo test test-slow bench bench-models bench-tuning blind-check check format format-check lint types imports clean
 
 help: ## list these commands
 	@grep -hE '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)/make \1	\2/' | expand -t 18
@@ -34,6 +34,12 @@ bench-models: .venv/.pyroshock-test ## every model on three virtual campaigns: h
 
 bench-tuning: .venv/.pyroshock-test ## settings for 20 spectra of the virtual bench, three ways: an hour
 	@$(BIN)/python -m benchmarks.tuning
+
+CASES ?= 400
+SEED ?= 1
+
+blind-check: .venv/.pyroshock-test ## diagnoses of CASES sealed campaigns a tier, from SEED: 400 take a night; goes on where it stopped
+	@$(BIN)/pyroshock blind-check --cases $(CASES) --seed $(SEED) --folder results/blind-check-$(CASES)-$(SEED)
 
 check: format-check lint types imports test ## what CI runs: format, lint, types, import rules, tests
 

@@ -87,9 +87,7 @@ class CalibrationMap:
                 total -= float(scores[names.index(truth)] - np.log(np.exp(scores - scores.max()).sum()) - scores.max())
             return total
 
-        best = minimize(
-            loss, start, method="Nelder-Mead", options={"maxiter": 2000, "xatol": 1e-3, "fatol": 1e-4}
-        )
+        best = minimize(loss, start, method="Nelder-Mead", options={"maxiter": 2000, "xatol": 1e-3, "fatol": 1e-4})
         slope, none, unknown, pair = (float(value) for value in best.x)
         return cls(float(np.exp(slope)), none, unknown, pair, source)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -16,6 +17,7 @@ from .common import errors_as_one_line, json_option, write_json
 @click.option("--jobs", type=click.IntRange(1), default=2, show_default=True, help="Processes.")
 @click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help="Keep answers here, and go on.")
 @click.option("--no-baselines", is_flag=True, help="Without the simpler ways of answering beside it.")
+@click.option("--no-shrinkage", is_flag=True, help="Only where and why, in two thirds of the time.")
 @json_option
 def blind_check(
     cases: int,
@@ -24,6 +26,7 @@ def blind_check(
     jobs: int,
     folder: Path | None,
     no_baselines: bool,
+    no_shrinkage: bool,
     json_to: str | None,
 ) -> None:
     """Record campaigns on the virtual bench whose effect is drawn and sealed, diagnose their folders, then score.
@@ -36,13 +39,22 @@ def blind_check(
         pyroshock blind-check --cases 20 --seed 7 --tier strong
     """
     with errors_as_one_line():
-        from ...diagnosis.blind.run import run
+        from ...diagnosis.blind.run import OPTIONS, run
         from ..finite import finite
         from ..progress import progress_bar
 
         with progress_bar("blind check", "cases") as step:
-            known = _known(tiers)
-            report = run(cases, seed, known, jobs=jobs, folder=folder, progress=step, baselines=not no_baselines)
+            report = run(
+                cases,
+                seed,
+                _known(tiers),
+                jobs=jobs,
+                folder=folder,
+                progress=step,
+                options=replace(OPTIONS, shrink=not no_shrinkage),
+                baselines=not no_baselines,
+                oracle=not no_shrinkage,
+            )
     if json_to is not None:
         write_json(finite(report.as_json()), json_to)
     else:

@@ -61,6 +61,7 @@ COLUMNS: Mapping[str, Callable[[Figures], str]] = {
     "cases": lambda f: str(f.n),
     "first": lambda f: _rate(f.first),
     "first group": lambda f: _rate(f.first_group),
+    "names in it": lambda f: _number(f.group_size),
     "first two": lambda f: _rate(f.first_two),
     "false alarms": lambda f: _rate(f.false_alarms),
     "unknown AUROC": lambda f: _number(f.unknown.auroc),

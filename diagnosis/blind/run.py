@@ -24,6 +24,8 @@ from .training import trained
 
 #: Called with (done, total, what).
 Progress = Callable[[int, int, str], None]
+#: What of a diagnosis is scored: not the next experiment, and no pictures.
+OPTIONS = Options(plan=False, draw=False)
 _SETTINGS, _KEY, _SEALED, _PUBLISHED = "check.json", "key", "labels.sealed", "published.txt"
 _ANSWERS, _ORACLES = "answers.jsonl", "oracles.jsonl"
 
@@ -49,10 +51,11 @@ def run(
     Raises `ValueError` for a tier that there is not and for a folder of another check, `SealError` for a folder of
     other labels than were published.
     """
-    tell, options = progress or (lambda *_: None), options or Options()
+    tell, options = progress or (lambda *_: None), options or OPTIONS
     work = tasks(cases, seed, tiers, split)
     with _place(folder) as place:
-        _same_check(place, {"cases": cases, "seed": seed, "tiers": list(dict.fromkeys(tiers)), "split": split})
+        asked = {"cases": cases, "seed": seed, "tiers": list(dict.fromkeys(tiers)), "split": split}
+        _same_check(place, asked | {"shrinkage": options.shrink})
         published = _published(place, work, jobs, tell)
         said = _answers(place, [Job(task, options, baselines) for task in work], jobs, tell)
         learn = (len(work) if learn_from is None else learn_from) if baselines else 0

@@ -51,6 +51,13 @@ def test_options_reach_the_check(asked: list[dict[str, Any]], tmp_path: Path) ->
     assert (one["jobs"], one["folder"], one["baselines"]) == (3, tmp_path, False)
 
 
+def test_shrinkage_may_be_left_out(asked: list[dict[str, Any]]) -> None:
+    """With the oracle that it is held against, which takes as long."""
+    for more in ([], ["--no-shrinkage"]):
+        pyroshock("blind-check", "--cases", "2", "--seed", "1", *more)
+    assert [(one["options"].shrink, one["oracle"]) for one in asked] == [(True, True), (False, False)]
+
+
 def test_unknown_tier_is_one_line(asked: list[dict[str, Any]]) -> None:
     result = pyroshock("blind-check", "--cases", "2", "--seed", "1", "--tier", "easy")
     assert result.exit_code == 2 and "--tier is 'easy'; expected one of weak, middle, strong" in result.stderr
