@@ -20,20 +20,54 @@ Floats = NDArray[np.float64]
 
 #: Standard deviations of the share, each as likely as none.
 SHARES = (0.15,)
+#: What a law leaves open is taken from where the effect is likeliest, so often.
+_ROUNDS = 3
+#: Less of it, in tolerances, is nothing.
+_LEAST = 0.05
 #: So many directions of the error are kept.
 _DIRECTIONS = 24
 
 
 def with_form_error(scene: Scene, index: int, plain: OnSurface, whitened: list[Floats], modes: Floats) -> OnSurface:
-    """The evidence as the mean of that without and those with an error of the law's form. `modes`: `form_modes`."""
+    """The evidence as the mean of that without and those with an error of the law's form. `modes`: `form_modes`.
+
+    What a law leaves open belongs to it: it is in all of them, and looked for again where the effect is likeliest then.
+    """
+    if plain.surface.loose is None:
+        return _formed(scene, index, plain, whitened, _errors(scene, plain, modes), kept=True)
+    for _ in range(_ROUNDS):
+        both = np.concatenate([_open(scene, plain), *_errors(scene, plain, modes)], axis=1)
+        plain = _formed(scene, index, plain, whitened, [_open(scene, plain), both], kept=False)
+    return plain
+
+
+def _errors(scene: Scene, plain: OnSurface, modes: Floats) -> list[Floats]:
     point, _ = plain.best
     change = scene.cells.take(np.tensordot(plain.surface.basis[point], plain.surface.nodes, axes=1))
+    return [share * change[:, None] * modes for share in SHARES]
+
+
+def _formed(
+    scene: Scene, index: int, plain: OnSurface, whitened: list[Floats], errors: list[Floats], *, kept: bool
+) -> OnSurface:
     columns = [
-        _moved(plain, scene.seen[index][b], white, share * change[:, None] * modes, whitened[b])
-        for share in SHARES
+        _moved(plain, scene.seen[index][b], white, error, whitened[b])
+        for error in errors
         for b, white in enumerate(scene.before)
     ]
-    return summed(plain.surface, plain.log_prior, np.concatenate([plain.log_likelihood, np.stack(columns, 1)], axis=1))
+    found = [plain.log_likelihood] if kept else []
+    return summed(plain.surface, plain.log_prior, np.concatenate([*found, np.stack(columns, 1)], axis=1))
+
+
+def _open(scene: Scene, plain: OnSurface) -> Floats:
+    """(N, q): a column for each observable that the law leaves open, the same in all configurations."""
+    assert plain.surface.loose is not None
+    point, _ = plain.best
+    spread = np.abs(plain.surface.basis[point] @ plain.surface.loose)
+    cells = scene.cells
+    sizes = spread[cells.observable] / cells.tolerance
+    columns = np.unique(cells.observable[sizes > _LEAST])
+    return np.asarray(sizes[:, None] * (cells.observable[:, None] == columns[None, :]))
 
 
 def _moved(plain: OnSurface, seen: Seen, white: Whitening, directions: Floats, zw: Floats) -> Floats:

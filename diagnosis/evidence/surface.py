@@ -28,6 +28,7 @@ class Surface:
     """One sheet of an effect: `nodes` (K, C, D) in the observables' units, `points` (M, p) where it is asked.
 
     `basis` (M, K) interpolates by local cubics. `valid` (M,) is False beside nodes without an answer.
+    `loose` (K, D) are standard deviations of what a law leaves open, the same in all configurations.
     """
 
     sheet: Sheet
@@ -35,6 +36,7 @@ class Surface:
     points: Floats
     basis: Floats
     valid: NDArray[np.bool_]
+    loose: Floats | None = None
 
     @classmethod
     def of(cls, sheet: Sheet, stages: Sequence[Stage]) -> Self:
@@ -48,7 +50,8 @@ class Surface:
         good = np.asarray(np.isfinite(table).all(axis=(1, 2)), dtype=np.bool_)
         beside = _linear(places, points, NODES[axes])
         near = beside @ _widened(~good, axes).astype(np.float64)
-        return cls(sheet, _filled(table, places, good), points, basis(points, NODES[axes]), near < 1e-9)
+        open_ = _loose(stages, sets)
+        return cls(sheet, _filled(table, places, good), points, basis(points, NODES[axes]), near < 1e-9, open_)
 
     @property
     def id(self) -> str:
@@ -114,6 +117,17 @@ def _answers(sheet: Sheet, stages: Sequence[Stage], places: Floats) -> NDArray[n
     tolerance = np.array([item.tolerance for stage in stages for item in stage.observables])
     with np.errstate(invalid="ignore"):
         return np.asarray((np.abs(table) < _ABSURD * tolerance).all(axis=(1, 2)))
+
+
+def _loose(stages: Sequence[Stage], sets: Sequence[Sequence[Effect]]) -> Floats | None:
+    """(K, D), None where every law is definite."""
+    rows = [[stage.loose(effects) for stage in stages] for effects in sets]
+    if all(each is None for row in rows for each in row):
+        return None
+    sizes = [len(stage.observables) for stage in stages]
+    return np.array(
+        [np.concatenate([np.zeros(n) if e is None else e for e, n in zip(row, sizes, strict=True)]) for row in rows]
+    )
 
 
 def _all_asked(stages: Sequence[Stage], kind: type[Effect], sets: Sequence[Sequence[Effect]]) -> Floats:

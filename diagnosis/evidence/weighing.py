@@ -81,7 +81,7 @@ def weigh(
     z = scene.cells.z
     whitened = [white.white(z) for white in scene.before]
     plain = [of_surface(scene, i, whitened) for i in range(len(scene.surfaces))]
-    shaped = plain if quick else _shaped(scene, plain, whitened)
+    shaped = _shaped(scene, plain, whitened, quick=quick)
     singles = {name: tuple(shaped[i] for i in scene.sheets(name)) for name in scene.ids}
     evidence = {name: _of_sheets(sheets) for name, sheets in singles.items()}
     astray = of_strays(scene, z)
@@ -91,11 +91,16 @@ def weigh(
     return Weighed(scene, log, _joint(log, priors, len(scene.ids)), singles, pairs)
 
 
-def _shaped(scene: Scene, plain: Sequence[OnSurface], whitened: list[Floats]) -> list[OnSurface]:
+def _shaped(scene: Scene, plain: Sequence[OnSurface], whitened: list[Floats], *, quick: bool) -> list[OnSurface]:
+    """With an error of the law's form near the best; `quick`: only of laws that leave something open."""
+    if quick and not any(one.surface.loose is not None for one in plain):
+        return list(plain)
     modes = form_modes(scene)
     top = max((one.log_evidence for one in plain), default=0.0)
     return [
-        with_form_error(scene, i, one, whitened, modes) if one.log_evidence > top - _form_reach(scene) else one
+        with_form_error(scene, i, one, whitened, modes)
+        if one.surface.loose is not None or (not quick and one.log_evidence > top - _form_reach(scene))
+        else one
         for i, one in enumerate(plain)
     ]
 

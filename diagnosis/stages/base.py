@@ -98,6 +98,11 @@ class Stage(ABC):
         representative run for each configuration; the cost grows with configurations, not with runs.
         """
 
+    def loose(self, effects: Sequence[Effect]) -> Floats | None:  # noqa: ARG002 - as the others
+        """(d,): standard deviations of what a law leaves open, the same in all configurations; None where it is
+        definite. (Supports are somewhere: each mode feels them more or less than it does on the mean.)"""
+        return None
+
     @property
     def fingerprint(self) -> Hashable | None:
         """All that `changes` hangs on, where campaigns of one design share it; None where none will."""

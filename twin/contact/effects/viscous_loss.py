@@ -20,7 +20,8 @@ class ViscousLoss(ContactEffect):
 
     Polymers relax: within an impact they are stiffer than at rest, and lose a share that hardly hangs on speed. There
     the contact is a stiffer spring with a dashpot in series, as Maxwell's body, with Zener's inelasticity
-    (`polymer_loss`); it acts by the polymers' share of the contact's compliance.
+    (`polymer_loss`); it acts by the polymers' share of the contact's compliance. `relaxing_loss` and
+    `relaxing_stiffening` do the same to a contact of any materials.
     """
 
     id: ClassVar[str] = "contact.viscous_loss"
@@ -44,7 +45,18 @@ class ViscousLoss(ContactEffect):
     polymer_stiffening: Value = parameter(
         "s, by which polymers are stiffer than at rest", "", default=0, low=0, high=10, off=0, likely=(0, 5)
     )
-    regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("loss_s_m",), ("polymer_loss", "polymer_stiffening"))
+    # the same of whatever meets: joints, coatings and grease relax where no polymer is
+    relaxing_loss: Value = parameter(
+        "lambda, inelasticity of any contact that relaxes", "", default=0, low=0, high=2, off=0, likely=(0, 0.5)
+    )
+    relaxing_stiffening: Value = parameter(
+        "s, by which any contact is stiffer than at rest", "", default=0, low=0, high=10, off=0, likely=(0, 1)
+    )
+    regimes: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("loss_s_m",),
+        ("polymer_loss", "polymer_stiffening"),
+        ("relaxing_loss", "relaxing_stiffening"),
+    )
 
     @classmethod
     def of_restitution(cls, restitution: Value, impact_velocity_m_s: Value) -> Self:
@@ -58,8 +70,11 @@ class ViscousLoss(ContactEffect):
 
     def prepare(self, impacts: Impacts) -> Impacts:
         share = _polymers(impacts)
-        loss = share * self._each(self.polymer_loss, impacts)
-        stiffness = impacts.stiffness_n_mp * (1 + share * self._each(self.polymer_stiffening, impacts))
+        loss = share * self._each(self.polymer_loss, impacts) + self._each(self.relaxing_loss, impacts)
+        stiffer = (1 + share * self._each(self.polymer_stiffening, impacts)) * (
+            1 + self._each(self.relaxing_stiffening, impacts)
+        )
+        stiffness = impacts.stiffness_n_mp * stiffer
         momentum = impacts.mass_kg * impacts.bodies.impact_velocity_m_s
         length = (momentum * impacts.bodies.impact_velocity_m_s / stiffness) ** (1 / (impacts.exponent + 1))
         return replace(
