@@ -103,6 +103,35 @@ def test_layer_acts_where_the_insulator_is() -> None:
     assert pulse.force_n()[1] == pytest.approx(nominal.force_n()[1], rel=1e-12)
 
 
+def test_layer_that_stiffens_gives_way_less_under_hard_blows() -> None:
+    """The same loss of peak at the slowest blow: a linear layer takes more at faster ones, a stiffening one less."""
+    insulated = np.ones(3, dtype=bool)
+    nominal = impact(BODIES, insulated=insulated).peak_force_n
+    linear = impact(BODIES, [LayerCompliance(3e-8)], insulated=insulated).peak_force_n / nominal
+    stiff = impact(BODIES, [LayerCompliance(3e-8, stiffening_1_n=1e-2)], insulated=insulated).peak_force_n / nominal
+    assert np.all(np.diff(linear) < 0)
+    assert np.all(stiff > linear)
+    assert stiff[2] - linear[2] > 2 * (stiff[0] - linear[0])
+
+
+def test_what_relaxes_is_like_polymers_of_all_materials() -> None:
+    """Where tip and face are polymers the two laws are one; where they are metals only one of them acts."""
+    soft = impacts(
+        impact_velocity_m_s=[0.3, 1.2],
+        impactor_youngs_modulus_pa=np.full(2, 3e9),
+        target_youngs_modulus_pa=np.full(2, 2e9),
+    )
+    relaxing, polymer = ViscousLoss(0, relaxing_loss=0.2, relaxing_stiffening=0.5), ViscousLoss(0, 0.2, 0.5)
+    assert impact(soft, [relaxing]).force_n() == pytest.approx(impact(soft, [polymer]).force_n(), rel=1e-12)
+    metals = impacts(
+        impact_velocity_m_s=[0.3, 1.2],
+        impactor_youngs_modulus_pa=np.full(2, 200e9),
+        target_youngs_modulus_pa=np.full(2, 70e9),
+    )
+    assert impact(metals, [polymer]).force_n() == pytest.approx(impact(metals).force_n(), rel=1e-12)
+    assert np.all(impact(metals, [relaxing]).restitution.value < 0.9)
+
+
 def test_nothing_yields_below_the_yield_velocity() -> None:
     velocity = yield_velocity(impacts())[0]
     bodies = impacts(impact_velocity_m_s=velocity * np.array([0.99, 1.01]))

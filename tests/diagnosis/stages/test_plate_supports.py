@@ -1,0 +1,75 @@
+"""Supports at points that the plate's table does not know: the law of even springs, and what it leaves open."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plate_records import plate, played
+from pyroshock.diagnosis.evidence.scene import Scene
+from pyroshock.diagnosis.evidence.surface import surfaces
+from pyroshock.diagnosis.evidence.weighing import weigh
+from pyroshock.diagnosis.gap import GapTable
+from pyroshock.diagnosis.stages.plate import PlateStage
+from pyroshock.twin.effects import catalogue, effect
+from pyroshock.twin.plate.modal import ModalPlate
+
+CONTACTS = [(2e-4 + 4e-5 * i, 900.0 + 300 * i) for i in range(5)]
+
+
+def on_supports(support_hz: float, seed: int) -> ModalPlate:
+    """Ten modes on four springs, whose mean over modes is that of a foundation at `support_hz`."""
+    free = plate()
+    there = np.random.default_rng(seed).standard_normal((4, free.frequency_hz.size))
+    there *= support_hz / np.sqrt(np.mean((there**2).sum(axis=0)))
+    squares, turned = np.linalg.eigh(np.diag(free.frequency_hz**2) + there.T @ there)
+    return replace(
+        free,
+        frequency_hz=np.sqrt(squares),
+        shape_impact=free.shape_impact @ turned,
+        shapes=free.shapes @ turned,
+    )
+
+
+def stage(bench: ModalPlate, seed: int = 1) -> PlateStage:
+    """What a plate shows that is compared with the free one's table."""
+    record = played(bench=bench, contacts=CONTACTS, repetitions=3, noise=3e-4, seed=seed)
+    return PlateStage(replace(record, plate=plate()))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_supports_somewhere_are_found(seed: int) -> None:
+    """Modes turn into each other, and rise more or less than on even springs: still no unknown cause."""
+    one = stage(on_supports(110.0, seed))
+    found = weigh(
+        Scene.of(GapTable.of(one.record, (one,)), surfaces((one,), list(catalogue().values()))), stages=(one,)
+    )
+    assert next(iter(found.probability)) == "plate.boundary"
+
+
+def test_what_is_left_open_is_that_of_low_modes() -> None:
+    one = stage(plate())
+    held = one.loose([effect("plate.boundary", support_frequency_hz=100.0)])
+    assert held is not None
+    names = [each.name for each in one.observables]
+    rises = [held[i] for i, name in enumerate(names) if "ln frequency" in name]
+    assert rises[0] > 0.02 and all(np.diff(rises) < 0)
+    assert all(held[i] == 0 for i, name in enumerate(names) if "damping" in name or "delay" in name or "rest" in name)
+    assert all(held[i] > 0 for i, name in enumerate(names) if "spectrum" in name or "ln amplitude" in name)
+
+
+def test_other_laws_are_definite() -> None:
+    one = stage(plate())
+    assert one.loose([]) is None
+    for name in ("plate.damping", "plate.stiffness", "plate.sensor_mass", "sensor.force_gain"):
+        assert one.loose([effect(name)]) is None
+
+
+@pytest.mark.parametrize("seed", [4, 5])
+def test_free_plate_is_not_held(seed: int) -> None:
+    one = stage(plate(), seed)
+    found = weigh(
+        Scene.of(GapTable.of(one.record, (one,)), surfaces((one,), list(catalogue().values()))), stages=(one,)
+    )
+    assert next(iter(found.probability)) == "none"
