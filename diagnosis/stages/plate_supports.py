@@ -28,11 +28,12 @@ def loose_supports(columns: Columns, support_hz: float) -> Floats:
     turned = np.minimum(_COUPLED * np.sqrt((squared**2 / np.maximum(apart, squared) ** 2).sum(axis=1)), _WHOLE)
     nearest = np.abs(np.log(columns.spectra.lines_hz[:, None] / f[None, :])).argmin(axis=1)
     sensors = len(columns.signals.channels)
-    return columns.laid(
+    laid = columns.laid(
         rises[None],
         np.zeros((1, f.size)),
         np.broadcast_to(turned, (1, sensors, f.size)),
         np.broadcast_to(_DB * turned[nearest], (1, sensors, nearest.size)),
         np.zeros((1, sensors, len(columns.spectra.windows))),
         np.zeros((1, sensors)),
-    )[0]
+    )
+    return np.asarray(laid[0])
