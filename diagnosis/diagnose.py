@@ -21,7 +21,7 @@ from .options import Options
 from .pictures import Pictures
 from .record import CampaignRecord
 from .stages.base import Stage
-from .verdict import Shrinkage, Verdict, Where
+from .verdict import NONE, UNKNOWN, Cause, Shrinkage, Verdict, Where
 
 __all__ = ["Options", "diagnose"]
 
@@ -73,7 +73,13 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
         causes=found,
         shrinkage=shrunk,
         next_runs=planned,
-        assumptions=(*record.assumptions, *notes, *stage_notes(stages), *_assumed(gap, options)),
+        assumptions=(
+            *record.assumptions,
+            *notes,
+            *stage_notes(stages),
+            *_assumed(gap, options),
+            *_warned(found, shrunk),
+        ),
         seconds=time.perf_counter() - started,
         fits=fits(weighed, found),
         pictures=pictures_of(gap, stages, found[0].fitted) if options.draw else Pictures(),
@@ -129,6 +135,22 @@ def _plausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[str, ..
     from .plausibility import check
 
     return tuple(finding.message for finding in check(record, stages))
+
+
+#: Held out, a cause that takes less of the gap than this does not predict what it has not seen.
+_PREDICTS = 0.3
+
+
+def _warned(found: Sequence[Cause], shrunk: Sequence[Shrinkage]) -> tuple[str, ...]:
+    """That the likeliest cause of the catalogue is not much of one: probabilities are among its hypotheses alone."""
+    named = [name for name in found[0].effects if name not in (NONE, UNKNOWN)]
+    held = [each.fraction for each in shrunk if each.held_out_by == "configuration" and each.fraction is not None]
+    return tuple(
+        f"{named[0]} is the likeliest cause of the catalogue, but what is chosen on other configurations takes only "
+        f"{fraction:.0%} of the gap where it was not fitted: a cause outside of the catalogue is possible"
+        for fraction in held
+        if named and fraction < _PREDICTS
+    )
 
 
 def _assumed(gap: GapTable, options: Options) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pyroshock.diagnosis.diagnose import Options, diagnose
 from pyroshock.diagnosis.stages.gun import GunStage
 from pyroshock.twin.effects import effect
 
@@ -155,3 +156,10 @@ def test_free_atmosphere_makes_a_volume_and_a_factor_one(small: GunStage) -> Non
     ]
     assert [each.chi2 for each in fits] == pytest.approx([37.2, 37.2], abs=0.2)
     assert distances(fits, of.s)[0, 1] < 0.2
+
+
+def test_diagnosis_says_that_what_it_names_does_not_predict(small: GunStage) -> None:
+    """74 shots with one dart: whatever it chooses on four pressures is next to nothing at the fifth."""
+    said = diagnose(small.record, options=Options(where=False, plan=False, draw=False))
+    assert said.shrinkage[0].fraction is not None and said.shrinkage[0].fraction < 0.3
+    assert any("a cause outside of the catalogue is possible" in note for note in said.assumptions)
