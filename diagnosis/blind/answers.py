@@ -46,6 +46,11 @@ def first_two(row: Row) -> bool:
     return bool(row.label.accepted & set(row.said.labels[:2]))
 
 
+def first_two_entries(row: Row) -> bool:
+    """Whether one of the first two entries holds what is right."""
+    return any(row.label.accepted & set(entry.labels) for entry in row.said.entries[:2])
+
+
 def in_set(row: Row) -> bool:
     """Whether the smallest set of labels with 90 % of the probability holds what is right."""
     return bool(row.label.accepted & set(label_set(row.said.probabilities)))

@@ -63,6 +63,7 @@ COLUMNS: Mapping[str, Callable[[Figures], str]] = {
     "first group": lambda f: _rate(f.first_group),
     "names in it": lambda f: _number(f.group_size),
     "first two": lambda f: _rate(f.first_two),
+    "first two groups": lambda f: _rate(f.first_two_groups),
     "false alarms": lambda f: _rate(f.false_alarms),
     "unknown AUROC": lambda f: _number(f.unknown.auroc),
     "recall at 5 %": lambda f: _rate(f.unknown.recall_at_5),

@@ -54,6 +54,7 @@ class Figures:
     first: Rate
     first_group: Rate
     first_two: Rate
+    first_two_groups: Rate
     false_alarms: Rate
     unknown: Unknowns
     reliability: Reliability
@@ -83,6 +84,7 @@ def figures(name: str, rows: Rows) -> Figures:
         first=answers.rate(single, answers.first_label),
         first_group=answers.rate(single, answers.first_entry),
         first_two=answers.rate(single, answers.first_two),
+        first_two_groups=answers.rate(single, answers.first_two_entries),
         false_alarms=answers.rate(answers.nulls(rows), answers.accused),
         unknown=unknowns(rows),
         reliability=reliability(rows),

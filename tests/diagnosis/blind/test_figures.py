@@ -81,10 +81,12 @@ def test_smallest_set_with_nine_tenths() -> None:
 
 
 def test_first_label_group_and_two() -> None:
-    said = Said.of("c", verdict(([LEAK, DRAG], 0.8, [0.6, 0.4]), (["none"], 0.2, None)))
-    found = figures("t", [Row(label(LEAK), said), Row(label(DRAG), said), Row(label(LAYER), said)])
-    assert [each.hits for each in (found.first, found.first_group, found.first_two)] == [1, 2, 2]
-    assert found.first.n == 3
+    said = Said.of("c", verdict(([LEAK, DRAG], 0.7, [0.6, 0.4]), ([LAYER], 0.2, None), (["none"], 0.1, None)))
+    found = figures("t", [Row(label(each), said) for each in (LEAK, DRAG, LAYER, "gun.valve_flow")])
+    hits = [each.hits for each in (found.first, found.first_group, found.first_two, found.first_two_groups)]
+    assert hits == [1, 2, 2, 3]
+    assert found.first.n == 4
+    assert found.group_size == 2
 
 
 def test_none_is_right_for_a_gap_within_tolerance() -> None:
@@ -118,7 +120,7 @@ def test_crash_is_a_wrong_answer_everywhere() -> None:
     rows = [Row(truth, crash) for truth in (label(), label(LEAK), label(LEAK, LAYER), stranger())]
     found = figures("t", rows)
     assert found.errors == ("c: ValueError: it broke",) * 4
-    assert (found.first, found.first_group, found.first_two) == (Rate(0, 1),) * 3
+    assert (found.first, found.first_group, found.first_two, found.first_two_groups) == (Rate(0, 1),) * 4
     assert (found.false_alarms, found.both, found.at_least_one) == (Rate(1, 1), Rate(0, 1), Rate(0, 1))
     assert (found.unknown.declared, found.covered, found.stage.hits) == (Rate(0, 1), Rate(0, 4), 0)
     assert found.confusion["none"] == {"no answer": 1}
