@@ -71,7 +71,7 @@ def _ringing(kind: str, number: int, cause: Cause) -> Floats:
     pulses = nominal_pulses(kind, number)
     for setting, pulse, order in zip(plan, pulses, cause.places(len(plan)), strict=True):
         peak = float(pulse.force_n.max())
-        true = accelerations(outside.modes(modes, peak, loudest), pulse, START_S, RATE_HZ, SAMPLES)
+        true = accelerations(outside.modes(modes, peak, loudest, order), pulse, START_S, RATE_HZ, SAMPLES)
         shown = outside.acceleration(setting, true, RATE_HZ, order, peak / loudest)
         rows.append(levels_db(felt(shown, RATE_HZ, cause.table), plate, RATE_HZ))
     return np.array(rows)

@@ -15,7 +15,15 @@ from .striking import Pulse
 Floats = NDArray[np.float64]
 
 #: Families that falsify the reading of a force that is as it should be; the plate feels the true one.
-READINGS = ("contact.clipping", "contact.force_drift")
+READINGS = (
+    "contact.clipping",
+    "contact.force_drift",
+    "contact.changed_range",
+    "contact.ringing_cell",
+    "contact.slew",
+)
+#: An amplifier of amount 0 follows a rise from nothing to the campaign's loudest blow in this time.
+_SLEW_S = 20e-6
 
 
 @dataclass(frozen=True)
@@ -42,6 +50,14 @@ class Outside:
         if self.family == "gun.partial_opening":
             lightest = min(s.mass_kg for s in self.plan)
             return np.array([-self.amount if s.mass_kg == lightest else 0.0 for s in settings])
+        if self.family == "gun.cleaned_barrel":
+            return np.asarray(self.amount * (order > 0.5))
+        if self.family == "gun.worn_trigger":
+            over = np.log([s.tank_pressure_bar for s in settings]) - np.median(self._pressures)
+            return np.asarray(-self.amount * order * (over > 0))
+        if self.family == "gun.tight_sabot":
+            tight = sorted({s.mass_kg for s in self.plan})[1]
+            return np.array([-self.amount if s.mass_kg == tight else 0.0 for s in settings])
         return np.zeros_like(ln_v)
 
     @property
@@ -65,14 +81,29 @@ class Outside:
             return _double(pulse, a)
         if self.family == "contact.loose_tip" and setting.tip_material == min(s.tip_material for s in self.plan):
             return pulse.scaled(1 - a, 1 + a / 2)
+        if self.family == "contact.changed_range":
+            return pulse.scaled(1 - a * (order > 0.5), 1.0)
+        if self.family == "contact.ringing_cell":
+            return _ringing_cell(pulse, a)
+        if self.family == "contact.slew":
+            return _slewed(pulse, (1 - a) ** 3 * loudest_n / _SLEW_S)
+        if self.family == "contact.torn_layer" and self._torn(setting):
+            return pulse.scaled(1 + a, 1 / (1 + a / 2))
         return pulse
 
-    def modes(self, modes: PlateModes, peak_n: float, loudest_n: float) -> PlateModes:
-        """The plate as it answers a blow with this peak."""
+    def _torn(self, setting: Setting) -> bool:
+        return setting.insulator != "none" and setting.tip_material == max(s.tip_material for s in self.plan)
+
+    def modes(self, modes: PlateModes, peak_n: float, loudest_n: float, order: float) -> PlateModes:
+        """The plate as it answers a blow with this peak at this place in the order of runs."""
         if self.family == "plate.amplitude_damping":
             return replace(modes, damping=np.minimum(modes.damping * (1 + self.amount * peak_n / loudest_n), 0.5))
         if self.family == "plate.local_mode":
             return _with_bracket(modes, self.amount)
+        if self.family == "plate.loosening_bolts":
+            return replace(modes, frequencies_hz=modes.frequencies_hz * (1 - self.amount * order))
+        if self.family == "plate.tuned_mass":
+            return _split(modes, self.amount)
         return modes
 
     def acceleration(self, setting: Setting, a: Floats, rate_hz: float, order: float, loud: float) -> Floats:
@@ -86,6 +117,10 @@ class Outside:
         if self.family == "plate.loose_sensor" and setting.pulse_s == min(s.pulse_s for s in self.plan):
             quiet = setting.pulse_s > 0 or setting.tip_material == min(s.tip_material for s in self.plan)
             return np.stack([a[0], _loose(a[1], rate_hz, self.amount)]) if quiet else a
+        if self.family == "plate.rattle":
+            return a + _rattle(a, rate_hz, self.amount * max(loud - 0.3, 0.0))
+        if self.family == "plate.saturation":
+            return np.stack([_bent(a[0], self.amount * loud), a[1]])
         return a
 
 
@@ -97,6 +132,53 @@ def _double(pulse: Pulse, share: float) -> Pulse:
     force[:n] = pulse.force_n[: force.size]
     force[begin : begin + later.size] += share * later
     return replace(pulse, force_n=force)
+
+
+def _ringing_cell(pulse: Pulse, share: float) -> Pulse:
+    """A swing of 3.5 periods to the pulse that dies away within it, beside the force."""
+    phase = np.linspace(0, 1, pulse.force_n.size)
+    swing = share * pulse.force_n.max() * np.exp(-4 * phase) * np.sin(7 * np.pi * phase)
+    return replace(pulse, force_n=pulse.force_n + swing * np.sin(np.pi * phase))
+
+
+def _slewed(pulse: Pulse, most_n_s: float) -> Pulse:
+    """The reading climbs and falls no faster than `most_n_s`."""
+    step, room = most_n_s * pulse.step_s, int(pulse.force_n.max() / (most_n_s * pulse.step_s)) + 1
+    true = np.append(pulse.force_n, np.zeros(min(room, 4 * pulse.force_n.size)))
+    read = np.zeros_like(true)
+    for i in range(1, true.size):
+        read[i] = read[i - 1] + min(max(true[i] - read[i - 1], -step), step)
+    return replace(pulse, force_n=read)
+
+
+def _split(modes: PlateModes, apart: float) -> PlateModes:
+    """The second mode becomes two, each of half its strength, `apart` of its frequency from one another."""
+    k = 1
+    frequencies, half = modes.frequencies_hz.copy(), np.sqrt(0.5)
+    frequencies[k] *= 1 - apart / 2
+    impact, shapes = modes.shape_impact.copy(), modes.shapes.copy()
+    impact[:, k] *= half
+    shapes[:, k] *= half
+    return replace(
+        modes,
+        frequencies_hz=np.append(frequencies, modes.frequencies_hz[k] * (1 + apart / 2)),
+        damping=np.append(modes.damping, modes.damping[k]),
+        shape_impact=np.append(impact, impact[:, k : k + 1], axis=1),
+        shapes=np.append(shapes, shapes[:, k : k + 1], axis=1),
+    )
+
+
+def _rattle(a: Floats, rate_hz: float, amount: float) -> Floats:
+    """Bursts at 9.7 kHz on both channels, a share of the peak high, every 0.8 ms after the blow and ever smaller."""
+    begin = int(np.argmax(np.abs(a[0]) > 0.05 * np.abs(a[0]).max()))
+    since = np.maximum(np.arange(a.shape[1]) - begin, 0) / rate_hz
+    burst = np.sin(2 * np.pi * 9700 * since) * np.exp(-(since % 0.8e-3) / 0.15e-3) * np.exp(-since / 3e-3)
+    return np.asarray(amount * np.abs(a).max(axis=1, keepdims=True) * burst * (since > 0))
+
+
+def _bent(a: Floats, amount: float) -> Floats:
+    """The larger a sample, the smaller the amplifier's gain; the largest loses about `amount` of it."""
+    return np.asarray(a / (1 + amount * np.abs(a) / np.abs(a).max()))
 
 
 def _with_bracket(modes: PlateModes, amount: float) -> PlateModes:

@@ -39,10 +39,10 @@ def recordings(runs: Runs, speeds: Floats, rng: np.random.Generator) -> Iterator
         noise = FORCE_NOISE_N + FORCE_NOISE * shown.force_n.max()
         signals = {"force": shown.on(time - start) + noise * rng.standard_normal(length)}
         if plate is not None and modes is not None:
-            loud = float(pulse.force_n.max()) / loudest
-            now = runs.outside.modes(plate.applied(modes, int(runs.which[r]), rng), loud * loudest, loudest)
+            loud, order = float(pulse.force_n.max()) / loudest, float(runs.order[r])
+            now = runs.outside.modes(plate.applied(modes, int(runs.which[r]), rng), loud * loudest, loudest, order)
             ringing = accelerations(now, pulse, start, case.sampling_rate_hz, length) * plate.gains(rng)
-            ringing = runs.outside.acceleration(setting, ringing, case.sampling_rate_hz, float(runs.order[r]), loud)
+            ringing = runs.outside.acceleration(setting, ringing, case.sampling_rate_hz, order, loud)
             felt_by = felt(ringing, case.sampling_rate_hz, case.strengths)
             hiss = ACCELERATION_NOISE * np.abs(felt_by).max(axis=1, keepdims=True)
             felt_by = felt_by + hiss * rng.standard_normal(felt_by.shape)

@@ -29,15 +29,25 @@ class Family:
 
 _ROWS = (
     Family("gun.tank_drift", "gun", "development", 0.5, "the tank cools over the day: ln v falls evenly", True),
+    Family("gun.tumbling", "gun", "development", 0.6, "above a velocity the bullet tumbles and loses speed"),
     Family("gun.relief", "gun", "calibration", 0.9, "a relief valve opens above a pressure: its excess counts less"),
     Family("gun.velocity_warm_up", "gun", "calibration", 0.5, "the laser's clock is off until it is warm", True),
-    Family("gun.tumbling", "gun", "sealed", 0.6, "above a velocity the bullet tumbles and loses speed"),
     Family(
         "gun.partial_opening",
         "gun",
-        "sealed",
+        "calibration",
         0.5,
         "the trigger opens the valve in part for the lightest bullet",
+        varies="mass_kg",
+    ),
+    Family("gun.cleaned_barrel", "gun", "sealed", 0.4, "the barrel is cleaned in the middle of the day", True),
+    Family("gun.worn_trigger", "gun", "sealed", 0.6, "the trigger wears, and hampers high pressures only", True),
+    Family(
+        "gun.tight_sabot",
+        "gun",
+        "sealed",
+        0.5,
+        "the sabot of one bullet of middle mass is tight",
         varies="mass_kg",
     ),
     Family(
@@ -49,16 +59,33 @@ _ROWS = (
         varies="tip_radius_mm",
     ),
     Family("contact.force_drift", "contact", "development", 0.6, "the load cell's gain falls over the day", True),
+    Family("contact.double_hit", "contact", "development", 0.8, "a second, smaller hit on the heels of the first"),
     Family("contact.worn_target", "contact", "calibration", 1.0, "the target softens from blow to blow", True),
     Family("contact.clipping", "contact", "calibration", 0.8, "the force is clipped above a level"),
-    Family("contact.double_hit", "contact", "sealed", 0.8, "a second, smaller hit on the heels of the first"),
-    Family("contact.loose_tip", "contact", "sealed", 0.6, "the tip of one material is loose", varies="tip_material"),
+    Family(
+        "contact.loose_tip", "contact", "calibration", 0.6, "the tip of one material is loose", varies="tip_material"
+    ),
+    Family("contact.changed_range", "contact", "sealed", 0.6, "the amplifier's range is changed midway", True),
+    Family("contact.ringing_cell", "contact", "sealed", 1.2, "the load cell rings on its mount after first contact"),
+    Family("contact.slew", "contact", "sealed", 0.8, "the amplifier cannot follow the steepest rises"),
+    Family(
+        "contact.torn_layer",
+        "contact",
+        "sealed",
+        0.6,
+        "the insulator is torn where one tip hits it",
+        varies="insulator",
+    ),
     Family("plate.cable_whip", "plate", "development", 0.6, "a cable whips: low frequencies grow as force squared"),
+    Family("plate.amplitude_damping", "plate", "development", 6.0, "damping grows with the force"),
     Family("plate.local_mode", "plate", "calibration", 2.0, "a bracket rings at a frequency that is not in the table"),
     Family("plate.gain_drift", "plate", "calibration", 0.8, "the amplifiers' gain falls over the day", True),
-    Family("plate.amplitude_damping", "plate", "sealed", 6.0, "damping grows with the force"),
-    Family("plate.cross_axis", "plate", "sealed", 0.9, "one channel takes a share of the other"),
-    Family("plate.loose_sensor", "plate", "sealed", 1.0, "a sensor is loose in one part of the campaign"),
+    Family("plate.cross_axis", "plate", "calibration", 0.9, "one channel takes a share of the other"),
+    Family("plate.loose_sensor", "plate", "calibration", 1.0, "a sensor is loose in one part of the campaign"),
+    Family("plate.rattle", "plate", "sealed", 5.0, "a fixture rattles at high frequencies after the hard blows"),
+    Family("plate.loosening_bolts", "plate", "sealed", 0.15, "bolts loosen: frequencies fall over the day", True),
+    Family("plate.tuned_mass", "plate", "sealed", 0.6, "something hung on the plate splits one mode in two"),
+    Family("plate.saturation", "plate", "sealed", 0.9, "an accelerometer's amplifier bends above a level"),
 )
 #: Every family by name.
 FAMILIES: Mapping[str, Family] = {row.name: row for row in _ROWS}
