@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
@@ -16,6 +17,9 @@ from .stages.base import Observable, Stage
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
+#: Of one dB.
+_NEPER = float(np.log(10)) / 20
+
 
 @dataclass(frozen=True, eq=False)
 class GapTable:
@@ -23,7 +27,8 @@ class GapTable:
 
     `residuals` (R, D) of every run, NaN where it has none; `mean` (C, D) over the runs of a configuration, `count`
     (C, D) of them; `noise` of one run. `nuisances` (q, C, D): what one standard deviation of each nominal parameter
-    that is declared uncertain does. `rows` are the configurations' rows in the record.
+    that is declared uncertain does. `rows` are the configurations' rows in the record. `loudness` by stage, of all of
+    the record's configurations: the logarithm of how hard the nominal simulator says they are, NaN without an answer.
     """
 
     record: CampaignRecord
@@ -34,6 +39,7 @@ class GapTable:
     noise: Noise
     nuisances: Floats
     rows: Rows
+    loudness: Mapping[str, Floats]
 
     @classmethod
     def of(cls, record: CampaignRecord, stages: Sequence[Stage], widened: Mapping[str, float] | None = None) -> Self:
@@ -58,6 +64,7 @@ class GapTable:
             noise=noise,
             nuisances=_nuisances(stages, mean.shape),
             rows=np.arange(len(record.configurations)),
+            loudness={stage.name: _loudness(stage, record) for stage in stages},
         )
 
     def only(self, rows: Rows) -> Self:
@@ -102,6 +109,17 @@ def _nuisances(stages: Sequence[Stage], shape: tuple[int, int]) -> Floats:
             found.setdefault(name, np.zeros(shape))[:, columns] = np.nan_to_num(table)
         start = columns.stop
     return np.array(list(found.values())).reshape(-1, *shape)
+
+
+def _loudness(stage: Stage, record: CampaignRecord) -> Floats:
+    """(C,): ln of velocity, peak force, or of the lines of the spectrum on their mean."""
+    lines = [column for column, item in enumerate(stage.observables) if item.unit == "dB"]
+    simulated = stage.measured() - stage.residuals()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # runs without any line
+        each = np.nanmean(simulated[:, lines], axis=1) * _NEPER if lines else simulated[:, 0]
+    level, _ = means(np.asarray(each)[:, None], record.configuration_of, len(record.configurations))
+    return np.asarray(level[:, 0])
 
 
 def means(residuals: Floats, configuration: Rows, configurations: int) -> tuple[Floats, NDArray[np.intp]]:

@@ -2,126 +2,166 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .background import AMPLITUDES, Kernels, Stray
+from .background import Kernels
 from .cells import Cells
-from .logs import log_mean
+from .courses import Course
+from .logs import log_mean, log_sum
 from .surface import Surface
 from .whitening import Whitening
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
+#: Sizes of what strays, in tolerances.
+AMPLITUDES = (3.0, 6.0, 12.0)
 #: Directions in which effects of the catalogue move the observables of a stage.
 _DIRECTIONS = 4
 #: Bands of a channel's lines.
 _BANDS = 3
+#: What strays by less, in tolerances rms, is none. (A gap that is seen in part only may be larger than it shows.)
+_LEAST = 0.6
+#: Octaves within which a line has neighbours: a spectrum with Q = 10 shows a mode so wide.
+_NEAR = 0.2
 #: Two effects whose changes are parallel but for this have one law.
 _SAME = 0.995
 #: A cell that moves by less of an effect's largest change is left alone by it.
 _MOVED = 1e-3
 
 
-class Astray(Protocol):
-    """One way in which a stage may stray."""
-
-    @property
-    def stage(self) -> str: ...
-
-    def log_density(self, z: Floats) -> float: ...
-
-
 @dataclass(frozen=True, eq=False)
-class AnyWay:
-    """In every observable alike."""
+class Astray:
+    """Ways in which a stage may stray, before a background: `log_densities` are means over `AMPLITUDES`.
+
+    Over the configurations of a `course`; in what observables says the `manner`: in a "direction" in which effects of
+    the catalogue move them, in a "band" of a channel's lines, as the "law" of one effect, or in "one" of them.
+    """
 
     stage: str
+    course: str
+    manner: str
     white: Whitening
 
-    def log_density(self, z: Floats) -> float:
-        return self.white.log_density(z)
+    def log_densities(self, zw: Floats) -> Floats:
+        """(m,) of what `white` makes of a gap (N,)."""
+        plain = self.white.log_norm - 0.5 * float(zw @ zw)
+        gains = np.array([self._gain(zw, amplitude) for amplitude in AMPLITUDES])
+        return np.asarray(plain + log_sum(gains, axis=0) - np.log(len(AMPLITUDES)))
+
+    def _gain(self, zw: Floats, amplitude: float) -> Floats:
+        raise NotImplementedError
 
 
 @dataclass(frozen=True, eq=False)
-class AsEffectsDo:
-    """In the directions (N, q) of the catalogue's effects, before a background: mean over `AMPLITUDES`.
+class InSeveral(Astray):
+    """One way of several independent sizes.
 
     With C the background's covariance and W W' that of the stray: |C + a^2 W W'| and its inverse by the eigenvalues of
     W' C^-1 W, so that all sizes cost one decomposition.
     """
 
-    stage: str
-    white: Whitening
-    directions: Floats
+    directions: Floats  # (N, q)
     strength: Floats  # eigenvalues (q,)
 
     @classmethod
-    def of(cls, stage: str, white: Whitening, whitened: Floats) -> Self:
-        """`whitened` (N, q) is W before that background."""
+    def of(cls, where: tuple[str, str, str], white: Whitening, whitened: Floats) -> Self:
+        """`where`: stage, course, manner; `whitened` (N, q) is W before that background."""
         from scipy.linalg import eigh
 
-        strength, turned = eigh(whitened.T @ whitened)
-        return cls(stage, white, whitened @ turned, np.maximum(strength, 0.0))
+        strength, turned = eigh(whitened.T @ whitened, check_finite=False)
+        return cls(*where, white, whitened @ turned, np.maximum(strength, 0.0))
 
-    def log_density(self, z: Floats) -> float:
-        zw = self.white.white(z)
-        along, plain = (self.directions.T @ zw) ** 2, self.white.log_norm - 0.5 * float(zw @ zw)
-        return log_mean([plain + self._gain(along, amplitude**2) for amplitude in AMPLITUDES])
-
-    def _gain(self, along: Floats, variance: float) -> float:
-        over = 1 + variance * self.strength
-        return float(0.5 * (variance * along / over).sum() - 0.5 * np.log(over).sum())
+    def _gain(self, zw: Floats, amplitude: float) -> Floats:
+        over, along = 1 + amplitude**2 * self.strength, self.directions.T @ zw
+        return np.array([0.5 * (amplitude**2 * along**2 / over).sum() - 0.5 * np.log(over).sum()])
 
 
-def astray(
-    strays: Sequence[Stray],
-    cells: Cells,
-    kernels: Kernels,
-    surfaces: Sequence[Surface],
-    middle: Floats,
-    under: Sequence[Whitening],
-) -> tuple[Astray, ...]:
-    """`under`: backgrounds that may lie under a gap that nothing explains, since effects may choose theirs, too;
-    `middle` (N, N) is noise and one of them, for strays in any way, which cost more."""
-    found: list[Astray] = []
-    for stage in dict.fromkeys(one.stage for one in strays):
-        laid = _Laid.of(stage, cells, kernels, surfaces)
-        own = [one for one in strays if one.stage == stage]
-        found += [
-            AnyWay(stage, Whitening.of(middle + kernels.stray(one, one.amplitude)))
-            for one in own
-            if one.amplitude is not None
-        ]
-        for white in under:
+@dataclass(frozen=True, eq=False)
+class InOne(Astray):
+    """m ways of one size each, which is larger than `least` (m,): what stays within tolerance is none, and a normal
+    density would have a fourth of its weight there."""
+
+    directions: Floats  # (N, m)
+    least: Floats
+
+    def _gain(self, zw: Floats, amplitude: float) -> Floats:
+        along, strength = self.directions.T @ zw, (self.directions**2).sum(axis=0)
+        over = 1 + amplitude**2 * strength
+        spread = amplitude / over**0.5
+        beyond = _log_beyond(self.least, spread**2 * along, spread) - _log_beyond(self.least, 0.0, amplitude)
+        return np.asarray(0.5 * amplitude**2 * along**2 / over - 0.5 * np.log(over) + beyond)
+
+
+def _log_beyond(least: Floats, mean: Floats | float, spread: Floats | float) -> Floats:
+    """ln of the probability that a normal number is larger than `least`, of either sign."""
+    from scipy.special import log_ndtr
+
+    return np.asarray(np.logaddexp(log_ndtr((mean - least) / spread), log_ndtr((-mean - least) / spread)))
+
+
+@dataclass(frozen=True, eq=False)
+class Ways:
+    """In which a campaign may stray, by stage, before any background."""
+
+    laid: tuple[_Laid, ...]
+    over: tuple[tuple[Course, ...], ...]
+
+    @classmethod
+    def of(cls, stages: Iterable[str], cells: Cells, kernels: Kernels, surfaces: Sequence[Surface]) -> Self:
+        names = tuple(stages)
+        laid = tuple(_Laid.of(name, cells, kernels, surfaces) for name in names)
+        return cls(laid, tuple(tuple(kernels.courses(name)) for name in names))
+
+    def before(self, white: Whitening) -> tuple[Astray, ...]:
+        found: list[Astray] = []
+        for laid, over in zip(self.laid, self.over, strict=True):
             seen = laid.seen(white)
-            for one in own:
-                if one.amplitude is None:
-                    found += [AsEffectsDo.of(stage, white, each) for each in laid.roots(seen, kernels.over(one))]
-    return tuple(found)
+            for one in over:
+                alone: dict[str, list[tuple[Floats, float]]] = {}
+                for manner, root, least in laid.roots(seen, one):
+                    if root.shape[1] == 1:
+                        alone.setdefault(manner, []).append((root[:, 0], least))
+                    else:
+                        found.append(InSeveral.of((laid.stage, one.name, manner), white, root))
+                for manner, ways in alone.items():
+                    roots, lows = np.stack([root for root, _ in ways], axis=1), np.array([low for _, low in ways])
+                    found.append(InOne(laid.stage, one.name, manner, white, roots, lows))
+        return tuple(found)
+
+
+def log_mean_of(found: Sequence[tuple[Astray, Floats]]) -> float:
+    """ln of the mean of densities: courses count alike, manners of one course alike, and what is of one manner."""
+    courses: dict[str, dict[str, list[Floats]]] = {}
+    for one, logs in found:
+        courses.setdefault(one.course, {}).setdefault(one.manner, []).append(logs)
+    means = [[log_mean(np.concatenate(logs)) for logs in manners.values()] for manners in courses.values()]
+    return log_mean([log_mean(each) for each in means])
 
 
 @dataclass(frozen=True, eq=False)
 class _Laid:
     """Directions (d, r) in which the d observables of a stage may stray, and which of them go together.
 
-    `ways` are columns and their weight; `laws` (N, e) what each effect does in all stages, one tolerance rms in this
-    one: what a sensor between two stages misreads shows in both. With K = L L' over configurations a stray is
-    W = L x directions: so they are whitened once, and every K only mixes configurations.
+    `ways` are a manner, columns and their weight; `laws` (N, e) what each effect does in all stages, one tolerance rms
+    in this one: what a sensor between two stages misreads shows in both. With K = L L' over configurations a stray is
+    W = L x directions: so they are whitened once, and every course only mixes configurations.
     """
 
+    stage: str
     here: Rows
     rows: Rows  # configurations
     at: tuple[Rows, Rows]  # of each cell
     directions: Floats
-    ways: tuple[tuple[Rows, float], ...]
+    ways: tuple[tuple[str, Rows, float], ...]
     laws: Floats
     configuration: Rows  # of all cells
+    detail: NDArray[np.bool_]  # of the stage's cells
 
     @classmethod
     def of(cls, stage: str, cells: Cells, kernels: Kernels, surfaces: Sequence[Surface]) -> Self:
@@ -129,16 +169,21 @@ class _Laid:
         rows, columns = np.unique(cells.configuration), np.unique(cells.observable[here])
         shared = _directions(here, columns, cells, surfaces)
         n = shared.shape[1]
-        alone = [(np.array([i]), float(np.sqrt(n))) for i in range(n)] if n > 1 else []
-        ways = [(np.arange(n), 1.0), *alone] if n else []
+        alone = [("direction", np.array([i]), float(np.sqrt(n))) for i in range(n)] if n > 1 else []
+        ways = [("direction", np.arange(n), 1.0), *alone] if n else []
         blocks = [shared]
         for block in _bands(here, columns, cells, kernels):
             start = sum(each.shape[1] for each in blocks)
-            ways.append((start + np.arange(block.shape[1]), 1.0))
+            ways.append(("band", start + np.arange(block.shape[1]), 1.0))
+            blocks.append(block)
+        for block in _ones(here, columns, cells, kernels):
+            start = sum(each.shape[1] for each in blocks)
+            ways.append(("one", start + np.arange(block.shape[1]), 1.0))
             blocks.append(block)
         at = np.searchsorted(rows, cells.configuration[here]), np.searchsorted(columns, cells.observable[here])
         laws = _laws(stage, cells, kernels, surfaces)
-        return cls(here, rows, at, np.concatenate(blocks, axis=1), tuple(ways), laws, cells.configuration)
+        every, detail = np.concatenate(blocks, axis=1), kernels.detail[here]
+        return cls(stage, here, rows, at, every, tuple(ways), laws, cells.configuration, detail)
 
     def seen(self, white: Whitening) -> tuple[Floats, Floats]:
         """(N, C, r) and (N, C, e): whitened directions and laws in one configuration each."""
@@ -148,12 +193,23 @@ class _Laid:
         laws = [inverse[:, own] @ self.laws[own] for own in (self.configuration == row for row in self.rows)]
         return np.asarray(table @ self.directions), np.stack(laws, axis=1)
 
-    def roots(self, seen: tuple[Floats, Floats], over: Floats) -> list[Floats]:
-        """(N, q) for each way and each law, from `seen` and what configurations have in common."""
-        lower = np.linalg.cholesky(over[np.ix_(self.rows, self.rows)] + 1e-6 * np.eye(len(self.rows)))
-        mixed, laws = (np.tensordot(each, lower, axes=(1, 0)) for each in seen)  # (N, r, C), (N, e, C)
-        ways = [weight * mixed[:, columns].reshape(len(mixed), -1) for columns, weight in self.ways]
-        return ways + [laws[:, i] for i in range(laws.shape[1])]
+    def roots(self, seen: tuple[Floats, Floats], over: Course) -> list[tuple[str, Floats, float]]:
+        """Manner and (N, q) for each way and each law, from `seen` and what configurations have in common; and of what
+        has one size alone the least one."""
+        root = over.root[self.rows]
+        mixed, laws = (np.tensordot(each, root, axes=(1, 0)) for each in seen)  # (N, r, k), (N, e, k)
+        found = []
+        for name, at, weight in self.ways:
+            way = self.directions[self.at[1]][:, at[0]] * root[self.at[0], 0]
+            found.append((name, weight * mixed[:, at].reshape(len(mixed), -1), _LEAST / (weight * self._size(way))))
+        placed = root[np.searchsorted(self.rows, self.configuration[self.here]), 0]
+        least = [_LEAST / self._size(self.laws[self.here, i] * placed) for i in range(laws.shape[1])]
+        return found + [("law", laws[:, i], least[i]) for i in range(laws.shape[1])]
+
+    def _size(self, way: Floats) -> float:
+        """Of a way over the stage's cells, in tolerances: rms of all, or of those that are no details."""
+        parts = (way, way[~self.detail])
+        return max(float(np.sqrt((part**2).mean())) for part in parts if part.size) or 1e-9
 
 
 def _laws(stage: str, cells: Cells, kernels: Kernels, surfaces: Sequence[Surface]) -> Floats:
@@ -196,6 +252,22 @@ def _bands(here: Rows, columns: Rows, cells: Cells, kernels: Kernels) -> list[Fl
             lines = np.flatnonzero(own)[(shared[np.ix_(own, own)] > 0).any(axis=1)]
             lines = lines[np.argsort(kernels.octave[first[lines]], kind="stable")]
             found += [rows, *(np.eye(len(columns))[:, part] for part in np.array_split(lines, _BANDS) if part.size)]
+    return found
+
+
+def _ones(here: Rows, columns: Rows, cells: Cells, kernels: Kernels) -> list[Floats]:
+    """(d, r) for each observable alone, r = 1, where there are no lines; else for each line with its neighbours, in
+    every channel for itself: what rings near the plate has its own frequency."""
+    first = here[[int(np.argmax(cells.observable[here] == column)) for column in columns]]
+    names, octave = kernels.channel[first], kernels.octave[first]
+    line = np.isfinite(octave) & (kernels.unit[first] == "dB")
+    if not line.any():
+        return [one[:, None] for one in np.eye(len(columns))] if len(columns) > 1 else []
+    channels = list(dict.fromkeys(names[line].tolist()))
+    found = []
+    for place in np.unique(octave[line].round(3)):
+        near = np.where(line, np.exp(-0.5 * ((np.nan_to_num(octave) - place) / _NEAR) ** 2), 0.0)
+        found.append(np.stack([np.where(names == name, near, 0.0) for name in channels], axis=1))
     return found
 
 

@@ -7,7 +7,6 @@ hence a bank of smooth and white ones.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +14,8 @@ from numpy.typing import NDArray
 
 from ..gap import GapTable
 from .cells import Cells
-from .factors import smooth, squared_distances, varying
+from .courses import Course, courses
+from .factors import squared_distances, varying
 
 Floats = NDArray[np.float64]
 
@@ -48,55 +48,31 @@ BANK = (
     Background(0.0, 0.0, 0.0),
     *(Background(*sizes, detail=detail) for detail in (1.0, 0.15) for sizes in _SIZES),
 )
-#: Of the bank, what lies under a gap that no effect explains: in any way, and in ways of which there are many.
+#: Of the bank, what always may lie under a gap that no effect explains.
 MIDDLE = Background(0.5, 0.3, 0.2)
-UNDER = (BANK[0], MIDDLE, replace(MIDDLE, detail=0.15), Background(0.5, 0.5, 0.8, 0.15), Background(0.5, 0.0, 0.0))
+UNDER = (BANK[0], Background(0.5, 0.0, 0.0), MIDDLE, replace(MIDDLE, detail=0.15), Background(0.5, 0.5, 0.8, 0.15))
 #: Range of the smooth part over factors scaled to [0, 1], and over frequency in octaves.
 LENGTH, OCTAVES = 0.8, 0.7
 #: How much of the variance neighbouring observables share; what has parts has so much beside them.
 SHARED, OWN = 0.5, 0.1
 
 
-@dataclass(frozen=True)
-class Stray:
-    """A gap beyond tolerance in one stage that no effect of the catalogue explains.
-
-    Over configurations as `length` says; over observables either in any way, or (`amplitude` None) as effects of the
-    catalogue move them, but where and when their laws do not say.
-    """
-
-    stage: str
-    length: float  # 0: from configuration to configuration
-    in_time: bool = False  # over the order of runs instead of the factors
-    amplitude: float | None = None  # in tolerances
-
-
-AMPLITUDES, LENGTHS, IN_TIME = (3.0, 6.0, 12.0), (0.8, 0.3, 0.0), 0.4
-
-
-def strays(stages: Sequence[str]) -> tuple[Stray, ...]:
-    """Smooth over the factors, rougher, white, and a drift."""
-    over = (*((length, False) for length in LENGTHS), (IN_TIME, True))
-    return tuple(
-        Stray(stage, length, in_time, amplitude)
-        for stage in stages
-        for length, in_time in over
-        for amplitude in (None, 3.0, 12.0)
-    )
-
-
 @dataclass(frozen=True, eq=False)
 class Kernels:
-    """Squared distances (C, C) of configurations over factors and over the order of runs, and (N, N) between cells
-    what observables have in common. `configuration`, `stage`, `channel`, `octave` and `detail` are of cells."""
+    """Squared distances (C, C) of configurations over factors and over the order of runs, their factors, and by stage
+    how loud they are (C,); (N, N) between cells what observables have in common. `configuration`, `stage`, `channel`,
+    `octave`, `unit` and `detail` are of cells."""
 
     distance: Floats
     apart: Floats
+    factors: tuple[dict[str, str | float], ...]
+    loudness: dict[str, Floats]
     configuration: NDArray[np.intp]
     observables: Floats
     stage: NDArray[np.str_]
     channel: NDArray[np.str_]
     octave: Floats
+    unit: NDArray[np.str_]
     detail: NDArray[np.bool_]
 
     @classmethod
@@ -106,11 +82,14 @@ class Kernels:
         return cls(
             squared_distances(factors),
             _in_time(gap),
+            tuple(dict(each) for each in factors),
+            {name: level[gap.rows] for name, level in gap.loudness.items()},
             cells.configuration,
             _between(gap)[np.ix_(cells.observable, cells.observable)],
             stage,
             np.array([gap.observables[int(o)].channel for o in cells.observable]),
             _octaves(gap)[cells.observable],
+            np.array([gap.observables[int(o)].unit for o in cells.observable]),
             np.array([gap.observables[int(o)].detail for o in cells.observable]),
         )
 
@@ -120,14 +99,8 @@ class Kernels:
         share = np.where(self.detail, one.detail, 1.0)
         return np.asarray(self._spread(over) * self.observables * np.outer(share, share))
 
-    def over(self, one: Stray) -> Floats:
-        """(C, C): what configurations have in common."""
-        distance = self.apart if one.in_time else self.distance
-        return smooth(distance, one.length) if one.length else np.eye(len(distance))
-
-    def stray(self, one: Stray, amplitude: float) -> Floats:
-        here = self.stage == one.stage
-        return np.asarray(amplitude**2 * self._spread(self.over(one)) * self.observables * np.outer(here, here))
+    def courses(self, stage: str) -> list[Course]:
+        return courses(self.distance, self.apart, self.factors, self.loudness[stage])
 
     def _spread(self, over: Floats) -> Floats:
         """(C, C) to (N, N)."""

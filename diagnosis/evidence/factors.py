@@ -36,6 +36,18 @@ def _one(values: Sequence[str | float]) -> Floats:
     return np.asarray((numbers[:, None] - numbers[None, :]) ** 2)
 
 
+def each_level(factors: Sequence[Mapping[str, str | float]]) -> list[NDArray[np.bool_]]:
+    """(C,) each: the configurations of one level of one factor; two at least, and two others."""
+    found: dict[bytes, NDArray[np.bool_]] = {}
+    for name in sorted({name for row in factors for name in row}):
+        values = [row.get(name, "") for row in factors]
+        for level in dict.fromkeys(values):
+            inside = np.array([value == level for value in values])
+            if 2 <= inside.sum() <= len(values) - 2:
+                found.setdefault(inside.tobytes(), inside)
+    return list(found.values())
+
+
 #: Half of the variance of what is smooth is the same everywhere: with many words among the factors nothing else would
 #: hold that a sensor reads 2 % high in all configurations.
 _EVERYWHERE = 0.5

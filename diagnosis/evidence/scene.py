@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..gap import GapTable
-from .astray import Astray, astray
-from .background import BANK, MIDDLE, UNDER, Background, Kernels, strays
+from .astray import Astray, Ways
+from .background import BANK, Background, Kernels
 from .cells import Cells
 from .surface import Surface
 from .whitening import Whitening
@@ -40,7 +40,8 @@ class Scene:
     backgrounds: tuple[Background, ...]
     before: tuple[Whitening, ...]
     seen: tuple[tuple[Seen, ...], ...]  # by surface, by background
-    astray: tuple[Astray, ...]
+    ways: Ways
+    _strays: dict[int, tuple[Astray, ...]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, gap: GapTable, surfaces: Sequence[Surface], bank: Sequence[Background] = BANK) -> Self:
@@ -52,8 +53,6 @@ class Scene:
         found = [surface for surface in surfaces if surface.valid.any()]
         sizes = [_size(surface, gap, cells) for surface in found]
         kept = [i for i, size in enumerate(sizes) if np.nanmax(size) > SMALLEST]
-        middle = cells.noise + kernels.background(MIDDLE)
-        under = [white for one, white in zip(bank, before, strict=True) if one in UNDER]
         return cls(
             gap=gap,
             cells=cells,
@@ -63,8 +62,14 @@ class Scene:
             backgrounds=tuple(bank),
             before=before,
             seen=tuple(tuple(_seen(found[i], cells, white) for white in before) for i in kept),
-            astray=astray(strays(gap.stages), cells, kernels, found, middle, under),
+            ways=Ways.of(gap.stages, cells, kernels, found),
         )
+
+    def strays(self, background: int) -> tuple[Astray, ...]:
+        """Gaps that nothing explains, before one background of the bank; reckoned once."""
+        if background not in self._strays:
+            self._strays[background] = self.ways.before(self.before[background])
+        return self._strays[background]
 
     @property
     def ids(self) -> tuple[str, ...]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .logs import log_mean, log_sum
+from .astray import log_mean_of
+from .logs import log_sum
 from .scene import Scene, Seen
 from .surface import Surface
 from .whitening import Whitening
@@ -41,15 +43,24 @@ class OnSurface:
         return int(point), int(background)
 
 
-def of_none(scene: Scene, z: Floats) -> float:
-    """Backgrounds alone."""
-    return log_mean([white.log_density(z) for white in scene.before])
+def of_none(scene: Scene, z: Floats) -> Floats:
+    """(B,): each background alone."""
+    return np.array([white.log_density(z) for white in scene.before])
 
 
-def of_strays(scene: Scene, z: Floats) -> dict[str, float]:
-    """By stage: a gap of any size beyond tolerance there."""
-    each = [(one.stage, one.log_density(z)) for one in scene.astray]
-    return {name: log_mean([value for stage, value in each if stage == name]) for name in scene.gap.stages}
+def of_strays(scene: Scene, z: Floats, under: Iterable[int]) -> dict[str, float]:
+    """By stage: a gap of any size beyond tolerance there, over some backgrounds; what others would add counts as 0.
+
+    Effects may choose their background from all of the bank, and so must what nothing explains: over one alone unknown
+    causes go unseen.
+    """
+    found: dict[str, list[float]] = {name: [] for name in scene.gap.stages}
+    for background in under:
+        zw = scene.before[background].white(z)
+        each = [(one, one.log_densities(zw)) for one in scene.strays(background)]
+        for name, logs in found.items():
+            logs.append(log_mean_of([pair for pair in each if pair[0].stage == name]))
+    return {name: float(log_sum(logs)) - float(np.log(len(scene.before))) for name, logs in found.items()}
 
 
 def of_surface(scene: Scene, index: int, whitened: list[Floats]) -> OnSurface:

@@ -14,6 +14,7 @@ from ...twin.effects import Effect
 from ..hypotheses import Priors
 from ..stages.base import Stage
 from ..verdict import NONE, UNKNOWN
+from .background import UNDER
 from .form import form_modes, with_form_error
 from .logs import log_mean
 from .pairs import OnPair, Started, interaction, of_pair, start_pair
@@ -27,6 +28,8 @@ BEST_SINGLES, QUICK_SINGLES, FINE_PAIRS, SIMULATED_PAIRS = 7, 4, 8, 4
 #: Beside these, what completes the best singles.
 _COMPLETED, _COMPLEMENTS = 3, 2
 PRIORS = Priors()
+#: So many backgrounds that suit the gap best are tried under what nothing explains.
+_SUITED = 2
 #: The form of the law is looked at for singles within so many nats of the best.
 _FORM_WITHIN = 40.0
 
@@ -84,8 +87,9 @@ def weigh(
     shaped = _shaped(scene, plain, whitened, quick=quick)
     singles = {name: tuple(shaped[i] for i in scene.sheets(name)) for name in scene.ids}
     evidence = {name: _of_sheets(sheets) for name, sheets in singles.items()}
-    astray = of_strays(scene, z)
-    log = {NONE: of_none(scene, z), UNKNOWN: log_mean(list(astray.values())), **evidence}
+    alone = of_none(scene, z)
+    astray = of_strays(scene, z, _under(scene, alone, plain))
+    log = {NONE: log_mean(alone), UNKNOWN: log_mean(list(astray.values())), **evidence}
     pairs = _pairs(scene, evidence, dict(enumerate(plain)), whitened, stages, quick) if priors.pairs > 0 else {}
     log |= {name: pair.log_evidence for name, pair in pairs.items()}
     return Weighed(scene, log, _joint(log, priors, len(scene.ids)), singles, pairs)
@@ -103,6 +107,16 @@ def _shaped(scene: Scene, plain: Sequence[OnSurface], whitened: list[Floats], *,
         else one
         for i, one in enumerate(plain)
     ]
+
+
+def _under(scene: Scene, alone: Floats, plain: Sequence[OnSurface]) -> list[int]:
+    """Backgrounds that may lie under what nothing explains: some always, and those that suit the gap best, without an
+    effect and with the likeliest."""
+    chosen = {i for i, one in enumerate(scene.backgrounds) if one in UNDER} | set(np.argsort(alone)[-_SUITED:].tolist())
+    if plain:
+        best = max(plain, key=lambda one: one.log_evidence)
+        chosen |= set(np.argsort(best.log_likelihood.max(axis=0))[-_SUITED:].tolist())
+    return sorted(chosen)
 
 
 def _form_reach(scene: Scene) -> float:

@@ -15,6 +15,9 @@ from .contact_frame import PLACES, Floats, Framed, framed, level_crossings
 _LEVEL = 0.1
 #: How far beyond these two instants the impulse is counted, over the time between them.
 _BEYOND = 0.25
+#: What comes later than so many widths at half the peak after their middle, where Hertz' contact ended at 0.75, came
+#: after the contact: a second hit, a cell that rings.
+_AFTER = 1.0
 #: The apex is the centre of what is above this level.
 _CAP = 0.8
 _PHASES = (np.arange(32) + 0.5) / 32
@@ -35,6 +38,7 @@ _COLUMNS = (
     ("fatness", "1", 0.02, 0.005),
     ("shape_3", "1", 0.02, 0.005),
     ("shape_4", "1", 0.02, 0.005),
+    ("after_share", "1", 0.03, 0.005),
 )
 
 #: What is wrong with a height or a length is wrong with all that is made of it.
@@ -73,7 +77,8 @@ def features(force_n: Floats, step_s: float, width_s: float | None = None) -> Fl
 
     `ln_impulse` is of the force from a quarter of the pulse's width before it to a quarter after; `rise_share` is from
     a tenth of the peak to the apex, over the width at a tenth. The shape is force over peak between the instants of a
-    tenth, against Legendre's polynomials of order 1 to 4: order 0 is told by peak, impulse and width.
+    tenth, against Legendre's polynomials of order 1 to 4: order 0 is told by peak, impulse and width. `after_share` is
+    the impulse after the contact over that of the frame.
     """
     return _features(framed(force_n, step_s, width_s))
 
@@ -94,6 +99,7 @@ def _features(frame: Framed) -> Floats:
                 np.log(width),
                 (_apex(force, peak) - low) / (high - low),
                 _between(force, low, high) / peak[:, None] @ _SHAPES.T,
+                force[:, PLACES > _AFTER].sum(axis=1) / force.sum(axis=1),
             ]
         )
     found[~np.isfinite(found).all(axis=1) | np.isnan(frame.force_n).any(axis=1)] = np.nan

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.evidence.astray import AsEffectsDo
+from pyroshock.diagnosis.evidence.astray import AMPLITUDES, InOne, InSeveral
 from pyroshock.diagnosis.evidence.scene import Scene
 from pyroshock.diagnosis.evidence.surface import Surface, surfaces
 from pyroshock.diagnosis.evidence.weighing import weigh
@@ -60,22 +60,57 @@ def test_ways_are_weighed_as_their_covariance_says() -> None:
     root, noise = rng.standard_normal((12, 4)), np.diag(rng.uniform(0.5, 2.0, 12))
     white = Whitening.of(noise)
     z = 4 * rng.standard_normal(12)
-    way = AsEffectsDo.of("gun", white, white.white(root))
-    densities = [Whitening.of(noise + a**2 * root @ root.T).log_density(z) for a in (3.0, 6.0, 12.0)]
-    assert way.log_density(z) == pytest.approx(np.logaddexp.reduce(densities) - np.log(3))
+    way = InSeveral.of(("gun", "smooth", "direction"), white, white.white(root))
+    densities = [Whitening.of(noise + a**2 * root @ root.T).log_density(z) for a in AMPLITUDES]
+    assert way.log_densities(white.white(z)) == pytest.approx(np.logaddexp.reduce(densities) - np.log(3))
 
 
-def test_strays_of_a_scene_are_those_of_whitened_roots() -> None:
-    """Each way's W W' before its background has the rank and the size that was asked: a tolerance rms in its stage."""
+@pytest.mark.parametrize("size", [-4.0, 0.3, 2.5])
+def test_stray_of_one_size_is_beyond_the_least(size: float) -> None:
+    """Against the integral over sizes, of a normal prior without its middle."""
+    rng = np.random.default_rng(4)
+    root, noise = rng.standard_normal((9, 1)), np.diag(rng.uniform(0.5, 2.0, 9))
+    white = Whitening.of(noise)
+    z = size * root[:, 0] + rng.standard_normal(9)
+    least = 1.2
+    way = InOne("gun", "same", "law", white, white.white(root), np.array([least]))
+    sizes = np.linspace(-60, 60, 120_001)
+    sizes = sizes[np.abs(sizes) > least]
+    away = white.white(z[:, None] - root * sizes)
+    likelihood = np.exp(white.log_norm - 0.5 * (away**2).sum(axis=0))
+    priors = [np.exp(-0.5 * (sizes / amplitude) ** 2) for amplitude in AMPLITUDES]
+    found = np.mean([(likelihood * prior).sum() / prior.sum() for prior in priors])
+    assert way.log_densities(white.white(z)) == pytest.approx(np.log(found), abs=0.005)
+
+
+def test_ways_have_the_size_that_was_asked() -> None:
+    """Each way's W W' before its background is of about a tolerance where it is touched, in its stage."""
     gap, table, _ = bench(3)
     scene = Scene.of(gap, table)
-    ways = [one for one in scene.astray if isinstance(one, AsEffectsDo)]
-    assert {one.stage for one in ways} == set(gap.stages)
-    for one in ways[:: max(1, len(ways) // 40)]:
-        lower = one.white.lower
-        spread = lower @ one.directions  # back from before the background
-        variance = (spread**2).sum(axis=1)
-        here = scene.kernels.stage == one.stage
-        touched = variance[here] > 1e-9
-        assert touched.any()
-        assert 0.05 < np.sqrt(variance[here][touched].mean()) < 3.5
+    for background in (0, len(scene.before) - 1):
+        ways, lower = scene.strays(background), scene.before[background].lower
+        assert {one.stage for one in ways} == set(gap.stages)
+        assert {one.course for one in ways} >= {"same", "smooth", "rough", "each", "drift", "level"}
+        for one in ways[:: max(1, len(ways) // 40)]:
+            assert isinstance(one, InOne | InSeveral)
+            each = (lower @ one.directions) ** 2
+            variance = each[:, 0] if isinstance(one, InOne) else each.sum(axis=1)  # back from before the background
+            touched = variance[scene.kernels.stage == one.stage] > 1e-9
+            assert touched.any()
+            assert 0.05 < np.sqrt(variance[scene.kernels.stage == one.stage][touched].mean()) < 6.0
+
+
+@pytest.mark.parametrize(
+    ("inside", "effect"),
+    [("one level", ToyForceGain(1.3)), ("beyond a limit", ToyMass(1.5))],
+)
+def test_what_acts_in_a_part_of_the_campaign_is_unknown(inside: str, effect: Effect) -> None:
+    """Where an effect acts by the library's law in all configurations, a cause that acts in some is none of it."""
+    gap, table, stages = bench(6)
+    factors = [gap.record.configurations[int(row)].factors for row in gap.rows]
+    name = next(name for name in sorted(factors[0]) if len({row[name] for row in factors}) > 1)
+    level = factors[0][name]
+    loud = gap.loudness[stages[-1].name][gap.rows]
+    part = np.array([row[name] == level for row in factors]) if inside == "one level" else loud > np.quantile(loud, 0.7)
+    weighed = weigh(Scene.of(acting(gap, stages, effect, 2.0 * part), table))
+    assert next(iter(weighed.probability)) == UNKNOWN

@@ -54,6 +54,17 @@ def test_half_sine_has_its_closed_forms() -> None:
     assert found["skew"] == pytest.approx(0.0, abs=1e-3)
 
 
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.4])
+def test_second_hit_counts_by_its_impulse(share: float) -> None:
+    """A second half sine of 0.6 of the length, a fifth of it later, has 0.6 of the impulse for each share of height."""
+    step = TIME_S / 400
+    time = np.arange(-200, 2000) * step
+    force = half_sine(time) + share * half_sine((time - 1.2 * TIME_S) / 0.6)
+    found = named(features(force[None], step)[0])
+    assert found["after_share"] == pytest.approx(0.6 * share / (1 + 0.6 * share), abs=2e-3)
+    assert found["ln_width_half"] == pytest.approx(np.log(TIME_S * 2 / 3), abs=0.003)
+
+
 @pytest.mark.parametrize("samples", [6, 9, 15, 40])
 def test_sampling_phase_makes_no_gap_of_its_own(samples: int) -> None:
     rng = np.random.default_rng(samples)
