@@ -62,12 +62,18 @@ class CalibrationMap:
 
     @classmethod
     def learned(
-        cls, campaigns: Sequence[tuple[Mapping[str, float], str]], source: str, towards: CalibrationMap | None = None
+        cls,
+        campaigns: Sequence[tuple[Mapping[str, float], str]],
+        source: str,
+        towards: CalibrationMap | None = None,
+        shares: Mapping[str, float] | None = None,
     ) -> Self:
         """From log joints and each true hypothesis: the likeliest map, drawn a little to slope 1 and no intercepts, or
         `towards` another.
 
-        A campaign whose truth is not among its hypotheses says nothing. Raises `ValueError` without any that does.
+        `shares` of what is true in the campaigns that the map is for: "none", "unknown", "pair" and "single"; those
+        that it learns from are weighted accordingly (None: as they are). A campaign whose truth is not among its
+        hypotheses says nothing. Raises `ValueError` without any that does.
         """
         from scipy.optimize import minimize
 
@@ -75,6 +81,7 @@ class CalibrationMap:
         if not useful:
             raise ValueError("no campaign whose true cause is among the hypotheses: nothing to learn from")
 
+        weight = _weights([truth for _, _, truth in useful], shares)
         start = np.zeros(4)
         if towards is not None:
             start = np.array([np.log(towards.slope), towards.none, towards.unknown, towards.pair])
@@ -82,14 +89,24 @@ class CalibrationMap:
         def loss(theta: Floats) -> float:
             one = cls(float(np.exp(theta[0])), float(theta[1]), float(theta[2]), float(theta[3]))
             total = 0.5 * float((theta - start) @ (theta - start))
-            for names, logs, truth in useful:
+            for (names, logs, truth), counts in zip(useful, weight, strict=True):
                 scores = one.scores(names, logs)
-                total -= float(scores[names.index(truth)] - np.log(np.exp(scores - scores.max()).sum()) - scores.max())
+                likely = scores[names.index(truth)] - np.log(np.exp(scores - scores.max()).sum()) - scores.max()
+                total -= counts * float(likely)
             return total
 
         best = minimize(loss, start, method="Nelder-Mead", options={"maxiter": 2000, "xatol": 1e-3, "fatol": 1e-4})
         slope, none, unknown, pair = (float(value) for value in best.x)
         return cls(float(np.exp(slope)), none, unknown, pair, source)
+
+
+def _weights(truths: Sequence[str], shares: Mapping[str, float] | None) -> list[float]:
+    """Of each campaign, one on the mean."""
+    kinds = [truth if truth in (NONE, UNKNOWN) else "pair" if "+" in truth else "single" for truth in truths]
+    if shares is None:
+        return [1.0] * len(kinds)
+    present = sum(shares[kind] for kind in set(kinds))
+    return [shares[kind] / present * len(kinds) / kinds.count(kind) for kind in kinds]
 
 
 #: The map of campaigns in which several stages were compared.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .background import Kernels
 from .cells import Cells
-from .courses import Course
+from .courses import SAME, Course
 from .logs import log_mean, log_sum
 from .surface import Surface
 from .whitening import Whitening
@@ -25,6 +25,8 @@ AMPLITUDES = (3.0, 6.0, 12.0)
 _DIRECTIONS = 4
 #: Bands of a channel's lines.
 _BANDS = 3
+#: Manners of the catalogue's effects.
+_LAWFUL = ("law", "direction")
 #: What strays by less, in tolerances rms, is none. (A gap that is seen in part only may be larger than it shows.)
 _LEAST = 0.6
 #: Octaves within which a line has neighbours: a spectrum with Q = 10 shows a mode so wide.
@@ -125,6 +127,8 @@ class Ways:
             for one in over:
                 alone: dict[str, list[tuple[Floats, float]]] = {}
                 for manner, root, least in laid.roots(seen, one):
+                    if one.name == SAME and manner in _LAWFUL:
+                        continue  # the same share of an effect everywhere is that effect
                     if root.shape[1] == 1:
                         alone.setdefault(manner, []).append((root[:, 0], least))
                     else:

@@ -16,6 +16,7 @@ Floats = NDArray[np.float64]
 _LENGTHS, _IN_TIME = {"smooth": 0.8, "rough": 0.3, "each": 0.0}, 0.4
 #: What a level limits begins at these shares of the configurations.
 _LIMITS = (0.25, 0.5, 0.7, 0.85)
+SAME = "same"
 #: A smaller difference of loudness, in logarithms, is none.
 _ALIKE = 1e-6
 
@@ -39,7 +40,7 @@ def courses(
     the logarithm of what the nominal simulator says a run is like, NaN where it has no answer."""
     over = {name: smooth(distance, length) if length else np.eye(len(distance)) for name, length in _LENGTHS.items()}
     over["drift"] = smooth(apart, _IN_TIME)
-    found = [Course("same", np.ones((len(distance), 1)))]
+    found = [Course(SAME, np.ones((len(distance), 1)))]
     found += [Course(name, np.asarray(np.linalg.cholesky(one + 1e-6 * np.eye(len(one))))) for name, one in over.items()]
     found += [Course("level", inside.astype(np.float64)[:, None]) for inside in each_level(factors)]
     return found + [Course("limit", ramp[:, None]) for ramp in _ramps(loudness)]

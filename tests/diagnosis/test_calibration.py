@@ -59,6 +59,17 @@ def test_learns_an_intercept_for_none() -> None:
     assert CalibrationMap.learned(campaigns, "a test")({"none": 0.0, "gun.blow_by": 0.0})["none"] > 0.8
 
 
+def test_shares_of_truths_are_those_of_the_campaigns_to_come() -> None:
+    """Unknown causes came twice as often in what it learns from as they will: alike, each of them counts half."""
+    logs = {"none": 0.0, "unknown": 0.0, "gun.blow_by": 0.0, "gun.blow_by+gun.dead_volume": 0.0}
+    shares = {"none": 0.3, "unknown": 0.3, "single": 0.3, "pair": 0.1}
+    truths = ["none"] * 300 + ["unknown"] * 600 + ["gun.blow_by"] * 100 + ["gun.blow_by+gun.dead_volume"] * 50
+    found = CalibrationMap.learned([(logs, truth) for truth in truths], "a test", shares=shares)(logs)
+    assert found["unknown"] == pytest.approx(0.3, abs=0.02)
+    assert found["gun.blow_by+gun.dead_volume"] == pytest.approx(0.1, abs=0.02)
+    assert CalibrationMap.learned([(logs, truth) for truth in truths], "a test")(logs)["unknown"] > 0.5
+
+
 def test_nothing_to_learn_from_is_refused() -> None:
     with pytest.raises(ValueError, match="nothing to learn from"):
         CalibrationMap.learned([({"none": 0.0}, "gun.blow_by")], "a test")
