@@ -34,7 +34,8 @@ IN_USE = "contact-force"
 @dataclass(frozen=True)
 class Asked:
     """What a user asks of a diagnosis. `tolerances` by stage, in the unit of its levels: shares for gun and contact,
-    dB for the plate; `uncertain` are standard deviations of nominal numbers, "gun.friction_coefficient", in SI."""
+    dB for the plate; `uncertain` are standard deviations of nominal numbers, "gun.friction_coefficient", in SI;
+    `calibrate`: campaigns of this design that are simulated for its probabilities."""
 
     target: str
     simulator: str | None = None
@@ -43,6 +44,7 @@ class Asked:
     modes: Path | None = None
     bench: Path | None = None
     seed: int = 0
+    calibrate: int = 0
 
 
 def is_stored(store: Store | None, target: str) -> bool:
@@ -124,6 +126,7 @@ def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | N
         tolerances=asked.tolerances,
         uncertain=asked.uncertain,
         contact=simulator_of(store, db, record.kind, asked.simulator),
+        calibrate=asked.calibrate,
     )
     return diagnose(record, options=options, progress=progress)
 

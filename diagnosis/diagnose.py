@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..twin.effects import Effect, catalogue
-from .calibration import shipped
+from .calibration import CalibrationMap, shipped
 from .causes import causes, fits
 from .chain import stages_of
 from .evidence.scene import Scene
@@ -18,6 +19,7 @@ from .evidence.weighing import Weighed, weigh
 from .gap import GapTable
 from .metric import Metric
 from .options import Options
+from .own_design import own_map
 from .pictures import Pictures
 from .record import CampaignRecord
 from .stages.base import Stage
@@ -55,7 +57,10 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
     tell(1, _STEPS, "effects")
     table = surfaces(stages, _kinds(options))
     tell(2, _STEPS, "causes")
-    weighed = weigh(Scene.of(gap, table), options.priors, stages)
+    scene = Scene.of(gap, table)
+    if options.mapped and options.calibrate:
+        options = replace(options, map=own_map(scene, options.priors, options.calibrate, options.seed, tell))
+    weighed = weigh(scene, options.priors, stages)
     found = causes(weighed, probabilities(weighed, options))
     tell(3, _STEPS, "where")
     place = where(gap, stages, rng) if options.where else Where()
@@ -98,7 +103,11 @@ def _kinds(options: Options) -> list[type[Effect]]:
 
 def probabilities(weighed: Weighed, options: Options) -> dict[str, float]:
     """By hypothesis, largest first: evidence through the map that was learned, or as it stands."""
-    return shipped(weighed.scene.gap.stages)(weighed.log_joint) if options.mapped else weighed.probability
+    return _map(weighed.scene.gap, options)(weighed.log_joint) if options.mapped else weighed.probability
+
+
+def _map(gap: GapTable, options: Options) -> CalibrationMap:
+    return options.map or shipped(gap.stages)
 
 
 def chosen(weighed: Weighed, options: Options) -> tuple[Effect, ...]:
@@ -160,7 +169,7 @@ def _assumed(gap: GapTable, options: Options) -> tuple[str, ...]:
         f"unknown {priors.unknown:g}"
     ]
     if options.mapped:
-        found.append(f"probabilities: evidence through a map of margins, learned on {shipped(gap.stages).source}")
+        found.append(f"probabilities: evidence through a map of margins, learned on {_map(gap, options).source}")
     if gap.noise.assumed:
         found.append(
             "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets', and the "

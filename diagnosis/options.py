@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ..twin.strikes import ContactStage
+from .calibration import CalibrationMap
 from .hypotheses import Priors
 
 #: Of each stage: velocity and peak force as shares, spectra in dB. What the observables' tolerances stand for.
@@ -22,7 +23,8 @@ class Options:
     `uncertain`: standard deviations of nominal parameters, "gun.friction_coefficient" in SI, "contact.impactor_mass_kg"
     and what else an impact is made of as shares. `contact`: a registered model in the place of Hertz' impact, which may
     want to know `plate_mass_kg`. `catalogue`: ids of the effects that are looked for; None: all there are.
-    `mapped`: probabilities through the map of `calibration`; else evidence as it stands. `shrink`, `where`, `plan` and
+    `mapped`: probabilities through the map of `calibration`; else evidence as it stands. `calibrate`: so many campaigns
+    of the user's own design are simulated for a map of its own, which is then `map`. `shrink`, `where`, `plan` and
     `draw` leave out parts of the report that take time. Raises `ValueError` for a stage there is none of and for a
     tolerance that is not positive.
     """
@@ -35,6 +37,8 @@ class Options:
     catalogue: tuple[str, ...] | None = None
     priors: Priors = field(default_factory=Priors)
     mapped: bool = True
+    calibrate: int = 0
+    map: CalibrationMap | None = None
     shrink: bool = True
     where: bool = True
     plan: bool = True
@@ -47,6 +51,8 @@ class Options:
             if not value > 0:
                 raise ValueError(f"tolerance of {stage} = {value!r}: expected a positive number")
 
+        if self.calibrate < 0:
+            raise ValueError(f"campaigns to calibrate on = {self.calibrate}: expected none or more")
         for name in self.uncertain:
             if name.partition(".")[0] not in _UNCERTAIN:
                 known = " or ".join(f"{stage}.NAME" for stage in _UNCERTAIN)

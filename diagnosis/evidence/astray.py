@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -38,66 +39,89 @@ _MOVED = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Astray:
-    """Ways in which a stage may stray, before a background: `log_densities` are means over `AMPLITUDES`.
+class Way:
+    """One way in which a stage may stray, W W' for a size of one tolerance; `whitened` (N, q) is W before a background.
 
     Over the configurations of a `course`; in what observables says the `manner`: in a "direction" in which effects of
-    the catalogue move them, in a "band" of a channel's lines, as the "law" of one effect, or in "one" of them.
+    the catalogue move them, in a "band" of a channel's lines, as the "law" of one effect, or in "one" of them. What has
+    one size alone, q = 1, is larger than `least`: what stays within tolerance is none, and a normal density would have
+    a fourth of its weight there.
     """
 
     stage: str
     course: str
     manner: str
-    white: Whitening
-
-    def log_densities(self, zw: Floats) -> Floats:
-        """(m,) of what `white` makes of a gap (N,)."""
-        plain = self.white.log_norm - 0.5 * float(zw @ zw)
-        gains = np.array([self._gain(zw, amplitude) for amplitude in AMPLITUDES])
-        return np.asarray(plain + log_sum(gains, axis=0) - np.log(len(AMPLITUDES)))
-
-    def _gain(self, zw: Floats, amplitude: float) -> Floats:
-        raise NotImplementedError
+    whitened: Floats
+    least: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
-class InSeveral(Astray):
-    """One way of several independent sizes.
+class Strays:
+    """All m ways before one background.
 
-    With C the background's covariance and W W' that of the stray: |C + a^2 W W'| and its inverse by the eigenvalues of
-    W' C^-1 W, so that all sizes cost one decomposition.
+    With C the background's covariance: |C + a^2 W W'| and its inverse by the eigenvalues of W' C^-1 W, so that all
+    sizes cost one decomposition. `directions` (N, Q) are those of all ways side by side, each way's from `starts` (m,)
+    on, with `strength` (Q,) their eigenvalues; `least` (m,) as in `Way`; `names` (stage, course, manner) of each way.
     """
 
-    directions: Floats  # (N, q)
-    strength: Floats  # eigenvalues (q,)
+    white: Whitening
+    directions: Floats
+    strength: Floats
+    starts: Rows
+    least: Floats
+    names: tuple[tuple[str, str, str], ...]
 
     @classmethod
-    def of(cls, where: tuple[str, str, str], white: Whitening, whitened: Floats) -> Self:
-        """`where`: stage, course, manner; `whitened` (N, q) is W before that background."""
+    def of(cls, white: Whitening, ways: Sequence[Way]) -> Self:
         from scipy.linalg import eigh
 
-        strength, turned = eigh(whitened.T @ whitened, check_finite=False)
-        return cls(*where, white, whitened @ turned, np.maximum(strength, 0.0))
+        directions, strength = [], []
+        for way in ways:
+            gram = way.whitened.T @ way.whitened
+            if gram.size == 1:
+                values, turned = gram[0], way.whitened
+            else:
+                values, axes = eigh(gram, check_finite=False)
+                turned = way.whitened @ axes
+            directions.append(turned)
+            strength.append(np.maximum(values, 0.0))
+        starts = np.concatenate([[0], np.cumsum([each.size for each in strength])[:-1]]).astype(np.intp)
+        alone = [way.least if way.whitened.shape[1] == 1 else 0.0 for way in ways]
+        names = tuple((way.stage, way.course, way.manner) for way in ways)
+        return cls(white, np.concatenate(directions, axis=1), np.concatenate(strength), starts, np.array(alone), names)
 
-    def _gain(self, zw: Floats, amplitude: float) -> Floats:
-        over, along = 1 + amplitude**2 * self.strength, self.directions.T @ zw
-        return np.array([0.5 * (amplitude**2 * along**2 / over).sum() - 0.5 * np.log(over).sum()])
+    def roots(self, way: int) -> Floats:
+        """(N, q): W before the background, turned to its own axes."""
+        ends = [*self.starts[1:].tolist(), len(self.strength)]
+        return self.directions[:, self.starts[way] : ends[way]]
 
+    def log_densities(self, zw: Floats) -> Floats:
+        """(m,) means over `AMPLITUDES`, of what `white` makes of a gap (N,)."""
+        plain, along = self.white.log_norm - 0.5 * float(zw @ zw), self.directions.T @ zw
+        gains = [self._gain(along, amplitude) for amplitude in AMPLITUDES]
+        return np.asarray(plain + log_sum(np.stack(gains), axis=0) - np.log(len(AMPLITUDES)))
 
-@dataclass(frozen=True, eq=False)
-class InOne(Astray):
-    """m ways of one size each, which is larger than `least` (m,): what stays within tolerance is none, and a normal
-    density would have a fourth of its weight there."""
+    def _gain(self, along: Floats, amplitude: float) -> Floats:
+        over = 1 + amplitude**2 * self.strength
+        gain = np.add.reduceat(0.5 * amplitude**2 * along**2 / over - 0.5 * np.log(over), self.starts)
+        spread = amplitude / over[self.starts] ** 0.5
+        size = spread**2 * along[self.starts]
+        beyond = _log_beyond(self.least, size, spread) - _log_beyond(self.least, 0.0, amplitude)
+        return np.asarray(gain + np.where(self.least > 0, beyond, 0.0))
 
-    directions: Floats  # (N, m)
-    least: Floats
+    def log_mean(self, stage: str, logs: Floats) -> float:
+        """ln of the mean density in a stage, of (m,): courses count alike, manners in one, and ways in a manner."""
+        return log_mean([log_mean([log_mean(logs[at]) for at in manners]) for manners in self._placed[stage]])
 
-    def _gain(self, zw: Floats, amplitude: float) -> Floats:
-        along, strength = self.directions.T @ zw, (self.directions**2).sum(axis=0)
-        over = 1 + amplitude**2 * strength
-        spread = amplitude / over**0.5
-        beyond = _log_beyond(self.least, spread**2 * along, spread) - _log_beyond(self.least, 0.0, amplitude)
-        return np.asarray(0.5 * amplitude**2 * along**2 / over - 0.5 * np.log(over) + beyond)
+    @cached_property
+    def _placed(self) -> dict[str, list[list[Rows]]]:
+        found: dict[str, dict[str, dict[str, list[int]]]] = {}
+        for i, (stage, course, manner) in enumerate(self.names):
+            found.setdefault(stage, {}).setdefault(course, {}).setdefault(manner, []).append(i)
+        return {
+            stage: [[np.array(at, dtype=np.intp) for at in manners.values()] for manners in courses.values()]
+            for stage, courses in found.items()
+        }
 
 
 def _log_beyond(least: Floats, mean: Floats | float, spread: Floats | float) -> Floats:
@@ -120,32 +144,16 @@ class Ways:
         laid = tuple(_Laid.of(name, cells, kernels, surfaces) for name in names)
         return cls(laid, tuple(tuple(kernels.courses(name)) for name in names))
 
-    def before(self, white: Whitening) -> tuple[Astray, ...]:
-        found: list[Astray] = []
+    def before(self, white: Whitening) -> Strays:
+        found: list[Way] = []
         for laid, over in zip(self.laid, self.over, strict=True):
             seen = laid.seen(white)
             for one in over:
-                alone: dict[str, list[tuple[Floats, float]]] = {}
                 for manner, root, least in laid.roots(seen, one):
                     if one.name == SAME and manner in _LAWFUL:
                         continue  # the same share of an effect everywhere is that effect
-                    if root.shape[1] == 1:
-                        alone.setdefault(manner, []).append((root[:, 0], least))
-                    else:
-                        found.append(InSeveral.of((laid.stage, one.name, manner), white, root))
-                for manner, ways in alone.items():
-                    roots, lows = np.stack([root for root, _ in ways], axis=1), np.array([low for _, low in ways])
-                    found.append(InOne(laid.stage, one.name, manner, white, roots, lows))
-        return tuple(found)
-
-
-def log_mean_of(found: Sequence[tuple[Astray, Floats]]) -> float:
-    """ln of the mean of densities: courses count alike, manners of one course alike, and what is of one manner."""
-    courses: dict[str, dict[str, list[Floats]]] = {}
-    for one, logs in found:
-        courses.setdefault(one.course, {}).setdefault(one.manner, []).append(logs)
-    means = [[log_mean(np.concatenate(logs)) for logs in manners.values()] for manners in courses.values()]
-    return log_mean([log_mean(each) for each in means])
+                    found.append(Way(laid.stage, one.name, manner, root, least))
+        return Strays.of(white, found)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +188,7 @@ class _Laid:
             start = sum(each.shape[1] for each in blocks)
             ways.append(("band", start + np.arange(block.shape[1]), 1.0))
             blocks.append(block)
-        for block in _ones(here, columns, cells, kernels):
+        for block in _ones(here, columns, cells, kernels) if n or len(columns) > 1 else [np.eye(1)]:
             start = sum(each.shape[1] for each in blocks)
             ways.append(("one", start + np.arange(block.shape[1]), 1.0))
             blocks.append(block)

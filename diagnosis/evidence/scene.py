@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..gap import GapTable
-from .astray import Astray, Ways
+from .astray import Strays, Ways
 from .background import BANK, Background, Kernels
 from .cells import Cells
 from .surface import Surface
@@ -41,7 +41,7 @@ class Scene:
     before: tuple[Whitening, ...]
     seen: tuple[tuple[Seen, ...], ...]  # by surface, by background
     ways: Ways
-    _strays: dict[int, tuple[Astray, ...]] = field(default_factory=dict)
+    _strays: dict[int, Strays] = field(default_factory=dict)
 
     @classmethod
     def of(cls, gap: GapTable, surfaces: Sequence[Surface], bank: Sequence[Background] = BANK) -> Self:
@@ -65,7 +65,7 @@ class Scene:
             ways=Ways.of(gap.stages, cells, kernels, found),
         )
 
-    def strays(self, background: int) -> tuple[Astray, ...]:
+    def strays(self, background: int) -> Strays:
         """Gaps that nothing explains, before one background of the bank; reckoned once."""
         if background not in self._strays:
             self._strays[background] = self.ways.before(self.before[background])

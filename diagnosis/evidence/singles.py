@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .astray import log_mean_of
 from .logs import log_sum
 from .scene import Scene, Seen
 from .surface import Surface
@@ -56,10 +55,10 @@ def of_strays(scene: Scene, z: Floats, under: Iterable[int]) -> dict[str, float]
     """
     found: dict[str, list[float]] = {name: [] for name in scene.gap.stages}
     for background in under:
-        zw = scene.before[background].white(z)
-        each = [(one, one.log_densities(zw)) for one in scene.strays(background)]
+        strays = scene.strays(background)
+        each = strays.log_densities(scene.before[background].white(z))
         for name, logs in found.items():
-            logs.append(log_mean_of([pair for pair in each if pair[0].stage == name]))
+            logs.append(strays.log_mean(name, each))
     return {name: float(log_sum(logs)) - float(np.log(len(scene.before))) for name, logs in found.items()}
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.evidence.astray import AMPLITUDES, InOne, InSeveral
+from pyroshock.diagnosis.evidence.astray import AMPLITUDES, Strays, Way
 from pyroshock.diagnosis.evidence.scene import Scene
 from pyroshock.diagnosis.evidence.surface import Surface, surfaces
 from pyroshock.diagnosis.evidence.weighing import weigh
@@ -60,9 +60,22 @@ def test_ways_are_weighed_as_their_covariance_says() -> None:
     root, noise = rng.standard_normal((12, 4)), np.diag(rng.uniform(0.5, 2.0, 12))
     white = Whitening.of(noise)
     z = 4 * rng.standard_normal(12)
-    way = InSeveral.of(("gun", "smooth", "direction"), white, white.white(root))
-    densities = [Whitening.of(noise + a**2 * root @ root.T).log_density(z) for a in AMPLITUDES]
-    assert way.log_densities(white.white(z)) == pytest.approx(np.logaddexp.reduce(densities) - np.log(3))
+    ways = [Way("gun", "smooth", "direction", white.white(part)) for part in (root, root[:, :1], root[:, 1:3])]
+    found = Strays.of(white, ways).log_densities(white.white(z))
+    for part, log in zip((root, root[:, :1], root[:, 1:3]), found, strict=True):
+        densities = [Whitening.of(noise + a**2 * part @ part.T).log_density(z) for a in AMPLITUDES]
+        assert log == pytest.approx(np.logaddexp.reduce(densities) - np.log(3))
+
+
+def test_courses_count_alike_and_manners_within_one() -> None:
+    """A third way of one manner takes nothing from another manner, nor a second manner from another course."""
+    rng = np.random.default_rng(8)
+    white = Whitening.of(np.eye(5))
+    names = [("smooth", "law"), ("smooth", "law"), ("smooth", "one"), ("drift", "one")]
+    strays = Strays.of(white, [Way("gun", *name, rng.standard_normal((5, 2))) for name in names])
+    densities = rng.uniform(0.1, 1.0, 4)
+    expected = 0.5 * (0.5 * (densities[:2].mean() + densities[2]) + densities[3])
+    assert np.exp(strays.log_mean("gun", np.log(densities))) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("size", [-4.0, 0.3, 2.5])
@@ -73,7 +86,7 @@ def test_stray_of_one_size_is_beyond_the_least(size: float) -> None:
     white = Whitening.of(noise)
     z = size * root[:, 0] + rng.standard_normal(9)
     least = 1.2
-    way = InOne("gun", "same", "law", white, white.white(root), np.array([least]))
+    way = Strays.of(white, [Way("gun", "same", "law", white.white(root), least)])
     sizes = np.linspace(-60, 60, 120_001)
     sizes = sizes[np.abs(sizes) > least]
     away = white.white(z[:, None] - root * sizes)
@@ -88,16 +101,15 @@ def test_ways_have_the_size_that_was_asked() -> None:
     gap, table, _ = bench(3)
     scene = Scene.of(gap, table)
     for background in (0, len(scene.before) - 1):
-        ways, lower = scene.strays(background), scene.before[background].lower
-        assert {one.stage for one in ways} == set(gap.stages)
-        assert {one.course for one in ways} >= {"smooth", "rough", "each", "drift", "level"}
-        for one in ways[:: max(1, len(ways) // 40)]:
-            assert isinstance(one, InOne | InSeveral)
-            each = (lower @ one.directions) ** 2
-            variance = each[:, 0] if isinstance(one, InOne) else each.sum(axis=1)  # back from before the background
-            touched = variance[scene.kernels.stage == one.stage] > 1e-9
+        strays, lower = scene.strays(background), scene.before[background].lower
+        assert {stage for stage, _, _ in strays.names} == set(gap.stages)
+        assert {course for _, course, _ in strays.names} >= {"smooth", "rough", "each", "drift", "level"}
+        for way in range(0, len(strays.names), max(1, len(strays.names) // 40)):
+            variance = ((lower @ strays.roots(way)) ** 2).sum(axis=1)  # back from before the background
+            here = scene.kernels.stage == strays.names[way][0]
+            touched = variance[here] > 1e-9
             assert touched.any()
-            assert 0.05 < np.sqrt(variance[scene.kernels.stage == one.stage][touched].mean()) < 6.0
+            assert 0.05 < np.sqrt(variance[here][touched].mean()) < 6.0
 
 
 @pytest.mark.parametrize(
@@ -114,3 +126,12 @@ def test_what_acts_in_a_part_of_the_campaign_is_unknown(inside: str, effect: Eff
     part = np.array([row[name] == level for row in factors]) if inside == "one level" else loud > np.quantile(loud, 0.7)
     weighed = weigh(Scene.of(acting(gap, stages, effect, 2.0 * part), table))
     assert next(iter(weighed.probability)) == UNKNOWN
+
+
+def test_without_any_effect_a_gap_is_unknown() -> None:
+    """Nothing in the catalogue: what is beyond tolerance in a stage of one observable, as in any other, is unknown."""
+    gap, _, stages = bench(2)
+    rng = np.random.default_rng(1)
+    for factor in (np.full(len(gap.rows), 2.0), rng.uniform(-3, 3, len(gap.rows))):
+        moved = acting(gap, stages, ToyVelocityGain(1.3), factor)
+        assert next(iter(weigh(Scene.of(moved, ())).probability)) == UNKNOWN
