@@ -135,3 +135,16 @@ def test_without_any_effect_a_gap_is_unknown() -> None:
     for factor in (np.full(len(gap.rows), 2.0), rng.uniform(-3, 3, len(gap.rows))):
         moved = acting(gap, stages, ToyVelocityGain(1.3), factor)
         assert next(iter(weigh(Scene.of(moved, ())).probability)) == UNKNOWN
+
+
+def test_stage_of_which_nothing_is_left_strays_nowhere() -> None:
+    """As in a fold whose configurations have no record of it."""
+    gap, table, _ = bench(2)
+    count, mean = gap.count.copy(), gap.mean.copy()
+    gone = gap.columns("contact")
+    count[:, gone], mean[:, gone] = 0, np.nan
+    scene = Scene.of(replace(gap, count=count, mean=mean), table)
+    assert "contact" not in {stage for stage, _, _ in scene.strays(0).names}
+    probability = weigh(scene).probability
+    assert sum(probability.values()) == pytest.approx(1.0)
+    assert np.isfinite(probability[UNKNOWN])
