@@ -104,6 +104,14 @@ class Outside:
             return replace(modes, frequencies_hz=modes.frequencies_hz * (1 - self.amount * order))
         if self.family == "plate.tuned_mass":
             return _split(modes, self.amount)
+        if self.family == "plate.softening_joint":
+            return replace(modes, frequencies_hz=modes.frequencies_hz * (1 - self.amount * peak_n / loudest_n))
+        if self.family == "plate.warming_pads":
+            return replace(modes, damping=np.minimum(modes.damping * (1 + self.amount * order), 0.5))
+        if self.family == "plate.clamped_mode":
+            return _clamped(modes, self.amount)
+        if self.family == "plate.moved_sensor" and order > 0.5:
+            return _elsewhere(modes, self.amount)
         return modes
 
     def acceleration(self, setting: Setting, a: Floats, rate_hz: float, order: float, loud: float) -> Floats:
@@ -166,6 +174,21 @@ def _split(modes: PlateModes, apart: float) -> PlateModes:
         shape_impact=np.append(impact, impact[:, k : k + 1], axis=1),
         shapes=np.append(shapes, shapes[:, k : k + 1], axis=1),
     )
+
+
+def _clamped(modes: PlateModes, amount: float) -> PlateModes:
+    """The third mode from the middle of the table up loses so much of its strength."""
+    k = modes.frequencies_hz.size // 2 + 2
+    impact = modes.shape_impact.copy()
+    impact[:, k] *= 1 - amount
+    return replace(modes, shape_impact=impact)
+
+
+def _elsewhere(modes: PlateModes, amount: float) -> PlateModes:
+    """The second sensor's place takes something of another's: each mode there is mixed with its neighbour's shape."""
+    shapes = modes.shapes.copy()
+    shapes[1] = np.sqrt(1 - amount**2) * shapes[1] + amount * np.roll(shapes[1], 1)
+    return replace(modes, shapes=shapes)
 
 
 def _rattle(a: Floats, rate_hz: float, amount: float) -> Floats:

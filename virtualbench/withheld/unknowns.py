@@ -82,10 +82,14 @@ _ROWS = (
     Family("plate.gain_drift", "plate", "calibration", 0.8, "the amplifiers' gain falls over the day", True),
     Family("plate.cross_axis", "plate", "calibration", 0.9, "one channel takes a share of the other"),
     Family("plate.loose_sensor", "plate", "calibration", 1.0, "a sensor is loose in one part of the campaign"),
-    Family("plate.rattle", "plate", "sealed", 5.0, "a fixture rattles at high frequencies after the hard blows"),
-    Family("plate.loosening_bolts", "plate", "sealed", 0.15, "bolts loosen: frequencies fall over the day", True),
-    Family("plate.tuned_mass", "plate", "sealed", 0.6, "something hung on the plate splits one mode in two"),
-    Family("plate.saturation", "plate", "sealed", 0.9, "an accelerometer's amplifier bends above a level"),
+    Family("plate.rattle", "plate", "development", 5.0, "a fixture rattles at high frequencies after the hard blows"),
+    Family("plate.loosening_bolts", "plate", "development", 0.15, "bolts loosen: frequencies fall over the day", True),
+    Family("plate.tuned_mass", "plate", "calibration", 0.6, "something hung on the plate splits one mode in two"),
+    Family("plate.saturation", "plate", "calibration", 0.9, "an accelerometer's amplifier bends above a level"),
+    Family("plate.softening_joint", "plate", "sealed", 0.15, "a joint gives way: frequencies fall with the force"),
+    Family("plate.warming_pads", "plate", "sealed", 9.0, "pads under the plate warm up: damping grows over the day", True),
+    Family("plate.clamped_mode", "plate", "sealed", 0.95, "a clamp stands where one mode swings most, and stills it"),
+    Family("plate.moved_sensor", "plate", "sealed", 0.95, "a sensor comes off midway and is put back elsewhere", True),
 )
 #: Every family by name.
 FAMILIES: Mapping[str, Family] = {row.name: row for row in _ROWS}
