@@ -43,8 +43,8 @@ def own_map(
     if campaigns < 1:
         raise ValueError(f"campaigns to calibrate on = {campaigns}: expected at least 1")
     found: list[tuple[dict[str, float], str]] = []
-    for z, truth in simulated(scene, priors, campaigns, np.random.default_rng([seed, campaigns])):
-        found.append((weigh(with_gap(scene, z), priors).log_joint, truth))
+    for z, slope, truth in simulated(scene, priors, campaigns, np.random.default_rng([seed, campaigns])):
+        found.append((weigh(with_gap(scene, z, slope), priors).log_joint, truth))
         if progress:
             progress(len(found), campaigns, "campaigns of this design")
     usual = shipped(scene.gap.stages)
@@ -52,24 +52,30 @@ def own_map(
     return CalibrationMap.learned(found, source, towards=usual)
 
 
-def with_gap(scene: Scene, z: Floats) -> Scene:
-    """The same campaign with other means, in tolerances (N,)."""
-    return replace(scene, cells=replace(scene.cells, z=z))
+def with_gap(scene: Scene, z: Floats, slope: Floats) -> Scene:
+    """The same campaign with other means and slopes (`Creep`), in tolerances (N,) and (d,)."""
+    return replace(scene, cells=replace(scene.cells, z=z, creep=replace(scene.cells.creep, slope=slope)))
 
 
-def simulated(scene: Scene, priors: Priors, campaigns: int, rng: np.random.Generator) -> Iterator[tuple[Floats, str]]:
-    """Means less simulated (N,) in tolerances, and the hypothesis that is true."""
+def simulated(
+    scene: Scene, priors: Priors, campaigns: int, rng: np.random.Generator
+) -> Iterator[tuple[Floats, Floats, str]]:
+    """Means less simulated (N,) and slopes (d,) in tolerances, and the hypothesis that is true."""
+    slopes = scene.cells.creep.noise
     modes = form_modes(scene)
     shares = np.array([priors.none, priors.singles, priors.pairs, priors.unknown])
     for _ in range(campaigns):
         kind = int(rng.choice(4, p=shares))
         change, truth = _caused(scene, kind, modes, rng)
         under = scene.before[int(rng.integers(len(scene.before)))]
-        yield change + under.lower @ rng.standard_normal(len(change)), truth
+        n = len(scene.cells.z)
+        slope = slopes.lower @ rng.standard_normal(len(slopes.lower))
+        yield change[:n] + under.lower @ rng.standard_normal(n), change[n:] + slope, truth
 
 
 def _caused(scene: Scene, kind: int, modes: Floats, rng: np.random.Generator) -> tuple[Floats, str]:
-    nothing = np.zeros(len(scene.cells.z))
+    """(N + d,): what it does to means and slopes."""
+    nothing = np.zeros(len(scene.cells.z) + len(scene.cells.creep.slope))
     wanted = {1: 1, 2: 2}.get(kind, 0)
     if kind == 0 or len(scene.ids) < wanted:
         return nothing, NONE
@@ -77,9 +83,9 @@ def _caused(scene: Scene, kind: int, modes: Floats, rng: np.random.Generator) ->
         return _stray(scene, rng), UNKNOWN
     for _ in range(_TRIES):
         names = sorted(rng.choice(len(scene.ids), wanted, replace=False).tolist())
-        change = sum((_acting(scene, scene.ids[i], modes, rng) for i in names), nothing)
+        change = sum((_acting(scene, scene.ids[i], modes, rng) for i in names), np.zeros(len(scene.cells.z)))
         if _largest(scene, change) > SMALLEST:  # two may cancel each other
-            return change, "+".join(scene.ids[i] for i in names)
+            return np.append(change, nothing[len(change) :]), "+".join(scene.ids[i] for i in names)
     return nothing, NONE
 
 
@@ -94,7 +100,7 @@ def _acting(scene: Scene, name: str, modes: Floats, rng: np.random.Generator) ->
 
 
 def _stray(scene: Scene, rng: np.random.Generator) -> Floats:
-    """(N,): stage, course and manner alike, as evidence weighs them."""
+    """(N + d,): stage, course and manner alike, as evidence weighs them."""
     strays = scene.strays(0)
     ways = list(range(len(strays.names)))
     for part in range(3):
@@ -105,7 +111,8 @@ def _stray(scene: Scene, rng: np.random.Generator) -> Floats:
     root, least = strays.roots(way), float(strays.least[way])
     alone = root.shape[1] == 1
     size = np.array([_beyond(least, amplitude, rng)]) if alone else amplitude * rng.standard_normal(root.shape[1])
-    return np.asarray(scene.before[0].lower @ (root @ size))
+    both, n = root @ size, len(scene.cells.z)
+    return np.append(scene.before[0].lower @ both[:n], scene.cells.creep.noise.lower @ both[n:])
 
 
 def _beyond(least: float, amplitude: float, rng: np.random.Generator) -> float:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from .background import Kernels
 from .cells import Cells
 from .courses import SAME, Course
+from .creep import Creep
 from .laid import Laid
 from .logs import log_mean, log_sum
 from .surface import Surface
@@ -29,12 +30,13 @@ _LAWFUL = ("law", "direction")
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """One way in which a stage may stray, W W' for a size of one tolerance; `whitened` (N, q) is W before a background.
+    """One way in which a stage may stray, W W' for a size of one tolerance; `whitened` (N + d, q) is W before a
+    background: in the N cells, and in the d slopes of what repetitions say beside (`Creep`).
 
     Over the configurations of a `course`; in what observables says the `manner`: in a "direction" in which effects of
-    the catalogue move them, in a "band" of a channel's lines, as the "law" of one effect, or in "one" of them. What has
-    one size alone, q = 1, is larger than `least`: what stays within tolerance is none, and a normal density would have
-    a fourth of its weight there.
+    the catalogue move them, in a "band" of a channel's lines, in all of one "mode", as the "law" of one effect, or in
+    "one" of them. What has one size alone, q = 1, is larger than `least`: what stays within tolerance is none, and a
+    normal density would have a fourth of its weight there.
     """
 
     stage: str
@@ -49,8 +51,8 @@ class Strays:
     """All m ways before one background.
 
     With C the background's covariance: |C + a^2 W W'| and its inverse by the eigenvalues of W' C^-1 W, so that all
-    sizes cost one decomposition. `directions` (N, Q) are those of all ways side by side, each way's from `starts` (m,)
-    on, with `strength` (Q,) their eigenvalues; `least` (m,) as in `Way`; `names` (stage, course, manner) of each way.
+    sizes cost one decomposition. `directions` (N + d, Q) are those of all ways side by side, each way's from `starts`
+    (m,) on, with `strength` (Q,) their eigenvalues; `least` (m,) as in `Way`; `names` (stage, course, manner) of each.
     """
 
     white: Whitening
@@ -80,13 +82,15 @@ class Strays:
         return cls(white, np.concatenate(directions, axis=1), np.concatenate(strength), starts, np.array(alone), names)
 
     def roots(self, way: int) -> Floats:
-        """(N, q): W before the background, turned to its own axes."""
+        """(N + d, q): W before the background, turned to its own axes."""
         ends = [*self.starts[1:].tolist(), len(self.strength)]
         return self.directions[:, self.starts[way] : ends[way]]
 
-    def log_densities(self, zw: Floats) -> Floats:
-        """(m,) means over `AMPLITUDES`, of what `white` makes of a gap (N,)."""
-        plain, along = self.white.log_norm - 0.5 * float(zw @ zw), self.directions.T @ zw
+    def log_densities(self, zw: Floats, slope: Floats) -> Floats:
+        """(m,) means over `AMPLITUDES`, of what `white` makes of a gap (N,), and over those of the slopes where nothing
+        drifts; `slope` (d,) are these, whitened."""
+        plain = self.white.log_norm - 0.5 * float(zw @ zw)
+        along = self.directions.T @ np.concatenate([zw, slope])
         gains = [self._gain(along, amplitude) for amplitude in AMPLITUDES]
         return np.asarray(plain + log_sum(np.stack(gains), axis=0) - np.log(len(AMPLITUDES)))
 
@@ -128,19 +132,20 @@ class Ways:
 
     laid: tuple[Laid, ...]
     over: tuple[tuple[Course, ...], ...]
+    creep: Creep
 
     @classmethod
     def of(cls, stages: Iterable[str], cells: Cells, kernels: Kernels, surfaces: Sequence[Surface]) -> Self:
         names = [name for name in stages if (kernels.stage == name).any()]
         laid = tuple(Laid.of(name, cells, kernels, surfaces) for name in names)
-        return cls(laid, tuple(tuple(kernels.courses(name)) for name in names))
+        return cls(laid, tuple(tuple(kernels.courses(name)) for name in names), cells.creep)
 
     def before(self, white: Whitening) -> Strays:
         found: list[Way] = []
         for laid, over in zip(self.laid, self.over, strict=True):
             seen = laid.seen(white)
             for one in over:
-                for manner, root, least in laid.roots(seen, one):
+                for manner, root, least in laid.roots(seen, one, self.creep):
                     if one.name == SAME and manner in _LAWFUL:
                         continue  # the same share of an effect everywhere is that effect
                     found.append(Way(laid.stage, one.name, manner, root, least))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..gap import GapTable
+from .creep import Creep
 
 Floats = NDArray[np.float64]
 
@@ -17,7 +18,8 @@ Floats = NDArray[np.float64]
 class Cells:
     """N cells: `configuration` and `observable` of each (N,), `z` (N,) the gap in it, all in tolerances.
 
-    `noise` (N, N) is what repetitions leave in the means, and what uncertain nominal parameters do.
+    `noise` (N, N) is what repetitions leave in the means, and what uncertain nominal parameters do. `creep` is what
+    repetitions say beside their means.
     """
 
     configuration: NDArray[np.intp]
@@ -25,6 +27,7 @@ class Cells:
     z: Floats
     noise: Floats
     tolerance: Floats
+    creep: Creep
 
     @classmethod
     def of(cls, gap: GapTable) -> Self:
@@ -37,7 +40,8 @@ class Cells:
         # a nominal parameter that is not known well is marginalised in every hypothesis alike
         doubts = gap.nuisances[:, c, o]
         noise = noise + doubts.T @ doubts
-        return cls(c, o, gap.mean[c, o] / tolerance, noise / np.outer(tolerance, tolerance), tolerance)
+        z = gap.mean[c, o] / tolerance
+        return cls(c, o, z, noise / np.outer(tolerance, tolerance), tolerance, Creep.of(gap))
 
     def take(self, table: Floats) -> Floats:
         """(..., C, D) to (..., N), in tolerances."""

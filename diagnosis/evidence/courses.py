@@ -8,12 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .creep import Creep
 from .factors import each_level, smooth
 
 Floats = NDArray[np.float64]
 
-#: Ranges over factors scaled to [0, 1] (0: from configuration to configuration), and over the order of runs.
-_LENGTHS, _IN_TIME = {"smooth": 0.8, "rough": 0.3, "each": 0.0}, 0.4
+#: Ranges over factors scaled to [0, 1] (0: from configuration to configuration).
+_LENGTHS = {"smooth": 0.8, "rough": 0.3, "each": 0.0}
 #: What a level limits begins at these shares of the configurations.
 _LIMITS = (0.25, 0.5, 0.7, 0.85)
 SAME = "same"
@@ -23,7 +24,8 @@ _ALIKE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """`root` (C, k): configurations have root root' in common, of variance 1 where the course touches them.
+    """`root` (C, k): configurations have root root' in common, of variance 1 where the course touches them; but for
+    a drift, whose mean over shuffled runs varies less. `within` (C, k): what each adds to `Creep.slope`.
 
     `name`: the "same" in all, "smooth" over the factors, "rough", from "each" configuration to the next, a "drift" over
     the order of runs, in one "level" of a factor alone, or beyond a "limit" of how loud a run is.
@@ -31,17 +33,18 @@ class Course:
 
     name: str
     root: Floats
+    within: Floats | None = None
 
 
 def courses(
-    distance: Floats, apart: Floats, factors: Sequence[dict[str, str | float]], loudness: Floats
+    distance: Floats, creep: Creep, factors: Sequence[dict[str, str | float]], loudness: Floats
 ) -> list[Course]:
-    """Of C configurations: `distance` (C, C) squared over the factors, `apart` over the order of runs; `loudness` (C,)
+    """Of C configurations: `distance` (C, C) squared over the factors; `loudness` (C,)
     the logarithm of what the nominal simulator says a run is like, NaN where it has no answer."""
     over = {name: smooth(distance, length) if length else np.eye(len(distance)) for name, length in _LENGTHS.items()}
-    over["drift"] = smooth(apart, _IN_TIME)
     found = [Course(SAME, np.ones((len(distance), 1)))]
     found += [Course(name, np.asarray(np.linalg.cholesky(one + 1e-6 * np.eye(len(one))))) for name, one in over.items()]
+    found.append(Course("drift", creep.means, creep.within))
     found += [Course("level", inside.astype(np.float64)[:, None]) for inside in each_level(factors)]
     return found + [Course("limit", ramp[:, None]) for ramp in _ramps(loudness)]
 

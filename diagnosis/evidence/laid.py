@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .background import Kernels
 from .cells import Cells
 from .courses import Course
+from .creep import Creep
 from .surface import Surface
 from .whitening import Whitening
 
@@ -28,6 +29,9 @@ _LEAST = 0.6
 _NEAR = 0.2
 #: Two effects whose changes are parallel but for this have one law.
 _SAME = 0.995
+#: Of an effect's sizes those below this share of the largest bend like a small one; how many bends are followed, and
+#: how large, over the law, they are at least.
+_SMALL, _BENDS, _BENT = 0.03, 2, 0.15
 #: A cell that moves by less of an effect's largest change is left alone by it.
 _MOVED = 1e-3
 
@@ -36,9 +40,10 @@ _MOVED = 1e-3
 class Laid:
     """Directions (d, r) in which the d observables of a stage may stray, and which of them go together.
 
-    `ways` are a manner, columns and their weight; `laws` (N, e) what each effect does in all stages, one tolerance rms
-    in this one: what a sensor between two stages misreads shows in both. With K = L L' over configurations a stray is
-    W = L x directions: so they are whitened once, and every course only mixes configurations.
+    `ways` are a manner, columns and their weight; `laws` (N, e) what effects do in all stages, one tolerance rms in
+    this one: what a sensor between two stages misreads shows in both. `path` (e,): which effect's law a column is; the
+    first is that of a middling size, others what becomes of it with size. With K = L L' over configurations a stray
+    is W = L x directions: so they are whitened once, and every course only mixes configurations.
     """
 
     stage: str
@@ -48,7 +53,9 @@ class Laid:
     directions: Floats
     ways: tuple[tuple[str, Rows, float], ...]
     laws: Floats
+    path: Rows
     configuration: Rows  # of all cells
+    observable: Rows
     detail: NDArray[np.bool_]  # of the stage's cells
 
     @classmethod
@@ -61,6 +68,7 @@ class Laid:
         ways = [("direction", np.arange(n), 1.0), *alone] if n else []
         blocks = [shared]
         some = [("band", block) for block in _bands(here, columns, cells, kernels)]
+        some += [("mode", block) for block in _modes(here, columns, cells, kernels)]
         if n == 0 or len(columns) > 1:  # of one observable the directions are its own
             some += [("one", block) for block in _ones(here, columns, cells, kernels)]
         for name, block in some:
@@ -68,9 +76,10 @@ class Laid:
             ways.append((name, start + np.arange(block.shape[1]), 1.0))
             blocks.append(block)
         at = np.searchsorted(rows, cells.configuration[here]), np.searchsorted(columns, cells.observable[here])
-        laws = _laws(stage, cells, kernels, surfaces)
+        laws, path = _laws(stage, cells, kernels, surfaces)
         every, detail = np.concatenate(blocks, axis=1), kernels.detail[here]
-        return cls(stage, here, rows, at, every, tuple(ways), laws, cells.configuration, detail)
+        of = cells.configuration, cells.observable
+        return cls(stage, here, rows, at, every, tuple(ways), laws, path, *of, detail)
 
     def seen(self, white: Whitening) -> tuple[Floats, Floats]:
         """(N, C, r) and (N, C, e): whitened directions and laws in one configuration each."""
@@ -80,18 +89,41 @@ class Laid:
         laws = [inverse[:, own] @ self.laws[own] for own in (self.configuration == row for row in self.rows)]
         return np.asarray(table @ self.directions), np.stack(laws, axis=1)
 
-    def roots(self, seen: tuple[Floats, Floats], over: Course) -> list[tuple[str, Floats, float]]:
-        """Manner and (N, q) for each way and each law, from `seen` and what configurations have in common; and of what
-        has one size alone the least one."""
+    def roots(self, seen: tuple[Floats, Floats], over: Course, creep: Creep) -> list[tuple[str, Floats, float]]:
+        """Manner and (N + d, q) for each way and each law, from `seen` and what configurations have in common; and of
+        what has one size alone the least one."""
         root = over.root[self.rows]
-        mixed, laws = (np.tensordot(each, root, axes=(1, 0)) for each in seen)  # (N, r, k), (N, e, k)
+        leaning = self._leaning(over, creep)
+        mixed, laws = (  # (N + d, r, k), (N + d, e, k)
+            np.concatenate([np.tensordot(each, root, axes=(1, 0)), slopes])
+            for each, slopes in zip(seen, leaning, strict=True)
+        )
         found = []
         for name, at, weight in self.ways:
             way = self.directions[self.at[1]][:, at[0]] * root[self.at[0], 0]
             found.append((name, weight * mixed[:, at].reshape(len(mixed), -1), _LEAST / (weight * self._size(way))))
         placed = root[np.searchsorted(self.rows, self.configuration[self.here]), 0]
-        least = [_LEAST / self._size(self.laws[self.here, i] * placed) for i in range(laws.shape[1])]
-        return found + [("law", laws[:, i], least[i]) for i in range(laws.shape[1])]
+        for first in np.unique(self.path, return_index=True)[1]:
+            least = _LEAST / self._size(self.laws[self.here, first] * placed)
+            # one size is that of the law; several may go along its path
+            along = np.flatnonzero(self.path == self.path[first]) if root.shape[1] > 1 else first[None]
+            found.append(("law", laws[:, along].reshape(len(laws), -1), least))
+        return found
+
+    def _leaning(self, over: Course, creep: Creep) -> tuple[Floats, Floats]:
+        """(d, r, k) and (d, e, k): the same of the slopes that repetitions show, whitened."""
+        d, k, e = len(creep.columns), over.root.shape[1], self.laws.shape[1]
+        if over.within is None or d == 0:
+            return np.zeros((d, self.directions.shape[1], k)), np.zeros((d, e, k))
+        own = np.unique(self.observable[self.here])
+        ways = np.zeros((d, self.directions.shape[1]))
+        kept = np.isin(creep.columns, own)
+        ways[kept] = self.directions[np.searchsorted(own, creep.columns[kept])]
+        table = np.zeros((len(over.within), int(max(self.observable.max(), creep.columns.max())) + 1, e))
+        table[self.configuration, self.observable] = self.laws
+        laws = np.einsum("cde,ck->dek", table[:, creep.columns], over.within)
+        mixed = creep.noise.white(ways)[:, :, None] * over.within.sum(axis=0)
+        return mixed, creep.noise.white(laws.reshape(d, -1)).reshape(d, e, k)
 
     def _size(self, way: Floats) -> float:
         """Of a way over the stage's cells, in tolerances: rms of all, or of those that are no details."""
@@ -99,10 +131,12 @@ class Laid:
         return max(float(np.sqrt((part**2).mean())) for part in parts if part.size) or 1e-9
 
 
-def _laws(stage: str, cells: Cells, kernels: Kernels, surfaces: Sequence[Surface]) -> Floats:
-    """(N, e): what effects do that are largest in a stage, where they are of middling size; each law once."""
+def _laws(stage: str, cells: Cells, kernels: Kernels, surfaces: Sequence[Surface]) -> tuple[Floats, Rows]:
+    """(N, e): what effects do that are largest in a stage, where they are of middling size, each law once; and how it
+    differs where they are smaller or larger. (e,): which belong together."""
     found: list[Floats] = []
-    stages = list(dict.fromkeys(kernels.stage.tolist()))
+    paths: list[Floats] = []
+    stages, here = list(dict.fromkeys(kernels.stage.tolist())), kernels.stage == stage
     for surface in surfaces:
         changes = cells.take(surface.nodes)
         sizes = {name: np.sqrt((changes[:, kernels.stage == name] ** 2).mean(axis=1)) for name in stages}
@@ -113,10 +147,37 @@ def _laws(stage: str, cells: Cells, kernels: Kernels, surfaces: Sequence[Surface
         moved = np.bincount(cells.configuration, np.abs(one) > _MOVED * np.abs(one).max())
         if moved.max() <= 1:
             continue  # one observable: every way is that of every effect
-        one = one / np.sqrt((one[kernels.stage == stage] ** 2).mean())
+        one = one / np.sqrt((one[here] ** 2).mean())
         if all(abs(float(one @ other)) < _SAME * np.linalg.norm(one) * np.linalg.norm(other) for other in found):
             found.append(one)
-    return np.stack(found, axis=1) if found else np.zeros((len(cells.z), 0))
+            paths.append(np.concatenate([one[:, None], _bends(one, changes, here)], axis=1))
+    if not found:
+        return np.zeros((len(cells.z), 0)), np.zeros(0, dtype=np.intp)
+    return np.concatenate(paths, axis=1), np.repeat(np.arange(len(paths)), [each.shape[1] for each in paths])
+
+
+def _bends(one: Floats, changes: Floats, here: NDArray[np.bool_]) -> Floats:
+    """(N, b): main ways in which changes (K, N), as large in the stage as a law, differ from it."""
+    size = np.sqrt((changes[:, here] ** 2).mean(axis=1))
+    changes = changes[size > _SMALL * size.max()] / size[size > _SMALL * size.max(), None]
+    left = changes - np.outer(changes @ one, one) / float(one @ one)
+    _, values, axes = np.linalg.svd(left / np.sqrt(len(left)), full_matrices=False)
+    bends = (axes * values[:, None])[:_BENDS].T
+    return np.asarray(bends[:, np.sqrt((bends[here] ** 2).mean(axis=0)) > _BENT])
+
+
+def _modes(here: Rows, columns: Rows, cells: Cells, kernels: Kernels) -> list[Floats]:
+    """(d, r) for each mode: its frequency, damping and amplitudes, and in every channel the lines near it."""
+    first = here[[int(np.argmax(cells.observable[here] == column)) for column in columns]]
+    octave, line = kernels.octave[first], kernels.unit[first] == "dB"
+    names = kernels.channel[first]
+    found = []
+    for place in np.unique(octave[np.isfinite(octave) & ~line].round(6)):
+        own = np.eye(len(columns))[:, ~line & (np.abs(octave - place) < 1e-5)]
+        near = np.where(line, np.exp(-0.5 * ((np.nan_to_num(octave) - place) / _NEAR) ** 2), 0.0)
+        lines = [np.where(names == name, near, 0.0) for name in dict.fromkeys(names[line].tolist())]
+        found.append(np.column_stack([own, *lines]))
+    return found
 
 
 def _bands(here: Rows, columns: Rows, cells: Cells, kernels: Kernels) -> list[Floats]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Self
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..gap import GapTable
 from .astray import Strays, Ways
-from .background import BANK, Background, Kernels
+from .background import Background, Kernels, bank
 from .cells import Cells
 from .surface import Surface
 from .whitening import Whitening
@@ -37,18 +37,20 @@ class Scene:
     kernels: Kernels
     surfaces: tuple[Surface, ...]
     log_prior: tuple[Floats, ...]
-    backgrounds: tuple[Background, ...]
+    backgrounds: tuple[Mapping[str, Background], ...]
     before: tuple[Whitening, ...]
     seen: tuple[tuple[Seen, ...], ...]  # by surface, by background
     ways: Ways
     _strays: dict[int, Strays] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, gap: GapTable, surfaces: Sequence[Surface], bank: Sequence[Background] = BANK) -> Self:
+    def of(cls, gap: GapTable, surfaces: Sequence[Surface]) -> Self:
         cells = Cells.of(gap)
         kernels = Kernels.of(gap, cells)
-        bank = [one for one in bank if one.detail == 1 or kernels.detail.any()]
-        errors = [kernels.background(one) for one in bank]
+        backgrounds = bank(gap.stages)
+        if not kernels.detail.any():  # of two that differ in details alone one is enough
+            backgrounds = tuple(one for one in backgrounds if all(each.detail == 1 for each in one.values()))
+        errors = [kernels.background(one) for one in backgrounds]
         before = tuple(Whitening.of(cells.noise + error) for error in errors)
         found = [surface for surface in surfaces if surface.valid.any()]
         sizes = [_size(surface, gap, cells) for surface in found]
@@ -59,7 +61,7 @@ class Scene:
             kernels=kernels,
             surfaces=tuple(found[i] for i in kept),
             log_prior=tuple(_prior(sizes[i]) for i in kept),
-            backgrounds=tuple(bank),
+            backgrounds=backgrounds,
             before=before,
             seen=tuple(tuple(_seen(found[i], cells, white) for white in before) for i in kept),
             ways=Ways.of(gap.stages, cells, kernels, found),

@@ -56,7 +56,7 @@ def of_strays(scene: Scene, z: Floats, under: Iterable[int]) -> dict[str, float]
     found: dict[str, list[float]] = {name: [] for name in scene.gap.stages}
     for background in under:
         strays = scene.strays(background)
-        each = strays.log_densities(scene.before[background].white(z))
+        each = strays.log_densities(scene.before[background].white(z), scene.cells.creep.whitened)
         for name, logs in found.items():
             logs.append(strays.log_mean(name, each))
     return {name: float(log_sum(logs)) - float(np.log(len(scene.before))) for name, logs in found.items()}

@@ -14,7 +14,7 @@ from ...twin.effects import Effect
 from ..hypotheses import Priors
 from ..stages.base import Stage
 from ..verdict import NONE, UNKNOWN
-from .background import UNDER
+from .background import under
 from .form import form_modes, with_form_error
 from .logs import log_mean
 from .pairs import OnPair, Started, interaction, of_pair, start_pair
@@ -112,7 +112,10 @@ def _shaped(scene: Scene, plain: Sequence[OnSurface], whitened: list[Floats], *,
 def _under(scene: Scene, alone: Floats, plain: Sequence[OnSurface]) -> list[int]:
     """Backgrounds that may lie under what nothing explains: some always, and those that suit the gap best, without an
     effect and with the likeliest."""
-    chosen = {i for i, one in enumerate(scene.backgrounds) if one in UNDER} | set(np.argsort(alone)[-_SUITED:].tolist())
+    always = under(scene.gap.stages)
+    chosen = {i for i, one in enumerate(scene.backgrounds) if one in always} | set(
+        np.argsort(alone)[-_SUITED:].tolist()
+    )
     if plain:
         best = max(plain, key=lambda one: one.log_evidence)
         chosen |= set(np.argsort(best.log_likelihood.max(axis=0))[-_SUITED:].tolist())

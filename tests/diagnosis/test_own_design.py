@@ -28,15 +28,15 @@ def scene() -> Scene:
 
 def test_causes_are_drawn_by_the_priors(scene: Scene) -> None:
     drawn = list(simulated(scene, Priors(0.3, 0.3, 0.2, 0.2), 400, np.random.default_rng(0)))
-    kinds = Counter("pair" if "+" in truth else truth if truth in ("none", "unknown") else "one" for _, truth in drawn)
+    kinds = Counter("pair" if "+" in truth else truth if truth in ("none", "unknown") else "one" for *_, truth in drawn)
     for kind, share in (("none", 0.3), ("one", 0.3), ("pair", 0.2), ("unknown", 0.2)):
         assert kinds[kind] / 400 == pytest.approx(share, abs=0.08)
-    assert {truth for _, truth in drawn if "+" not in truth} == {"none", "unknown", *scene.ids}
+    assert {truth for *_, truth in drawn if "+" not in truth} == {"none", "unknown", *scene.ids}
 
 
 def test_campaigns_without_a_cause_scatter_as_the_bank_and_the_noise_say(scene: Scene) -> None:
     """Whitened by the covariance that all backgrounds have on the mean, the sum of squares is N on the mean."""
-    drawn = np.array([z for z, _ in simulated(scene, Priors(1.0, 0.0, 0.0, 0.0), 800, np.random.default_rng(1))])
+    drawn = np.array([z for z, *_ in simulated(scene, Priors(1.0, 0.0, 0.0, 0.0), 800, np.random.default_rng(1))])
     mean = sum(white.lower @ white.lower.T for white in scene.before) / len(scene.before)
     squares = (np.linalg.solve(np.linalg.cholesky(mean), drawn.T) ** 2).sum(axis=0)
     assert squares.mean() / drawn.shape[1] == pytest.approx(1.0, abs=0.1)
@@ -46,8 +46,8 @@ def test_campaigns_without_a_cause_scatter_as_the_bank_and_the_noise_say(scene: 
 def test_what_is_drawn_is_found(scene: Scene) -> None:
     """No law is wrong by more than the evidence allows for: what is drawn comes first or among the first."""
     drawn = list(simulated(scene, Priors(0.25, 0.5, 0.0, 0.25), 60, np.random.default_rng(2)))
-    found = [list(weigh(with_gap(scene, z)).probability) for z, _ in drawn]
-    right = [truth in said[:2] for (_, truth), said in zip(drawn, found, strict=True)]
+    found = [list(weigh(with_gap(scene, *means)).probability) for *means, _ in drawn]
+    right = [truth in said[:2] for (*_, truth), said in zip(drawn, found, strict=True)]
     assert np.mean(right) > 0.85
 
 

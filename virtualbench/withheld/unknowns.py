@@ -87,7 +87,9 @@ _ROWS = (
     Family("plate.tuned_mass", "plate", "calibration", 0.6, "something hung on the plate splits one mode in two"),
     Family("plate.saturation", "plate", "calibration", 0.9, "an accelerometer's amplifier bends above a level"),
     Family("plate.softening_joint", "plate", "sealed", 0.15, "a joint gives way: frequencies fall with the force"),
-    Family("plate.warming_pads", "plate", "sealed", 9.0, "pads under the plate warm up: damping grows over the day", True),
+    Family(
+        "plate.warming_pads", "plate", "sealed", 9.0, "pads under the plate warm up: damping grows over the day", True
+    ),
     Family("plate.clamped_mode", "plate", "sealed", 0.95, "a clamp stands where one mode swings most, and stills it"),
     Family("plate.moved_sensor", "plate", "sealed", 0.95, "a sensor comes off midway and is put back elsewhere", True),
 )

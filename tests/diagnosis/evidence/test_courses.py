@@ -7,14 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.diagnosis.evidence.courses import Course, courses
+from pyroshock.diagnosis.evidence.creep import Creep
 from pyroshock.diagnosis.evidence.factors import each_level, squared_distances
+from pyroshock.diagnosis.evidence.whitening import Whitening
 
 FACTORS = [{"bullet_mass": mass, "insulator": word} for mass in (0.1, 0.2, 0.5) for word in ("none", "polymeric")]
 
 
 def made(loudness: list[float]) -> list[Course]:
-    distance = squared_distances(FACTORS)
-    return courses(distance, np.zeros_like(distance), FACTORS, np.array(loudness))
+    distance, ones = squared_distances(FACTORS), np.ones((len(FACTORS), 1))
+    steady = Creep(np.zeros(0), np.zeros(0, dtype=np.intp), Whitening.of(np.zeros((0, 0))), ones, 0 * ones)
+    return courses(distance, steady, FACTORS, np.array(loudness))
 
 
 def test_each_course_has_variance_one_where_it_acts() -> None:
