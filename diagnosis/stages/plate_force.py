@@ -46,9 +46,12 @@ def true_force(reading: Series, effects: Sequence[Effect]) -> Series:
     Other effects on the force than gain and low pass are undone by going back and forth, which closes in on the force
     where an effect changes it by less than itself.
     """
+    acting = SensorChain.of(item for item in effects if acts_on_force(type(item))).effects
+    if not acting:
+        return reading
     step = 1 / reading.sampling_rate_hz
     values = reading.values
-    for each in reversed(SensorChain.of(item for item in effects if acts_on_force(type(item))).effects):
+    for each in reversed(acting):
         values = _undone(each, values, step)
     return Series(np.asarray(values), reading.sampling_rate_hz, reading.start_s)
 

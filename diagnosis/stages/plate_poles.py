@@ -85,9 +85,17 @@ class Basis:
 
     def amplitudes(self, records: Floats) -> Complexes:
         """Complex (M, k) of records (n, k): mode m is Re(amplitude exp(lambda t))."""
+        return self._amplitudes(self.q.T @ records)
+
+    def _amplitudes(self, inside: Floats) -> Complexes:
         m = self.poles.omega.size
-        found = np.linalg.solve(self.r, self.q.T @ records)
+        found = np.linalg.solve(self.r, inside)
         return np.asarray(found[:m] - 1j * found[m : 2 * m])
+
+    def projected(self, records: Floats) -> tuple[Complexes, Floats]:
+        """Amplitudes (M, k), and (2M, k) the modes times t on what is left of records (n, k): `left` is not needed."""
+        inside = self.q.T @ records
+        return self._amplitudes(inside), np.asarray(self._timed.T @ records - self._inside.T @ inside)
 
     def shifted(self, amplitudes: Complexes, step: Floats) -> Complexes:
         """Amplitudes (M, k) that go with poles moved by `step` (2, M), to first order."""
@@ -111,6 +119,10 @@ class Basis:
 
     def normal(self, amplitudes: Complexes, residual: Floats) -> tuple[Floats, Floats]:
         """J'J (2M, 2M) and J'r (2M,) for changes of (decay, omega), over all records (n, k)."""
+        return self.normal_of(amplitudes, self._timed.T @ residual)
+
+    def normal_of(self, amplitudes: Complexes, timed: Floats) -> tuple[Floats, Floats]:
+        """As `normal`, from what `projected` says."""
         a, b = amplitudes.real, -amplitudes.imag
         # a record changes by t (-a u - b v) with the decay, by t (b u - a v) with omega; u, v cosine and sine
         weights = np.stack([np.stack([-a, -b]), np.stack([b, -a])])  # (parameter, column, M, k)
@@ -119,8 +131,7 @@ class Basis:
         flat = weights.transpose(0, 2, 1, 3).reshape(4 * m, -1)
         both = (flat @ flat.T).reshape(2, m, 2, 2, m, 2)
         jtj = np.einsum("pmxqny,xmyn->pmqn", both, gram)
-        seen = (self._timed.T @ residual).reshape(2, m, -1)
-        jtr = np.einsum("pxmk,xmk->pm", weights, seen)
+        jtr = np.einsum("pxmk,xmk->pm", weights, timed.reshape(2, m, -1))
         return jtj.reshape(2 * m, 2 * m), jtr.reshape(2 * m)
 
 

@@ -74,12 +74,19 @@ def read_run(basis: Basis, ringing: Floats, run: int, out: Reading) -> None:
     out.level_noise[run, there] = level.T
 
 
-def read_simulated(basis: Basis, ringing: Floats, run: int, out: Reading) -> None:
-    """As `read_run`, of a record without noise: its deviations are not asked for."""
-    there, scale, records = _there(ringing)
-    amplitudes, residual = basis.amplitudes(records), basis.left(records)
-    step = bounded_step(basis, *basis.normal(amplitudes, residual))
-    _keep(basis, step, basis.shifted(amplitudes, step), (there, scale, run), out)
+def read_simulated(basis: Basis, ringing: Floats) -> Reading:
+    """As `read_run`, of records (R, S, n) without noise, all with the poles of `basis`: their deviations are not asked
+    for. A run is NaN in all of its channels or in none."""
+    out = Reading.empty(ringing.shape[0], ringing.shape[1], basis.poles.omega.size)
+    runs, every = np.flatnonzero(np.isfinite(ringing[:, 0, 0])), np.arange(ringing.shape[1])
+    scale = np.maximum(np.abs(ringing[runs]).max(axis=2), 1e-300)
+    records = (ringing[runs] / scale[:, :, None]).reshape(-1, ringing.shape[2]).T
+    amplitudes, timed = basis.projected(records)
+    for k, run in enumerate(runs):
+        own = slice(k * every.size, (k + 1) * every.size)
+        step = bounded_step(basis, *basis.normal_of(amplitudes[:, own], timed[:, own]))
+        _keep(basis, step, basis.shifted(amplitudes[:, own], step), (every, scale[k], int(run)), out)
+    return out
 
 
 def _there(ringing: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
