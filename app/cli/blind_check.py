@@ -4,27 +4,39 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from .common import errors_as_one_line, json_option, write_json
 
+if TYPE_CHECKING:
+    from ...diagnosis.blind.report import Pool, Report
+
 
 @click.command("blind-check")
-@click.option("--cases", type=click.IntRange(1), required=True, help="Campaigns of each tier.")
-@click.option("--seed", type=click.IntRange(0), required=True, help="Drawn after the code was fixed, used once.")
+@click.option("--cases", type=click.IntRange(1), help="Campaigns of each tier.")
+@click.option("--seed", type=click.IntRange(0), help="Drawn after the code was fixed, used once.")
 @click.option("--tier", "tiers", multiple=True, metavar="NAME", help="Only this tier: repeat. [all]")
 @click.option("--jobs", type=click.IntRange(1), default=2, show_default=True, help="Processes.")
 @click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help="Keep answers here, and go on.")
+@click.option(
+    "--pool",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="FOLDER",
+    help="No new check: one table over those kept here, of several nights or machines. Repeat.",
+)
 @click.option("--no-baselines", is_flag=True, help="Without the simpler ways of answering beside it.")
 @click.option("--no-shrinkage", is_flag=True, help="Only where and why, in two thirds of the time.")
 @json_option
 def blind_check(
-    cases: int,
-    seed: int,
+    cases: int | None,
+    seed: int | None,
     tiers: tuple[str, ...],
     jobs: int,
     folder: Path | None,
+    pool: tuple[Path, ...],
     no_baselines: bool,
     no_shrinkage: bool,
     json_to: str | None,
@@ -37,10 +49,15 @@ def blind_check(
     \b
     Example:
         pyroshock blind-check --cases 20 --seed 7 --tier strong
+        pyroshock blind-check --pool monday --pool tuesday
     """
     with errors_as_one_line():
+        if pool:
+            _tell(_pooled(pool), json_to)
+            return
+        if cases is None or seed is None:
+            raise ValueError("--cases and --seed are missing; give both, or --pool FOLDER for checks that are finished")
         from ...diagnosis.blind.run import OPTIONS, run
-        from ..finite import finite
         from ..progress import progress_bar
 
         with progress_bar("blind check", "cases") as step:
@@ -55,10 +72,26 @@ def blind_check(
                 baselines=not no_baselines,
                 oracle=not no_shrinkage,
             )
+        _tell(report, json_to)
+
+
+def _tell(report: Report | Pool, json_to: str | None) -> None:
+    from ..finite import finite
+
     if json_to is not None:
         write_json(finite(report.as_json()), json_to)
     else:
         click.echo(report.text())
+
+
+def _pooled(folders: tuple[Path, ...]) -> Pool:
+    """Of folders, or of the files with scored rows themselves."""
+    from ...diagnosis.blind.kept import SCORED, pooled
+    from ...diagnosis.blind.report import Pool
+    from ...diagnosis.blind.scoring import kinds, tables
+
+    checks, rows = pooled([each if each.is_file() else each / SCORED for each in folders])
+    return Pool(tuple(checks), tables(rows), kinds(rows))
 
 
 def _known(tiers: tuple[str, ...]) -> tuple[str, ...]:

@@ -56,6 +56,28 @@ class Report:
         return "\n\n".join(part for part in parts if part)
 
 
+@dataclass(frozen=True)
+class Pool:
+    """Several finished checks as one: what each was asked for, and the tables over the campaigns of all."""
+
+    checks: tuple[Mapping[str, Any], ...]
+    tiers: tuple[Figures, ...]
+    kinds: tuple[Figures, ...]
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "pooled": [dict(each) for each in self.checks],
+            "tiers": [_tier(each) for each in self.tiers],
+            "kinds": [{"kind": row.pop("name"), **row} for row in (each.as_json() for each in self.kinds)],
+        }
+
+    def text(self) -> str:
+        told = [f"{len(self.checks)} checks: seeds {', '.join(str(each['seed']) for each in self.checks)}"]
+        if self.tiers:
+            told += [table(self.tiers, "tier"), table(self.kinds, "kind"), _errors(self.tiers[-1])]
+        return "\n\n".join(part for part in told if part)
+
+
 #: A column each: its name, and how its cell is made.
 COLUMNS: Mapping[str, Callable[[Figures], str]] = {
     "cases": lambda f: str(f.n),

@@ -17,8 +17,9 @@ from ..options import Options
 from . import oracle as right
 from .answering import PATIENCE_S, Job, answered, lost
 from .journal import Journal
+from .kept import SCORED, write_rows
 from .report import Report
-from .scoring import scored
+from .scoring import rows_of, scored
 from .tasks import TIERS, Task, drawn, tasks
 from .training import trained
 
@@ -63,6 +64,7 @@ def run(
         opened = _opened(place, published)
         truths = dict(zip((task.name for task in work), opened, strict=True))
         best = _oracles(place, work, truths, said, options, jobs, tell) if oracle else {}
+        write_rows(place / SCORED, asked, rows_of(work, truths, said, best))
     return Report(cases, seed, published=published, **scored(work, truths, said, best, forest))
 
 

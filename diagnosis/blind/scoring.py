@@ -36,17 +36,37 @@ def scored(
     """Tables of the diagnosis by tier and over all of them, the same for simple ways of answering, and left out."""
     usual = [task for task in work if task.tier != LEFT_OUT]
     labels = {task.name: label(task, truths[task.name]) for task in work}
-    rows = [
-        Row(labels[task.name], said(task.name, answers[task.name], truths[task.name]), oracles.get(task.name))
-        for task in usual
-    ]
+    rows = rows_of(work, truths, answers, oracles)
     ways = [*BASELINES, *([FOREST] if forest else [])] if any("simple" in each for each in answers.values()) else []
     return Scores(
         tiers=tables(rows),
-        kinds=_by([row.label.kind for row in rows], rows),
+        kinds=kinds(rows),
         baselines={way: tables([_simple(way, labels[t.name], answers[t.name], forest) for t in usual]) for way in ways},
         left_out=_left_out([task for task in work if task.tier == LEFT_OUT], labels, answers, truths),
     )
+
+
+def rows_of(
+    work: Sequence[Task],
+    truths: Mapping[str, Opened],
+    answers: Mapping[str, Mapping[str, Any]],
+    oracles: Mapping[str, Mapping[str, Any]],
+) -> list[Row]:
+    """Truth and answer of every case but those with an effect left out of the catalogue."""
+    return [
+        Row(
+            label(task, truths[task.name]),
+            said(task.name, answers[task.name], truths[task.name]),
+            oracles.get(task.name),
+        )
+        for task in work
+        if task.tier != LEFT_OUT
+    ]
+
+
+def kinds(rows: Sequence[Row]) -> tuple[Figures, ...]:
+    """One for each kind of campaign."""
+    return _by([row.label.kind for row in rows], rows)
 
 
 def tables(rows: Sequence[Row]) -> tuple[Figures, ...]:

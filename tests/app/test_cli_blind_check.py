@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from blind_rows import LEAK, label, says
 from pyroshock.diagnosis.blind import run as blind
+from pyroshock.diagnosis.blind.kept import SCORED, write_rows
 from stores import pyroshock
 
 
@@ -66,3 +68,23 @@ def test_unknown_tier_is_one_line(asked: list[dict[str, Any]]) -> None:
 
 def test_seed_has_no_default() -> None:
     assert pyroshock("blind-check", "--cases", "2").exit_code == 2
+
+
+def test_finished_checks_make_one_table(asked: list[dict[str, Any]], tmp_path: Path) -> None:
+    for seed in (3, 4):
+        (tmp_path / str(seed)).mkdir()
+        about = {"cases": 2, "seed": seed, "tiers": ["strong"], "split": "sealed"}
+        rows = [says(label(LEAK, case=f"strong-{i}"), {LEAK: 0.9, "none": 0.1}) for i in range(2)]
+        write_rows(tmp_path / str(seed) / SCORED, about, rows)
+    folders = ["--pool", tmp_path / "3", "--pool", tmp_path / "4" / SCORED]
+    text = pyroshock("blind-check", *folders).stdout
+    assert text.startswith("2 checks: seeds 3, 4\n") and "| strong | 4 " in text
+    found = json.loads(pyroshock("blind-check", *folders, "--json").stdout)
+    assert [each["seed"] for each in found["pooled"]] == [3, 4]
+    assert (found["tiers"][0]["tier"], found["tiers"][0]["first"]["value"]) == ("strong", 1.0)
+    assert not asked
+
+
+def test_pool_of_a_check_that_is_not_finished_is_one_line(tmp_path: Path) -> None:
+    result = pyroshock("blind-check", "--pool", tmp_path)
+    assert result.exit_code == 2 and "finish this check with blind-check --folder first" in result.stderr
