@@ -17,6 +17,7 @@ from .creep import Creep
 from .laid import Laid
 from .logs import log_mean, log_sum
 from .surface import Surface
+from .way import Way
 from .whitening import Whitening
 
 Floats = NDArray[np.float64]
@@ -29,68 +30,56 @@ _LAWFUL = ("law", "direction")
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
-    """One way in which a stage may stray, W W' for a size of one tolerance; `whitened` (N + d, q) is W before a
-    background: in the N cells, and in the d slopes of what repetitions say beside (`Creep`).
-
-    Over the configurations of a `course`; in what observables says the `manner`: in a "direction" in which effects of
-    the catalogue move them, in a "band" of a channel's lines, in all of one "mode", as the "law" of one effect, or in
-    "one" of them. What has one size alone, q = 1, is larger than `least`: what stays within tolerance is none, and a
-    normal density would have a fourth of its weight there.
-    """
-
-    stage: str
-    course: str
-    manner: str
-    whitened: Floats
-    least: float = 0.0
-
-
-@dataclass(frozen=True, eq=False)
 class Strays:
     """All m ways before one background.
 
     With C the background's covariance: |C + a^2 W W'| and its inverse by the eigenvalues of W' C^-1 W, so that all
-    sizes cost one decomposition. `directions` (N + d, Q) are those of all ways side by side, each way's from `starts`
-    (m,) on, with `strength` (Q,) their eigenvalues; `least` (m,) as in `Way`; `names` (stage, course, manner) of each.
+    sizes cost one decomposition: `axes` of each way, and side by side `strength` (Q,), their eigenvalues, each way's
+    from `starts` (m,) on. `slopes` is their number; `least` (m,) as in `Way`; `names` (stage, course, manner) of each.
     """
 
     white: Whitening
-    directions: Floats
+    ways: tuple[Way, ...]
+    slopes: int
+    axes: tuple[Floats, ...]
     strength: Floats
     starts: Rows
     least: Floats
-    names: tuple[tuple[str, str, str], ...]
 
     @classmethod
-    def of(cls, white: Whitening, ways: Sequence[Way]) -> Self:
+    def of(cls, white: Whitening, ways: Sequence[Way], slopes: int = 0) -> Self:
         from scipy.linalg import eigh
 
-        directions, strength = [], []
+        axes, strength = [], []
         for way in ways:
-            gram = way.whitened.T @ way.whitened
-            if gram.size == 1:
-                values, turned = gram[0], way.whitened
-            else:
-                values, axes = eigh(gram, check_finite=False)
-                turned = way.whitened @ axes
-            directions.append(turned)
+            gram = way.gram
+            values, turned = (gram[0], np.ones((1, 1))) if gram.size == 1 else eigh(gram, check_finite=False)
+            axes.append(turned)
             strength.append(np.maximum(values, 0.0))
         starts = np.concatenate([[0], np.cumsum([each.size for each in strength])[:-1]]).astype(np.intp)
-        alone = [way.least if way.whitened.shape[1] == 1 else 0.0 for way in ways]
-        names = tuple((way.stage, way.course, way.manner) for way in ways)
-        return cls(white, np.concatenate(directions, axis=1), np.concatenate(strength), starts, np.array(alone), names)
+        alone = [way.least if each.size == 1 else 0.0 for way, each in zip(ways, strength, strict=True)]
+        return cls(white, tuple(ways), slopes, tuple(axes), np.concatenate(strength), starts, np.array(alone))
+
+    @cached_property
+    def names(self) -> tuple[tuple[str, str, str], ...]:
+        return tuple((way.stage, way.course, way.manner) for way in self.ways)
 
     def roots(self, way: int) -> Floats:
         """(N + d, q): W before the background, turned to its own axes."""
-        ends = [*self.starts[1:].tolist(), len(self.strength)]
-        return self.directions[:, self.starts[way] : ends[way]]
+        return np.asarray(self.ways[way].whitened(self.slopes) @ self.axes[way])
 
     def log_densities(self, zw: Floats, slope: Floats) -> Floats:
         """(m,) means over `AMPLITUDES`, of what `white` makes of a gap (N,), and over those of the slopes where nothing
         drifts; `slope` (d,) are these, whitened."""
         plain = self.white.log_norm - 0.5 * float(zw @ zw)
-        along = self.directions.T @ np.concatenate([zw, slope])
+        blocks = {id(way.block): way.block for way in self.ways}
+        projected = {name: block.along(zw) for name, block in blocks.items()}
+        along = np.concatenate(
+            [
+                axes.T @ way.along(projected[id(way.block)], slope)
+                for way, axes in zip(self.ways, self.axes, strict=True)
+            ]
+        )
         gains = [self._gain(along, amplitude) for amplitude in AMPLITUDES]
         return np.asarray(plain + log_sum(np.stack(gains), axis=0) - np.log(len(AMPLITUDES)))
 
@@ -145,8 +134,7 @@ class Ways:
         for laid, over in zip(self.laid, self.over, strict=True):
             seen = laid.seen(white)
             for one in over:
-                for manner, root, least in laid.roots(seen, one, self.creep):
-                    if one.name == SAME and manner in _LAWFUL:
-                        continue  # the same share of an effect everywhere is that effect
-                    found.append(Way(laid.stage, one.name, manner, root, least))
-        return Strays.of(white, found)
+                # the same share of an effect everywhere is that effect
+                ways = laid.ways_over(seen, one, self.creep)
+                found += [way for way in ways if one.name != SAME or way.manner not in _LAWFUL]
+        return Strays.of(white, found, len(self.creep.columns))

@@ -14,6 +14,7 @@ from .cells import Cells
 from .courses import Course
 from .creep import Creep
 from .surface import Surface
+from .way import Block, Way
 from .whitening import Whitening
 
 Floats = NDArray[np.float64]
@@ -34,6 +35,15 @@ _SAME = 0.995
 _SMALL, _BENDS, _BENT = 0.03, 2, 0.15
 #: A cell that moves by less of an effect's largest change is left alone by it.
 _MOVED = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Blocks of the ways, of the laws at a middling size, and of the paths that laws go along."""
+
+    ways: tuple[Block, ...]
+    laws: tuple[Block, ...]
+    paths: tuple[Block, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,40 +91,52 @@ class Laid:
         of = cells.configuration, cells.observable
         return cls(stage, here, rows, at, every, tuple(ways), laws, path, *of, detail)
 
-    def seen(self, white: Whitening) -> tuple[Floats, Floats]:
-        """(N, C, r) and (N, C, e): whitened directions and laws in one configuration each."""
-        inverse = white.inverse()
+    def seen(self, white: Whitening) -> Seen:
+        """Each way and each law in one configuration alone, before a background."""
+        inverse = white.inverse
         table = np.zeros((len(inverse), len(self.rows), len(self.directions)))
         table[:, self.at[0], self.at[1]] = inverse[:, self.here]
-        laws = [inverse[:, own] @ self.laws[own] for own in (self.configuration == row for row in self.rows)]
-        return np.asarray(table @ self.directions), np.stack(laws, axis=1)
-
-    def roots(self, seen: tuple[Floats, Floats], over: Course, creep: Creep) -> list[tuple[str, Floats, float]]:
-        """Manner and (N + d, q) for each way and each law, from `seen` and what configurations have in common; and of
-        what has one size alone the least one."""
-        root = over.root[self.rows]
-        leaning = self._leaning(over, creep)
-        mixed, laws = (  # (N + d, r, k), (N + d, e, k)
-            np.concatenate([np.tensordot(each, root, axes=(1, 0)), slopes])
-            for each, slopes in zip(seen, leaning, strict=True)
+        mixed = table @ self.directions  # (N, C, r)
+        laws = np.stack(
+            [inverse[:, own] @ self.laws[own] for own in (self.configuration == row for row in self.rows)], axis=1
         )
+        blocks = {at.tobytes(): Block(mixed[:, :, at]) for _, at, _ in self.ways}
+        return Seen(
+            tuple(blocks[at.tobytes()] for _, at, _ in self.ways),
+            tuple(Block(laws[:, :, one : one + 1]) for one in self._firsts),
+            tuple(Block(laws[:, :, self.path == self.path[one]]) for one in self._firsts),
+        )
+
+    @property
+    def _firsts(self) -> list[int]:
+        """The law of middling size of each effect."""
+        firsts: list[int] = np.unique(self.path, return_index=True)[1].tolist()
+        return firsts
+
+    def ways_over(self, seen: Seen, over: Course, creep: Creep) -> list[Way]:
+        """Each way and each law over what configurations have in common."""
+        root = over.root[self.rows]
+        ways, laws = self._leaning(over, creep)
         found = []
-        for name, at, weight in self.ways:
+        for (name, at, weight), block in zip(self.ways, seen.ways, strict=True):
             way = self.directions[self.at[1]][:, at[0]] * root[self.at[0], 0]
-            found.append((name, weight * mixed[:, at].reshape(len(mixed), -1), _LEAST / (weight * self._size(way))))
+            slopes = None if ways is None else weight * ways[:, at].reshape(len(ways), -1)
+            least = _LEAST / (weight * self._size(way))
+            found.append(Way(self.stage, over.name, name, block, weight * root, slopes, least))
         placed = root[np.searchsorted(self.rows, self.configuration[self.here]), 0]
-        for first in np.unique(self.path, return_index=True)[1]:
+        single = root.shape[1] == 1  # one size is that of the law; several may go along its path
+        for first, block in zip(self._firsts, seen.laws if single else seen.paths, strict=True):
+            along = np.array([first]) if single else np.flatnonzero(self.path == self.path[first])
+            slopes = None if laws is None else laws[:, along].reshape(len(laws), -1)
             least = _LEAST / self._size(self.laws[self.here, first] * placed)
-            # one size is that of the law; several may go along its path
-            along = np.flatnonzero(self.path == self.path[first]) if root.shape[1] > 1 else first[None]
-            found.append(("law", laws[:, along].reshape(len(laws), -1), least))
+            found.append(Way(self.stage, over.name, "law", block, root, slopes, least))
         return found
 
-    def _leaning(self, over: Course, creep: Creep) -> tuple[Floats, Floats]:
-        """(d, r, k) and (d, e, k): the same of the slopes that repetitions show, whitened."""
-        d, k, e = len(creep.columns), over.root.shape[1], self.laws.shape[1]
+    def _leaning(self, over: Course, creep: Creep) -> tuple[Floats, Floats] | tuple[None, None]:
+        """(d, r, k) and (d, e, k): the same of the slopes of repetitions, whitened; None where nothing drifts."""
+        d, e = len(creep.columns), self.laws.shape[1]
         if over.within is None or d == 0:
-            return np.zeros((d, self.directions.shape[1], k)), np.zeros((d, e, k))
+            return None, None
         own = np.unique(self.observable[self.here])
         ways = np.zeros((d, self.directions.shape[1]))
         kept = np.isin(creep.columns, own)
@@ -123,7 +145,7 @@ class Laid:
         table[self.configuration, self.observable] = self.laws
         laws = np.einsum("cde,ck->dek", table[:, creep.columns], over.within)
         mixed = creep.noise.white(ways)[:, :, None] * over.within.sum(axis=0)
-        return mixed, creep.noise.white(laws.reshape(d, -1)).reshape(d, e, k)
+        return mixed, creep.noise.white(laws.reshape(d, -1)).reshape(laws.shape)
 
     def _size(self, way: Floats) -> float:
         """Of a way over the stage's cells, in tolerances: rms of all, or of those that are no details."""

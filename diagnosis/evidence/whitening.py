@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -36,6 +37,7 @@ class Whitening:
 
         return np.asarray(solve_triangular(self.lower, values, lower=True, check_finite=False))
 
+    @cached_property
     def inverse(self) -> Floats:
         """(N, N): L^-1."""
         return self.white(np.eye(len(self.lower)))

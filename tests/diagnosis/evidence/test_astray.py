@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.evidence.astray import AMPLITUDES, Strays, Way
+from pyroshock.diagnosis.evidence.astray import AMPLITUDES, Strays
 from pyroshock.diagnosis.evidence.scene import Scene
 from pyroshock.diagnosis.evidence.surface import Surface, surfaces
+from pyroshock.diagnosis.evidence.way import Block, Way
 from pyroshock.diagnosis.evidence.weighing import weigh
 from pyroshock.diagnosis.evidence.whitening import Whitening
 from pyroshock.diagnosis.gap import GapTable
@@ -54,13 +55,18 @@ def test_size_that_follows_no_law_is_unknown(effect: Effect) -> None:
     assert next(iter(lawless.probability)) == UNKNOWN
 
 
+def in_all(course: str, manner: str, whitened: np.ndarray, least: float = 0.0) -> Way:
+    """A way that is given as it is."""
+    return Way("gun", course, manner, Block(whitened[:, None]), np.ones((1, 1)), least=least)
+
+
 def test_ways_are_weighed_as_their_covariance_says() -> None:
     """The closed form over three sizes against the densities of C + a^2 W W'."""
     rng = np.random.default_rng(2)
     root, noise = rng.standard_normal((12, 4)), np.diag(rng.uniform(0.5, 2.0, 12))
     white = Whitening.of(noise)
     z = 4 * rng.standard_normal(12)
-    ways = [Way("gun", "smooth", "direction", white.white(part)) for part in (root, root[:, :1], root[:, 1:3])]
+    ways = [in_all("smooth", "direction", white.white(part)) for part in (root, root[:, :1], root[:, 1:3])]
     found = Strays.of(white, ways).log_densities(white.white(z), np.zeros(0))
     for part, log in zip((root, root[:, :1], root[:, 1:3]), found, strict=True):
         densities = [Whitening.of(noise + a**2 * part @ part.T).log_density(z) for a in AMPLITUDES]
@@ -72,7 +78,7 @@ def test_courses_count_alike_and_manners_within_one() -> None:
     rng = np.random.default_rng(8)
     white = Whitening.of(np.eye(5))
     names = [("smooth", "law"), ("smooth", "law"), ("smooth", "one"), ("drift", "one")]
-    strays = Strays.of(white, [Way("gun", *name, rng.standard_normal((5, 2))) for name in names])
+    strays = Strays.of(white, [in_all(*name, rng.standard_normal((5, 2))) for name in names])
     densities = rng.uniform(0.1, 1.0, 4)
     expected = 0.5 * (0.5 * (densities[:2].mean() + densities[2]) + densities[3])
     assert np.exp(strays.log_mean("gun", np.log(densities))) == pytest.approx(expected)
@@ -86,7 +92,7 @@ def test_stray_of_one_size_is_beyond_the_least(size: float) -> None:
     white = Whitening.of(noise)
     z = size * root[:, 0] + rng.standard_normal(9)
     least = 1.2
-    way = Strays.of(white, [Way("gun", "same", "law", white.white(root), least)])
+    way = Strays.of(white, [in_all("same", "law", white.white(root), least)])
     sizes = np.linspace(-60, 60, 120_001)
     sizes = sizes[np.abs(sizes) > least]
     away = white.white(z[:, None] - root * sizes)
@@ -148,3 +154,19 @@ def test_stage_of_which_nothing_is_left_strays_nowhere() -> None:
     probability = weigh(scene).probability
     assert sum(probability.values()) == pytest.approx(1.0)
     assert np.isfinite(probability[UNKNOWN])
+
+
+def test_products_of_a_way_are_those_of_its_columns() -> None:
+    """Blocks mixed by a root, with slopes beside, against W as one matrix."""
+    rng = np.random.default_rng(3)
+    block, root, slopes = (
+        Block(rng.standard_normal((20, 4, 3))),
+        rng.standard_normal((4, 2)),
+        rng.standard_normal((5, 6)),
+    )
+    zw, slope = rng.standard_normal(20), rng.standard_normal(5)
+    for beside in (slopes, None):
+        way = Way("gun", "drift", "mode", block, root, beside)
+        whole = way.whitened(5)
+        np.testing.assert_allclose(way.gram, whole.T @ whole, atol=1e-12)
+        np.testing.assert_allclose(way.along(block.along(zw), slope), whole.T @ np.concatenate([zw, slope]), atol=1e-12)
