@@ -60,12 +60,11 @@ def _formed(
 
 
 def _open(scene: Scene, plain: OnSurface) -> Floats:
-    """(N, q): a column for each observable that the law leaves open, the same in all configurations."""
+    """(N, q): a column for each observable that the law leaves open, by one factor for all configurations."""
     assert plain.surface.loose is not None
     point, _ = plain.best
-    spread = np.abs(plain.surface.basis[point] @ plain.surface.loose)
     cells = scene.cells
-    sizes = spread[cells.observable] / cells.tolerance
+    sizes = np.abs(cells.take(np.tensordot(plain.surface.basis[point], plain.surface.loose, axes=1)))
     columns = np.unique(cells.observable[sizes > _LEAST])
     return np.asarray(sizes[:, None] * (cells.observable[:, None] == columns[None, :]))
 

@@ -28,7 +28,7 @@ class Surface:
     """One sheet of an effect: `nodes` (K, C, D) in the observables' units, `points` (M, p) where it is asked.
 
     `basis` (M, K) interpolates by local cubics. `valid` (M,) is False beside nodes without an answer.
-    `loose` (K, D) are standard deviations of what a law leaves open, the same in all configurations.
+    `loose` (K, C, D) are standard deviations of what a law leaves open, by one factor for all configurations.
     """
 
     sheet: Sheet
@@ -50,7 +50,7 @@ class Surface:
         good = np.asarray(np.isfinite(table).all(axis=(1, 2)), dtype=np.bool_)
         beside = _linear(places, points, NODES[axes])
         near = beside @ _widened(~good, axes).astype(np.float64)
-        open_ = _loose(stages, sets)
+        open_ = _loose(stages, sets, table)
         return cls(sheet, _filled(table, places, good), points, basis(points, NODES[axes]), near < 1e-9, open_)
 
     @property
@@ -65,7 +65,7 @@ class Surface:
 
     def only(self, rows: NDArray[np.intp]) -> Self:
         """On some of the configurations."""
-        return replace(self, nodes=self.nodes[:, rows])
+        return replace(self, nodes=self.nodes[:, rows], loose=None if self.loose is None else self.loose[:, rows])
 
     def change(self, u: Floats) -> Floats:
         """(C, D) at one place u (p,)."""
@@ -119,15 +119,16 @@ def _answers(sheet: Sheet, stages: Sequence[Stage], places: Floats) -> NDArray[n
         return np.asarray((np.abs(table) < _ABSURD * tolerance).all(axis=(1, 2)))
 
 
-def _loose(stages: Sequence[Stage], sets: Sequence[Sequence[Effect]]) -> Floats | None:
-    """(K, D), None where every law is definite."""
-    rows = [[stage.loose(effects) for stage in stages] for effects in sets]
-    if all(each is None for row in rows for each in row):
-        return None
-    sizes = [len(stage.observables) for stage in stages]
-    return np.array(
-        [np.concatenate([np.zeros(n) if e is None else e for e, n in zip(row, sizes, strict=True)]) for row in rows]
-    )
+def _loose(stages: Sequence[Stage], sets: Sequence[Sequence[Effect]], table: Floats) -> Floats | None:
+    """(K, C, D) of changes (K, C, D), None where every law is definite; 0 where there is no answer."""
+    ends = np.cumsum([0, *(len(stage.observables) for stage in stages)])
+    out, any_ = np.zeros_like(table), False
+    for stage, first, last in zip(stages, ends[:-1], ends[1:], strict=True):
+        for k, effects in enumerate(sets):
+            found = stage.loose(effects, table[k, :, first:last])
+            if found is not None:
+                out[k, :, first:last], any_ = np.nan_to_num(found), True
+    return out if any_ else None
 
 
 def _all_asked(stages: Sequence[Stage], kind: type[Effect], sets: Sequence[Sequence[Effect]]) -> Floats:

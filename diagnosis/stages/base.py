@@ -98,9 +98,10 @@ class Stage(ABC):
         representative run for each configuration; the cost grows with configurations, not with runs.
         """
 
-    def loose(self, effects: Sequence[Effect]) -> Floats | None:  # noqa: ARG002 - as the others
-        """(d,): standard deviations of what a law leaves open, the same in all configurations; None where it is
-        definite. (Supports are somewhere: each mode feels them more or less than it does on the mean.)"""
+    def loose(self, effects: Sequence[Effect], change: Floats) -> Floats | None:  # noqa: ARG002 - as the others
+        """(C, d): standard deviations of what a law leaves open where effects make a change (C, d), by one factor for
+        all configurations; None where it is definite. (Supports are somewhere: each mode feels them more or less than
+        it does on the mean.)"""
         return None
 
     @property

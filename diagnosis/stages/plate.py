@@ -102,11 +102,12 @@ class PlateStage(Stage):
             out[k, of] = self._simulation.observed(self._driven(acting).at(rows), Acting.of(acting)) - usual
         return out
 
-    def loose(self, effects: Sequence[Effect]) -> Floats | None:
+    def loose(self, effects: Sequence[Effect], change: Floats) -> Floats | None:
         held = [each for each in effects if isinstance(each, Boundary)]
         if not held or not self.columns.frequency_hz.size:
             return None
-        return loose_supports(self.columns, float(np.hypot.reduce([each.support_frequency_hz for each in held])))
+        found = loose_supports(self.columns, float(np.hypot.reduce([each.support_frequency_hz for each in held])))
+        return np.broadcast_to(found, change.shape)
 
     def usual(self) -> tuple[NDArray[np.intp], Floats]:
         """Runs of median peak force, one for each configuration that has any, and their nominal observables."""

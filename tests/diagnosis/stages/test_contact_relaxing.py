@@ -1,0 +1,50 @@
+"""What a law of relaxation leaves open: how a pulse leans, and nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from contact_campaigns import hammer_record
+from pyroshock.diagnosis.evidence.scene import Scene
+from pyroshock.diagnosis.evidence.surface import surfaces
+from pyroshock.diagnosis.evidence.weighing import weigh
+from pyroshock.diagnosis.gap import GapTable
+from pyroshock.diagnosis.stages.contact import ContactStage
+from pyroshock.diagnosis.stages.contact_features import NAMES
+from pyroshock.diagnosis.stages.contact_relaxing import loose_relaxation
+from pyroshock.twin.effects import catalogue, effect
+
+LEANING = np.isin(NAMES, ("rise_share", "skew", "shape_3"))
+RELAXES = effect("contact.viscous_loss", loss_s_m=0.0, relaxing_loss=0.15, relaxing_stiffening=0.5)
+
+
+def test_only_what_a_pulse_leans_by_is_open() -> None:
+    change = np.random.default_rng(1).standard_normal((4, len(NAMES)))
+    found = loose_relaxation([RELAXES], change)
+    assert found is not None
+    np.testing.assert_allclose(found[:, LEANING], np.abs(change[:, LEANING]))
+    assert (found[:, ~LEANING] == 0).all()
+
+
+@pytest.mark.parametrize(
+    "other", [effect("contact.viscous_loss", loss_s_m=0.3), effect("contact.effective_mass", mass_factor=1.2)]
+)
+def test_other_laws_are_definite(other: object) -> None:
+    assert loose_relaxation([other], np.ones((2, len(NAMES)))) is None  # type: ignore[list-item]
+
+
+@pytest.mark.parametrize("lean", [1.0, 0.3])
+def test_relaxation_is_found_whatever_the_pulse_leans_by(lean: float) -> None:
+    """A loss whose pulses lean by less than the law's one time of relaxation says."""
+    record = hammer_record()
+    stage = ContactStage(record)
+    gap = GapTable.of(record, (stage,))
+    change = stage.changes([[RELAXES]])[0]
+    change[:, LEANING] *= lean
+    scene = Scene.of(replace(gap, mean=change[gap.rows]), surfaces((stage,), list(catalogue().values())))
+    said = weigh(scene).probability
+    assert (
+        next(name for name in said if "+" not in name) == "contact.viscous_loss"
+    )  # before every other one, and unknown
