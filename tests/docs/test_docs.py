@@ -67,3 +67,24 @@ def test_links_lead_somewhere(file):
     for target in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", file.read_text(encoding="utf-8")):
         if not target.startswith(("http:", "https:")):
             assert (file.parent / target).exists(), target
+
+
+def test_sealed_figures_are_those_of_the_kept_rows() -> None:
+    from pyroshock.diagnosis.blind.kept import pooled
+    from pyroshock.diagnosis.blind.scoring import tables
+
+    _, rows = pooled([DOCS / "blind-check" / "260511.jsonl"])
+    strong, middle, both = tables(rows)
+    printed = {line.split("|")[1].strip(): line for line in page("diagnosis.md").splitlines() if line.count("|") == 5}
+    for name, figure in (("first", "first"), ("first group", "first_group"), ("first two", "first_two")):
+        for tier in (strong, middle):
+            rate = getattr(tier, figure)
+            low, high = rate.interval
+            assert f"{rate.value:.2f} ({low:.2f}-{high:.2f}, {rate.n})" in printed[name]
+    assert f"{strong.unknown.auroc:.2f} | {middle.unknown.auroc:.2f}; both tiers {both.unknown.auroc:.2f}" in "".join(
+        printed.values()
+    )
+    assert (
+        f"{strong.reliability.ece:.3f} | {middle.reliability.ece:.3f}; both tiers {both.reliability.ece:.3f}"
+        in (printed["ECE of the first entry"])
+    )
