@@ -73,7 +73,7 @@ PLATE_BANK = (
     _MIDDLE,
     _ROUGH,
 )
-_UNDER_PLATES = (_NONE, _PLAIN[0], _PLAIN[2], PLATE_BANK[8], _MIDDLE)
+_UNDER_PLATES = (_NONE, _PLAIN[0], _PLAIN[2], Background(0.25, gain=_LITTLE), _MIDDLE)
 #: Of a plate behind other stages and of these, each with each.
 _FRONT = (_NONE, _MIDDLE, replace(_MIDDLE, detail=_FINE), _ROUGH)
 BOTH_BANK = (

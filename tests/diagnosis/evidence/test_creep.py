@@ -42,7 +42,7 @@ def test_slope_is_that_of_the_drift(drift: float) -> None:
     assert gap.observables[0].stage == "gun"
     uncertain = np.sqrt((creep.noise.lower @ creep.noise.lower.T)[first, first])
     assert creep.slope[first] == pytest.approx(drift / gap.tolerance[0], abs=3 * uncertain)
-    assert uncertain < 1.2  # the scatter has the drift in it
+    assert uncertain < max(0.6, abs(drift) / gap.tolerance[0] / 5)  # the scatter has the drift in it
 
 
 def test_means_and_slope_vary_as_a_drift_makes_them() -> None:

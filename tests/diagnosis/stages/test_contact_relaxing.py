@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from contact_campaigns import hammer_record
 from pyroshock.diagnosis.evidence.scene import Scene
-from pyroshock.diagnosis.evidence.surface import surfaces
+from pyroshock.diagnosis.evidence.surface import Surface, surfaces
 from pyroshock.diagnosis.evidence.weighing import weigh
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.stages.contact import ContactStage
@@ -35,16 +36,21 @@ def test_other_laws_are_definite(other: object) -> None:
     assert loose_relaxation([other], np.ones((2, len(NAMES)))) is None  # type: ignore[list-item]
 
 
-@pytest.mark.parametrize("lean", [1.0, 0.3])
-def test_relaxation_is_found_whatever_the_pulse_leans_by(lean: float) -> None:
-    """A loss whose pulses lean by less than the law's one time of relaxation says."""
+@pytest.mark.parametrize(("lean", "loss", "stiffening"), [(0.3, 0.45, 0.8), (-0.5, 0.3, 0.5)])
+def test_relaxation_is_found_whatever_the_pulse_leans_by(lean: float, loss: float, stiffening: float) -> None:
+    """A loss whose pulses lean by less than the law's one time of relaxation says. A law that is taken at its word is
+    refused for it, and another cause named."""
     record = hammer_record()
     stage = ContactStage(record)
     gap = GapTable.of(record, (stage,))
-    change = stage.changes([[RELAXES]])[0]
+    relaxes = effect("contact.viscous_loss", loss_s_m=0.0, relaxing_loss=loss, relaxing_stiffening=stiffening)
+    change = stage.changes([[relaxes]])[0]
     change[:, LEANING] *= lean
-    scene = Scene.of(replace(gap, mean=change[gap.rows]), surfaces((stage,), list(catalogue().values())))
-    said = weigh(scene).probability
-    assert (
-        next(name for name in said if "+" not in name) == "contact.viscous_loss"
-    )  # before every other one, and unknown
+    seen = replace(gap, mean=change[gap.rows])
+    sheets = surfaces((stage,), list(catalogue().values()))
+    assert first(seen, sheets) == "contact.viscous_loss"
+    assert first(seen, [replace(one, loose=None) for one in sheets]) != "contact.viscous_loss"
+
+
+def first(gap: GapTable, sheets: Sequence[Surface]) -> str:
+    return next(iter(weigh(Scene.of(gap, sheets)).probability))
