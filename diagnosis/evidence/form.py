@@ -7,6 +7,8 @@ by Woodbury's identity.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,7 @@ from .background import LENGTH
 from .factors import smooth
 from .scene import Scene, Seen
 from .singles import OnSurface, summed
+from .surface import Surface, basis
 from .whitening import Whitening
 
 Floats = NDArray[np.float64]
@@ -33,17 +36,33 @@ def with_form_error(scene: Scene, index: int, plain: OnSurface, whitened: list[F
 
     What a law leaves open belongs to it: it is in all of them, and looked for again where the effect is likeliest then.
     """
-    if plain.surface.loose is None:
-        return _formed(scene, index, plain, whitened, _errors(scene, plain, modes), kept=True)
+    surface = plain.surface
+    if surface.loose is None:
+        row = surface.basis[plain.best[0]]
+        return _formed(scene, index, plain, whitened, _errors(scene, surface, row, modes), kept=True)
     for _ in range(_ROUNDS):
-        both = np.concatenate([_open(scene, plain), *_errors(scene, plain, modes)], axis=1)
-        plain = _formed(scene, index, plain, whitened, [_open(scene, plain), both], kept=False)
+        row = surface.basis[plain.best[0]]
+        own = _open(scene, surface, row)
+        both = np.concatenate([own, *_errors(scene, surface, row, modes)], axis=1)
+        plain = _formed(scene, index, plain, whitened, [own, both], kept=False)
     return plain
 
 
-def _errors(scene: Scene, plain: OnSurface, modes: Floats) -> list[Floats]:
-    point, _ = plain.best
-    change = scene.cells.take(np.tensordot(plain.surface.basis[point], plain.surface.nodes, axes=1))
+def left_open(scene: Scene, sheets: Sequence[tuple[Surface, Floats]], modes: Floats, *, errors: bool) -> list[Floats]:
+    """Of several effects at once, each at its place u (p,): directions (N, q) of what their laws leave open, and with
+    `errors` those with errors of their forms too, each as likely as the other."""
+    rows = [(surface, basis(u[None], surface.knots)[0]) for surface, u in sheets]
+    loose = [_open(scene, surface, row) for surface, row in rows if surface.loose is not None]
+    own = np.concatenate(loose, axis=1) if loose else np.zeros((len(scene.cells.z), 0))
+    if not errors:
+        return [own]
+    each = zip(*(_errors(scene, surface, row, modes) for surface, row in rows), strict=True)
+    return [own, *(np.concatenate([own, *both], axis=1) for both in each)]
+
+
+def _errors(scene: Scene, surface: Surface, row: Floats, modes: Floats) -> list[Floats]:
+    """`row` (K,) are weights of the surface's nodes."""
+    change = scene.cells.take(np.tensordot(row, surface.nodes, axes=1))
     return [share * change[:, None] * modes for share in SHARES]
 
 
@@ -59,12 +78,11 @@ def _formed(
     return summed(plain.surface, plain.log_prior, np.concatenate([*found, np.stack(columns, 1)], axis=1))
 
 
-def _open(scene: Scene, plain: OnSurface) -> Floats:
+def _open(scene: Scene, surface: Surface, row: Floats) -> Floats:
     """(N, q): a column for each observable that the law leaves open, by one factor for all configurations."""
-    assert plain.surface.loose is not None
-    point, _ = plain.best
+    assert surface.loose is not None
     cells = scene.cells
-    sizes = np.abs(cells.take(np.tensordot(plain.surface.basis[point], plain.surface.loose, axes=1)))
+    sizes = np.abs(cells.take(np.tensordot(row, surface.loose, axes=1)))
     columns = np.unique(cells.observable[sizes > _LEAST])
     return np.asarray(sizes[:, None] * (cells.observable[:, None] == columns[None, :]))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -73,6 +73,15 @@ class Scene:
             self._strays[background] = self.ways.before(self.before[background])
         return self._strays[background]
 
+    def opened(self, sheets: Sequence[int], directions: Floats) -> Self:
+        """With U U' added to every background, U (N, q); for these sheets alone."""
+        before = tuple(white.opened(directions) for white in self.before)
+        seen = list(self.seen)
+        for i in sheets:
+            pairs = zip(before, self.seen[i], strict=True)
+            seen[i] = tuple(_one(self.surfaces[i], white.shortened(each.nodes)) for white, each in pairs)
+        return replace(self, before=before, seen=tuple(seen), _strays={})
+
     @property
     def ids(self) -> tuple[str, ...]:
         """Of the effects, each once."""
@@ -87,7 +96,7 @@ SMALLEST = 1.0
 
 
 def _seen(surfaces: Sequence[Surface], cells: Cells, before: Sequence[Whitening]) -> tuple[tuple[Seen, ...], ...]:
-    """All surfaces are whitened at once: a third of the time."""
+    """All surfaces are whitened at once: one product for each background."""
     if not surfaces:
         return ()
     nodes = np.concatenate([cells.take(surface.nodes) for surface in surfaces]).T

@@ -15,7 +15,7 @@ from ..hypotheses import Priors
 from ..stages.base import Stage
 from ..verdict import NONE, UNKNOWN
 from .background import under
-from .form import form_modes, with_form_error
+from .form import form_modes, left_open, with_form_error
 from .logs import log_mean
 from .pairs import OnPair, Started, interaction, of_pair, start_pair
 from .scene import Scene
@@ -32,6 +32,8 @@ PRIORS = Priors()
 _SUITED = 2
 #: The form of the law is looked at for singles within so many nats of the best.
 _FORM_WITHIN = 40.0
+#: What the laws of a pair leave open is taken from where it is likeliest, so often.
+_PAIR_ROUNDS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,8 +174,9 @@ def _pairs(
         started[f"{a}+{b}"] = max(options, key=lambda one: one.log_likelihood)
     near = sorted(started, key=lambda name: -started[name].log_likelihood)[:FINE_PAIRS]
     found = {name: of_pair(scene, started[name], whitened) for name in near}
-    top = sorted(found, key=lambda name: -found[name].log_evidence)[:SIMULATED_PAIRS] if stages else []
-    return found | {name: _simulated(scene, found[name], stages) for name in top}
+    top = sorted(found, key=lambda name: -found[name].log_evidence)[:SIMULATED_PAIRS]
+    modes = form_modes(scene)
+    return found | {name: _shaped_pair(scene, found[name], stages, modes, errors=not quick) for name in top}
 
 
 def _complements(scene: Scene, name: str, plain: Mapping[int, OnSurface]) -> list[str]:
@@ -187,11 +190,26 @@ def _complements(scene: Scene, name: str, plain: Mapping[int, OnSurface]) -> lis
     return sorted(found, key=lambda other: -found[other])[:_COMPLEMENTS]
 
 
-def _simulated(scene: Scene, pair: OnPair, stages: Sequence[Stage]) -> OnPair:
-    """The same pair with what the two do together taken off the gap; impossible where they have no answer together."""
-    extra = interaction(scene, pair, stages)
-    if not np.isfinite(extra).all():
-        return replace(pair, log_evidence=-np.inf)
-    whitened = [white.white(scene.cells.z - extra) for white in scene.before]
-    both = {i: of_surface(scene, i, whitened) for i in (pair.first, pair.second)}
-    return of_pair(scene, start_pair(scene, pair.first, pair.second, both, whitened), whitened)
+def _shaped_pair(scene: Scene, pair: OnPair, stages: Sequence[Stage], modes: Floats, *, errors: bool) -> OnPair:
+    """The same pair with what the two do together taken off the gap, impossible where they have no answer together; and
+    with what their laws leave open and errors of their forms, as single effects have them."""
+    z = scene.cells.z
+    if stages:
+        z = z - interaction(scene, pair, stages)
+        if not np.isfinite(z).all():
+            return replace(pair, log_evidence=-np.inf)
+    both = (pair.first, pair.second)
+    sheets = [scene.surfaces[i] for i in both]
+    for _ in range(_PAIR_ROUNDS if any(sheet.loose is not None for sheet in sheets) else 1):
+        open_ = left_open(scene, list(zip(sheets, pair.u, strict=True)), modes, errors=errors)
+        if not stages and not any(each.shape[1] for each in open_):
+            return pair
+        found = [_again(scene.opened(both, each) if each.shape[1] else scene, both, z) for each in open_]
+        pair = max(found, key=lambda one: one.log_evidence)
+    return replace(pair, log_evidence=log_mean([one.log_evidence for one in found]))
+
+
+def _again(scene: Scene, pair: tuple[int, int], z: Floats) -> OnPair:
+    whitened = [white.white(z) for white in scene.before]
+    alone = {i: of_surface(scene, i, whitened) for i in pair}
+    return of_pair(scene, start_pair(scene, *pair, alone, whitened), whitened)

@@ -7,14 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from plate_records import plate, played
+from pyroshock.diagnosis.evidence import weighing
 from pyroshock.diagnosis.evidence.scene import Scene
 from pyroshock.diagnosis.evidence.surface import surfaces
-from pyroshock.diagnosis.evidence.weighing import weigh
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.stages.plate import PlateStage
-from pyroshock.twin.effects import catalogue, effect
+from pyroshock.twin.effects import Effect, catalogue, effect
 from pyroshock.twin.plate.modal import ModalPlate
 
+GAIN = effect("sensor.force_gain", gain=1.12)
 CONTACTS = [(2e-4 + 4e-5 * i, 900.0 + 300 * i) for i in range(5)]
 
 
@@ -32,9 +33,9 @@ def on_supports(support_hz: float, seed: int) -> ModalPlate:
     )
 
 
-def stage(bench: ModalPlate, seed: int = 1) -> PlateStage:
+def stage(bench: ModalPlate, seed: int = 1, *effects: Effect) -> PlateStage:
     """What a plate shows that is compared with the free one's table."""
-    record = played(bench=bench, contacts=CONTACTS, repetitions=3, noise=3e-4, seed=seed)
+    record = played(effects, bench=bench, contacts=CONTACTS, repetitions=3, noise=3e-4, seed=seed)
     return PlateStage(replace(record, plate=plate()))
 
 
@@ -42,10 +43,25 @@ def stage(bench: ModalPlate, seed: int = 1) -> PlateStage:
 def test_supports_somewhere_are_found(seed: int) -> None:
     """Modes turn into each other, and rise more or less than on even springs: still no unknown cause."""
     one = stage(on_supports(110.0, seed))
-    found = weigh(
+    found = weighing.weigh(
         Scene.of(GapTable.of(one.record, (one,)), surfaces((one,), list(catalogue().values()))), stages=(one,)
     )
     assert next(iter(found.probability)) == "plate.boundary"
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_gain_is_found_beside_supports_somewhere(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pair has what the laws of its members leave open, as each has alone. Without, supports alone are likelier."""
+    one = stage(on_supports(110.0, seed), seed, GAIN)
+    kinds = [catalogue()[name] for name in ("plate.boundary", "sensor.force_gain", "plate.stiffness", "plate.damping")]
+    scene = Scene.of(GapTable.of(one.record, (one,)), surfaces((one,), kinds))
+    assert first(scene, one) == "plate.boundary+sensor.force_gain"
+    monkeypatch.setattr(weighing, "left_open", lambda scene, *_, **__: [np.zeros((len(scene.cells.z), 0))])
+    assert first(scene, one) == "plate.boundary"
+
+
+def first(scene: Scene, one: PlateStage) -> str:
+    return next(iter(weighing.weigh(scene, stages=(one,)).probability))
 
 
 def test_what_is_left_open_is_that_of_low_modes() -> None:
@@ -73,7 +89,7 @@ def test_other_laws_are_definite() -> None:
 @pytest.mark.parametrize("seed", [4, 5])
 def test_free_plate_is_not_held(seed: int) -> None:
     one = stage(plate(), seed)
-    found = weigh(
+    found = weighing.weigh(
         Scene.of(GapTable.of(one.record, (one,)), surfaces((one,), list(catalogue().values()))), stages=(one,)
     )
     assert next(iter(found.probability)) == "none"
