@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .contact import Contact
-from .segmentation import Level, Segment, find_events, local_baseline, orientation, rest_level, segment
+from .segmentation import Level, Segment, delimit, find_events, orientation, rest_level
 from .settings import ExtractionSettings
 from .spline import nrmse, smoothing_spline
 
@@ -26,7 +26,8 @@ class Pulse:
     published records state them; `spline_peak_force_n`, the impulses and the time of compression are the
     spline's, which comes nearer to the truth between samples on short contacts.
     `force_points_n` (points,) are equidistant over the contact, both ends included; `fine_force_n` (m,) has
-    `refinement` points per recorded sample.
+    `refinement` points per recorded sample. `rest_n` is that rest in the record, turned by `sign`; `threshold_n` the
+    force above it at which the contact was delimited.
     """
 
     contact: Contact
@@ -49,6 +50,8 @@ class Pulse:
     truncated: bool
     extra_hits: int
     sign: int
+    rest_n: float
+    threshold_n: float
 
 
 def extract_pulses(
@@ -76,9 +79,7 @@ def extract_pulses(
         events = sorted(largest, key=lambda peaks: int(peaks[0]))
     pulses = []
     for peaks in events:
-        roughly = segment(upright, peaks, level, settings).walk
-        rest = local_baseline(upright, roughly[0], level, sampling_rate_hz)
-        found = segment(upright, peaks, rest, settings)
+        rest, found = delimit(upright, peaks, level, sampling_rate_hz, settings)
         pulses.append(_measure(upright, rest, found, sampling_rate_hz, settings, start_s, sign))
     return tuple(pulses)
 
@@ -125,6 +126,8 @@ def _measure(
         truncated=found.truncated,
         extra_hits=found.extra_hits,
         sign=sign,
+        rest_n=rest.baseline,
+        threshold_n=found.threshold - rest.baseline,
     )
 
 

@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from sqlalchemy import func, select, update
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ..schema.impacts import Impact
-from ..schema.impacts import Pulse as PulseRow
+from ..schema.campaigns import Campaign
 from ..schema.listings import get_campaign_id
 from ..schema.recordings import Recording
 from ..schema.session import Store
-from .processing import pulses_of
-from .rows import pulse_row, settings_id
+from .recut import Cut, add_versions, cut, impacts_of, put_in_use, versions
 from .settings import ExtractionSettings
-from .stored import list_channels, read_channel
+
+STORED = "stored"
 
 
 @dataclass
@@ -46,7 +45,7 @@ def reextract(
     report = ReextractionReport(campaign)
     with store.reading() as session:
         query = select(Recording.id, Recording.path).where(
-            Recording.campaign_id == get_campaign_id(session, campaign), Recording.status == "stored"
+            Recording.campaign_id == get_campaign_id(session, campaign), Recording.status == STORED
         )
         recordings = session.execute(query.order_by(Recording.id)).all()
     for done, (key, path) in enumerate(recordings, 1):
@@ -56,53 +55,56 @@ def reextract(
     return report
 
 
+def reextract_recording(store: Store, recording_key: int, settings: ExtractionSettings) -> ReextractionReport:
+    """`reextract` of one recording, with all its hits. Raises as `preview_impacts`."""
+    with store.reading() as session:
+        campaign, path, _ = _recording(session, recording_key)
+    report = ReextractionReport(campaign)
+    _one(store, recording_key, path, settings, report)
+    return report
+
+
+def preview_impacts(store: Store, recording_key: int, settings: ExtractionSettings) -> Cut:
+    """What `reextract_recording` would store of a recording; nothing is.
+
+    Raises `LookupError` for a recording that there is not, was set aside, or in which no contact was found.
+    """
+    with store.reading() as session:
+        _, _, impacts = _recording(session, recording_key)
+        return cut(session, recording_key, impacts, settings)
+
+
+def _recording(session: Session, key: int) -> tuple[str, str, list[int]]:
+    """Its campaign, its path and the impacts that can be cut."""
+    columns = (Campaign.name, Recording.path, Recording.status, Recording.reason)
+    found = session.execute(select(*columns).join(Campaign).where(Recording.id == key)).one_or_none()
+    if found is None:
+        raise LookupError(f"no recording {key} in the store; pyroshock show IMPACT names those of impacts")
+    campaign, path, status, reason = found
+    if status != STORED:
+        raise LookupError(f"recording {path!r} of campaign {campaign!r} was {status}, nothing to cut: {reason}")
+    impacts = impacts_of(session, key)
+    if not impacts:
+        raise LookupError(f"recording {path!r} of campaign {campaign!r} has no impact with a contact to cut")
+    return campaign, path, impacts
+
+
 def _one(store: Store, recording: int, path: str, settings: ExtractionSettings, report: ReextractionReport) -> None:
     with store.reading() as session:
-        impacts = _impacts(session, recording)
+        impacts = impacts_of(session, recording)
         if not impacts:
             return
-        known = _versions(session, impacts, settings)
-        channels = [read_channel(session, row) for row in list_channels(session, recording) if row.quantity == "force"]
-    if len(known) == len(impacts):
-        with store.writing() as session:
-            _put_in_use(session, known)
-        report.reused += len(known)
-        return
-    pulses = pulses_of(channels, settings, len(impacts))
-    if len(pulses) != len(impacts):
-        reason = f"{len(pulses)} impacts found with these settings, {len(impacts)} stored"
-        report.skipped.append({"recording": path, "reason": reason})
+        known = len(versions(session, impacts, settings)) == len(impacts)
+        found = None if known else cut(session, recording, impacts, settings)
+    if found is not None and found.mismatch is not None:
+        report.skipped.append({"recording": path, "reason": found.mismatch})
         return
     with store.writing() as session:
-        key = settings_id(session, settings)
-        _retire(session, impacts)
-        session.add_all(pulse_row(p, impact, key) for p, impact in zip(pulses, impacts, strict=True))
-    report.added += len(pulses)
-
-
-def _impacts(session: Session, recording: int) -> list[int]:
-    """Impacts of a recording in the order of their contacts."""
-    query = (
-        select(Impact.id)
-        .join(PulseRow, PulseRow.impact_id == Impact.id)
-        .where(Impact.recording_id == recording)
-        .group_by(Impact.id)
-        .order_by(func.min(PulseRow.start_s))
-    )
-    return list(session.scalars(query))
-
-
-def _versions(session: Session, impacts: list[int], settings: ExtractionSettings) -> list[int]:
-    """Pulses that were already cut with these settings."""
-    query = select(PulseRow.id).join(PulseRow.settings).where(PulseRow.impact_id.in_(impacts))
-    return list(session.scalars(query.where(PulseRow.settings.has(fingerprint=settings.fingerprint))))
-
-
-def _retire(session: Session, impacts: list[int]) -> None:
-    session.execute(update(PulseRow).where(PulseRow.impact_id.in_(impacts), PulseRow.current).values(current=False))
-
-
-def _put_in_use(session: Session, pulses: list[int]) -> None:
-    impacts = select(PulseRow.impact_id).where(PulseRow.id.in_(pulses))
-    session.execute(update(PulseRow).where(PulseRow.impact_id.in_(impacts), PulseRow.current).values(current=False))
-    session.execute(update(PulseRow).where(PulseRow.id.in_(pulses)).values(current=True))
+        # Asked again under the lock: a second request for the same may have been faster.
+        earlier = versions(session, impacts, settings)
+        if found is None or len(earlier) == len(impacts):
+            put_in_use(session, impacts, earlier)
+            report.reused += len(earlier)
+        else:
+            add_versions(session, found)
+            report.added += len(found.pulses)

@@ -117,6 +117,15 @@ def segment(force: Floats, peaks: NDArray[np.int64], level: Level, settings: Ext
     )
 
 
+def delimit(
+    force: Floats, peaks: NDArray[np.int64], level: Level, sampling_rate_hz: float, settings: ExtractionSettings
+) -> tuple[Level, Segment]:
+    """The contact around `peaks[0]` in `force` (n,), oriented upwards, and the rest before it that it was cut by."""
+    roughly = segment(force, peaks, level, settings).walk
+    rest = local_baseline(force, roughly[0], level, sampling_rate_hz)
+    return rest, segment(force, peaks, rest, settings)
+
+
 def local_baseline(force: Floats, first: int, level: Level, sampling_rate_hz: float) -> Level:
     """The rest just before a contact that begins at `first`: drift between hits must not tilt the threshold.
 

@@ -1,0 +1,84 @@
+"""The hits of one stored recording cut with other settings: looked at, or stored as the version in use."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import func, select, update
+from sqlalchemy.orm import Session
+
+from ..schema.impacts import Impact
+from ..schema.impacts import Pulse as PulseRow
+from .processing import pulses_of
+from .pulses import Pulse
+from .rows import pulse_row, settings_id
+from .settings import ExtractionSettings
+from .stored import list_channels, read_channel
+
+
+@dataclass(frozen=True)
+class Cut:
+    """What settings make of a recording: keys of its impacts in the order of their contacts, and the pulses found.
+
+    Each impact has its pulse where `mismatch` is None; else it says why nobody can tell which belongs to which.
+    """
+
+    settings: ExtractionSettings
+    impacts: tuple[int, ...]
+    pulses: tuple[Pulse, ...]
+
+    @property
+    def mismatch(self) -> str | None:
+        if len(self.pulses) == len(self.impacts):
+            return None
+        return f"{len(self.pulses)} impacts found with these settings, {len(self.impacts)} stored"
+
+    def pulse_of(self, impact: int) -> Pulse | None:
+        """The pulse of an impact; None where they cannot be told apart, or it is another recording's."""
+        if self.mismatch is not None or impact not in self.impacts:
+            return None
+        return self.pulses[self.impacts.index(impact)]
+
+
+def impacts_of(session: Session, recording: int) -> list[int]:
+    """Impacts of a recording in the order of their contacts; those without a contact are left out."""
+    query = (
+        select(Impact.id)
+        .join(PulseRow, PulseRow.impact_id == Impact.id)
+        .where(Impact.recording_id == recording)
+        .group_by(Impact.id)
+        .order_by(func.min(PulseRow.start_s))
+    )
+    return list(session.scalars(query))
+
+
+def cut(session: Session, recording: int, impacts: Sequence[int], settings: ExtractionSettings) -> Cut:
+    """The recording's hits by these settings; nothing is stored."""
+    channels = [read_channel(session, row) for row in list_channels(session, recording) if row.quantity == "force"]
+    return Cut(settings, tuple(impacts), pulses_of(channels, settings, len(impacts)))
+
+
+def versions(session: Session, impacts: Sequence[int], settings: ExtractionSettings) -> list[int]:
+    """Pulses that were already cut with these settings."""
+    query = select(PulseRow.id).join(PulseRow.settings).where(PulseRow.impact_id.in_(impacts))
+    return list(session.scalars(query.where(PulseRow.settings.has(fingerprint=settings.fingerprint))))
+
+
+def put_in_use(session: Session, impacts: Sequence[int], pulses: Sequence[int]) -> None:
+    """Make these versions the ones in use."""
+    _retire(session, impacts)
+    session.execute(update(PulseRow).where(PulseRow.id.in_(pulses)).values(current=True))
+
+
+def add_versions(session: Session, found: Cut) -> None:
+    """Store the pulses as the versions in use. Raises `ValueError` where they cannot be told apart."""
+    if found.mismatch is not None:
+        raise ValueError(found.mismatch)
+    key = settings_id(session, found.settings)
+    _retire(session, found.impacts)
+    session.add_all(pulse_row(p, impact, key) for p, impact in zip(found.pulses, found.impacts, strict=True))
+
+
+def _retire(session: Session, impacts: Sequence[int]) -> None:
+    session.execute(update(PulseRow).where(PulseRow.impact_id.in_(impacts), PulseRow.current).values(current=False))

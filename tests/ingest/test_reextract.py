@@ -1,0 +1,147 @@
+"""Pulses cut anew: previewed without a trace, stored as previewed, and back to an earlier version without a new row."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from campaigns import hammer_campaign
+from pyroshock.ingest.load import ingest_folder
+from pyroshock.ingest.reextract import preview_impacts, reextract, reextract_recording
+from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.schema.impacts import Impact, Pulse
+from pyroshock.schema.recordings import Recording
+from pyroshock.schema.series import as_floats
+from pyroshock.schema.session import Writer, count_rows, open_store
+from sqlalchemy import func, select
+
+OTHER = ExtractionSettings(segmentation="mask", threshold=0.05, smoothing=0.9)
+#: So high a share of the largest that the smaller hit of two is none.
+BLIND = ExtractionSettings(event_share=0.999)
+FIGURES = (
+    *("start_s", "contact_time_s", "compression_time_s", "peak_force_n", "spline_peak_force_n", "impulse_n_s"),
+    *("compression_impulse_n_s", "width_half_s", "width_tenth_s", "samples_in_contact", "spline_nrmse"),
+    *("segmentation_difference", "fine_period_s"),
+)
+
+
+@pytest.fixture
+def store(sqlite_url, tmp_path):
+    with open_store(sqlite_url, Writer("test", "0"), create=True) as store:
+        ingest_folder(store, hammer_campaign(tmp_path / "c"), jobs=1)
+        yield store
+
+
+def recordings(store):
+    with store.reading() as session:
+        return session.scalars(select(Recording.id).order_by(Recording.id)).all()
+
+
+def in_use(store):
+    """Settings of the pulses in use, by impact."""
+    with store.reading() as session:
+        rows = session.scalars(select(Pulse).where(Pulse.current).order_by(Pulse.impact_id))
+        return {row.impact_id: (row.id, row.settings.settings["threshold"]) for row in rows}
+
+
+def test_preview_changes_no_row(store):
+    before, used = count_rows(store), in_use(store)
+    found = preview_impacts(store, recordings(store)[0], OTHER)
+    assert (len(found.pulses), found.mismatch) == (2, None)
+    assert (count_rows(store), in_use(store)) == (before, used)
+
+
+def test_what_is_stored_is_what_was_previewed(store):
+    recording = recordings(store)[0]
+    found = preview_impacts(store, recording, OTHER)
+    report = reextract_recording(store, recording, OTHER)
+    assert (report.campaign, report.added, report.reused, report.skipped) == ("hammer", 2, 0, [])
+    with store.reading() as session:
+        for impact, pulse in zip(found.impacts, found.pulses, strict=True):
+            row = session.scalars(select(Pulse).where(Pulse.impact_id == impact, Pulse.current)).one()
+            assert {name: getattr(row, name) for name in FIGURES} == {name: getattr(pulse, name) for name in FIGURES}
+            np.testing.assert_array_equal(as_floats(row.fine_force_n), pulse.fine_force_n)
+            np.testing.assert_array_equal(row.force_points_n, pulse.force_points_n)
+            assert found.pulse_of(impact) is pulse
+
+
+def test_stored_settings_preview_the_stored_pulse(store):
+    """An untouched setting shows what is there: the preview is the extraction itself, not a likeness."""
+    found = preview_impacts(store, recordings(store)[0], ExtractionSettings())
+    impact, pulse = found.impacts[0], found.pulses[0]
+    with store.reading() as session:
+        row = session.scalars(select(Pulse).where(Pulse.impact_id == impact)).one()
+        np.testing.assert_array_equal(as_floats(row.fine_force_n), pulse.fine_force_n)
+
+
+def test_other_recordings_are_left_alone(store):
+    first, second = recordings(store)
+    reextract_recording(store, first, OTHER)
+    with store.reading() as session:
+        query = select(Pulse).join(Impact).where(Impact.recording_id == second)
+        assert {row.settings.settings["threshold"] for row in session.scalars(query)} == {0.005}
+
+
+def test_same_settings_again_put_the_old_version_back_in_use(store):
+    recording, before = recordings(store)[0], in_use(store)
+    reextract_recording(store, recording, OTHER)
+    rows = count_rows(store)
+    assert {threshold for _, threshold in in_use(store).values()} == {0.005, 0.05}
+    report = reextract_recording(store, recording, ExtractionSettings())
+    assert (report.added, report.reused) == (0, 2)
+    assert (in_use(store), count_rows(store)) == (before, rows)
+
+
+def test_campaign_and_its_recordings_give_the_same(store, tmp_path):
+    other = f"sqlite:///{tmp_path / 'other.db'}"
+    with open_store(other, Writer("test", "0"), create=True) as twin:
+        ingest_folder(twin, hammer_campaign(tmp_path / "again"), jobs=1)
+        report = reextract(twin, "hammer", OTHER)
+        for recording in recordings(store):
+            reextract_recording(store, recording, OTHER)
+        assert report.added == 4
+        assert in_use(twin) == in_use(store)
+
+
+def test_recording_with_another_number_of_hits_is_left_as_it_was(store):
+    recording, before = recordings(store)[0], count_rows(store)
+    found = preview_impacts(store, recording, BLIND)
+    assert found.mismatch == "1 impacts found with these settings, 2 stored"
+    assert found.pulse_of(found.impacts[0]) is None
+    report = reextract_recording(store, recording, BLIND)
+    assert report.skipped == [{"recording": "recordings/test-01.npz", "reason": found.mismatch}]
+    assert count_rows(store) == before
+
+
+def test_one_pulse_is_in_use_per_impact(store):
+    for settings in (OTHER, ExtractionSettings(), OTHER, ExtractionSettings(threshold=0.1)):
+        reextract(store, "hammer", settings)
+    with store.reading() as session:
+        used = session.execute(select(Pulse.impact_id, func.count()).where(Pulse.current).group_by(Pulse.impact_id))
+        assert set(dict(used.all()).values()) == {1}
+        assert session.scalar(select(func.count()).select_from(Pulse)) == 4 * 3
+
+
+def test_unknown_recording_is_named(store):
+    with pytest.raises(LookupError, match="no recording 99"):
+        preview_impacts(store, 99, OTHER)
+    with pytest.raises(LookupError, match="no recording 99"):
+        reextract_recording(store, 99, OTHER)
+
+
+def test_recording_that_was_set_aside_has_nothing_to_cut(store):
+    with store.writing() as session:
+        session.add(
+            Recording(campaign_id=1, path="bad.mat", sha256="0" * 64, size_bytes=1, format="mat",
+                      status="set aside", reason="truncated")
+        )  # fmt: skip
+    with pytest.raises(LookupError, match=r"'bad.mat' of campaign 'hammer' was set aside.*truncated"):
+        preview_impacts(store, recordings(store)[-1], OTHER)
+
+
+def test_recording_without_an_impact_has_nothing_to_cut(store):
+    with store.writing() as session:
+        session.add(
+            Recording(campaign_id=1, path="idle.mat", sha256="0" * 64, size_bytes=1, format="mat", status="stored")
+        )
+    with pytest.raises(LookupError, match=r"'idle.mat' of campaign 'hammer' has no impact"):
+        reextract_recording(store, recordings(store)[-1], OTHER)
