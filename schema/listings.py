@@ -6,72 +6,40 @@ the findings), and `pages` cuts them so that a listing costs what it returns and
 
 from __future__ import annotations
 
-import operator
 from collections import defaultdict
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
+from itertools import islice
 from typing import Any
 
-from sqlalchemy import ColumnElement, Integer, Select, and_, func, or_, select
+from sqlalchemy import Integer, func, select, true
 from sqlalchemy.orm import Session
 
 from .campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
+from .conditions import (
+    IMPACT_COLUMNS,
+    IN_USE,
+    OPERATORS,
+    SHOT_COLUMNS,
+    Condition,
+    UnknownFieldError,
+    get_campaign_id,
+    listing_key,
+    restricted,
+)
 from .impacts import Impact, Pulse
-from .pages import Span, Table, iter_pages, span_of
+from .pages import iter_pages
 from .plans import PlannedRun
 from .quality import SEVERITIES, QualityFinding
 from .shots import Shot
 
 PAGE = 2000
 
-OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
-    "=": operator.eq,
-    "!=": operator.ne,
-    "<": operator.lt,
-    "<=": operator.le,
-    ">": operator.gt,
-    ">=": operator.ge,
-}
-
-_IMPACT_COLUMNS: dict[str, Any] = {
-    "id": Impact.id,
-    "run": Impact.run,
-    "repetition": Impact.repetition,
-    "impact_velocity_m_s": Impact.impact_velocity_m_s,
-    "contact_time_s": Pulse.contact_time_s,
-    "peak_force_n": Pulse.peak_force_n,
-    "impulse_n_s": Pulse.impulse_n_s,
-    "compression_time_s": Pulse.compression_time_s,
-}
-_SHOT_COLUMNS: dict[str, Any] = {
-    "id": Shot.id,
-    "run": Shot.run,
-    "repetition": Shot.repetition,
-    "tank_pressure_pa": Shot.tank_pressure_pa,
-    "bullet_mass_kg": Shot.bullet_mass_kg,
-    "measured_velocity_m_s": Shot.measured_velocity_m_s,
-    "measured_velocity_u_m_s": Shot.measured_velocity_u_m_s,
-}
-
-
-class UnknownFieldError(ValueError):
-    """A filter names no column and no factor; the message lists those there are."""
-
-
-@dataclass(frozen=True)
-class Condition:
-    """`field operator value`: a column of the listing, or a factor (numbers in SI)."""
-
-    field: str
-    operator: str
-    value: str | float
-
 
 def list_campaigns(session: Session) -> list[dict[str, Any]]:
     """Every campaign with its counts; `planned` and `done` are runs of the plans that it works off."""
     impacts = _count_by_campaign(session, Impact)
     shots = _count_by_campaign(session, Shot)
-    plans = _plan_counts(session)
+    plans = list_plan_counts(session)
     columns = (Campaign.id, Campaign.name, Campaign.kind, Campaign.date)
     return [
         {
@@ -92,12 +60,14 @@ def _count_by_campaign(session: Session, table: type[Impact] | type[Shot]) -> di
     return dict(iter(rows))
 
 
-def _plan_counts(session: Session) -> dict[int, tuple[int, int]]:
+def list_plan_counts(session: Session, campaigns: list[int] | None = None) -> dict[int, tuple[int, int]]:
+    """Runs, and those that are done, of the plans that campaigns work off: by key, of all or of `campaigns`."""
     counts: dict[int, tuple[int, int]] = {}
     for table in (Impact, Shot):
         touched = (
             select(table.campaign_id, PlannedRun.plan_id)
             .join(PlannedRun, table.planned_run_id == PlannedRun.id)
+            .where(true() if campaigns is None else table.campaign_id.in_(campaigns))
             .distinct()
             .subquery()
         )
@@ -111,27 +81,29 @@ def _plan_counts(session: Session) -> dict[int, tuple[int, int]]:
 
 
 def iter_impacts(
-    session: Session, campaign: str | None = None, where: tuple[Condition, ...] = (), page: int = PAGE
+    session: Session,
+    campaign: str | None = None,
+    where: tuple[Condition, ...] = (),
+    page: int = PAGE,
+    after: int | None = None,
 ) -> Iterator[dict[str, Any]]:
-    """Impacts in order of their key, factors included, with the numbers of the pulse in use.
+    """Impacts in order of their key, factors included, with the numbers of the pulse in use; those beyond key `after`.
 
-    Raises `UnknownFieldError` for a condition on nothing known, `LookupError` for an unknown campaign.
+    Raises `UnknownFieldError` for a condition on nothing known, `LookupError` for an unknown campaign, `ValueError` for
+    a column that is compared with a word.
     """
     columns = (
         Campaign.name.label("campaign"),
         Impact.configuration_id,
         Impact.recording_id,
-        *_labelled(_IMPACT_COLUMNS),
+        *_labelled(IMPACT_COLUMNS),
     )
     query = (
-        select(*columns)
-        .select_from(Impact)
-        .join(Campaign, Impact.campaign_id == Campaign.id)
-        .outerjoin(Pulse, and_(Pulse.impact_id == Impact.id, Pulse.current))
+        select(*columns).select_from(Impact).join(Campaign, Impact.campaign_id == Campaign.id).outerjoin(Pulse, IN_USE)
     )
-    query, span = _restricted(session, query, Impact, _IMPACT_COLUMNS, campaign, where)
+    query, span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
     configurations = _Configurations(session)
-    for rows in iter_pages(session, query, Impact.id, span, page):
+    for rows in iter_pages(session, query, Impact.id, span.beyond(after), page):
         quality = _quality(session, rows)
         configurations.learn({row["configuration_id"] for row in rows})
         for row in rows:
@@ -151,86 +123,55 @@ def iter_impacts(
 
 
 def iter_shots(
-    session: Session, campaign: str | None = None, where: tuple[Condition, ...] = (), page: int = PAGE
+    session: Session,
+    campaign: str | None = None,
+    where: tuple[Condition, ...] = (),
+    page: int = PAGE,
+    after: int | None = None,
 ) -> Iterator[dict[str, Any]]:
-    """Shots in order of their key. Raises as `iter_impacts`."""
-    columns = (Campaign.name.label("campaign"), *_labelled(_SHOT_COLUMNS), Campaign.gun_id.label("gun_id"))
+    """Shots in order of their key, those beyond key `after`. Raises as `iter_impacts`."""
+    columns = (Campaign.name.label("campaign"), *_labelled(SHOT_COLUMNS), Campaign.gun_id.label("gun_id"))
     query = select(*columns).select_from(Shot).join(Campaign, Shot.campaign_id == Campaign.id)
-    query, span = _restricted(session, query, Shot, _SHOT_COLUMNS, campaign, where)
-    for rows in iter_pages(session, query, Shot.id, span, page):
+    query, span = restricted(session, query, Shot, SHOT_COLUMNS, campaign, where)
+    for rows in iter_pages(session, query, Shot.id, span.beyond(after), page):
         yield from rows
+
+
+Rows = list[dict[str, Any]]
+
+
+def list_impacts_page(
+    session: Session, campaign: str | None, where: tuple[Condition, ...], after: int | None, limit: int
+) -> tuple[Rows, int | None]:
+    """At most `limit` impacts beyond key `after` (None: from the first), and the key that the next page goes on from.
+
+    That key is None on the last page. Raises as `iter_impacts`, and `ValueError` for a limit below 1.
+    """
+    _check_limit(limit)
+    return _page(iter_impacts(session, campaign, where, limit + 1, after), limit)
+
+
+def list_shots_page(
+    session: Session, campaign: str | None, where: tuple[Condition, ...], after: int | None, limit: int
+) -> tuple[Rows, int | None]:
+    """The same of shots."""
+    _check_limit(limit)
+    return _page(iter_shots(session, campaign, where, limit + 1, after), limit)
+
+
+def _check_limit(limit: int) -> None:
+    if limit < 1:
+        raise ValueError(f"limit is {limit!r}; expected 1 or more rows")
+
+
+def _page(rows: Iterator[dict[str, Any]], limit: int) -> tuple[Rows, int | None]:
+    """One row more than asked for tells whether there is a next page."""
+    found = list(islice(rows, limit + 1))
+    return found[:limit], found[limit - 1]["id"] if len(found) > limit else None
 
 
 def _labelled(columns: dict[str, Any]) -> list[Any]:
     return [column.label(name) for name, column in columns.items()]
-
-
-def _restricted(
-    session: Session,
-    query: Select[Any],
-    table: Table,
-    columns: dict[str, Any],
-    campaign: str | None,
-    where: tuple[Condition, ...],
-) -> tuple[Select[Any], Span]:
-    """`query` under a campaign and conditions, and where its rows lie."""
-    campaign_id = None if campaign is None else get_campaign_id(session, campaign)
-    if campaign_id is not None:
-        query = query.where(table.campaign_id == campaign_id)
-    of_factors = [condition for condition in where if condition.field not in columns]
-    for condition in where:
-        if condition.field in columns:
-            query = query.where(OPERATORS[condition.operator](columns[condition.field], condition.value))
-    if not of_factors:
-        return query, span_of(session, table, campaign_id, None)
-    # The keys are known before the query: a database plans badly for those that it must find first.
-    keys = set.intersection(*(_matching_configurations(session, condition, columns) for condition in of_factors))
-    found = sorted(keys)
-    return query.where(table.configuration_id.in_(found)), span_of(session, table, campaign_id, found)
-
-
-def get_campaign_id(session: Session, name: str) -> int:
-    """Key of a campaign; `LookupError` naming those there are otherwise."""
-    key = session.scalar(select(Campaign.id).where(Campaign.name == name))
-    if key is None:
-        known = ", ".join(session.scalars(select(Campaign.name).order_by(Campaign.name).limit(10))) or "none yet"
-        raise LookupError(f"no campaign {name!r} in the store; known: {known}")
-    return key
-
-
-def _matching_configurations(session: Session, condition: Condition, columns: dict[str, Any]) -> set[int]:
-    factor = _factor(session, condition.field, columns)
-    test = OPERATORS[condition.operator]
-    matches: ColumnElement[bool] = test(FactorLevel.label, str(condition.value))
-    try:
-        number = float(condition.value)
-    except ValueError:
-        pass
-    else:
-        # SI numbers that came by different roads differ in the last digit: equality means to nine digits.
-        slack = 1e-9 * abs(number)
-        near = FactorLevel.number.between(number - slack, number + slack)
-        exact = {"=": near, "!=": ~near}.get(condition.operator)
-        numeric = exact if exact is not None else test(FactorLevel.number, number)
-        matches = or_(numeric, and_(FactorLevel.number.is_(None), matches)) if condition.operator in "!=" else numeric
-    levels = select(FactorLevel.id).where(FactorLevel.factor_id == factor, matches)
-    matching = select(ConfigurationLevel.configuration_id).where(ConfigurationLevel.level_id.in_(levels))
-    return set(session.scalars(matching))
-
-
-def _factor(session: Session, field: str, columns: dict[str, Any]) -> int:
-    known_factors = session.execute(select(Factor.id, Factor.name, Factor.si_unit)).all()
-    factors = {listing_key(name, si_unit): key for key, name, si_unit in known_factors}
-    factors |= {name: key for key, name, _ in known_factors}
-    if field not in factors:
-        known = ", ".join(sorted({*factors, *columns}))
-        raise UnknownFieldError(f"no column or factor {field!r}; known: {known}")
-    return factors[field]
-
-
-def listing_key(name: str, si_unit: str | None) -> str:
-    """The key under which a factor appears in a listing: `tip_radius` in `m` is `tip_radius_m`."""
-    return f"{name}_{si_unit.replace('/', '_').lower()}" if si_unit else name
 
 
 class _Configurations:
@@ -283,3 +224,17 @@ def _quality(session: Session, rows: list[dict[str, Any]]) -> dict[int, str]:
         if mine:
             worst[row["id"]] = max(mine, key=SEVERITIES.index)
     return worst
+
+
+__all__ = [
+    "OPERATORS",
+    "Condition",
+    "UnknownFieldError",
+    "get_campaign_id",
+    "iter_impacts",
+    "iter_shots",
+    "list_campaigns",
+    "list_impacts_page",
+    "list_shots_page",
+    "listing_key",
+]

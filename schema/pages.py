@@ -34,6 +34,10 @@ class Span:
     first: int
     last: int
 
+    def beyond(self, key: int | None) -> Span:
+        """The part after `key`; all where it is None."""
+        return self if key is None else Span(max(self.first, key + 1), self.last)
+
 
 def span_of(session: Session, table: Table, campaign_id: int | None, configurations: list[int] | None) -> Span:
     """Where rows of a campaign (None: all) with one of `configurations` (None: any) can lie.

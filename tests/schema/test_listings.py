@@ -9,9 +9,19 @@ from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.configurations import configuration_id
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.levels import Level
-from pyroshock.schema.listings import Condition, UnknownFieldError, iter_impacts, list_campaigns
+from pyroshock.schema.listings import (
+    Condition,
+    UnknownFieldError,
+    iter_impacts,
+    iter_shots,
+    list_campaigns,
+    list_impacts_page,
+    list_shots_page,
+)
 from pyroshock.schema.plans import Plan, PlannedRun
 from pyroshock.schema.session import Writer, open_store
+from pyroshock.schema.shots import Shot
+from sqlalchemy import event
 
 TIPS = ("steel", "delrin")
 RADII = (0.03, 0.045)
@@ -114,3 +124,88 @@ def test_campaigns_count_impacts_and_plans(filled):
         ("a", 12, 0, 0, 0),
         ("b", 12, 0, 13, 12),
     ]
+
+
+FILTERS = {
+    "all": ((), None),
+    "campaign": ((), "b"),
+    "factor": ((Condition("tip_material", "=", "steel"),), None),
+    "column": ((Condition("run", ">", 5.0),), "a"),
+    "none": ((Condition("tip_material", "=", "gold"),), None),
+}
+
+
+def pages(store, where, campaign, limit):
+    """Every page of a listing, each asked for by the key that the one before told."""
+    with store.reading() as session:
+        after, more = None, True
+        while more:
+            rows, after = list_impacts_page(session, campaign, where, after, limit)
+            yield rows
+            more = after is not None
+
+
+@pytest.mark.parametrize("limit", [1, 5, 12, 24, 100])
+@pytest.mark.parametrize("name", FILTERS)
+def test_pages_by_key_are_the_whole_listing(filled, name, limit):
+    where, campaign = FILTERS[name]
+    found = list(pages(filled, where, campaign, limit))
+    assert [row for rows in found for row in rows] == listed(filled, *where, campaign=campaign)
+    assert all(len(rows) == limit for rows in found[:-1])
+    assert len(found) == 1 or found[-1]
+
+
+def test_nothing_is_beyond_the_last_key(filled):
+    with filled.reading() as session:
+        last = list(iter_impacts(session))[-1]["id"]
+        for after in (last, last + 1, 10**30):
+            assert list_impacts_page(session, None, (), after, 10) == ([], None)
+
+
+def test_page_goes_on_from_a_key_that_is_gone(filled):
+    with filled.reading() as session:
+        rows, _ = list_impacts_page(session, None, (), -5, 3)
+        assert rows == listed(filled)[:3]
+
+
+def test_page_of_nothing_is_refused(filled):
+    with filled.reading() as session, pytest.raises(ValueError, match="limit is 0"):
+        list_impacts_page(session, None, (), None, 0)
+
+
+def test_page_asks_the_database_for_no_more_than_itself(filled):
+    asked = []
+    with filled.reading() as session:
+
+        @event.listens_for(session.connection(), "before_cursor_execute")
+        def _note(_connection, _cursor, statement, parameters, *_):
+            if " LIMIT " in statement:
+                asked.append(parameters)
+
+        list_impacts_page(session, None, (), None, 4)
+    (parameters,) = asked
+    assert 5 in (parameters.values() if isinstance(parameters, dict) else parameters)
+
+
+def test_word_for_a_column_of_numbers_is_refused(filled):
+    with pytest.raises(ValueError, match="run is compared with 'three'; expected a number"):
+        listed(filled, Condition("run", "=", "three"))
+
+
+def test_shots_have_pages_too(filled):
+    with filled.writing() as session:
+        campaign, key = Campaign(name="g", kind="gun", date=dt.date(2026, 1, 1), fingerprint="g"), 1
+        session.add(campaign)
+        session.flush()
+        for run in range(7):
+            session.add(
+                Shot(campaign_id=campaign.id, run=run, repetition=1, configuration_id=key, tank_pressure_pa=1e5,
+                     bullet_mass_kg=0.1 + run)
+            )  # fmt: skip
+    with filled.reading() as session:
+        whole = list(iter_shots(session, "g"))
+        first, after = list_shots_page(session, "g", (), None, 4)
+        rest, end = list_shots_page(session, "g", (), after, 4)
+        assert (first + rest, after, end) == (whole, whole[3]["id"], None)
+        heavy, _ = list_shots_page(session, None, (Condition("bullet_mass_kg", ">", 3.0),), after, 10)
+        assert [row["run"] for row in heavy] == [4, 5, 6]

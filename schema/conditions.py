@@ -1,0 +1,141 @@
+"""Conditions of a listing: what they may name, and the part of a query that they are.
+
+A condition on a column goes into the query; one on a factor is first turned into the configurations that meet it.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import ColumnElement, Select, and_, or_, select, text
+from sqlalchemy.orm import Session
+
+from .campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
+from .impacts import Impact, Pulse
+from .pages import Span, Table, span_of
+from .shots import Shot
+
+OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
+    "=": operator.eq,
+    "!=": operator.ne,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+}
+
+#: The pulse in use of an impact, as its partial index has it: SQLAlchemy's own `current = 1` finds no use for it in
+#: SQLite, and every pulse's row is read for its flag.
+IN_USE = and_(Pulse.impact_id == Impact.id, text("pulses.current"))
+
+IMPACT_COLUMNS: dict[str, Any] = {
+    "id": Impact.id,
+    "run": Impact.run,
+    "repetition": Impact.repetition,
+    "impact_velocity_m_s": Impact.impact_velocity_m_s,
+    "contact_time_s": Pulse.contact_time_s,
+    "peak_force_n": Pulse.peak_force_n,
+    "impulse_n_s": Pulse.impulse_n_s,
+    "compression_time_s": Pulse.compression_time_s,
+}
+SHOT_COLUMNS: dict[str, Any] = {
+    "id": Shot.id,
+    "run": Shot.run,
+    "repetition": Shot.repetition,
+    "tank_pressure_pa": Shot.tank_pressure_pa,
+    "bullet_mass_kg": Shot.bullet_mass_kg,
+    "measured_velocity_m_s": Shot.measured_velocity_m_s,
+    "measured_velocity_u_m_s": Shot.measured_velocity_u_m_s,
+}
+
+
+class UnknownFieldError(ValueError):
+    """A filter names no column and no factor; the message lists those there are."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """`field operator value`: a column of the listing, or a factor (numbers in SI)."""
+
+    field: str
+    operator: str
+    value: str | float
+
+
+def restricted(
+    session: Session,
+    query: Select[Any],
+    table: Table,
+    columns: dict[str, Any],
+    campaign: str | None,
+    where: tuple[Condition, ...],
+) -> tuple[Select[Any], Span]:
+    """`query` under a campaign and conditions, and where its rows lie."""
+    campaign_id = None if campaign is None else get_campaign_id(session, campaign)
+    if campaign_id is not None:
+        query = query.where(table.campaign_id == campaign_id)
+    of_factors = [condition for condition in where if condition.field not in columns]
+    for condition in where:
+        if condition.field in columns:
+            _refuse_word(condition)
+            query = query.where(OPERATORS[condition.operator](columns[condition.field], condition.value))
+    if not of_factors:
+        return query, span_of(session, table, campaign_id, None)
+    # The keys are known before the query: a database plans badly for those that it must find first.
+    keys = set.intersection(*(_matching_configurations(session, condition, columns) for condition in of_factors))
+    found = sorted(keys)
+    return query.where(table.configuration_id.in_(found)), span_of(session, table, campaign_id, found)
+
+
+def _refuse_word(condition: Condition) -> None:
+    """Every column of a listing is a number: one database would find nothing equal to a word, another fail."""
+    if isinstance(condition.value, str):
+        raise ValueError(f"{condition.field} is compared with {condition.value!r}; expected a number, in SI")
+
+
+def get_campaign_id(session: Session, name: str) -> int:
+    """Key of a campaign; `LookupError` naming those there are otherwise."""
+    key = session.scalar(select(Campaign.id).where(Campaign.name == name))
+    if key is None:
+        known = ", ".join(session.scalars(select(Campaign.name).order_by(Campaign.name).limit(10))) or "none yet"
+        raise LookupError(f"no campaign {name!r} in the store; known: {known}")
+    return key
+
+
+def _matching_configurations(session: Session, condition: Condition, columns: dict[str, Any]) -> set[int]:
+    factor = get_factor_id(session, condition.field, columns)
+    test = OPERATORS[condition.operator]
+    matches: ColumnElement[bool] = test(FactorLevel.label, str(condition.value))
+    try:
+        number = float(condition.value)
+    except ValueError:
+        pass
+    else:
+        # SI numbers that came by different roads differ in the last digit: equality means to nine digits.
+        slack = 1e-9 * abs(number)
+        near = FactorLevel.number.between(number - slack, number + slack)
+        exact = {"=": near, "!=": ~near}.get(condition.operator)
+        numeric = exact if exact is not None else test(FactorLevel.number, number)
+        matches = or_(numeric, and_(FactorLevel.number.is_(None), matches)) if condition.operator in "!=" else numeric
+    levels = select(FactorLevel.id).where(FactorLevel.factor_id == factor, matches)
+    matching = select(ConfigurationLevel.configuration_id).where(ConfigurationLevel.level_id.in_(levels))
+    return set(session.scalars(matching))
+
+
+def get_factor_id(session: Session, field: str, columns: dict[str, Any] | None = None) -> int:
+    """Key of a factor by its name or its listing's key; `UnknownFieldError` naming those there are, and `columns`."""
+    known_factors = session.execute(select(Factor.id, Factor.name, Factor.si_unit)).all()
+    factors = {listing_key(name, si_unit): key for key, name, si_unit in known_factors}
+    factors |= {name: key for key, name, _ in known_factors}
+    if field not in factors:
+        known = ", ".join(sorted({*factors, *(columns or {})}))
+        raise UnknownFieldError(f"no column or factor {field!r}; known: {known}")
+    return factors[field]
+
+
+def listing_key(name: str, si_unit: str | None) -> str:
+    """The key under which a factor appears in a listing: `tip_radius` in `m` is `tip_radius_m`."""
+    return f"{name}_{si_unit.replace('/', '_').lower()}" if si_unit else name
