@@ -13,7 +13,6 @@ from sqlalchemy import select
 from ..schema.campaigns import Campaign
 from ..schema.diagnoses import Diagnosis
 from ..schema.listings import get_campaign_id
-from ..schema.twins import TwinVersion
 from .finite import finite
 
 if TYPE_CHECKING:
@@ -132,13 +131,17 @@ def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | N
 
 
 def keep(store: Store, verdict: Verdict) -> int:
-    """Store a diagnosis with its campaign; its key."""
+    """Store a diagnosis with its campaign, and what its page draws; its key."""
+    from ..diagnosis.kept import verdict_to_json
+
+    report, details = verdict_to_json(verdict)
     with store.writing() as session:
         row = Diagnosis(
             campaign_id=get_campaign_id(session, verdict.campaign),
             simulator=verdict.simulator,
             diagnosed_at=datetime.now(UTC),
-            report=report_json(verdict),
+            report=report,
+            details=details,
         )
         session.add(row)
         session.flush()
@@ -154,27 +157,11 @@ def report_json(verdict: Verdict) -> dict[str, Any]:
 
 def past_diagnoses(session: Session, campaign: str) -> Iterator[dict[str, Any]]:
     """Those of a campaign, the newest first. Raises `LookupError` for an unknown campaign."""
-    for row in _rows(session, campaign):
-        first, gap = row.report["causes"][0], row.report["gap"]
-        yield {
-            "id": row.id,
-            "diagnosed_at": row.diagnosed_at.isoformat(timespec="seconds"),
-            "simulator": row.simulator,
-            "first": " or ".join(first["effects"]),
-            "probability": first["probability"],
-            "gap": gap["before"],
-            "noise_floor": gap["noise_floor"],
-            "metric": gap["metric"],
-            "adopted": _adopted(session, row.id),
-        }
+    from .kept_diagnoses import list_diagnoses
 
-
-def _adopted(session: Session, diagnosis: int) -> str | None:
-    """What became part of the twin: "version 3: gun.valve_flow"."""
-    row = session.scalars(select(TwinVersion).where(TwinVersion.diagnosis_id == diagnosis)).first()
-    if row is None:
-        return None
-    return f"version {row.version}: {' + '.join(each['id'] for each in row.configuration['effects']) or 'none'}"
+    left_out = ("campaign", "complete")
+    for row in list_diagnoses(session, campaign, limit=None):
+        yield {key: value for key, value in row.items() if key not in left_out}
 
 
 def last_report(session: Session, campaign: str) -> dict[str, Any] | None:

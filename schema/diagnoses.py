@@ -1,4 +1,4 @@
-"""Diagnoses of the sim-to-real gap, as they were reported."""
+"""Diagnoses of the sim-to-real gap, as they were reported and drawn."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from sqlalchemy import ForeignKey
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from .base import Base, HasId, Written
+from .base import Base, HasId, PlainJson, Written
 from .campaigns import Campaign
 
 
@@ -21,4 +21,7 @@ class Diagnosis(HasId, Written, Base):
     simulator: Mapped[str]
     diagnosed_at: Mapped[datetime]
     report: Mapped[dict[str, Any]]
+    #: What the report leaves out and its page draws: 5 to 50 kB, which a listing does not read. None in stores
+    #: that were filled before revision 0003.
+    details: Mapped[dict[str, Any] | None] = mapped_column(PlainJson(none_as_null=True), deferred=True)
     campaign: Mapped[Campaign] = relationship()

@@ -2,9 +2,9 @@
 
     python tests/schema/make_stored.py
 
-The database holds a hammer campaign of two recordings with two hits each, and the shipped gun shots with a diagnosis
-and what was adopted from it, so that an upgrade is tried on every kind of row that they write. It is deflated: SQLite
-pages are mostly air.
+The database holds a hammer campaign of two recordings with two hits each, and the shipped gun shots with two diagnoses
+(one with details) and what was adopted from the first, so that an upgrade is tried on every kind of row that they
+write. It is deflated: SQLite pages are mostly air.
 """
 
 from __future__ import annotations
@@ -16,6 +16,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+from pyroshock.diagnosis.kept import verdict_to_json
+from pyroshock.diagnosis.pictures import Pictures, ResidualPicture
+from pyroshock.diagnosis.verdict import Cause, GapSize, Verdict, Where
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.listings import get_campaign_id
@@ -25,6 +28,7 @@ from pyroshock.schema.twins import TwinVersion
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parents[1] / "examples"
+SHOWN = np.array([0.04])
 
 CAMPAIGN = """
 [campaign]
@@ -83,6 +87,19 @@ def add_diagnosis(store: Store) -> None:
         version = TwinVersion(version=1, campaign_id=shots, diagnosis_id=report.id, adopted_at=when, reason="stored",
                               configuration=configuration)  # fmt: skip
         session.add(version)
+        session.add(_with_details(shots, when))
+
+
+def _with_details(campaign_id: int, when: datetime) -> Diagnosis:
+    """A diagnosis as it is kept, pictures and all."""
+    pictures = Pictures(("0.3 bar",), (ResidualPicture("ln_velocity", "gun", "1", 0.01, SHOWN, None, SHOWN),))
+    gap = GapSize("rms error of velocity", 0.04, 0.01, 0.01, True)
+    causes = (Cause(("unknown",), 0.9), Cause(("none",), 0.1))
+    made = Verdict("first-shots", "gun:adiabatic", gap, Where(), causes, seconds=1.0, pictures=pictures)
+    report, details = verdict_to_json(made)
+    return Diagnosis(
+        campaign_id=campaign_id, simulator=made.simulator, diagnosed_at=when, report=report, details=details
+    )
 
 
 def main() -> int:

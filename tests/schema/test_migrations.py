@@ -8,7 +8,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from pyroshock.app.cli.main import main
+from pyroshock.app.kept_diagnoses import kept_verdict
+from pyroshock.app.reports.diagnosis import page
 from pyroshock.schema import migrate
+from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.listings import iter_impacts, iter_shots
 from pyroshock.schema.recordings import RecordedChannel
 from pyroshock.schema.series import layout_of, read_slice, series_hash
@@ -40,6 +43,22 @@ def test_upgraded_store_is_used_as_a_new_one(old_store):
             for channel in session.scalars(select(RecordedChannel)):
                 whole = read_slice(session.connection(), channel.id, layout_of(channel), 0, channel.samples)
                 assert series_hash(whole) == channel.sha256
+
+
+def test_diagnosis_of_an_older_store_says_to_diagnose_again(old_store):
+    engine = make_engine(old_store)
+    older = migrate.current_revision(engine) in ("0001", "0002")
+    engine.dispose()
+    CliRunner().invoke(main, ["db", "upgrade", "--db", old_store])
+    drawn = []
+    with open_store(old_store, WRITER) as store, store.reading() as session:
+        for row in session.scalars(select(Diagnosis).order_by(Diagnosis.id)):
+            if row.details is None:
+                with pytest.raises(LookupError, match=r"diagnose again \(pyroshock diagnose first-shots\)"):
+                    kept_verdict(session, row.id)
+            else:
+                drawn.append(page(kept_verdict(session, row.id)))
+    assert len(drawn) == (0 if older else 1)
 
 
 def test_migrations_make_the_models_tables(database_url):
