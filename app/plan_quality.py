@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..doe.designs.imported import read_table
-from ..doe.merit.quality import compare, quality
+from ..doe.merit.quality import FIGURES, Quality, compare, figure_text, quality
 from ..doe.order import time_confounding
-from ..doe.plans import read_plan
+from ..doe.plans import StoredPlan, read_plan
 from ..doe.space import Space
 from ..schema.session import Store
 
@@ -71,6 +71,48 @@ def figures_as_json(space: Space, designs: Designs) -> Any:
         for name, rows in designs.items()
     ]
     return [_finite(one) for one in told] if len(told) > 1 else _finite(told[0])
+
+
+def plan_page(plan: StoredPlan) -> dict[str, Any]:
+    """What a page shows of a plan's quality, of its runs that are not discarded; plain data.
+
+    `counts` of runs by state, and of those that are begun; `figures`: each with its words, value, text and what is
+    better ("less", "more", "neither"); `levels` by axis, each with its runs and the balanced share of them; `changes`
+    by factor: how often it is changed in the order of runs, and the work that a change is; `time` by axis: the share of
+    its variance that goes with time. All but `counts` are empty where no run is left.
+    """
+    states = ("planned", "done", "discarded")
+    counts = {state: sum(run.status == state for run in plan.runs) for state in states}
+    counts["begun"] = sum(run.status == "planned" and 0 < run.recorded < run.repetitions for run in plan.runs)
+    rows = plan.treatments("planned", "done")
+    if not len(rows):
+        return {"counts": counts, "figures": [], "levels": [], "changes": [], "time": []}
+    judged, confounded = quality(plan.space, rows), time_confounding(plan.space, rows)
+    work = {factor.name: factor.change for factor in plan.space.factors}
+    return {
+        "counts": counts,
+        "figures": _figures(judged),
+        "levels": [
+            {
+                "axis": axis.name,
+                "share": len(rows) / axis.size,
+                "levels": [{"level": label, "runs": judged.level_counts[axis.name][label]} for label in axis.labels],
+            }
+            for axis in plan.space.axes
+        ],
+        "changes": [
+            {"factor": name, "changes": count, "work": work[name]} for name, count in judged.changeovers.items()
+        ],
+        "time": [{"axis": axis, "share": share} for axis, share in confounded.items()],
+    }
+
+
+def _figures(judged: Quality) -> list[dict[str, Any]]:
+    found = []
+    for name, (words, better) in FIGURES.items():
+        value = getattr(judged, name)
+        found.append({"name": name, "words": words, "value": value, "text": figure_text(value), "better": better})
+    return [_finite(each) for each in found]
 
 
 def _finite(figures: dict[str, Any]) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast, get_args
 
 from sqlalchemy import select
 
@@ -13,8 +13,8 @@ from ..doe.designs.base import Design
 from ..doe.guards import planned_shots, pressures_for_levels, refuse_unsafe
 from ..doe.limits.bench import read_limits
 from ..doe.limits.contact_force import Elastic
-from ..doe.plans import StoredPlan, add_plan, extend_plan
-from ..doe.space import Space
+from ..doe.plans import StoredPlan, add_plan, extend_plan, read_plan
+from ..doe.space import Kind, Space, shipped_factors, space_from_text
 from ..ingest.folder import GunPart, read_campaign_file
 from ..schema.columns import BY_COLUMN, parse_number
 from ..schema.materials import Material, material_names
@@ -29,6 +29,78 @@ SHIPPED_BENCH = Path(__file__).resolve().parent.parent / "examples" / "first-sho
 VELOCITY_LEVEL, MASS = "velocity_level", "bullet_mass_kg"
 
 Rows = Sequence[Mapping[str, str]]
+
+#: How a plan can be made from nothing.
+METHODS = ("lhs", "factorial", "import")
+
+
+def make_plan(
+    store: Store,
+    method: str,
+    name: str,
+    *,
+    kind: Kind = "gun",
+    factors: str | None = None,
+    runs: int | None = None,
+    table: Path | None = None,
+    repetitions: int = 10,
+    seed: int | None = None,
+    gun: Path | None = None,
+    description: str | None = None,
+) -> StoredPlan:
+    """Make a design and store it as plan `name`, for the command line and for the web alike.
+
+    `method` is one of `METHODS`: "lhs" takes the number of `runs`, "import" a CSV `table`. `factors` is the text of a
+    factors file, else the shipped one of `kind`; `gun` a campaign folder whose gun fires the plan. Without a `seed` one
+    is drawn, which the plan keeps. Raises `PlanExistsError`, `doe.guards.UnsafeRunError`, and `ValueError` for what the
+    method does not take.
+    """
+    if not name.strip():
+        raise ValueError("the plan has no name; expected one")
+    if repetitions < 1:
+        raise ValueError(f"repetitions is {repetitions}; expected 1 or more")
+    text = factors if factors is not None else shipped_factors(_kind(kind))
+    design, numbers = _design(method, space_from_text(text), runs, table, seed)
+    store_design(
+        store, name, text, design, gun_bench(gun), repetitions=repetitions, runs=numbers, description=description
+    )
+    with store.reading() as session:
+        return read_plan(session, name)
+
+
+def _kind(text: str) -> Kind:
+    if text not in get_args(Kind):
+        raise ValueError(f"kind is {text!r}; expected one of {', '.join(get_args(Kind))}")
+    return cast(Kind, text)
+
+
+def _design(
+    method: str, space: Space, runs: int | None, table: Path | None, seed: int | None
+) -> tuple[Design, Sequence[int] | None]:
+    """The design, and the numbers of its runs where a table tells them."""
+    import secrets
+
+    import numpy as np
+
+    drawn = seed if seed is not None else secrets.randbelow(2**31)
+    if drawn < 0:
+        raise ValueError(f"seed is {drawn}; expected 0 or more")
+    if method == "lhs":
+        if runs is None or runs < 1:
+            raise ValueError(f"runs of a Latin hypercube is {runs}; expected 1 or more")
+        return balanced_design(space, runs, drawn), None
+    if method == "factorial":
+        from ..doe.designs.factorial import factorial
+
+        return in_order(factorial(space), np.random.default_rng(drawn), drawn), None
+    if method == "import":
+        from ..doe.designs.imported import read_table
+
+        if table is None:
+            raise ValueError("no table to import; expected a CSV file with a column per factor")
+        read = read_table(table, space)
+        return read, read.runs
+    raise ValueError(f"method is {method!r}; expected one of {', '.join(METHODS)}")
 
 
 def gun_bench(folder: Path | None) -> GunBench:

@@ -15,7 +15,7 @@ from ..schema.configurations import configuration_id
 from ..schema.impacts import Impact
 from ..schema.levels import Level, LevelError, MaterialNames, level_of
 from ..schema.materials import material_names
-from ..schema.plans import Plan, PlannedRun
+from ..schema.plans import STATUSES, Plan, PlannedRun
 from ..schema.session import Store
 from ..schema.shots import Shot
 from .designs.base import Design
@@ -120,19 +120,7 @@ def read_plan(session: Session, name: str) -> StoredPlan:
     plan = _plan_row(session, name)
     recorded = _recorded(session, plan)
     rows = session.scalars(select(PlannedRun).where(PlannedRun.plan_id == plan.id).order_by(PlannedRun.position))
-    runs = tuple(
-        StoredRun(
-            run=row.run,
-            position=row.position,
-            repetitions=row.repetitions,
-            status=row.status,
-            reason=row.reason,
-            row=row.treatment,
-            settings=row.settings,
-            recorded=recorded.get(row.id, 0),
-        )
-        for row in rows
-    )
+    runs = tuple(_stored_run(row, recorded.get(row.id, 0)) for row in rows)
     space = space_from_text(plan.factors)
     return StoredPlan(plan.name, plan.method, plan.seed, plan.description, plan.factors, space, runs)
 
@@ -155,16 +143,47 @@ def list_plans(session: Session) -> list[dict[str, Any]]:
 
 def discard_run(store: Store, name: str, run: int, reason: str) -> None:
     """Take a run out of plan `name`, also a recorded one that is no good. Raises `UnknownPlanError`, `ValueError`."""
-    if not reason.strip():
+    tick_run(store, name, run, status="discarded", note=reason)
+
+
+def tick_run(store: Store, plan_name: str, run: int, *, status: str, note: str | None = None) -> StoredRun:
+    """Mark a run at the bench as "done", "discarded", or "planned" again; `note` stays with it as its reason.
+
+    A discarded run needs a note, and so does one that goes back to planned though something was recorded of it. A
+    change of status without a note drops the old one; the same status again keeps it. Raises `UnknownPlanError`,
+    `ValueError` for another status, for a run that the plan has not, and where the note is missing.
+    """
+    if status not in STATUSES:
+        raise ValueError(f"status of run {run} is {status!r}; expected one of {', '.join(STATUSES)}")
+    said = (note or "").strip() or None
+    if status == "discarded" and said is None:
         raise ValueError("no reason given; a discarded run needs one")
     with store.writing() as session:
-        plan = _plan_row(session, name)
-        row = session.scalars(
-            select(PlannedRun).where(PlannedRun.plan_id == plan.id, PlannedRun.run == run)
-        ).one_or_none()
+        plan = _plan_row(session, plan_name)
+        row = session.scalars(select(PlannedRun).filter_by(plan_id=plan.id, run=run)).one_or_none()
         if row is None:
-            raise ValueError(f"plan {name!r} has no run {run}")
-        row.status, row.reason = "discarded", reason
+            raise ValueError(f"plan {plan_name!r} has no run {run}")
+        recorded = _recorded(session, plan).get(row.id, 0)
+        if status == "planned" and row.status != "planned" and recorded and said is None:
+            raise ValueError(
+                f"run {run} of plan {plan_name!r} has {recorded} recorded repetitions; say why it is to be run again"
+            )
+        if status != row.status or said is not None:
+            row.status, row.reason = status, said
+        return _stored_run(row, recorded)
+
+
+def _stored_run(row: PlannedRun, recorded: int) -> StoredRun:
+    return StoredRun(
+        run=row.run,
+        position=row.position,
+        repetitions=row.repetitions,
+        status=row.status,
+        reason=row.reason,
+        row=row.treatment,
+        settings=row.settings,
+        recorded=recorded,
+    )
 
 
 def _plan_row(session: Session, name: str) -> Plan:

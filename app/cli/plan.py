@@ -72,9 +72,7 @@ def lhs(name: str, runs: int, **given: Any) -> None:
     Example:
         pyroshock plan lhs spring --runs 105 --seed 1 --out spring.csv
     """
-    from ..planning import balanced_design
-
-    _make(name, lambda space, seed: balanced_design(space, runs, seed), given)
+    _make(name, "lhs", given, runs=runs)
 
 
 @plan.command()
@@ -87,12 +85,7 @@ def factorial(name: str, **given: Any) -> None:
     Example:
         pyroshock plan factorial hammer --kind hammer
     """
-    import numpy as np
-
-    from ...doe.designs.factorial import factorial as full
-    from ..planning import in_order
-
-    _make(name, lambda space, seed: in_order(full(space), np.random.default_rng(seed), seed), given)
+    _make(name, "factorial", given)
 
 
 @plan.command("import")
@@ -106,28 +99,17 @@ def import_(name: str, table: Path, **given: Any) -> None:
     Example:
         pyroshock plan import thesis table_a1_lhs_105_runs.csv
     """
-    from ...doe.designs.imported import read_table
-
-    _make(name, lambda space, _seed: read_table(table, space), given)
+    _make(name, "import", given, table=table)
 
 
-def _make(name: str, design: Callable[[Any, int], Any], given: dict[str, Any]) -> None:
-    import secrets
-
-    from ...doe.designs.imported import ImportedDesign
-    from ...doe.space import shipped_factors, space_from_text
+def _make(name: str, method: str, given: dict[str, Any], **own: Any) -> None:
     from ...doe.toml_space import read_text
-    from ..planning import gun_bench, store_design
+    from ..planning import make_plan
 
     with opened(given["db"], create=True) as store:
-        text = read_text(given["factors"]) if given["factors"] else shipped_factors(given["kind"])
-        space = space_from_text(text)
-        seed = given["seed"] if given["seed"] is not None else secrets.randbelow(2**31)
-        made = design(space, seed)
-        runs = made.runs if isinstance(made, ImportedDesign) else None
-        bench = gun_bench(given["bench"])
-        store_design(store, name, text, made, bench, repetitions=given["repetitions"], runs=runs)
-        stored = _read(store, name)
+        factors = read_text(given["factors"]) if given["factors"] else None
+        common = {key: given[key] for key in ("kind", "repetitions", "seed")}
+        stored = make_plan(store, method, name, factors=factors, gun=given["bench"], **common, **own)
     told = f", seed {stored.seed}" if stored.seed is not None else ""
     note(f"plan {name}: {len(stored.runs)} runs of {given['repetitions']} repetitions, {stored.method}{told}")
     _tell(stored, given["json_to"], given["out"])

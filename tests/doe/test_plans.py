@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from datetime import date
+
 import numpy as np
 import pytest
 from pyroshock.doe.designs.base import Design
@@ -12,10 +14,13 @@ from pyroshock.doe.plans import (
     discard_run,
     extend_plan,
     read_plan,
+    tick_run,
 )
 from pyroshock.doe.space import gun_space, shipped_factors
+from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.plans import PlannedRun
 from pyroshock.schema.session import Store, Writer, count_rows, open_store
+from pyroshock.schema.shots import Shot
 from sqlalchemy import select
 
 FACTORS = shipped_factors("gun")
@@ -110,3 +115,75 @@ def test_discarding_needs_a_run_and_a_reason(store, run, reason, said):
     planned(store)
     with pytest.raises(ValueError, match=said):
         discard_run(store, "spring", run, reason)
+
+
+def status_of(store: Store, run: int) -> tuple[str, str | None]:
+    found = next(each for each in read(store).runs if each.run == run)
+    return found.status, found.reason
+
+
+def record(store: Store, run: int) -> None:
+    """A shot of the run, as an ingest leaves it."""
+    with store.writing() as session:
+        row = session.scalars(select(PlannedRun).where(PlannedRun.run == run)).one()
+        campaign = Campaign(name="fired", kind="gun", date=date(2026, 1, 2), fingerprint="0" * 64)
+        session.add(campaign)
+        session.flush()
+        session.add(
+            Shot(
+                campaign_id=campaign.id,
+                configuration_id=row.configuration_id,
+                planned_run_id=row.id,
+                run=run,
+                repetition=1,
+                tank_pressure_pa=1e5,
+                bullet_mass_kg=0.5,
+            )
+        )
+
+
+def test_run_is_ticked_and_unticked(store):
+    planned(store)
+    ticked = tick_run(store, "spring", 4, status="done")
+    assert (ticked.run, ticked.status, status_of(store, 4)) == (4, "done", ("done", None))
+    tick_run(store, "spring", 4, status="planned")
+    assert status_of(store, 4) == ("planned", None)
+    assert [run.run for run in read(store).runs if run.status == "planned"] == list(range(1, 13))
+
+
+def test_note_stays_until_the_status_changes(store):
+    planned(store)
+    tick_run(store, "spring", 4, status="discarded", note=" tip broke ")
+    assert status_of(store, 4) == ("discarded", "tip broke")
+    tick_run(store, "spring", 4, status="done", note="with a new tip")
+    tick_run(store, "spring", 4, status="done")
+    assert status_of(store, 4) == ("done", "with a new tip")
+    tick_run(store, "spring", 4, status="planned", note=" ")
+    assert status_of(store, 4) == ("planned", None)
+
+
+def test_recorded_run_goes_back_only_with_a_reason(store):
+    planned(store)
+    record(store, 4)
+    tick_run(store, "spring", 4, status="done")
+    with pytest.raises(ValueError, match=r"run 4 of plan 'spring' has 1 recorded repetitions; say why"):
+        tick_run(store, "spring", 4, status="planned")
+    assert status_of(store, 4) == ("done", None)
+    again = tick_run(store, "spring", 4, status="planned", note="the plate had slipped")
+    assert (again.recorded, status_of(store, 4)) == (1, ("planned", "the plate had slipped"))
+
+
+@pytest.mark.parametrize(
+    ("plan", "run", "status", "kind", "said"),
+    [
+        ("autumn", 1, "done", UnknownPlanError, r"no plan 'autumn' in the store; there: spring"),
+        ("spring", 99, "done", ValueError, "plan 'spring' has no run 99"),
+        ("spring", 1, "fired", ValueError, "status of run 1 is 'fired'; expected one of planned, done, discarded"),
+        ("spring", 1, "discarded", ValueError, "a discarded run needs one"),
+    ],
+)
+def test_tick_that_cannot_be_changes_nothing(store, plan, run, status, kind, said):
+    planned(store)
+    with pytest.raises(kind, match=said):
+        tick_run(store, plan, run, status=status)
+    assert {each.status for each in read(store).runs} == {"planned"}
