@@ -9,10 +9,10 @@ from typing import Any
 
 def finite(value: Any) -> Any:
     """Plain data with null for NaN and infinities, lists for tuples."""
-    if isinstance(value, Mapping):
-        return {key: finite(each) for key, each in value.items()}
+    if isinstance(value, float):  # first: most of what is asked is numbers
+        return float(value) if math.isfinite(value) else None
     if isinstance(value, list | tuple):
         return [finite(each) for each in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {key: finite(each) for key, each in value.items()}
     return value

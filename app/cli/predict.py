@@ -13,8 +13,8 @@ from .quantities import parse_quantity
 
 if TYPE_CHECKING:
     from ...twin.effects import Effect
-    from ...twin.setting import Setting
-    from ..twins import BuiltTwin, TwinRequest
+    from ..predicting import Shot
+    from ..twins import TwinRequest
 
 #: Options of what the operator sets; `tune` and `predict` spell them alike.
 _SET = (
@@ -73,8 +73,7 @@ def predict(draws: int, seed: int, plot: Path | None, db: str, json_to: str | No
         pyroshock predict --velocity 8m/s --tip delrin --effect plate.damping:factor=2 --plot shot.png
     """
     with opened_or_none(db) as store:
-        import numpy as np
-
+        from ..predicting import predicted, prediction_json
         from ..prediction_tables import quantity_rows, spectrum_rows
         from ..training import models_extra
         from ..twins import twin_of
@@ -82,8 +81,7 @@ def predict(draws: int, seed: int, plot: Path | None, db: str, json_to: str | No
         setting_words, request = _request(asked)
         with models_extra():
             built = twin_of(store, db, request)
-            setting = _setting(built, setting_words)
-            prediction = built.twin.predict(setting, draws=draws, rng=np.random.default_rng(seed))
+            prediction = predicted(built, _shot(setting_words), draws=draws, seed=seed)
         for remark in built.notes:
             note(remark)
         if plot is not None:
@@ -92,7 +90,7 @@ def predict(draws: int, seed: int, plot: Path | None, db: str, json_to: str | No
             plot_prediction(prediction, plot)
             note(f"written: {plot}")
         if json_to is not None:
-            write_json(prediction.as_json(), json_to)
+            write_json(prediction_json(prediction), json_to)
             return
         print_table(quantity_rows(prediction), "")
         click.echo()
@@ -127,21 +125,21 @@ def _request(asked: dict[str, Any]) -> tuple[dict[str, Any], TwinRequest]:
     return setting, request
 
 
-def _setting(built: BuiltTwin, words: dict[str, Any]) -> Setting:
+def _shot(words: dict[str, Any]) -> Shot:
+    from ..predicting import Shot
+
     velocity, pressure = words["velocity"], words["tank_pressure"]
     if velocity is not None and pressure is not None:
         raise ValueError("--velocity and --tank-pressure: expected one of them")
-    own: dict[str, Any] = {"impact_velocity_m_s": parse_quantity(velocity, "m/s", "--velocity")} if velocity else {}
-    own = own or {"tank_pressure_pa": parse_quantity(pressure or "5bar", "Pa", "--tank-pressure")}
-    anvil = words["anvil"]
-    return built.setting(
-        impactor_mass_kg=parse_quantity(words["bullet_mass"], "kg", "--bullet-mass"),
-        tip=built.material(words["tip"]),
+    return Shot(
+        bullet_mass_kg=parse_quantity(words["bullet_mass"], "kg", "--bullet-mass"),
+        tip_material=words["tip"],
         tip_radius_m=parse_quantity(words["tip_radius"], "m", "--tip-radius"),
-        anvil=None if anvil.lower() == "none" else built.material(anvil),
+        tank_pressure_pa=parse_quantity(pressure, "Pa", "--tank-pressure") if pressure else None,
+        impact_velocity_m_s=parse_quantity(velocity, "m/s", "--velocity") if velocity else None,
+        anvil_material=words["anvil"],
         insulator=words["insulator"],
         impact_position=words["impact_position"],
-        **own,
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sqlite3
+import threading
 import uuid
 from contextlib import closing
 from dataclasses import replace
@@ -126,6 +127,20 @@ def test_process_settings_are_left_as_they_were(registry, monkeypatch):
     monkeypatch.setenv("MLFLOW_TRACKING_URI", "sqlite:////elsewhere.db")
     registry.record(trained(ground_in(registry), "hann"))
     assert os.environ["MLFLOW_TRACKING_URI"] == "sqlite:////elsewhere.db"
+
+
+def test_threads_take_turns_with_the_address_of_a_registry(registry, tmp_path):
+    """It is the process's: one that ended would leave the other at MLflow's default place."""
+    import mlflow
+
+    other, found = fresh_registry(tmp_path, "other"), []
+    thread = threading.Thread(target=lambda: found.append(other.versions()))
+    with registry.connection.client():
+        thread.start()
+        thread.join(0.3)
+        assert found == [] and mlflow.get_tracking_uri() == registry.place.tracking_uri
+    thread.join(60)
+    assert found == [[]]
 
 
 def test_moved_folder_is_found_beside_its_store(registry, tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import threading
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -30,6 +31,10 @@ _QUIET = {
 }
 
 
+#: The address of MLflow's store is the process's: threads of a server take turns.
+_TURN = threading.RLock()
+
+
 class RegistryError(ValueError):
     """The registry cannot be used, or does not hold what is asked for."""
 
@@ -51,9 +56,9 @@ class Connection:
     def client(self) -> Iterator[MlflowClient]:
         """A client of this place's store; MLflow's own settings are as before afterwards, its errors one of ours."""
         os.environ.update(_QUIET)
-        before = os.environ.get(VARIABLE)
-        with warnings.catch_warnings():
+        with _TURN, warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of MLflow's own dependencies, and of what it would have us log
+            before = os.environ.get(VARIABLE)
             import mlflow
             from mlflow.exceptions import MlflowException
 

@@ -1,0 +1,73 @@
+"""A question to the tuner asked from a thread of a server: it tells how far it is, and ends when it is told to."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+import pytest
+from pyroshock.app import twins
+from pyroshock.app.tuning import setting_json
+from pyroshock.app.tuning_session import Ask, TuningSession, session_of
+from pyroshock.app.twins import TwinRequest
+from pyroshock.doe.space import shipped_factors, space_from_text
+from pyroshock.twin.srs.target_csv import read_target
+from stores import opened
+from twin_parts import ringing_plate
+
+
+class StopError(Exception):
+    """A person has enough."""
+
+
+@pytest.fixture
+def session(tmp_path, monkeypatch) -> TuningSession:
+    """Three lines, one tip, one radius, one position: some 60 settings."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+
+    def solved(drawing, material, highest_hz, folder):  # type: ignore[no-untyped-def]
+        plate = ringing_plate()
+        return replace(plate, impact_points=("#1",), shape_impact=plate.shape_impact[:1],
+                       sensors=tuple(drawing.sensors))  # fmt: skip
+
+    monkeypatch.setattr(twins, "solved", solved)
+    text = shipped_factors("gun").replace('levels = ["PLA", "aluminum", "steel"]', 'levels = ["PLA", "steel"]')
+    text = text.replace("levels = [30, 45, 60]", "levels = [30, 60]")
+    (tmp_path / "spec.csv").write_text("frequency_hz,level_g\n200,20\n800,300\n")
+    target = read_target(tmp_path / "spec.csv")
+    url = f"sqlite:///{tmp_path / 'lab.db'}"
+    with opened(url, create=True) as store:
+        request = TwinRequest(contact="hertz", frequency_hz=(200.0, 400.0, 800.0))
+        return session_of(store, url, Ask(target, request, space_from_text(text)))
+
+
+def in_thread(session: TuningSession, step):  # type: ignore[no-untyped-def]
+    found: list[object] = []
+
+    def work() -> None:
+        try:
+            found.append(session.run(step))
+        except Exception as error:  # noqa: BLE001 - told to the test
+            found.append(error)
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join(60)
+    assert not thread.is_alive()
+    return found[0]
+
+
+def test_thread_finds_what_the_main_thread_finds_and_can_be_stopped(session):
+    told = []
+    tuned = in_thread(session, lambda *step: told.append(step))
+    again = session.run()
+    assert [setting_json(p.setting) for p in tuned.proposals] == [setting_json(p.setting) for p in again.proposals]
+    assert [p.probability_within for p in tuned.proposals] == [p.probability_within for p in again.proposals]
+    assert all(0 < done <= total for done, total, _ in told)
+    assert [what for _, _, what in told][-1] == "refined by 1.1"
+
+    def stop(*_: object) -> None:
+        raise StopError
+
+    assert isinstance(in_thread(session, stop), StopError)

@@ -1,0 +1,247 @@
+"""Twins that stay ready: built once, anew when what they are made of has changed, and as good as fresh ones."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import verdicts
+from pyroshock.app import twin_stamps, twins, warm_twins
+from pyroshock.app.adopting import adopt
+from pyroshock.app.demo import ingest_examples
+from pyroshock.app.predicting import Shot, predicted_json
+from pyroshock.app.twins import BuiltTwin, TwinRequest, twin_of
+from pyroshock.app.warm_twins import TwinShelf
+from pyroshock.schema.materials import Material
+from pyroshock.twin.effects import effect
+from pyroshock.twin.plate.response import PlateResponse
+from stores import opened
+from twin_parts import ringing_plate
+
+FEW = (200.0, 400.0, 800.0)
+
+
+@pytest.fixture
+def quick(tmp_path, monkeypatch):
+    """Plates need no solution, nothing is registered."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+
+    def solved(drawing, material, highest_hz, folder):  # type: ignore[no-untyped-def]
+        plate, points = ringing_plate(), tuple(drawing.impact_points)[:2]
+        shapes = plate.shape_impact[: len(points)]
+        return replace(plate, impact_points=points, shape_impact=shapes, sensors=tuple(drawing.sensors))
+
+    monkeypatch.setattr(twins, "solved", solved)
+    return f"sqlite:///{tmp_path / 'lab.db'}"
+
+
+@pytest.fixture
+def store(quick):
+    with opened(quick, create=True) as store:
+        ingest_examples(store)
+        yield store
+
+
+@dataclass
+class Counted:
+    """Builds nothing but says how often it was asked; slow enough that threads meet."""
+
+    times: int = 0
+
+    def __call__(self, _store, _db, request: TwinRequest) -> BuiltTwin:
+        time.sleep(0.02)
+        self.times += 1
+        return SimpleNamespace(request=request, number=self.times)  # type: ignore[return-value]
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    monkeypatch.setattr(warm_twins, "warmed", lambda _: None)
+    return Counted()
+
+
+def shelf_of(store, db, counted, **own) -> TwinShelf:
+    return TwinShelf(store, db, build=counted, **own)
+
+
+def test_twin_is_built_once(store, quick, counted):
+    shelf = shelf_of(store, quick, counted)
+    first, again = shelf.get(TwinRequest()), shelf.get(TwinRequest())
+    assert first is again and counted.times == 1
+    assert shelf.get(TwinRequest(q=25.0)) is not first
+
+
+def test_threads_that_ask_for_the_same_wait_for_one(store, quick, counted):
+    shelf, found = shelf_of(store, quick, counted), []
+    threads = [threading.Thread(target=lambda: found.append(shelf.get(TwinRequest()))) for _ in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert (len(found), len({id(each) for each in found}), counted.times) == (8, 1, 1)
+
+
+def test_last_few_are_kept(store, quick, counted):
+    shelf = shelf_of(store, quick, counted, kept=2)
+    for q in (5.0, 10.0, 5.0, 20.0):  # 10 was asked for before 5 was again: it goes
+        shelf.get(TwinRequest(q=q))
+    assert counted.times == 3
+    shelf.get(TwinRequest(q=5.0))
+    assert counted.times == 3
+    shelf.get(TwinRequest(q=10.0))
+    assert counted.times == 4
+
+
+def test_failure_is_not_kept(store, quick, monkeypatch):
+    monkeypatch.setattr(warm_twins, "warmed", lambda _: None)
+    answers = [LookupError("no campaign 'winter'"), SimpleNamespace()]
+
+    def build(*_):  # type: ignore[no-untyped-def]
+        answer = answers.pop(0)
+        if isinstance(answer, Exception):
+            raise answer
+        return answer
+
+    shelf = TwinShelf(store, quick, build=build)
+    with pytest.raises(LookupError, match="winter"):
+        shelf.get(TwinRequest(campaign="winter"))
+    assert shelf.get(TwinRequest(campaign="winter")) is not None
+
+
+def test_adopted_effect_makes_a_new_twin(store, quick, counted):
+    shelf = shelf_of(store, quick, counted)
+    shelf.get(TwinRequest())
+    adopt(store, verdicts.verdict(campaign="first-shots"), "gun.valve_flow")
+    shelf.get(TwinRequest())
+    assert counted.times == 2
+
+
+def test_new_material_makes_a_new_twin(store, quick, counted):
+    shelf = shelf_of(store, quick, counted)
+    shelf.get(TwinRequest())
+    with store.writing() as session:
+        session.add(
+            Material(name="titanium", youngs_modulus_pa=1.1e11, poisson_ratio=0.34, density_kg_m3=4430.0,
+                     yield_strength_pa=8.8e8, source="sheet")
+        )  # fmt: skip
+    shelf.get(TwinRequest())
+    assert counted.times == 2
+
+
+def test_changed_modal_table_makes_a_new_twin(store, quick, counted, tmp_path):
+    table = tmp_path / "modes.csv"
+    table.write_text("a")
+    shelf, request = shelf_of(store, quick, counted), TwinRequest(modes=table)
+    shelf.get(request)
+    table.write_text("b")
+    os.utime(table, (1, 1))
+    shelf.get(request)
+    assert counted.times == 2
+
+
+@dataclass
+class InUse:
+    """A registry whose champion changes."""
+
+    file: Path
+    sha256: str = "1"
+    asked: int = 0
+
+    @property
+    def place(self):  # type: ignore[no-untyped-def]
+        return SimpleNamespace(database=self.file)
+
+    @property
+    def connection(self):  # type: ignore[no-untyped-def]
+        return SimpleNamespace(nothing_there=False)
+
+    def champion(self, predictor_set: str):  # type: ignore[no-untyped-def]
+        assert predictor_set == "gun"
+        self.asked += 1
+        return SimpleNamespace(sha256=self.sha256)
+
+    def changed(self, text: str) -> None:
+        self.file.write_text(text)
+
+
+@pytest.fixture
+def in_use(tmp_path, monkeypatch):
+    registry = InUse(tmp_path / "models.db")
+    registry.changed("one")
+    monkeypatch.setattr(twin_stamps, "registry_of", lambda _: registry)
+    return registry
+
+
+def test_another_champion_makes_a_new_twin(store, quick, counted, in_use):
+    shelf = shelf_of(store, quick, counted)
+    shelf.get(TwinRequest())
+    in_use.changed("a training began")
+    shelf.get(TwinRequest())
+    assert (counted.times, in_use.asked) == (1, 2)
+    in_use.sha256 = "2"
+    in_use.changed("and its model is the champion")
+    shelf.get(TwinRequest())
+    assert (counted.times, in_use.asked) == (2, 3)
+
+
+def test_champion_is_asked_for_once_while_nothing_changes(store, quick, counted, in_use):
+    shelf = shelf_of(store, quick, counted)
+    for _ in range(5):
+        shelf.get(TwinRequest())
+    assert in_use.asked == 1
+
+
+def test_law_does_not_depend_on_the_registry(store, quick, counted, in_use):
+    shelf = shelf_of(store, quick, counted)
+    for request in (TwinRequest(contact="hertz"), TwinRequest(effects=(effect("contact.effective_mass"),))):
+        shelf.get(request)
+        in_use.changed(f"{request}")
+        shelf.get(request)
+    assert (counted.times, in_use.asked) == (2, 0)
+
+
+def test_warm_twin_answers_as_a_fresh_one(store, quick):
+    request, shot = TwinRequest(frequency_hz=FEW), Shot(tank_pressure_pa=3e5, impact_position="#2")
+    warm = TwinShelf(store, quick).get(request)
+    for _ in range(2):
+        assert predicted_json(warm, shot, draws=8) == predicted_json(twin_of(store, quick, request), shot, draws=8)
+
+
+def test_warm_twin_solves_no_plate_any_more(store, quick, monkeypatch):
+    made = []
+    of = PlateResponse.of
+    monkeypatch.setattr(PlateResponse, "of", lambda *given: made.append(given) or of(*given))
+    twin = TwinShelf(store, quick).get(TwinRequest(frequency_hz=FEW))
+    assert made
+    made.clear()
+    for position in ("#1", "#2"):
+        predicted_json(twin, Shot(impact_position=position))
+    assert made == []
+
+
+def test_threads_predict_the_same(store, quick):
+    twin = TwinShelf(store, quick).get(TwinRequest(frequency_hz=FEW))
+    shots = [Shot(tank_pressure_pa=pressure) for pressure in np.linspace(1e5, 7e5, 6).tolist()]
+    alone, together = [predicted_json(twin, shot) for shot in shots], [{}] * len(shots)
+
+    def ask(i: int) -> None:
+        together[i] = predicted_json(twin, shots[i])
+
+    threads = [threading.Thread(target=ask, args=(i,)) for i in range(len(shots))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert together == alone
+
+
+def test_shipped_bench_needs_no_store(quick):
+    found = predicted_json(TwinShelf(None, quick).get(TwinRequest(frequency_hz=FEW)), Shot())
+    assert "shipped" in found["models"]["gun"]
