@@ -31,7 +31,7 @@ def coverage_figure(pulses: PulseTable, predictions: Mapping[str, ContactPredict
         _frame(axes, name)
         drawn = 0
         for model, prediction in predictions.items():
-            score = _scores(pulses, prediction, name)
+            score = standardised(pulses, prediction, name)
             if score is not None:
                 style = {"color": COLOURS[drawn % len(COLOURS)], "marker": MARKERS[drawn % len(MARKERS)]}
                 found = coverage(score)
@@ -42,16 +42,16 @@ def coverage_figure(pulses: PulseTable, predictions: Mapping[str, ContactPredict
     return figure
 
 
-def coverage(scores: Floats) -> Floats:
-    """Share of standardised errors within the central normal interval of each of `LEVELS`."""
+def coverage(scores: Floats, levels: Floats = LEVELS) -> Floats:
+    """Share of standardised errors within the central normal interval of each of `levels`."""
     from scipy.special import ndtri
 
-    found: Floats = np.mean(np.abs(scores.ravel()) <= ndtri((1 + LEVELS) / 2)[:, None], axis=1)
+    found: Floats = np.mean(np.abs(scores.ravel()) <= ndtri((1 + levels) / 2)[:, None], axis=1)
     return found
 
 
-def _scores(pulses: PulseTable, prediction: ContactPrediction, name: str) -> Floats | None:
-    """Errors in spreads; None for a model without."""
+def standardised(pulses: PulseTable, prediction: ContactPrediction, name: str) -> Floats | None:
+    """Errors of "force" (n, 20) or "contact time" (n,) in spreads; None for a model without."""
     spread = prediction.force_spread_n if name == "force" else prediction.contact_time_spread_s
     if spread is None:
         return None

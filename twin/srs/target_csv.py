@@ -34,35 +34,40 @@ def read_target(path: Path, tolerance: Tolerance | None = None) -> Target:
     that begin with # are comments; `;` or tab may stand for the comma, with `;` also a decimal comma.
     Raises `ValueError` naming the file, the line, the value and what is expected.
     """
-    columns, rows = _table(path)
+    return target_of_csv(path.read_bytes(), path.name, tolerance)
+
+
+def target_of_csv(content: bytes, source: str, tolerance: Tolerance | None = None) -> Target:
+    """`read_target` of a file's content; errors call it `source`."""
+    columns, rows = _table(content, source)
     if "frequency_hz" not in columns:
-        raise ValueError(f"{path.name}: no column frequency_hz; it has: {', '.join(columns)}")
-    level, to_m_s2 = _level_column(path, columns)
+        raise ValueError(f"{source}: no column frequency_hz; it has: {', '.join(columns)}")
+    level, to_m_s2 = _level_column(source, columns)
     if len(rows) < 2:
-        raise ValueError(f"{path.name}: {len(rows)} rows; expected two break points or more")
-    frequency = [_number(path, line, row, "frequency_hz") for line, row in rows]
+        raise ValueError(f"{source}: {len(rows)} rows; expected two break points or more")
+    frequency = [_number(source, line, row, "frequency_hz") for line, row in rows]
     levels: list[float] = []
     for (line, row), hz in zip(rows, frequency, strict=True):
         before = (frequency[len(levels) - 1], levels[-1]) if levels else None
-        levels.append(_level(path, line, row, level, to_m_s2, hz, before))
-    upper, lower = (_tolerances(path, rows, columns, name) for name in ("upper_db", "lower_db"))
+        levels.append(_level(source, line, row, level, to_m_s2, hz, before))
+    upper, lower = (_tolerances(source, rows, columns, name) for name in ("upper_db", "lower_db"))
     try:
         target = Target(np.asarray(frequency), np.asarray(levels), np.asarray(upper), np.asarray(lower))
     except ValueError as error:
-        raise ValueError(f"{path.name}: {error}") from error
+        raise ValueError(f"{source}: {error}") from error
     stated = any(name in columns for name in _TOLERANCES)
     return target.with_tolerance(tolerance or _DEFAULT) if tolerance or not stated else target
 
 
-def _table(path: Path) -> tuple[list[str], list[tuple[int, Row]]]:
+def _table(content: bytes, source: str) -> tuple[list[str], list[tuple[int, Row]]]:
     """Names of the columns, and the rows by name with their number in the file."""
     lines = [
         (number, line)
-        for number, line in enumerate(_text(path).splitlines(), 1)
+        for number, line in enumerate(_text(content, source).splitlines(), 1)
         if line.strip() and not line.lstrip().startswith("#")
     ]
     if not lines:
-        raise ValueError(f"{path.name}: is empty; expected a header such as frequency_hz,level_g")
+        raise ValueError(f"{source}: is empty; expected a header such as frequency_hz,level_g")
     header = lines[0][1]
     delimiter = next((sign for sign in (";", "\t", ",") if sign in header), ",")
     cells = [[cell.strip() for cell in next(csv.reader([line], delimiter=delimiter))] for _, line in lines]
@@ -70,21 +75,19 @@ def _table(path: Path) -> tuple[list[str], list[tuple[int, Row]]]:
     rows: list[tuple[int, Row]] = []
     for (number, _), row in zip(lines[1:], cells[1:], strict=True):
         if len(row) != len(columns):
-            raise ValueError(
-                f"{path.name}, line {number}: {len(row)} fields; expected {len(columns)}, as in the header"
-            )
+            raise ValueError(f"{source}, line {number}: {len(row)} fields; expected {len(columns)}, as in the header")
         decimal = [cell.replace(",", ".") for cell in row] if delimiter == ";" else row
         rows.append((number, dict(zip(columns, decimal, strict=True))))
     return columns, rows
 
 
-def _text(path: Path) -> str:
+def _text(content: bytes, source: str) -> str:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise ValueError(f"{path.name}: byte {error.start} is no UTF-8; expected a CSV file in UTF-8") from error
+        raise ValueError(f"{source}: byte {error.start} is no UTF-8; expected a CSV file in UTF-8") from error
     if "\0" in text:
-        raise ValueError(f"{path.name}: holds zero bytes; expected a CSV file in UTF-8")
+        raise ValueError(f"{source}: holds zero bytes; expected a CSV file in UTF-8")
     return text
 
 
@@ -95,40 +98,46 @@ def _column(name: str) -> str:
     return "frequency_hz" if plain in _FREQUENCIES else plain
 
 
-def _level_column(path: Path, columns: list[str]) -> tuple[str, float]:
+def _level_column(source: str, columns: list[str]) -> tuple[str, float]:
     for word in _LEVELS:
         found = [name for name in columns if name in {f"{word}_{unit}" for unit in _UNITS}]
         if len(found) > 1:
-            raise ValueError(f"{path.name}: {' and '.join(found)} both give the level; expected one of them")
+            raise ValueError(f"{source}: {' and '.join(found)} both give the level; expected one of them")
         if found:
             return found[0], _UNITS[found[0].removeprefix(f"{word}_")]
     bare = next((name for name in columns if name in _LEVELS), None)
     said = f"column {bare!r} has no unit" if bare else f"no column of levels in {', '.join(columns)}"
-    raise ValueError(f"{path.name}: {said}; expected level_g or level_m_s2")
+    raise ValueError(f"{source}: {said}; expected level_g or level_m_s2")
 
 
 def _level(
-    path: Path, line: int, row: Row, column: str, to_m_s2: float, hz: float, before: tuple[float, float] | None
+    source: str, line: int, row: Row, column: str, to_m_s2: float, hz: float, before: tuple[float, float] | None
 ) -> float:
     """m/s2, from the level or the slope since `before` (Hz, m/s2)."""
     if row[column] or not row.get("slope_db_per_octave"):
-        return to_m_s2 * _number(path, line, row, column)
+        return to_m_s2 * _number(source, line, row, column)
     if before is None:
-        raise ValueError(f"{path.name}, line {line}: a slope without a row above; expected {column}")
-    slope = _number(path, line, row, "slope_db_per_octave", signed=True)
-    return before[1] * 10 ** (slope * math.log2(hz / before[0]) / 20)
+        raise ValueError(f"{source}, line {line}: a slope without a row above; expected {column}")
+    slope = _number(source, line, row, "slope_db_per_octave", signed=True)
+    try:
+        return before[1] * math.pow(10, slope * math.log2(hz / before[0]) / 20)
+    except OverflowError as error:
+        raise ValueError(
+            f"{source}, line {line}: slope_db_per_octave is {row['slope_db_per_octave']!r}; expected less: "
+            f"the level at {hz:g} Hz would be no number"
+        ) from error
 
 
-def _tolerances(path: Path, rows: list[tuple[int, Row]], columns: list[str], side: str) -> list[float]:
+def _tolerances(source: str, rows: list[tuple[int, Row]], columns: list[str], side: str) -> list[float]:
     """One side of every row, dB; -3 below the level is 3 below it. Free where the file gives the other side only."""
     name = side if side in columns else "tolerance_db" if "tolerance_db" in columns else None
     if name is None:
         return [math.inf] * len(rows)
-    values = [_number(path, line, row, name, signed=side == "lower_db", finite=False) for line, row in rows]
+    values = [_number(source, line, row, name, signed=side == "lower_db", finite=False) for line, row in rows]
     return [abs(value) for value in values] if side == "lower_db" else values
 
 
-def _number(path: Path, line: int, row: Row, column: str, *, signed: bool = False, finite: bool = True) -> float:
+def _number(source: str, line: int, row: Row, column: str, *, signed: bool = False, finite: bool = True) -> float:
     """A cell's number, positive (0 allowed where infinity is) unless `signed`."""
     try:
         value = float(row[column])
@@ -137,5 +146,5 @@ def _number(path: Path, line: int, row: Row, column: str, *, signed: bool = Fals
     good = not math.isnan(value) and (math.isfinite(value) or not finite)
     if not good or not (signed or value > 0 or (not finite and value == 0)):
         expected = "a number" if signed else "a positive number"
-        raise ValueError(f"{path.name}, line {line}: {column} is {row[column]!r}; expected {expected}")
+        raise ValueError(f"{source}, line {line}: {column} is {row[column]!r}; expected {expected}")
     return value

@@ -1,0 +1,157 @@
+"""Models as a page shows them, held to what the command line says of the same registry."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from pulse_tables import held_out, pulse_table
+from pyroshock.app.model_figures import LEVELS, held_out_figures, listed_versions, side_by_side, version_row
+from pyroshock.app.model_tables import json_row
+from pyroshock.training.judging import Judged
+from pyroshock.training.listing import row_of
+from pyroshock.training.metrics.errors import METRICS
+from pyroshock.training.models.base import ContactPrediction
+from pyroshock.training.promotion import promote
+from pyroshock.training.session import train
+from registries import fresh_registry, ground_in, without_figures
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory):
+    """A tree, a line and hann's pulse, which knows no spread, of the synthetic hammer campaign; the tree is in use."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("MLFLOW_TRACKING_URI", raising=False)
+        without_figures(patch)
+        registry = fresh_registry(tmp_path_factory.mktemp("lab"))
+        ground = ground_in(registry)
+        train(registry, ground, ["tree", "linear", "hann"], ["repetitions"])
+        train(registry, ground, ["linear"], ["configurations"])
+        promote(registry, "tree", 1, lambda _: ground.table)
+        yield registry, ground.table
+
+
+@pytest.fixture
+def read(trained):
+    return lambda _hash: trained[1]
+
+
+def version_of(trained, label: str):
+    return next(version for version in trained[0].versions() if version.label == label)
+
+
+def test_rows_tell_what_the_command_line_tells(trained):
+    registry, _ = trained
+    rows = {row["label"]: row for row in listed_versions(registry)}
+    assert rows.keys() == {"tree@1", "linear@1", "hann@1", "linear@2"}
+    for version in registry.versions():
+        told, row = json_row(version, registry.floors(version.dataset.hash, version.seed)), rows[version.label]
+        for name in METRICS:
+            assert row["metrics"][name]["mean"] == told["metrics"][name]
+            assert row["metrics"][name]["ci90"] == told["ci90"][name]
+            assert row["metrics"][name]["floor"]["treatment"] == told["floor"]["treatment"][name]
+            assert row["metrics"][name]["thesis"] == (told["thesis"] or {}).get(name)
+        assert row["dataset_hash"] == version.dataset.hash
+    assert rows["linear@1"]["metrics"]["force_nrmse"]["thesis"] == 0.9932  # Table 4.5
+    assert [label for label, row in rows.items() if row["champion"]] == ["tree@1"]
+    assert rows["tree@1"]["champion_of"] == "hammer"
+    json.dumps(list(rows.values()), allow_nan=False)
+
+
+def test_rows_are_filtered_by_split_and_dataset(trained):
+    registry, _ = trained
+    assert {row["label"] for row in listed_versions(registry, split="configurations")} == {"linear@2"}
+    assert len(listed_versions(registry, dataset="spring", every=True)) == 4
+    with pytest.raises(LookupError, match="no model of a dataset 'winter'"):
+        listed_versions(registry, dataset="winter")
+
+
+def test_row_without_a_floor_has_none(trained):
+    row = version_row(version_of(trained, "tree@1"), {})
+    assert row["metrics"]["cost"]["floor"] == {"configuration": None, "treatment": None}
+
+
+def test_versions_side_by_side_differ_as_their_means_do(trained, read):
+    both = [version_of(trained, label) for label in ("linear@1", "tree@1")]
+    found = side_by_side(trained[0], both, read)
+    assert [model["label"] for model in found["models"]] == ["tree@1", "linear@1"]
+    assert found["pulses"] == 60
+    assert [row["metric"] for row in found["differences"]] == list(METRICS)
+    means = {model["label"]: model["metrics"] for model in found["models"]}
+    for row in found["differences"]:
+        difference = means[row["a"]][row["metric"]] - means[row["b"]][row["metric"]]
+        assert row["difference"] == pytest.approx(difference)
+        assert row["ci90"][0] <= row["difference"] <= row["ci90"][1]
+        assert 0 < row["p_value"] <= 1
+    json.dumps(found, allow_nan=False)
+
+
+def test_one_version_alone_is_not_compared(trained, read):
+    one = version_of(trained, "tree@1")
+    with pytest.raises(ValueError, match="2 versions to compare; choose two or more"):
+        side_by_side(trained[0], [one, one], read)
+
+
+def test_points_are_the_held_out_pulses(trained, read):
+    registry, table = trained
+    version = version_of(trained, "linear@1")
+    points = held_out_figures(registry, version, read)["points"]
+    rows = [table.key.tolist().index(key) for key in points["key"]]
+    assert set(points["key"]) == set(registry.held_out(version).keys.tolist())
+    assert points["peak_force_n"]["measured"] == table.peak_force_n[rows].tolist()
+    assert points["contact_time_s"]["measured"] == table.contact_time_s[rows].tolist()
+    error = np.abs(np.divide(points["contact_time_s"]["predicted"], points["contact_time_s"]["measured"]) - 1)
+    assert error.mean() == pytest.approx(row_of(version)["metrics"]["contact_time_error"])
+    error = np.abs(np.divide(points["peak_force_n"]["predicted"], points["peak_force_n"]["measured"]) - 1)
+    assert error.mean() == pytest.approx(row_of(version)["metrics"]["peak_force_error"])
+
+
+def test_intervals_are_told_where_the_model_has_them(trained, read):
+    with_spread = set()
+    for version in trained[0].versions():
+        found = held_out_figures(trained[0], version, read)
+        told = row_of(version)["coverage90"]
+        with_spread.add(told is not None)
+        peak, coverage = found["points"]["peak_force_n"], found["coverage"]
+        assert (peak["low"] is None) == (coverage["force"] is None) == (told is None)
+        if told is not None:
+            columns = (peak["low"], peak["predicted"], peak["high"])
+            assert coverage["force"][LEVELS.index(0.90)] == pytest.approx(told["force_covered"], abs=1e-3)
+            assert coverage["time"][LEVELS.index(0.90)] == pytest.approx(told["time_covered"], abs=1e-3)
+            assert all(low < value < high for low, value, high in zip(*columns, strict=True))
+        json.dumps(found, allow_nan=False)
+    assert with_spread == {True, False}
+
+
+def test_coverage_of_known_scatter_is_the_level(monkeypatch):
+    """Measured pulses scatter by 10 N and 10 us about what is predicted, and the model says so."""
+    rng = np.random.default_rng(3)
+    pulses = pulse_table(rng, repetitions=40)
+    n = len(pulses)
+    prediction = ContactPrediction(
+        pulses.force_n + 10 * rng.standard_normal(pulses.force_n.shape),
+        pulses.contact_time_s + 1e-5 * rng.standard_normal(n),
+        np.full(pulses.force_n.shape, 10.0),
+        np.full(n, 1e-5),
+    )
+    judged = Judged(pulses, {}, {"law@1": prediction}, {})
+    monkeypatch.setattr("pyroshock.training.judging.on_held_out", lambda *_: judged)
+
+    class Law:
+        label = "law@1"
+
+    found = held_out_figures(None, Law(), lambda _: pulses, most=100)  # type: ignore[arg-type]
+    assert found["coverage"]["force"] == pytest.approx(LEVELS, abs=0.01)
+    assert found["coverage"]["time"] == pytest.approx(LEVELS, abs=0.03)
+    points = found["points"]
+    assert (found["pulses"], len(points["key"])) == (n, 100)
+    assert np.subtract(points["peak_force_n"]["high"], points["peak_force_n"]["low"]) == pytest.approx(32.9)
+
+
+def test_pulses_that_are_gone_are_said(trained):
+    table, _ = held_out(
+        pulse_table(np.random.default_rng(9), repetitions=3, campaign="other"), np.random.default_rng(0)
+    )
+    with pytest.raises(ValueError, match="60 held-out pulses are in no dataset of the store"):
+        held_out_figures(trained[0], version_of(trained, "tree@1"), lambda _: table)

@@ -1,0 +1,122 @@
+"""Windows of a stored channel: exact where they are short, with every peak where they are long."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pyroshock.app import signals
+from pyroshock.app.signals import channel_window, list_signals
+from pyroshock.ingest.channel import Sensor
+from pyroshock.schema.session import Writer, open_store
+from recorded import add_recording
+
+RATE, START_S, SAMPLES = 100_000.0, -0.25, 300_000
+G = 9.80665
+
+
+@pytest.fixture(scope="module")
+def recorded():
+    noise = np.random.default_rng(1).normal(size=SAMPLES).astype(np.float32)
+    noise[123_456], noise[123_457] = 500.0, -700.0
+    return noise
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory, recorded):
+    url = f"sqlite:///{tmp_path_factory.mktemp('signals') / 'lab.db'}"
+    with open_store(url, Writer("test", "0"), create=True) as store:
+        sensors = {
+            Sensor("force", "force", "kN"): recorded,
+            Sensor("shock", "acceleration", "g", sensitivity=-0.01, offset_v=0.5, position="plate", axis="z"): recorded,
+        }
+        store.keys = dict(zip(("recording", "channels"), add_recording(store, sensors, RATE, START_S), strict=True))
+        yield store
+
+
+def window(store, channel="force", *arguments, **named):
+    with store.reading() as session:
+        return channel_window(session, store.keys["channels"][channel], *arguments, **named)
+
+
+def test_full_view_keeps_the_peaks_exactly(store, recorded):
+    found = window(store, points=500)
+    assert found.decimated and found.time_s.size <= 500
+    assert found.values.max() == 1e3 * float(recorded.max())
+    assert found.values.min() == 1e3 * float(recorded.min())
+    assert found.time_s[found.values.argmax()] == pytest.approx(START_S + 123_456 / RATE)
+    assert (found.time_s[0], found.samples_in_record) == (START_S, SAMPLES)
+    assert found.time_s[-1] == pytest.approx(START_S + (SAMPLES - 1) / RATE)
+
+
+def test_short_window_has_every_sample(store, recorded):
+    first, last = 123_400, 123_499
+    found = window(store, "force", START_S + first / RATE, START_S + last / RATE, 100)
+    assert not found.decimated
+    assert (found.first, found.stop) == (first, last + 1)
+    np.testing.assert_array_equal(found.values, 1e3 * recorded[first : last + 1].astype(np.float64))
+    np.testing.assert_allclose(found.time_s, START_S + np.arange(first, last + 1) / RATE, rtol=0, atol=1e-12)
+
+
+def test_one_sample_more_than_the_points_is_decimated(store):
+    assert window(store, "force", START_S + 1 / RATE, START_S + 101 / RATE, 100).decimated
+
+
+def test_laboratory_unit_undoes_the_conversion(store, recorded):
+    si = window(store, "shock", START_S, START_S + 50 / RATE)
+    lab = window(store, "shock", START_S, START_S + 50 / RATE, laboratory_unit=True)
+    assert (si.unit, lab.unit, lab.quantity) == ("m/s2", "g", "acceleration")
+    np.testing.assert_allclose(lab.values, (recorded[:51].astype(np.float64) - 0.5) / -0.01, rtol=1e-12)
+    np.testing.assert_allclose(si.values, lab.values * G, rtol=1e-9)
+
+
+def test_recorded_unit_is_the_file_s_number(store, recorded):
+    lab = window(store, "force", START_S, START_S + 50 / RATE, laboratory_unit=True)
+    np.testing.assert_array_equal(lab.values, recorded[:51])
+
+
+@pytest.mark.parametrize(
+    ("start_s", "stop_s", "samples"),
+    [(-9.0, -8.0, 0), (50.0, 60.0, 0), (-9.0, START_S, 1), (None, START_S + 9 / RATE, 10), (2.0, None, 75_000)],
+)
+def test_window_is_cut_to_the_record(store, start_s, stop_s, samples):
+    found = window(store, "force", start_s, stop_s, 100_000)
+    assert (found.stop - found.first, found.values.size) == (samples, samples)
+
+
+def test_zoom_reads_the_chunks_of_its_window_only(store, monkeypatch):
+    asked = []
+    read = signals.read_slice
+
+    def watched(connection, channel, layout, start, stop):
+        asked.append((start, stop))
+        return read(connection, channel, layout, start, stop)
+
+    monkeypatch.setattr(signals, "read_slice", watched)
+    window(store, "force", 0.0, 0.001, 500)
+    assert asked == [(25_000, 25_101)]
+
+
+def test_channels_of_a_recording_are_listed_with_their_keys(store):
+    with store.reading() as session:
+        force, shock = list_signals(session, store.keys["recording"])
+    assert (force["key"], force["channel"], force["unit"], force["si_unit"]) == (
+        store.keys["channels"]["force"], "force", "kN", "N",
+    )  # fmt: skip
+    assert (shock["position"], shock["axis"], shock["samples"], shock["start_s"]) == ("plate", "z", SAMPLES, START_S)
+    assert shock["stop_s"] == pytest.approx(START_S + (SAMPLES - 1) / RATE)
+
+
+def test_unknown_channel_is_named(store):
+    with store.reading() as session, pytest.raises(LookupError, match="no channel 999"):
+        channel_window(session, 999)
+
+
+@pytest.mark.parametrize("ends", [(1.0, 0.0), (float("nan"), 1.0), (0.0, float("inf"))])
+def test_window_that_is_none_is_refused(store, ends):
+    with pytest.raises(ValueError, match="expected two numbers in rising order"):
+        window(store, "force", *ends)
+
+
+def test_too_few_points_are_refused(store):
+    with pytest.raises(ValueError, match="points is 2; expected 4 or more"):
+        window(store, points=2)

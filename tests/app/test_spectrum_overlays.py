@@ -1,0 +1,135 @@
+"""Spectra of impacts over each other: each the one that its record has alone, and the bands about them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pyroshock.app.spectrum_overlays import MOST_SPECTRA, spectrum_overlay
+from pyroshock.ingest.channel import Sensor
+from pyroshock.schema.campaigns import Configuration
+from pyroshock.schema.impacts import ExtractionSettings, Impact
+from pyroshock.schema.session import Writer, open_store
+from pyroshock.twin.chain import default_lines
+from pyroshock.twin.srs.spectrum import shock_response_spectrum
+from pyroshock.twin.srs.target import ramps
+from recorded import add_recording, pulse_row
+
+RATE, SAMPLES = 50_000.0, 5000
+PLATE = Sensor("plate", "acceleration", "m/s2", position="plate")
+HEAD = Sensor("head", "acceleration", "m/s2", position="hammer head")
+FORCE = Sensor("force", "force", "N")
+
+
+def ringing(at_s, amplitude):
+    """A decaying 1 kHz ringing that begins at `at_s`."""
+    time = np.arange(SAMPLES) / RATE - at_s
+    return np.where(time > 0, amplitude * np.exp(-200 * time) * np.sin(2e3 * np.pi * time), 0.0)
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    """Impacts 1 and 2 alone in their recordings, the second twice as loud; 3 and 4 together in one; 5 without any."""
+    url = f"sqlite:///{tmp_path_factory.mktemp('spectra') / 'lab.db'}"
+    with open_store(url, Writer("test", "0"), create=True) as store:
+        one, _ = add_recording(store, {PLATE: 3.0 + ringing(0.02, 100.0), FORCE: ringing(0.02, 1.0)}, RATE)
+        two, _ = add_recording(store, {PLATE: ringing(0.02, 200.0), HEAD: np.zeros(SAMPLES)}, RATE)
+        both, _ = add_recording(store, {PLATE: ringing(0.02, 100.0) + ringing(0.06, 400.0)}, RATE)
+        none, _ = add_recording(store, {FORCE: ringing(0.02, 1.0)}, RATE)
+        with store.writing() as session:
+            session.add(Configuration(id=1, fingerprint="1"))
+            session.add(ExtractionSettings(id=1, fingerprint="1", code_version=1, settings={}))
+            session.flush()
+            hits = ((one, 0.02), (two, 0.02), (both, 0.02), (both, 0.06), (none, 0.02))
+            for key, (recording, start) in enumerate(hits, 1):
+                own = {"campaign_id": 1, "configuration_id": 1, "recording_id": recording}
+                session.add(Impact(id=key, run=key, repetition=1, **own))
+                session.flush()
+                session.add(pulse_row(key, start_s=start))
+        yield store
+
+
+def overlay(store, *impacts, **named):
+    with store.reading() as session:
+        return spectrum_overlay(session, impacts, **named)
+
+
+def test_spectrum_is_the_record_s_own(store):
+    found = overlay(store, 1)
+    (alone,) = found.spectra
+    expected = shock_response_spectrum(ringing(0.02, 100.0), RATE, default_lines(), q=10.0)
+    assert (alone.impact, alone.channel) == (1, "plate")
+    np.testing.assert_array_equal(found.frequency_hz, default_lines())
+    for name in ("maximax", "positive", "negative", "pseudo_velocity_m_s"):
+        np.testing.assert_allclose(getattr(alone.spectrum, name), getattr(expected, name), rtol=1e-9)
+
+
+def test_mean_in_decibels_lies_midway(store):
+    found = overlay(store, 1, 2, channel="plate")
+    quiet, loud = (each.spectrum.maximax for each in found.spectra)
+    np.testing.assert_allclose(loud, 2 * quiet, rtol=1e-9)
+    np.testing.assert_allclose(found.reference.level_m_s2, np.sqrt(2) * quiet, rtol=1e-9)
+    np.testing.assert_allclose(found.comparison.error_db, [[-3.0103] * quiet.size, [3.0103] * quiet.size], atol=1e-4)
+
+
+def test_bands_are_three_and_six_decibels_wide(store):
+    found = overlay(store, 1, 2, channel="plate")
+    assert [band.db for band in found.bands] == [3.0, 6.0]
+    for band in found.bands:
+        level = found.reference.level_m_s2
+        np.testing.assert_allclose(20 * np.log10(band.upper_m_s2 / level), band.db)
+        np.testing.assert_allclose(20 * np.log10(band.lower_m_s2 / level), -band.db)
+    assert found.comparison.within.all()
+
+
+def test_hits_of_one_recording_do_not_hear_each_other(store):
+    found = overlay(store, 3, 4)
+    first, second = found.spectra
+    assert first.stop_s < 0.06 <= second.start_s + 1.1e-3
+    at = int(np.argmin(np.abs(found.frequency_hz - 1000)))
+    expected = shock_response_spectrum(ringing(0.02, 100.0), RATE, found.frequency_hz, q=10.0).maximax[at]
+    assert first.spectrum.maximax[at] == pytest.approx(expected, rel=0.01)
+    assert second.spectrum.maximax[at] == pytest.approx(4 * expected, rel=0.01)
+
+
+def test_specification_is_what_spectra_are_held_against(store):
+    specification = ramps(500.0, 10.0, (2000.0, 0.0))
+    found = overlay(store, 1, specification=specification)
+    assert found.reference is specification
+    assert found.comparison.frequency_hz.min() >= 500 and found.comparison.frequency_hz.max() <= 2000
+    assert [band.db for band in found.bands] == [3.0, 6.0, None]
+    np.testing.assert_allclose(found.bands[2].upper_m_s2, 10 * 10**0.3, rtol=1e-9)
+    assert not found.comparison.within.any()
+
+
+def test_silent_and_missing_channels_are_told(store):
+    found = overlay(store, 2, 5)
+    assert [each.channel for each in found.spectra] == ["plate"]
+    assert found.left_out == ("impact 5: no acceleration was recorded", "impact 2: head is silent")
+
+
+def test_lines_beyond_half_the_rate_are_left_away(store):
+    found = overlay(store, 1, frequency_hz=np.array([100.0, 1000.0, 30_000.0]))
+    np.testing.assert_array_equal(found.frequency_hz, [100.0, 1000.0])
+    with pytest.raises(ValueError, match="half the sampling rate"):
+        overlay(store, 1, frequency_hz=np.array([30_000.0]))
+
+
+def test_quality_is_the_oscillators(store):
+    sharp, blunt = (overlay(store, 1, q=q).spectra[0].spectrum.maximax.max() for q in (50.0, 5.0))
+    assert sharp > 1.5 * blunt
+
+
+def test_nothing_to_show_says_why(store):
+    with pytest.raises(ValueError, match=r"no acceleration of these impacts has a spectrum: impact 5: no acceleration"):
+        overlay(store, 5)
+    with pytest.raises(ValueError, match="impact 1: no acceleration 'roof' was recorded"):
+        overlay(store, 1, channel="roof")
+
+
+def test_impacts_are_counted_and_known(store):
+    with pytest.raises(ValueError, match="0 impacts"):
+        overlay(store)
+    with pytest.raises(ValueError, match=f"expected 1 to {MOST_SPECTRA}"):
+        overlay(store, *range(MOST_SPECTRA + 1))
+    with pytest.raises(LookupError, match="no impact 99"):
+        overlay(store, 99)
