@@ -30,6 +30,8 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "tune": ("tune", "tune", "Settings of the bench that give a prescribed spectrum."),
     "diagnose": ("diagnose", "diagnose", "Where twin and bench disagree, which effect causes it, how far it shrinks."),
     "blind-check": ("blind_check", "blind_check", "Score the diagnosis on campaigns whose cause is withheld."),
+    "report": ("report", "report", "A campaign, a diagnosis or a model as one page or PDF."),
+    "serve": ("serve", "serve", "The lab's window: pages of all of this, and a JSON API."),
     "export": ("export", "export", "Write impacts, shots, pulses or series to CSV or Parquet."),
     "materials": ("materials", "materials", "List the known materials, or add one."),
     "db": ("store", "db", "Keep the store: upgrade it."),

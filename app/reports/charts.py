@@ -53,9 +53,14 @@ def curve_chart(picture: CurvePicture) -> str:
 
 def legend(pictures: Pictures) -> str:
     """What the marks of the charts mean."""
+    keys = legend_keys(pictures)
+    return "".join(f'<span class="key"><i class="key-{kind}"></i>{words}</span>' for kind, words in keys)
+
+
+def legend_keys(pictures: Pictures) -> tuple[tuple[str, str], ...]:
+    """The marks of the charts by kind, and their meaning."""
     later = [each.after for each in pictures.residuals] + [each.after for each in pictures.curves]
     after = any(each is not None for each in later)
     keys = [("before", "nominal twin")] + ([("after", "with the first cause")] if after else [])
     keys += [("measured", "measured")] if pictures.curves else []
-    keys += [("floor", "noise floor, two standard deviations"), ("tolerance", "tolerance")]
-    return "".join(f'<span class="key"><i class="key-{kind}"></i>{words}</span>' for kind, words in keys)
+    return (*keys, ("floor", "noise floor, two standard deviations"), ("tolerance", "tolerance"))

@@ -41,12 +41,13 @@ def page(verdict: Verdict) -> str:
         f"<title>{escape(title)}</title><style>{STYLE}</style></head>\n<body>\n"
         f"<header><h1>{escape(verdict_sentence(verdict))}</h1>"
         f'<p class="quiet">Simulator: {escape(verdict.simulator)}</p></header>\n'
-        f"<main>{''.join(_parts(verdict))}</main>\n"
+        f"<main>{''.join(parts(verdict))}</main>\n"
         f"<footer><p>{escape(f'pyroshock diagnose, {number(verdict.seconds)} s')}</p></footer>\n</body></html>\n"
     )
 
 
-def _parts(verdict: Verdict) -> Iterator[str]:
+def parts(verdict: Verdict) -> Iterator[str]:
+    """The page's sections as HTML, for this page and the window's; every text is escaped."""
     yield _section("The gap, stage by stage", _waterfall(verdict))
     yield _section("Causes", _rows(_bar(cause) for cause in verdict.causes))
     yield _section("Where", _list(where_lines(verdict.where), "Nothing stands out."))

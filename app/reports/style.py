@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-STYLE = """
+#: Names of colours, light and dark.
+COLOURS = """
 :root { color-scheme: light dark; --page: #fbfbf9; --card: #ffffff; --ink: #1c2430; --quiet: #5a6573; --rule: #d9dde3;
   --before: #b3304a; --after: #1b6ca8; --floor: #b9c3cf; --bar: #1b6ca8; --other: #8a94a1; }
 @media (prefers-color-scheme: dark) { :root { --page: #14181d; --card: #1b2128; --ink: #e7ebef; --quiet: #a3adb9;
   --rule: #343c46; --before: #f0798e; --after: #74b4e8; --floor: #465361; --bar: #4f9bd6; --other: #77828f; } }
-* { box-sizing: border-box; }
+"""
+_BODY = """* { box-sizing: border-box; }
 body { margin: 0 auto; padding: 1rem; max-width: 60rem; background: var(--page); color: var(--ink);
   font: 16px/1.5 system-ui, sans-serif; overflow-wrap: anywhere; }
 h1 { font-size: 1.3rem; line-height: 1.35; margin: 0.5rem 0; }
@@ -15,7 +17,9 @@ h2 { font-size: 1.05rem; margin: 1.8rem 0 0.5rem; }
 h3 { font-size: 0.95rem; margin: 0 0 0.3rem; }
 p, ul, ol { margin: 0.4rem 0; } ul, ol { padding-left: 1.2rem; }
 .quiet, footer { color: var(--quiet); font-size: 0.875rem; }
-.rows { display: grid; gap: 0.6rem; }
+"""
+#: What a report is made of: bars, charts, tables.
+PARTS = """.rows { display: grid; gap: 0.6rem; }
 .row { display: grid; grid-template-columns: minmax(0, 1fr) auto; gap: 0.1rem 0.8rem; align-items: baseline; }
 .row .track { grid-column: 1 / -1; height: 0.8rem; background: var(--rule); border-radius: 0.2rem; position: relative; }
 .row .track i { position: absolute; top: 0; bottom: 0; min-width: 2px; background: var(--bar); border-radius: 0.2rem; }
@@ -39,5 +43,6 @@ polyline { fill: none; stroke-width: 2; } .before-line { stroke: var(--before); 
 i.key-tolerance { height: 0; border-top: 2px dashed var(--quiet); border-radius: 0; }
 .scroll { overflow-x: auto; } table { border-collapse: collapse; font-size: 0.9rem; }
 th, td { text-align: left; padding: 0.25rem 0.8rem 0.25rem 0; border-bottom: 1px solid var(--rule); }
-@media print { body { max-width: none; } figure { break-inside: avoid; } }
+"""
+STYLE = f"""{COLOURS}{_BODY}{PARTS}@media print {{ body {{ max-width: none; }} figure {{ break-inside: avoid; }} }}
 """

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import numpy as np
@@ -15,39 +14,9 @@ from hypothesis import strategies as st
 from pyroshock.app.reports.diagnosis import page, waterfall, write_page
 from pyroshock.diagnosis.pictures import Pictures
 from pyroshock.diagnosis.verdict import GapSize, StageShare, Where
+from well_formed import Page
 
-_VOID = ("meta",)
 HOSTILE = "<script>alert('x')</script>&\"quoted\""
-
-
-class Page(HTMLParser):
-    """Checks that every element is closed where it should be; collects elements and text."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.elements: list[tuple[str, dict[str, str | None]]] = []
-        self.words: list[str] = []
-        self.feed(text)
-        assert self.open == []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.elements.append((tag, dict(attrs)))
-        if tag not in _VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.elements.append((tag, dict(attrs)))
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        self.words.append(data)
-
-    @property
-    def text(self) -> str:
-        return " ".join(self.words)
 
 
 def test_page_is_whole_in_itself() -> None:

@@ -1,0 +1,109 @@
+"""A registered model as a report: its figures by split beside what can be had, how it errs, what was decided of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from ...training.floors import SCOPES
+from ...training.listing import newest
+from ...training.metrics.errors import METRICS
+from ...training.metrics.summary import Estimate
+from ...training.plots.canvas import LABELS
+from ...training.records import Decision, Version
+from ..model_tables import json_row
+from .document import Cell, Document, Section, Table
+from .model_figures import pulses_section
+
+if TYPE_CHECKING:
+    from ...dataset.table import PulseTable
+    from ...training.registry.registry import Registry
+
+_COVERED = {"force_covered": "force points within the 90 % band", "time_covered": "contact times within it"}
+
+
+def model_document(registry: Registry, version: Version, read: Callable[[str], PulseTable]) -> Document:
+    """The report on a version; `read` gives a dataset's pulses by its hash, and may raise `LookupError`."""
+    siblings = of_all_splits(registry.versions(), version)
+    floors = registry.floors(version.dataset.hash, version.seed)
+    in_use = f"the model in use for a {version.champion_of}" if version.champion_of else "not in use"
+    splits = ", ".join(f"{each.split} ({each.label})" for each in siblings)
+    return Document(
+        kind="Model",
+        title=version.label,
+        lead=f"Trained on {version.dataset.name}, judged on held-out {version.split}; {in_use}.",
+        facts={
+            "Dataset": f"{version.dataset.name}, of a {version.dataset.predictor_set}",
+            "Dataset hash": version.dataset.hash,
+            "Split": version.split,
+            "Seed": str(version.seed),
+            "Registered": f"{version.registered_at:%Y-%m-%d %H:%M} UTC",
+            "Cost": _cost(version),
+            "Files (SHA-256)": version.sha256,
+            "Figures of": splits,
+        },
+        sections=(
+            Section("Figures by split", [_figures(each, floors) for each in siblings]),
+            pulses_section(registry, version, read),
+            Section("Promotions", [_promotions(registry.decisions(), siblings)]),
+        ),
+        date=version.registered_at.date(),
+    )
+
+
+def of_all_splits(versions: Sequence[Version], version: Version) -> list[Version]:
+    """`version` first, then the newest of the same model, dataset and seed on each other split."""
+    same = (version.name, version.dataset.hash, version.seed)
+    others = newest(each for each in versions if (each.name, each.dataset.hash, each.seed) == same)
+    by_split = {each.split: each for each in sorted(others, key=lambda each: each.registered_at)}
+    by_split.pop(version.split, None)
+    return [version, *(by_split[split] for split in sorted(by_split))]
+
+
+def _cost(version: Version) -> str:
+    return f"{version.cost.seconds:.1f} s to train, {version.cost.peak_memory_mb:.0f} MB at most"
+
+
+def _figures(version: Version, floors: Mapping[str, str]) -> Table:
+    row = json_row(version, floors)
+    floor, thesis = row.get("floor") or {}, row["thesis"] or {}
+    rows: list[list[Cell]] = []
+    for metric in METRICS:
+        allowed = [(floor.get(scope) or {}).get(metric) for scope in SCOPES]
+        rows.append([LABELS[metric], *_interval(version.metrics[metric]), *allowed, thesis.get(metric)])
+    for metric, name in _COVERED.items():
+        if metric in version.metrics:
+            rows.append([f"{name} (share)", *_interval(version.metrics[metric]), None, None, None])
+    heads = ("figure", "mean", "90 % interval", *(f"floor by {scope}" for scope in SCOPES), "thesis")
+    return Table(
+        f"{version.label} on held-out {version.split}: means over pulses; the floor is what repetitions allow.",
+        heads,
+        rows,
+    )
+
+
+def _interval(estimate: Estimate) -> list[Any]:
+    between = f"{estimate.low:.4g} to {estimate.high:.4g}" if math.isfinite(estimate.low + estimate.high) else None
+    return [estimate.mean, between]
+
+
+def _promotions(decisions: Sequence[Decision], versions: Sequence[Version]) -> Table:
+    """Decisions that a version was part of, the newest first."""
+    labels = {version.label for version in versions}
+    rows: list[list[Cell]] = [
+        [
+            f"{each.when:%Y-%m-%d %H:%M}",
+            each.candidate,
+            each.champion,
+            ("forced" if each.forced else "promoted") if each.promoted else "refused",
+            each.judged_on,
+            each.pulses,
+            each.reason,
+            each.who,
+        ]
+        for each in decisions
+        if {each.candidate, each.champion} & labels
+    ]
+    heads = ("when (UTC)", "candidate", "in use before", "decision", "judged on", "pulses", "reason", "who")
+    return Table("Promotions and refusals that it was part of.", heads, rows, "It was neither promoted nor refused.")

@@ -1,0 +1,173 @@
+"""A report is the same on screen and on paper: all its parts, nothing fetched, nothing taken for markup."""
+
+from __future__ import annotations
+
+import datetime as dt
+import re
+
+import numpy as np
+import pytest
+from pdf_text import pages, pdf_text
+from pyroshock.app.reports import pdf as pdf_module
+from pyroshock.app.reports.curves import Curve, line_chart, line_keys
+from pyroshock.app.reports.document import (
+    Bar,
+    Bars,
+    Bullets,
+    Document,
+    Figure,
+    Figures,
+    Paragraph,
+    Section,
+    Table,
+    cell_text,
+)
+from pyroshock.app.reports.page import html_of
+from pyroshock.app.reports.pdf import MissingPdfError, pdf_of
+from pyroshock.app.reports.pdf_tables import column_widths, needed_width
+from well_formed import Page, needs_nothing
+
+HOSTILE = "<script>alert('x')</script>&\"quoted\" <b> \x00\x1b ]]>"
+
+
+def chart(name: str = "steel") -> Figure:
+    x = np.linspace(0, 1, 30)
+    curves = [Curve(name, x, np.sin(3 * x), 0, np.full(30, 0.1)), Curve("brass", x, x, 1)]
+    return Figure(f"pulse of {name}", line_chart(name, curves, "time (ms)", "force (kN)"), line_keys(curves))
+
+
+def document(word: str = "spring", rows: int = 3) -> Document:
+    """Every kind of block, with `word` wherever a campaign's words can stand."""
+    return Document(
+        kind="Campaign",
+        title=word,
+        lead=f"lead of {word}",
+        facts={"Operator": word},
+        sections=(
+            Section(word, (Paragraph(f"said of {word}"), Paragraph("remark", quiet=True))),
+            Section("Lines", (Bullets((f"first of {word}", "second"), "none"), Bullets((), "nothing here"))),
+            Section("Table", (Table(word, ("name", word), [(word, float(i)) for i in range(rows)]),)),
+            Section("Empty", (Table("of nothing", ("a", "b"), (), "No rows."),)),
+            Section("Bars", (Bars((Bar(word, "93 %", 0.0, 0.93, "named", word), Bar("x", "1", -1.0, 2.0, "floor"))),)),
+            Section("One chart", (Figures((chart(word),), (("line-0", word),)),)),
+            Section("Charts", (Figures((chart(), chart(), chart())),)),
+        ),
+        date=dt.date(2026, 3, 2),
+    )
+
+
+def test_page_is_whole_in_itself() -> None:
+    assert needs_nothing(Page(html_of(document())))
+
+
+def test_both_hold_every_part() -> None:
+    page, paper = Page(html_of(document())).text, pdf_text(pdf_of(document()))
+    for part in ("spring", "lead of spring", "Operator", "said of spring", "first of spring", "nothing here",
+                 "No rows.", "93 %", "pulse of spring", "time (ms)", "brass"):  # fmt: skip
+        for text in (page, paper):
+            assert part in text.replace("\xa0", " "), part
+
+
+def test_words_are_never_markup() -> None:
+    page = html_of(document(HOSTILE))
+    assert "<script" not in page and "<b>" not in page
+    assert "\x00" not in page and "\x1b" not in page
+    assert "<script>alert('x')</script>&\"quoted\" <b>" in Page(page).text
+    assert "<script>alert" in pdf_text(pdf_of(document(HOSTILE))).replace(" ", "")
+
+
+def test_same_report_gives_the_same_bytes() -> None:
+    assert html_of(document()) == html_of(document())
+    assert pdf_of(document()) == pdf_of(document())
+
+
+def test_pdf_is_of_its_own_date_and_name() -> None:
+    found = pdf_of(document())
+    assert b"/CreationDate (D:20260302000000Z)" in found
+    assert b"/Title (Campaign: spring)" in found
+
+
+def test_pdf_brings_letters_beyond_latin() -> None:
+    pdf = pdf_of(document("Δv = 5.6 ± 0.1 m/s, ε ≤ 3 σ"))
+    assert pdf.count(b"/FontFile2") == 2  # regular and bold are inside
+    from pyroshock.app.reports.pdf_fonts import fonts
+    from reportlab.pdfbase import pdfmetrics
+
+    letters = pdfmetrics.getFont(fonts()[0]).face.charToGlyph
+    assert {ord(letter) for letter in "Δε≤σ±–■●○━╌•"} <= set(letters)
+
+
+def test_long_tables_go_on_over_pages_with_their_headings() -> None:
+    pdf = pdf_of(document(rows=200))
+    assert pages(pdf) > 3
+    assert pdf_text(pdf).count("name") >= pages(pdf) - 2
+
+
+def test_wide_tables_turn_the_page() -> None:
+    def box(columns: int) -> bytes:
+        table = Table("wide", [f"column-{i}" for i in range(columns)], [["incompressible"] * columns])
+        found = re.search(
+            rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", pdf_of(Document("K", "t", "", {}, [Section("s", [table])]))
+        )
+        assert found is not None
+        return max(found.groups(), key=float) == found[1]
+
+    assert not box(3)
+    assert box(12)
+
+
+@pytest.mark.parametrize("length", [5, 60, 3000])
+def test_words_that_do_not_end_stay_on_the_page(length: int) -> None:
+    table = Table("t", ("a", "b"), [["x" * length, 1.0], ["y", 2.0]])
+    assert pages(pdf_of(Document("K", "t" * length, "", {}, [Section("s", [table])]))) >= 1
+
+
+def test_columns_fill_no_more_than_the_page() -> None:
+    def wide(text: str) -> float:
+        return 5.0 * len(text)
+
+    assert sum(column_widths([["a", "b"], ["one", "two"]], 500, wide)) < 60
+    assert sum(column_widths([["a", "b"], ["word " * 200, "two"]], 500, wide)) == pytest.approx(500)
+    assert sum(column_widths([["a"] * 40, ["wording"] * 40], 500, wide)) == pytest.approx(500)
+
+
+def test_numbers_are_not_broken_on_paper() -> None:
+    whole = needed_width(Table("t", ("a",), [["5.62 ± 0.11"]]), "Helvetica-Bold")
+    parted = needed_width(Table("t", ("a",), [["five or less"]]), "Helvetica-Bold")
+    assert whole > parted
+
+
+@pytest.mark.parametrize(
+    ("cells", "number"),
+    [
+        ([1.0, None, 2], True),
+        (["5.62 ± 0.11", "7"], True),
+        (["0.1 to 0.2", "-3"], True),
+        (["steel", 3.0], False),
+        (["2026-11-22 08:09"], False),
+        ([None], False),
+    ],
+)
+def test_columns_of_numbers_are_known(cells: list[float | str | None], number: bool) -> None:
+    assert Table("t", ("a",), [[cell] for cell in cells]).is_number(0) is number
+
+
+@pytest.mark.parametrize(
+    ("cell", "text"),
+    [(None, "–"), (float("nan"), "–"), (0.123456, "0.1235"), (123456.0, "123500"), (12, "12"), (1.2e9, "1.2e+09")],
+)
+def test_cells_in_words(cell: float | None, text: str) -> None:
+    assert cell_text(cell) == text
+
+
+def test_missing_library_is_told_with_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    import sys
+
+    monkeypatch.delitem(sys.modules, "pyroshock.app.reports.pdf_sheet", raising=False)
+    monkeypatch.setitem(sys.modules, "reportlab", None)
+    for name in [name for name in sys.modules if name.startswith(("reportlab.", "pyroshock.app.reports.pdf_"))]:
+        monkeypatch.setitem(sys.modules, name, None) if name.startswith("reportlab.") else monkeypatch.delitem(
+            sys.modules, name
+        )
+    with pytest.raises(MissingPdfError, match=r"pyroshock\[web\]"):
+        pdf_module.pdf_of(document())

@@ -1,0 +1,125 @@
+"""The report on a model: the registry's figures, its errors on held-out pulses, what was decided of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from pulse_tables import pulse_table
+from pyroshock.app.reports.curves import MOST_POINTS
+from pyroshock.app.reports.document import Block, Document, Figures, Paragraph, Table
+from pyroshock.app.reports.model import model_document, of_all_splits
+from pyroshock.app.reports.page import html_of
+from pyroshock.app.reports.pdf import pdf_of
+from pyroshock.dataset.table import PulseTable
+from pyroshock.training.floors import floor_metrics
+from pyroshock.training.listing import chosen
+from pyroshock.training.promotion import promote
+from pyroshock.training.registry.registry import Registry
+from pyroshock.training.session import train
+from registries import fresh_registry, ground_in, without_figures
+from well_formed import Page, needs_nothing
+
+Read = Callable[[str], PulseTable]
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> tuple[Registry, Read]:
+    """A registry with a law and a statistical model on both splits, one promoted; and the pulses."""
+    registry = fresh_registry(tmp_path_factory.mktemp("models"))
+    table = pulse_table(np.random.default_rng(1), repetitions=3)
+    with pytest.MonkeyPatch.context() as patch:
+        without_figures(patch)
+        train(registry, ground_in(registry, table), ["hann", "linear"], ["repetitions", "configurations"])
+    promote(registry, "hann", 1, lambda _: table)
+    promote(registry, "linear", 1, lambda _: table, forced=True, reason="to <i>try</i> it")
+    return registry, lambda _: table
+
+
+def report(lab: tuple[Registry, Read], label: str) -> Document:
+    registry, read = lab
+    return model_document(registry, chosen(registry.versions(), label), read)
+
+
+def blocks(document: Document, title: str) -> list[Block]:
+    (section,) = (section for section in document.sections if section.title == title)
+    return list(section.blocks)
+
+
+def test_figures_are_those_of_the_registry(lab: tuple[Registry, Read]) -> None:
+    registry, _ = lab
+    version = chosen(registry.versions(), "linear@1")
+    own, other = blocks(report(lab, "linear@1"), "Figures by split")
+    assert isinstance(own, Table) and isinstance(other, Table)
+    row = next(row for row in own.rows if str(row[0]).startswith("force NRMSE"))
+    estimate = version.metrics["force_nrmse"]
+    floors = registry.floors(version.dataset.hash, version.seed)
+    allowed = [
+        floor_metrics(floors["repetitions"], scope)["force_nrmse"].mean for scope in ("configuration", "treatment")
+    ]
+    assert list(row) == [row[0], estimate.mean, f"{estimate.low:.4g} to {estimate.high:.4g}", *allowed, 0.9932]
+    assert "configurations" in other.caption and "repetitions" in own.caption
+
+
+def test_a_law_has_no_figures_of_coverage(lab: tuple[Registry, Read]) -> None:
+    table = blocks(report(lab, "hann@1"), "Figures by split")[0]
+    assert isinstance(table, Table)
+    assert not any("band" in str(row[0]) for row in table.rows)
+    told = [
+        block.text for block in blocks(report(lab, "hann@1"), "On the pulses held out") if isinstance(block, Paragraph)
+    ]
+    assert any("gives no spread" in text for text in told)
+
+
+def test_predictions_stand_beside_measurements(lab: tuple[Registry, Read]) -> None:
+    registry, _ = lab
+    charts = [b for b in blocks(report(lab, "linear@1"), "On the pulses held out") if isinstance(b, Figures)]
+    agreement, coverage = charts
+    count = len(registry.held_out(chosen(registry.versions(), "linear@1")).keys)
+    times = Page(agreement.figures[1].drawing).of("circle")
+    assert len(times) == count < MOST_POINTS
+    tips = set(lab[1]("").tip_material.tolist())
+    assert {words for _, words in agreement.keys} == {f"{tip} tip" for tip in tips} and len(tips) > 1
+    assert len(Page(coverage.figures[0].drawing).of("polyline")) == 3  # the diagonal, force, contact time
+
+
+def test_promotions_have_their_reasons(lab: tuple[Registry, Read]) -> None:
+    (table,) = blocks(report(lab, "linear@1"), "Promotions")
+    assert isinstance(table, Table)
+    (row,) = table.rows
+    assert row[1:4] == ["linear@1", "hann@1", "forced"]
+    assert str(row[6]).startswith("to <i>try</i> it")
+    assert len(blocks(report(lab, "hann@1"), "Promotions")[0].rows) == 2  # type: ignore[union-attr]
+
+
+def test_facts_say_which_data_and_what_it_cost(lab: tuple[Registry, Read]) -> None:
+    found = report(lab, "linear@1")
+    version = chosen(lab[0].versions(), "linear@1")
+    assert found.facts["Dataset hash"] == version.dataset.hash
+    assert found.facts["Cost"].startswith(f"{version.cost.seconds:.1f} s")
+    assert "the model in use for a hammer" in found.lead
+    assert "not in use" in report(lab, "hann@1").lead
+
+
+def test_splits_are_the_newest_of_the_same_training(lab: tuple[Registry, Read]) -> None:
+    versions = lab[0].versions()
+    found = of_all_splits(versions, chosen(versions, "hann@1"))
+    assert [each.label for each in found] == ["hann@1", "hann@2"]
+    assert [each.label for each in of_all_splits(versions, chosen(versions, "hann@2"))] == ["hann@2", "hann@1"]
+
+
+def test_pulses_that_the_store_has_not_are_said_to_be_missing(lab: tuple[Registry, Read]) -> None:
+    def gone(_: str) -> PulseTable:
+        raise LookupError("no dataset 5555 in the store")
+
+    found = model_document(lab[0], chosen(lab[0].versions(), "linear@1"), gone)
+    (said,) = blocks(found, "On the pulses held out")
+    assert isinstance(said, Paragraph) and "no dataset 5555" in said.text
+
+
+def test_report_is_written_both_ways(lab: tuple[Registry, Read]) -> None:
+    found = report(lab, "linear@1")
+    page = html_of(found)
+    assert needs_nothing(Page(page)) and "<i>try</i>" not in page
+    assert pdf_of(found) == pdf_of(report(lab, "linear@1"))

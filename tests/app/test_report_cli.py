@@ -1,0 +1,153 @@
+"""`report`: what a word means, which file is written, and one line for what a user can mend."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+import verdicts
+from campaigns import gun_campaign
+from click.testing import Result
+from pyroshock.app.diagnosing import keep
+from pyroshock.app.reports import any as any_module
+from pyroshock.training.session import train
+from registries import fresh_registry, ground_in, without_figures
+from stores import counts, ingested, opened, pyroshock
+from well_formed import Page, needs_nothing
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The campaigns spring (diagnosed twice) and hann; the models hann@1, linear@1."""
+    place = tmp_path_factory.mktemp("filled")
+    url = f"sqlite:///{place / 'lab.db'}"
+    for name in ("spring", "hann"):
+        ingested(url, gun_campaign(place / name, name=name))
+    with opened(url) as store:
+        keep(store, verdicts.verdict())
+        keep(store, verdicts.none())
+    registry = fresh_registry(place)
+    with pytest.MonkeyPatch.context() as patch:
+        without_figures(patch)
+        train(registry, ground_in(registry), ["hann", "linear"], ["repetitions"])
+    return place
+
+
+@pytest.fixture
+def lab(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The store of `filled`, where the test may write; its registry is read where it lies."""
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", f"sqlite:///{fresh_registry_file(filled)}")
+    shutil.copy(filled / "lab.db", tmp_path)
+    return tmp_path
+
+
+def fresh_registry_file(place: Path) -> Path:
+    (found,) = [file for file in place.glob("*.db") if file.name != "lab.db"]
+    return found
+
+
+def report(lab: Path, subject: str, out: str) -> Result:
+    return pyroshock("report", subject, "--db", f"sqlite:///{lab / 'lab.db'}", "--out", lab / out)
+
+
+def heading(lab: Path, subject: str) -> tuple[str, str]:
+    """Kind and title of the page that a word gives."""
+    result = report(lab, subject, "page.html")
+    assert result.exit_code == 0, result.stderr
+    page = Page((lab / "page.html").read_text(encoding="utf-8"))
+    assert needs_nothing(page)
+    words = [word for word in page.words if word.strip()]
+    title = words[0]
+    return title.partition(": ")[0], title.partition(": ")[2]
+
+
+@pytest.mark.parametrize(
+    ("subject", "meant"),
+    [
+        ("spring", ("Campaign", "spring")),
+        ("campaign:hann", ("Campaign", "hann")),
+        ("diagnosis:1", ("Diagnosis", "spring")),
+        ("diagnosis:spring", ("Diagnosis", "spring")),
+        ("linear@1", ("Model", "linear@1")),
+        ("models:/hann@1", ("Model", "hann@1")),
+    ],
+)
+def test_words_mean_what_they_say(lab: Path, subject: str, meant: tuple[str, str]) -> None:
+    assert heading(lab, subject) == meant
+
+
+def test_diagnosis_of_a_campaign_is_its_newest(lab: Path) -> None:
+    report(lab, "diagnosis:spring", "page.html")
+    assert "measurement and simulator agree" in (lab / "page.html").read_text(encoding="utf-8")
+    report(lab, "diagnosis:1", "page.html")
+    assert "most probably one of" in (lab / "page.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("subject", "said"),
+    [
+        ("hann", "say campaign:hann or models:/hann@VERSION"),
+        ("linear", "say which version: models:/linear@1"),
+        ("models:/linear", "models:/linear@VERSION"),
+        ("autumn", "diagnosis:CAMPAIGN"),
+        ("campaign:autumn", "known: "),
+        ("diagnosis:99", "no diagnosis 99"),
+        ("diagnosis:hann", "pyroshock diagnose hann"),
+        ("linear@7", "versions: 1"),
+    ],
+)
+def test_what_there_is_not_is_one_line(lab: Path, subject: str, said: str) -> None:
+    result = report(lab, subject, "page.html")
+    assert result.exit_code == 2
+    assert said in result.stderr and result.stderr.count("\n") == 1
+    assert not (lab / "page.html").exists()
+
+
+@pytest.mark.parametrize("subject", ["spring", "diagnosis:1", "linear@1"])
+def test_pdf_is_the_same_each_time(lab: Path, subject: str) -> None:
+    for name in ("a.pdf", "b.pdf"):
+        result = report(lab, subject, name)
+        assert result.exit_code == 0, result.stderr
+        assert f"written: {lab / name}" in result.stderr and result.stdout == ""
+    assert (lab / "a.pdf").read_bytes().startswith(b"%PDF")
+    assert (lab / "a.pdf").read_bytes() == (lab / "b.pdf").read_bytes()
+
+
+def test_file_is_replaced_and_its_folder_made(lab: Path) -> None:
+    (lab / "new").mkdir()
+    (lab / "new" / "page.html").write_text("old")
+    assert report(lab, "spring", "new/page.html").exit_code == 0
+    assert report(lab, "spring", "newer/page.html").exit_code == 0
+    assert (lab / "new" / "page.html").read_bytes() == (lab / "newer" / "page.html").read_bytes()
+    assert not list(lab.rglob("*.part"))
+
+
+def test_other_endings_are_refused_before_any_work(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(any_module, "report_on", lambda *_: pytest.fail("worked before it looked at the ending"))
+    result = report(lab, "spring", "page.docx")
+    assert result.exit_code == 2
+    assert "expected a name that ends in .html or .pdf" in result.stderr
+
+
+def test_report_changes_nothing(lab: Path) -> None:
+    before = counts(f"sqlite:///{lab / 'lab.db'}")
+    for subject in ("spring", "diagnosis:1", "linear@1"):
+        report(lab, subject, "page.html")
+    assert counts(f"sqlite:///{lab / 'lab.db'}") == before
+
+
+def test_campaigns_need_no_models_installed(lab: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import builtins
+
+    real = builtins.__import__
+
+    def without(name: str, *rest: object) -> object:
+        if name.partition(".")[0] == "mlflow":
+            raise ModuleNotFoundError("No module named 'mlflow'", name="mlflow")
+        return real(name, *rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    assert report(lab, "spring", "page.html").exit_code == 0
+    result = report(lab, "linear@1", "page.html")
+    assert result.exit_code == 2 and "pyroshock[models]" in result.stderr
