@@ -1,0 +1,93 @@
+"""Diagnoses of the gap: run one, read what is kept, plan what tells causes apart, adopt an effect."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query
+from pydantic import BaseModel, Field
+
+from ...adopting import adopt
+from ...diagnosing import Asked
+from ...discriminating import store_experiment
+from ...kept_diagnoses import kept_report, kept_verdict, list_diagnoses
+from ...planning import plan_as_json
+from ..asking import Configured, Key, OpenStore, Running, Text
+from ..diagnosing import diagnose_job
+
+router = APIRouter(tags=["diagnoses"])
+
+
+class Question(BaseModel):
+    """As the options of `pyroshock diagnose`; `tolerances` are shares for gun and contact, dB for the plate."""
+
+    campaign: Text = Field(max_length=1000)
+    simulator: Text | None = Field(None, max_length=300)
+    tolerances: dict[str, Annotated[float, Field(gt=0, lt=100)]] = {}
+    uncertain: dict[str, Annotated[float, Field(gt=0)]] = {}
+    calibrate: Annotated[int, Field(ge=0, le=1000)] = 0
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
+
+    def asked(self) -> Asked:
+        return Asked(
+            self.campaign,
+            simulator=self.simulator,
+            tolerances=self.tolerances,
+            uncertain=self.uncertain,
+            seed=self.seed,
+            calibrate=self.calibrate,
+        )
+
+
+class PlanName(BaseModel):
+    name: Text | None = Field(None, max_length=200)
+
+
+class EffectName(BaseModel):
+    """`effect` as the report names it, "a+b" for two, "none" to go back."""
+
+    effect: Text = Field(max_length=200)
+
+
+@router.get("/diagnoses")
+def diagnoses(
+    store: OpenStore,
+    campaign: str | None = None,
+    after: Annotated[int | None, Query(ge=1, le=2**31 - 1)] = None,
+    limit: Annotated[int, Query(ge=1, le=500)] = 50,
+) -> list[dict[str, Any]]:
+    """Kept diagnoses, the newest first; the next page begins `after` the last `id` of this one."""
+    with store.reading() as session:
+        return list_diagnoses(session, campaign, limit, after)
+
+
+@router.post("/diagnoses")
+def diagnose(question: Question, store: OpenStore, running: Running, settings: Configured) -> dict[str, Any]:
+    """Diagnose a campaign of the store; answers with the job, whose result is the report."""
+    return diagnose_job(running, store, settings.db, question.asked()).as_json()
+
+
+@router.get("/diagnoses/{diagnosis}")
+def diagnosis(diagnosis: Key, store: OpenStore) -> dict[str, Any]:
+    """The report of a kept diagnosis (diagnosis-report.md)."""
+    with store.reading() as session:
+        return kept_report(session, diagnosis)
+
+
+@router.post("/diagnoses/{diagnosis}/plan")
+def plan(diagnosis: Key, asked: PlanName, store: OpenStore) -> dict[str, Any]:
+    """Write the next experiment that the diagnosis names into the store, as a plan."""
+    with store.reading() as session:
+        report = kept_report(session, diagnosis)
+    name = asked.name or f"{report['campaign']}-discriminate"
+    stored, left_out = store_experiment(store, report["campaign"], report["next_runs"], name)
+    return {**plan_as_json(stored), "left_out": list(left_out)}
+
+
+@router.post("/diagnoses/{diagnosis}/adopt")
+def adopted(diagnosis: Key, asked: EffectName, store: OpenStore) -> dict[str, Any]:
+    """Store an effect as it was fitted as a new version of the twin: predictions use it from then on."""
+    with store.reading() as session:
+        verdict = kept_verdict(session, diagnosis)
+    row = adopt(store, verdict, asked.effect, diagnosis)
+    return {"version": row.version, "reason": row.reason}

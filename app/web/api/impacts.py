@@ -1,0 +1,114 @@
+"""Impacts, shots, their channels and pulses."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query
+from pydantic import BaseModel, Field
+
+from ....ingest.reextract import preview_impacts, reextract_recording
+from ....ingest.settings import ExtractionSettings
+from ....schema.listings import list_impacts_page, list_shots_page
+from ...filters import parse_where
+from ...finite import finite
+from ...impact_page import get_impact, impact_page
+from ...predictions import with_predictions
+from ...pulse_curves import preview_curve
+from ...signals import channel_window, list_signals
+from ..asking import Key, OpenStore
+
+router = APIRouter(tags=["impacts"])
+
+Where = Annotated[list[Annotated[str, Field(max_length=300)]], Query(max_length=20)]
+After = Annotated[int | None, Query(ge=1, le=2**31 - 1)]
+Limit = Annotated[int, Query(ge=1, le=2000)]
+
+
+class Extraction(BaseModel):
+    """Settings of an extraction, as the options of `pyroshock extract`."""
+
+    segmentation: Literal["walk", "mask"] = "walk"
+    threshold: float = 0.005
+    smoothing: float = 0.99
+
+    def settings(self) -> ExtractionSettings:
+        return ExtractionSettings(
+            segmentation=self.segmentation, threshold=self.threshold, smoothing=self.smoothing
+        )  # fmt: skip
+
+
+@router.get("/impacts")
+def impacts(
+    store: OpenStore,
+    where: Where = [],  # noqa: B006 - FastAPI copies it
+    campaign: str | None = None,
+    after: After = None,
+    limit: Limit = 100,
+) -> list[dict[str, Any]]:
+    """Impacts with their factors; the next page begins `after` the last `id` of this one. `where`: FIELD=VALUE."""
+    with store.reading() as session:
+        return list_impacts_page(session, campaign, parse_where(tuple(where)), after, limit)[0]
+
+
+@router.get("/shots")
+def shots(
+    store: OpenStore,
+    where: Where = [],  # noqa: B006
+    campaign: str | None = None,
+    after: After = None,
+    limit: Limit = 100,
+) -> list[dict[str, Any]]:
+    """Shots of the gun beside the nominal model's velocity."""
+    with store.reading() as session:
+        found, _ = list_shots_page(session, campaign, parse_where(tuple(where)), after, limit)
+        return list(with_predictions(session, found))
+
+
+@router.get("/impacts/{impact}")
+def impact(impact: Key, store: OpenStore) -> Any:
+    """One impact: figures, versions of its pulse, findings, and channels with the keys of `/channels`."""
+    with store.reading() as session:
+        found = impact_page(session, impact)
+        recording = get_impact(session, impact).recording_id
+        return finite({**found, "signals": [] if recording is None else list_signals(session, recording)})
+
+
+@router.get("/channels/{channel}")
+def channel(
+    channel: Key,
+    store: OpenStore,
+    start_s: float | None = None,
+    stop_s: float | None = None,
+    points: Annotated[int, Query(ge=4, le=200_000)] = 2000,
+) -> Any:
+    """A channel between two instants in SI: every sample where they fit into `points`, else the extremes of buckets."""
+    with store.reading() as session:
+        found = channel_window(session, channel, start_s, stop_s, points)
+    return finite({**vars(found), "time_s": found.time_s.tolist(), "values": found.values.tolist()})
+
+
+@router.post("/impacts/{impact}/preview")
+def preview(impact: Key, extraction: Extraction, store: OpenStore) -> Any:
+    """The pulse that other settings give; nothing is stored."""
+    settings = extraction.settings()
+    pulse = preview_impacts(store, _recording(store, impact), settings).pulse_of(impact)
+    if pulse is None:
+        raise ValueError("these settings find another number of impacts in the recording")
+    curve = preview_curve(pulse, settings)
+    arrays = ("time_s", "force_n", "points_time_s", "points_n")
+    return finite({**vars(curve), **{name: getattr(curve, name).tolist() for name in arrays}})
+
+
+@router.post("/impacts/{impact}/extract")
+def extract(impact: Key, extraction: Extraction, store: OpenStore) -> dict[str, object]:
+    """Cut the recording of an impact anew and use that version; the old ones stay."""
+    return reextract_recording(store, _recording(store, impact), extraction.settings()).as_json()
+
+
+def _recording(store: OpenStore, impact: int) -> int:
+    with store.reading() as session:
+        recording = get_impact(session, impact).recording_id
+    if recording is None:
+        raise LookupError(f"impact {impact} has no recording")
+    return recording

@@ -1,0 +1,29 @@
+"""Long work: how far it is, and its stop."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import APIRouter
+
+from ..asking import Key, Running
+
+router = APIRouter(tags=["jobs"])
+
+
+@router.get("/jobs")
+def jobs(running: Running) -> list[dict[str, Any]]:
+    """Jobs of this server, the newest first."""
+    return [job.as_json() for job in running.listed()]
+
+
+@router.get("/jobs/{job}")
+def job(job: Key, running: Running) -> dict[str, Any]:
+    """One job: `state` is waiting, running, done, failed or stopped; `address` and `result` once it is done."""
+    return running.get(job).as_json()
+
+
+@router.post("/jobs/{job}/stop")
+def stop(job: Key, running: Running) -> dict[str, Any]:
+    """Ask a job to end at its next step; what it has stored is whole."""
+    return running.stop(job).as_json()

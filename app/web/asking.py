@@ -1,0 +1,58 @@
+"""What a route may ask for: the store, the jobs, the settings, the twins that are kept built."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated
+
+from fastapi import Depends, Path
+from pydantic import AfterValidator
+from starlette.requests import Request
+
+from ...schema.session import Store, Writer
+from .guard import INNER_SLASH
+from .jobs import Jobs
+from .settings import Settings
+
+
+def _store(request: Request) -> Store:
+    """The store, with this request as the writer of what it stores."""
+    return signed(request.app.state.store, f"serve: {request.method} {request.url.path}")
+
+
+def signed(store: Store, what: str) -> Store:
+    """The same store written by another hand: each request and each job signs its own rows."""
+    return Store(store.engine, Writer(what, store.writer.software_version))
+
+
+def _jobs(request: Request) -> Jobs:
+    jobs: Jobs = request.app.state.jobs
+    return jobs
+
+
+def _settings(request: Request) -> Settings:
+    settings: Settings = request.app.state.settings
+    return settings
+
+
+OpenStore = Annotated[Store, Depends(_store)]
+Running = Annotated[Jobs, Depends(_jobs)]
+Configured = Annotated[Settings, Depends(_settings)]
+#: A name within an address, slashes included (`rendering.part` writes it).
+Name = Annotated[str, Path(max_length=1000), AfterValidator(lambda name: name.replace(INNER_SLASH, "/"))]
+#: Control characters but for tabs and line ends, and halves of surrogate pairs.
+_UNWRITABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
+
+
+def writable(text: str) -> str:
+    """A text that every store, page and spreadsheet takes. Raises `ValueError` with the character that is none."""
+    found = _UNWRITABLE.search(text)
+    if found is not None:
+        raise ValueError(f"has the character {found[0]!r}, which cannot be written; leave it out")
+    return text
+
+
+#: A text that is stored, or looked up among stored ones.
+Text = Annotated[str, AfterValidator(writable)]
+#: Keys of the store's tables: what a database's integer holds.
+Key = Annotated[int, Path(ge=1, le=2**31 - 1)]

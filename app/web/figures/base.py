@@ -1,0 +1,79 @@
+"""Traces and layouts that all charts share. Colours are names of the page's own (style.css): "c0" to "c7", "quiet"."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+Trace = dict[str, Any]
+Figure = dict[str, Any]
+COLOURS = tuple(f"c{i}" for i in range(8))
+
+
+def spelled(value: Any) -> Any:
+    """Words as plotly.js shows them letter by letter: it takes `<b>` and `<a href>` in a name for its own markup."""
+    if isinstance(value, str):
+        return value.replace("&", "&amp;").replace("<", "&lt;")
+    if isinstance(value, list) and value and isinstance(value[0], str):
+        return [spelled(each) for each in value]
+    return value
+
+
+def _spelled(trace: Trace) -> Trace:
+    return {**trace, **{key: spelled(trace[key]) for key in ("name", "x", "y", "text", "customdata") if key in trace}}
+
+
+def plain(values: ArrayLike, digits: int = 6) -> list[float | None]:
+    """Numbers for JSON, to as many digits as a screen can show; null where there is none."""
+    array = np.asarray(values, dtype=np.float64)
+    return [float(f"{value:.{digits}g}") if np.isfinite(value) else None for value in array.tolist()]
+
+
+def line(
+    x: ArrayLike, y: ArrayLike, name: str, colour: str = "c0", *, dash: str = "solid", width: float = 2, **more: Any
+) -> Trace:
+    """A curve."""
+    style = {"color": colour, "dash": dash, "width": width}
+    return {"type": "scatter", "mode": "lines", "x": plain(x, 9), "y": plain(y), "name": name, "line": style, **more}
+
+
+def points(x: ArrayLike, y: ArrayLike, name: str, colour: str = "c0", **more: Any) -> Trace:
+    """Markers."""
+    style = {"color": colour, "size": 7}
+    return {"type": "scatter", "mode": "markers", "x": plain(x), "y": plain(y), "name": name, "marker": style, **more}
+
+
+def bars(x: Sequence[str], y: ArrayLike, name: str, colour: str = "c0", **more: Any) -> Trace:
+    """A bar for each word."""
+    return {"type": "bar", "x": list(x), "y": plain(y), "name": name, "marker": {"color": colour}, **more}
+
+
+def band(x: ArrayLike, lower: ArrayLike, upper: ArrayLike, name: str, colour: str = "c0") -> list[Trace]:
+    """The area between two curves, under one entry of the legend."""
+    edge: dict[str, Any] = {"mode": "lines", "line": {"width": 0, "color": colour}, "hoverinfo": "skip"}
+    low = {"type": "scatter", "x": plain(x, 9), "y": plain(lower), "showlegend": False, **edge}
+    fill = {"fill": "tonexty", "fillcolor": f"{colour}/0.22", "name": name}
+    return [low, {"type": "scatter", "x": plain(x, 9), "y": plain(upper), **edge, **fill}]
+
+
+def figure(
+    traces: Sequence[Trace], x: str, y: str, *, log_x: bool = False, log_y: bool = False, **layout: Any
+) -> Figure:
+    """A chart of one pair of axes; titles carry their unit."""
+    axes: dict[str, dict[str, Any]] = {
+        "xaxis": {"title": {"text": spelled(x)}, "type": "log" if log_x else "linear"},
+        "yaxis": {"title": {"text": spelled(y)}, "type": "log" if log_y else "linear"},
+    }
+    for each, log in (("xaxis", log_x), ("yaxis", log_y)):
+        if log:
+            axes[each] |= {"exponentformat": "power", "dtick": 1}
+    return {"data": [_spelled(each) for each in traces], "layout": {**axes, **layout}}
+
+
+def categories(traces: Sequence[Trace], x: str, y: str, **layout: Any) -> Figure:
+    """A chart over words."""
+    axes = {"xaxis": {"title": {"text": spelled(x)}, "type": "category"}, "yaxis": {"title": {"text": spelled(y)}}}
+    return {"data": [_spelled(each) for each in traces], "layout": {**axes, **layout}}

@@ -1,0 +1,191 @@
+"""What every request passes before anything reads it: the name it was sent to, who sends it, how much it brings.
+
+A page of elsewhere that a browser shows may send requests to this server, too. Hence the name of the host is checked
+(a foreign name that was bound to 127.0.0.1), and every write carries a token that only our own pages and
+`/api/csrf` tell (OWASP, cross-site request forgery prevention, signed double submit).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import secrets
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import parse_qsl, unquote, urlencode, urlsplit
+
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from .settings import Settings, is_loopback
+
+#: Stands within a path for a slash that belongs to a name; a private character of Unicode.
+INNER_SLASH = "\ue02f"
+SESSION, ADMITTED = "pyroshock_session", "pyroshock_admitted"
+SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
+#: These take files.
+UPLOADS = ("/ingest", "/api/ingest")
+_HEADERS = {
+    # Styles within elements are how plotly.js sizes its charts.
+    "content-security-policy": "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+    "object-src 'none'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'",
+    "x-content-type-options": "nosniff",
+    "x-frame-options": "DENY",
+    "referrer-policy": "same-origin",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+}
+
+
+class Guard:
+    """The application behind its checks (ASGI). A refused request never reaches it."""
+
+    def __init__(self, app: ASGIApp, settings: Settings) -> None:
+        self.app, self.settings = app, settings
+        self._key = secrets.token_bytes(32)
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "lifespan":
+            await self.app(scope, receive, send)
+            return
+        if scope["type"] != "http":  # no page of ours opens a socket
+            await send({"type": "websocket.close", "code": 1008})
+            return
+        request = Request(scope)
+        session = _cookie(request, SESSION) or secrets.token_urlsafe(18)
+        scope.setdefault("state", {})["csrf"] = self.csrf(session)
+        answer = self._headed(send, request, session)
+        refused = self._refusal(request)
+        if refused is not None:
+            await refused(scope, receive, answer)
+            return
+        # A slash within a name: the path is decoded before it is matched.
+        raw = scope.get("raw_path") or scope["path"].encode()
+        scope["path"] = unquote(raw.decode("latin-1").replace("%2F", INNER_SLASH).replace("%2f", INNER_SLASH))
+        await self._limited(scope, receive, answer, self._limit(scope["path"]))
+
+    def csrf(self, session: str) -> str:
+        """The token that writes of a session carry."""
+        return hmac.new(self._key, session.encode(), hashlib.sha256).hexdigest()
+
+    def _refusal(self, request: Request) -> Response | None:
+        host = request.headers.get("host", "")
+        if not self._is_our_name(host):
+            return refusal(request, 421, f"this is not {host!r}; open the address that pyroshock serve printed")
+        if b"%00" in request.scope.get("raw_path", b"") or b"%00" in request.scope["query_string"]:
+            return refusal(request, 400, "the address has the character %00, which is in no name; leave it out")
+        origin = request.headers.get("origin")
+        if request.method not in SAFE_METHODS and origin is not None and origin.partition("://")[2] != host:
+            return refusal(request, 403, f"a page of {origin} may not write here")
+        admitted = self._admission(request)
+        if admitted is not None:
+            return admitted
+        length = request.headers.get("content-length", "0")
+        if not length.isdecimal():
+            return refusal(request, 400, f"a content length of {length!r} is none")
+        if int(length) > self._limit(request.url.path):
+            return refusal(request, 413, self._too_large(request.url.path))
+        return None
+
+    def _is_our_name(self, host: str) -> bool:
+        try:
+            name = urlsplit(f"//{host}").hostname
+        except ValueError:
+            name = None
+        if name is None:
+            return False
+        # Beyond loopback the server cannot know by which names the network calls it; there the token guards.
+        return is_loopback(name) or not is_loopback(self.settings.host)
+
+    def _admission(self, request: Request) -> Response | None:
+        """None for who may pass; a way in with `?token=` is kept as a cookie and leaves the address."""
+        token = self.settings.token
+        if token is None:
+            return None
+        proof = hmac.new(token.encode(), b"admitted", hashlib.sha256).hexdigest()
+        bearer = request.headers.get("authorization", "").removeprefix("Bearer ")
+        if _same(_cookie(request, ADMITTED) or "", proof) or _same(bearer, token):
+            return None
+        query = parse_qsl(request.url.query, keep_blank_values=True)
+        if request.method in SAFE_METHODS and any(name == "token" and _same(value, token) for name, value in query):
+            rest = urlencode([(name, value) for name, value in query if name != "token"])
+            # A path of two slashes would name another host.
+            path = "/" + request.url.path.lstrip("/") + (f"?{rest}" if rest else "")
+            answer = RedirectResponse(path, 303)
+            answer.set_cookie(ADMITTED, proof, httponly=True, samesite="strict")
+            return answer
+        return refusal(
+            request,
+            401,
+            "a token is needed: open the address that pyroshock serve printed, or send Authorization: Bearer TOKEN",
+            {"www-authenticate": "Bearer"},
+        )
+
+    def _limit(self, path: str) -> int:
+        return self.settings.max_upload_bytes if path.startswith(UPLOADS) else self.settings.max_body_bytes
+
+    def _too_large(self, path: str) -> str:
+        return f"more than {self._limit(path):,} bytes; larger campaigns: pyroshock ingest FOLDER"
+
+    async def _limited(self, scope: Scope, receive: Receive, send: Send, limit: int) -> None:
+        """Bodies are counted as they come: a length that a client declares may be missing."""
+        taken, begun, over = 0, False, False
+
+        async def counted() -> Message:
+            nonlocal taken, over
+            message = await receive()
+            taken += len(message.get("body", b""))
+            over = over or taken > limit
+            return {"type": "http.disconnect"} if over else message
+
+        async def noted(message: Message) -> None:
+            nonlocal begun
+            if not over or begun:  # what the application says of a body that breaks off is not the reason
+                begun = True
+                await send(message)
+
+        try:
+            await self.app(scope, counted, noted)
+        except Exception:
+            if not over:
+                raise
+        if over and not begun:
+            await refusal(Request(scope), 413, self._too_large(scope["path"]))(scope, receive, send)
+
+    @staticmethod
+    def _headed(send: Send, request: Request, session: str) -> Send:
+        known = _cookie(request, SESSION) is not None
+
+        async def headed(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = message.setdefault("headers", [])
+                present = {name.lower() for name, _ in headers}
+                added = (
+                    _HEADERS if request.url.path.startswith("/static") else {**_HEADERS, "cache-control": "no-store"}
+                )
+                headers += [(n.encode(), v.encode()) for n, v in added.items() if n.encode() not in present]
+                if not known:
+                    cookie = f"{SESSION}={session}; HttpOnly; Path=/; SameSite=strict"
+                    headers.append((b"set-cookie", cookie.encode()))
+            await send(message)
+
+        return headed
+
+
+def refusal(request: Request, status: int, why: str, headers: dict[str, str] | None = None) -> Response:
+    """Why not, as JSON for the API and as text for a person."""
+    if request.url.path.startswith("/api"):
+        return JSONResponse({"detail": why}, status, headers)
+    return PlainTextResponse(f"pyroshock: {why}\n", status, headers)
+
+
+def _same(a: str, b: str) -> bool:
+    return hmac.compare_digest(a.encode(), b.encode())
+
+
+def _cookie(request: Request, name: str) -> str | None:
+    try:
+        cookies = SimpleCookie(request.headers.get("cookie", ""))
+    except CookieError:
+        return None
+    return cookies[name].value if name in cookies else None

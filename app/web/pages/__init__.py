@@ -1,0 +1,1 @@
+"""Pages, one theme a file; `ROUTERS` in `..routes` lists them."""

@@ -1,0 +1,70 @@
+"""Campaigns: the list, and one campaign's design coverage, settings achieved and findings."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import APIRouter
+from starlette.requests import Request
+from starlette.responses import Response
+
+from ...campaign_list import KINDS, list_campaigns_page
+from ...overview import campaign_overview
+from ..asking import Name, OpenStore
+from ..columns import cell, heading
+from ..figures.campaigns import achieved_figure
+from ..figures.plans import coverage_figure
+from ..rendering import page, query
+
+router = APIRouter()
+PAGE = 50
+
+
+@router.get("/campaigns")
+def campaigns(request: Request, store: OpenStore, kind: str = "", name: str = "", after: str = "") -> Response:
+    with store.reading() as session:
+        rows, following = list_campaigns_page(session, kind=kind or None, text=name, after=after or None, limit=PAGE)
+    asked = {"kind": kind, "name": name}
+    return page(
+        request,
+        "campaigns.html",
+        rows=rows,
+        kinds=KINDS,
+        kind=kind,
+        name=name,
+        following=query({**asked, "after": following}) if following else "",
+        beginning=(query(asked) or "/campaigns") if after else "",
+    )
+
+
+@router.get("/campaigns/{name}")
+def campaign(request: Request, name: Name, store: OpenStore) -> Response:
+    with store.reading() as session:
+        overview = campaign_overview(session, name)
+    levels, achieved = overview["levels"], overview["achieved"]
+    factors = dict.fromkeys(row["factor"] for row in levels) if overview["plans"] else {}
+    quantities = [each["quantity"] for each in overview["achieved_summary"]]
+    return page(
+        request,
+        "campaign.html",
+        **overview,
+        coverage={factor: coverage_figure(levels, factor) for factor in factors},
+        achieved_figures={quantity: achieved_figure(achieved, quantity) for quantity in quantities},
+        levels_shown=[_level(row) for row in levels],
+        achieved_shown=[_deviation(row) for row in overview["achieved_summary"]],
+        bench=list(_bench(overview["campaign"]["bench"])),
+    )
+
+
+def _level(row: dict[str, Any]) -> dict[str, Any]:
+    return {**row, "factor": heading(row["factor"]), "level": cell(row["factor"], row["level"])}
+
+
+def _deviation(row: dict[str, Any]) -> dict[str, Any]:
+    shares = ("mean_deviation", "mean_magnitude", "worst_deviation")
+    return {**row, "quantity": heading(row["quantity"]), **{key: f"{row[key]:+.1%}" for key in shares}}
+
+
+def _bench(parts: dict[str, dict[str, Any]]) -> list[tuple[str, str, Any]]:
+    every = [(part, key, value) for part, figures in parts.items() for key, value in figures.items()]
+    return [each for each in every if each[2] is not None]

@@ -1,0 +1,154 @@
+"""Impacts and shots: lists that are paged in the database, and one impact with its record and its pulse."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Form, Query
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response
+
+from ....ingest.reextract import preview_impacts, reextract_recording
+from ....ingest.settings import ExtractionSettings
+from ....schema.listings import list_impacts_page, list_shots_page
+from ....schema.session import Store
+from ...filters import parse_where
+from ...impact_page import get_impact, impact_page
+from ...predictions import with_predictions
+from ...pulse_view import PulseView, pulse_view
+from ...signals import channel_window, list_signals
+from ..asking import Key, OpenStore
+from ..figures.pulses import segmentation_figure
+from ..figures.signals import signal_figure
+from ..rendering import page, query
+
+router = APIRouter()
+PAGE = 100
+#: Of a whole channel on a page; zooming in fetches the rest.
+POINTS = 2000
+Where = Annotated[list[str], Query(max_length=20)]
+After = Annotated[int | None, Query(ge=1, le=2**31 - 1)]
+
+
+@router.get("/impacts")
+def impacts(request: Request, store: OpenStore, where: Where = [], campaign: str = "", after: After = None) -> Response:  # noqa: B006
+    where = [each for each in where if each.strip()]
+    with store.reading() as session:
+        rows, following = list_impacts_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
+    return _listed(request, "impacts", rows, {"campaign": campaign, "where": where}, following, after)
+
+
+@router.get("/shots")
+def shots(request: Request, store: OpenStore, where: Where = [], campaign: str = "", after: After = None) -> Response:  # noqa: B006
+    where = [each for each in where if each.strip()]
+    with store.reading() as session:
+        found, following = list_shots_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
+        rows = list(with_predictions(session, found))
+    return _listed(request, "shots", rows, {"campaign": campaign, "where": where}, following, after)
+
+
+def _listed(
+    request: Request,
+    what: str,
+    rows: list[dict[str, Any]],
+    asked: dict[str, Any],
+    following: int | None,
+    after: int | None,
+) -> Response:
+    columns: dict[str, None] = {}
+    for row in rows:
+        columns |= dict.fromkeys(row)
+    return page(
+        request,
+        "impacts.html",
+        what=what,
+        rows=rows,
+        columns=list(columns),
+        **asked,
+        following=query({**asked, "after": following}) if following else "",
+        beginning=(query(asked) or f"/{what}") if after else "",
+        compared=query({"campaign": asked["campaign"], "where": asked["where"]}),
+    )
+
+
+@router.get("/impacts/{impact}")
+def impact(
+    request: Request,
+    impact: Key,
+    store: OpenStore,
+    preview: bool = False,
+    segmentation: str = "",
+    threshold: float | None = None,
+    smoothing: float | None = None,
+) -> Response:
+    with store.reading() as session:
+        found = impact_page(session, impact)
+        recording = get_impact(session, impact).recording_id
+    asked = _settings(found, segmentation, threshold, smoothing)
+    view, why_not = _viewed(store, impact, recording, asked if preview else None)
+    with store.reading() as session:
+        signals = [] if recording is None else list_signals(session, recording)
+        figures = {each["key"]: signal_figure(channel_window(session, each["key"], points=POINTS)) for each in signals}
+    lists = ("pulses", "findings", "channels")
+    return page(
+        request,
+        "impact.html",
+        impact=impact,
+        facts={key: value for key, value in found.items() if key not in lists},
+        **{key: found[key] for key in lists},
+        signals=signals,
+        figures=figures,
+        segmentation=None if view is None else segmentation_figure(view),
+        previewed=view.preview if view else None,
+        used=next((each for each in view.versions if each.in_use), None) if view else None,
+        why_not=why_not,
+        asked=asked,
+        points=POINTS,
+    )
+
+
+def _settings(
+    found: dict[str, Any], segmentation: str, threshold: float | None, smoothing: float | None
+) -> ExtractionSettings:
+    """What the form asks for; what it leaves open is as the version in use was cut."""
+    used: dict[str, Any] = next((each for each in found["pulses"] if each["in_use"] == "yes"), {})
+    known = {field.name for field in fields(ExtractionSettings)}
+    settings = replace(ExtractionSettings(), **{key: value for key, value in used.items() if key in known})
+    given = {"segmentation": segmentation or None, "threshold": threshold, "smoothing": smoothing}
+    return replace(settings, **{key: value for key, value in given.items() if value is not None})  # type: ignore[arg-type]
+
+
+def _viewed(
+    store: Store, impact: int, recording: int | None, asked: ExtractionSettings | None
+) -> tuple[PulseView | None, str]:
+    """The segmentation, with the preview of other settings; and why there is none."""
+    try:
+        cut = preview_impacts(store, recording, asked) if asked is not None and recording is not None else None
+        pulse = cut.pulse_of(impact) if cut is not None else None
+        with store.reading() as session:
+            view = pulse_view(session, impact, (pulse, asked) if pulse is not None and asked is not None else None)
+    except LookupError as error:
+        return None, str(error)
+    return view, (cut.mismatch or "") if cut is not None else ""
+
+
+@router.post("/impacts/{impact}/extract")
+def extract(
+    impact: Key,
+    store: OpenStore,
+    segmentation: Annotated[str, Form()],
+    threshold: Annotated[float, Form()],
+    smoothing: Annotated[float, Form()],
+) -> Response:
+    """Store what was previewed, of the whole recording: its hits are told apart together."""
+    with store.reading() as session:
+        found = impact_page(session, impact)
+        recording = get_impact(session, impact).recording_id
+    if recording is None:
+        raise LookupError(f"impact {impact} has no recording to cut")
+    settings = _settings(found, segmentation, threshold, smoothing)
+    report = reextract_recording(store, recording, settings)
+    if report.skipped:
+        raise ValueError(f"left as it was: {report.skipped[0]['reason']}")
+    return RedirectResponse(f"/impacts/{impact}", 303)

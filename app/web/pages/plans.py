@@ -1,0 +1,123 @@
+"""Plans: made, judged, printed, and ticked off at the bench."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Annotated, Literal
+
+from fastapi import APIRouter, Form, HTTPException
+from starlette.requests import Request
+from starlette.responses import RedirectResponse, Response
+
+from ....doe.plans import StoredPlan, list_plans, read_plan, tick_run
+from ....doe.sheet import sheet_of, write_sheet
+from ....doe.space import shipped_factors
+from ...plan_quality import plan_page
+from ..asking import Key, Name, OpenStore, Running
+from ..figures.plans import balance_figure
+from ..making import Wanted, plan_job
+from ..rendering import page, part
+from .jobs import followed
+
+router = APIRouter()
+#: A list of plans is cut so; a lab has tens.
+_MOST = 500
+_FORMATS = {
+    "html": "text/html; charset=utf-8",
+    "csv": "text/csv; charset=utf-8",
+    "xlsx": "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet",
+}
+
+
+@router.get("/plans")
+def plans(request: Request, store: OpenStore) -> Response:
+    with store.reading() as session:
+        rows = list_plans(session)
+    return page(request, "plans.html", rows=rows[:_MOST], left_out=max(0, len(rows) - _MOST))
+
+
+@router.get("/plans/new")
+def new(request: Request, kind: Literal["gun", "hammer"] = "gun") -> Response:
+    return page(request, "plan_new.html", kind=kind, factors=shipped_factors(kind))
+
+
+@router.post("/plans")
+def make(
+    store: OpenStore,
+    jobs: Running,
+    name: Annotated[str, Form(min_length=1, max_length=200)],
+    method: Annotated[Literal["lhs", "factorial", "import"], Form()] = "lhs",
+    kind: Annotated[Literal["gun", "hammer"], Form()] = "gun",
+    runs: Annotated[int, Form(ge=1)] = 105,
+    repetitions: Annotated[int, Form(ge=1, le=1000)] = 10,
+    seed: Annotated[str, Form(max_length=12)] = "",
+    factors: Annotated[str, Form(max_length=200_000)] = "",
+    table: Annotated[str, Form(max_length=800_000)] = "",
+    description: Annotated[str, Form(max_length=10_000)] = "",
+) -> Response:
+    if seed and not seed.isdecimal():
+        raise ValueError(f"seed {seed!r} is no whole number; leave it empty to draw one")
+    wanted = Wanted(
+        name.strip(), method, kind, runs, repetitions, int(seed) if seed else None, factors, table, description
+    )
+    return followed(plan_job(jobs, store, wanted))
+
+
+@router.get("/plans/{name}")
+def plan(request: Request, name: Name, store: OpenStore) -> Response:
+    with store.reading() as session:
+        found = read_plan(session, name)
+    judged = plan_page(found)
+    return page(
+        request,
+        "plan.html",
+        plan=found,
+        judged=judged,
+        sheet=sheet_of(found),
+        figures={axis["axis"]: balance_figure(axis) for axis in judged["levels"]},
+    )
+
+
+@router.get("/plans/{name}/sheet")
+def sheet(request: Request, name: Name, store: OpenStore) -> Response:
+    """The run sheet at the bench: large targets, one run after the other."""
+    with store.reading() as session:
+        found = read_plan(session, name)
+    rows = list(zip(found.runs, sheet_of(found).rows, strict=True))
+    return page(request, "sheet.html", plan=found, rows=rows, columns=_settings(found), following=_next(found))
+
+
+def _settings(plan: StoredPlan) -> list[str]:
+    return [*plan.space.columns, *dict.fromkeys(key for run in plan.runs for key in run.settings)]
+
+
+def _next(plan: StoredPlan) -> int | None:
+    return next((run.run for run in plan.runs if run.status == "planned"), None)
+
+
+@router.get("/plans/{name}/sheet.{ending}")
+def sheet_file(name: Name, ending: str, store: OpenStore) -> Response:
+    if ending not in _FORMATS:
+        raise HTTPException(404, f"no sheet of format {ending!r}; known: {', '.join(_FORMATS)}")
+    with store.reading() as session:
+        found = read_plan(session, name)
+    with tempfile.TemporaryDirectory(prefix="pyroshock-sheet-") as scratch:
+        path = Path(scratch) / f"sheet.{ending}"
+        write_sheet(found, path)
+        content = path.read_bytes()
+    shown = "inline" if ending == "html" else "attachment"
+    called = f"{shown}; filename*=UTF-8''{part(found.name)}.{ending}"
+    return Response(content, media_type=_FORMATS[ending], headers={"content-disposition": called})
+
+
+@router.post("/plans/{name}/runs/{run}")
+def tick(
+    name: Name,
+    run: Key,
+    store: OpenStore,
+    status: Annotated[Literal["planned", "done", "discarded"], Form()],
+    note: Annotated[str, Form(max_length=2000)] = "",
+) -> Response:
+    tick_run(store, name, run, status=status, note=note or None)
+    return RedirectResponse(f"/plans/{part(name)}/sheet#run-{run}", 303)

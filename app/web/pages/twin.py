@@ -1,0 +1,146 @@
+"""The twin: sliders and what they give at once, and settings for a spectrum."""
+
+from __future__ import annotations
+
+import time
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Form
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+from starlette.datastructures import UploadFile
+from starlette.requests import Request
+from starlette.responses import Response
+
+from ....schema.campaigns import Campaign
+from ....twin.contact.laws import LAWS
+from ....twin.prediction import Prediction
+from ...finite import finite
+from ...predicting import predicted
+from ...prediction_tables import quantity_rows
+from ...sliders import sliders
+from ...targets import MOST_BYTES
+from ..asking import Configured, Key, OpenStore, Running
+from ..figures.twin import prediction_figures, tuned_figure
+from ..jobs import DONE
+from ..rendering import page, query
+from ..tuning import Tuning, tune_job
+from ..twins import Asked, Question, Twins, shown
+from .jobs import followed
+
+router = APIRouter()
+_SETTINGS = ("tank_pressure_pa", "bullet_mass_kg", "tip_material", "tip_radius_m", "anvil_material", "insulator",
+             "impact_position")  # fmt: skip
+
+
+@router.get("/twin")
+def twin(request: Request, question: Asked, twins: Twins, store: OpenStore) -> Response:
+    built = twins.get(question.request())
+    with store.reading() as session:
+        campaigns = _gun_campaigns(session)
+    question = _complete(question)
+    found, why_not = _answer(twins, question)
+    return page(
+        request,
+        "twin.html",
+        question=question,
+        sliders=sliders(built),
+        notes=built.notes,
+        plates=sorted({material.name for material in built.materials.values()}, key=str.lower),
+        plate=built.plate.name,
+        campaigns=campaigns,
+        laws=list(LAWS),
+        answer=found,
+        why_not=why_not,
+    )
+
+
+def _complete(question: Question) -> Question:
+    """A shot is set by its pressure unless a velocity is said."""
+    if question.tank_pressure_pa is None and question.impact_velocity_m_s is None:
+        return question.model_copy(update={"tank_pressure_pa": 5e5})
+    return question
+
+
+def _gun_campaigns(session: Session) -> list[str]:
+    query = select(Campaign.name).where(Campaign.gun_id.is_not(None)).order_by(Campaign.date.desc(), Campaign.name)
+    return list(session.scalars(query.limit(500)))
+
+
+def _answer(twins: Twins, question: Question) -> tuple[dict[str, Any] | None, str]:
+    """What the page shows of a shot; and why there is nothing (a bullet that stays in the barrel)."""
+    try:
+        return answered(twins, question), ""
+    except (ValueError, LookupError) as error:
+        return None, str(error)
+
+
+def answered(twins: Twins, question: Question) -> dict[str, Any]:
+    """Figures, numbers and what lies outside the model's domain, and how long it took."""
+    begun = time.perf_counter()
+    prediction = predicted(twins.get(question.request()), question.shot(), draws=question.draws, seed=question.seed)
+    return {
+        "figures": prediction_figures(prediction),
+        "numbers": list(quantity_rows(prediction)),
+        "outside": _outside(prediction),
+        "models": dict(prediction.models),
+        "link": "/twin" + query(shown(question)),
+        "seconds": time.perf_counter() - begun,
+    }
+
+
+def _outside(prediction: Prediction) -> list[dict[str, Any]]:
+    return [{"predictor": o.predictor, "value": o.value, "range": str(o.range)} for o in prediction.outside]
+
+
+@router.get("/twin/answer")
+def answer(question: Asked, twins: Twins) -> dict[str, Any]:
+    """What the sliders ask for while they move."""
+    found: dict[str, Any] = finite(answered(twins, _complete(question)))
+    return found
+
+
+@router.post("/tune")
+async def tune(
+    request: Request,
+    store: OpenStore,
+    running: Running,
+    settings: Configured,
+    campaign: Annotated[str, Form(max_length=200)] = "",
+    contact: Annotated[str, Form(max_length=200)] = "",
+    plate: Annotated[str, Form(max_length=200)] = "",
+    tolerance: Annotated[str, Form(max_length=200)] = "",
+    measured: Annotated[str, Form(max_length=1000)] = "",
+    text: Annotated[str, Form(max_length=MOST_BYTES)] = "",
+) -> Response:
+    form = await request.form()
+    sent = form.get("specification")
+    if isinstance(sent, UploadFile) and sent.filename:
+        text = (await sent.read(MOST_BYTES + 1)).decode("utf-8-sig", "replace")
+    if not text.strip():
+        raise ValueError("no specification; choose its CSV, or paste it")
+    names = [name for name in (each.strip() for each in measured.split(",")) if name]
+    asked = Tuning(
+        target=text,
+        tolerance=tolerance.strip(),
+        campaign=campaign or None,
+        contact=contact or None,
+        plate=plate or None,
+        measured=names,
+    )
+    return followed(tune_job(running, store, settings.db, asked))
+
+
+@router.get("/tune/{job}")
+def tuned(request: Request, job: Key, running: Running) -> Response:
+    found = running.get(job)
+    if found.state != DONE or found.result is None or "proposals" not in (found.result.data or {}):
+        raise LookupError(f"job {job} is no finished tuning; its page is /jobs/{job}")
+    data = found.result.data
+    twin = {key: value for key, value in data["twin"].items() if value}
+    links = [
+        "/twin" + query({**twin, **{name: each["settings"][name] for name in _SETTINGS}}) for each in data["proposals"]
+    ]
+    return page(
+        request, "tuned.html", found=data, links=links, figure=tuned_figure(data) if data["proposals"] else None
+    )

@@ -1,0 +1,94 @@
+"""Templates into answers. Everything that comes from the store or a person is escaped."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from datetime import date, datetime
+from functools import cache
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+from starlette.requests import Request
+from starlette.responses import HTMLResponse
+
+from ..finite import finite
+from .columns import cell, heading, number
+
+HERE = Path(__file__).parent
+
+#: Address -> what the menu calls it.
+MENU = {
+    "/campaigns": "Campaigns",
+    "/impacts": "Impacts",
+    "/compare": "Compare",
+    "/models": "Models",
+    "/twin": "Twin",
+    "/plans": "Plans",
+    "/diagnoses": "Diagnoses",
+    "/jobs": "Jobs",
+}
+
+
+@cache
+def _environment() -> Environment:
+    found = Environment(
+        loader=FileSystemLoader(HERE / "templates"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    found.filters |= {"heading": heading, "number": number, "part": part, "data": as_data, "when": when}
+    found.globals |= {"cell": cell, "menu": MENU}
+    return found
+
+
+def page(request: Request, template: str, status: int = 200, **values: Any) -> HTMLResponse:
+    """A page. `request.state.csrf` is what its forms carry."""
+    from ... import __version__
+
+    text = (
+        _environment()
+        .get_template(template)
+        .render(
+            request=request,
+            path=request.url.path,
+            csrf=request.state.csrf,
+            version=__version__,
+            mlflow=request.app.state.settings.mlflow,
+            **values,
+        )
+    )
+    return HTMLResponse(text, status)
+
+
+def part(name: object) -> str:
+    """A name as one part of an address, slashes included."""
+    return quote(str(name), safe="")
+
+
+def as_data(value: Any) -> Markup:
+    """JSON within a script element: nothing in it can end the element."""
+    text = json.dumps(finite(value), allow_nan=False, separators=(",", ":"), default=str)
+    return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))
+
+
+def when(value: datetime | date | str | None) -> str:
+    """A time to the minute, a date as it is."""
+    if value is None:
+        return "–"
+    if isinstance(value, datetime):
+        return f"{value:%Y-%m-%d %H:%M}"
+    return str(value)[:16].replace("T", " ")
+
+
+def query(values: Mapping[str, Any]) -> str:
+    """`?a=b&c=d` of what is given; empty values are left out."""
+    from urllib.parse import urlencode
+
+    given = [(key, v) for key, each in values.items() for v in (each if isinstance(each, list) else [each]) if v]
+    return f"?{urlencode(given)}" if given else ""

@@ -1,0 +1,51 @@
+"""What `pyroshock serve` was told: where it listens, what it may read, how much it takes."""
+
+from __future__ import annotations
+
+import ipaddress
+from dataclasses import dataclass
+from pathlib import Path
+
+MEGABYTE = 1_000_000
+
+
+class SettingsError(ValueError):
+    """The server may not be started so; the message says what to give."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """`folders`: those below which a campaign may be ingested by its path. `token`: what others must know.
+
+    Raises `SettingsError` for an address that others can reach without a token, and for a token that can be guessed.
+    """
+
+    db: str
+    host: str = "127.0.0.1"
+    port: int = 8000
+    token: str | None = None
+    folders: tuple[Path, ...] = ()
+    mlflow: str | None = None
+    max_upload_bytes: int = 2_000 * MEGABYTE
+    max_body_bytes: int = MEGABYTE
+
+    def __post_init__(self) -> None:
+        if self.token is None and not is_loopback(self.host):
+            raise SettingsError(
+                f"--host {self.host} can be reached by others: give them a token to know, "
+                "--token WORD or PYROSHOCK_TOKEN (16 characters or more)"
+            )
+        if self.token is not None and len(self.token) < 16:
+            raise SettingsError(f"a token of {len(self.token)} characters can be guessed; expected 16 or more")
+        if self.mlflow is not None and not self.mlflow.startswith(("http://", "https://")):
+            raise SettingsError(f"--mlflow {self.mlflow!r} is no address of a page; expected http://HOST:PORT")
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this machine reaches an address."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return False

@@ -1,0 +1,65 @@
+"""What the window asks of a twin: the shot that a page or a script describes, and how it is answered."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import Depends, Query
+from pydantic import BaseModel, ConfigDict, Field
+from starlette.requests import Request
+
+from ..predicting import Shot
+from ..twins import TwinRequest
+from ..warm_twins import TwinShelf
+
+
+def _twins(request: Request) -> TwinShelf:
+    shelf: TwinShelf = request.app.state.twins
+    return shelf
+
+
+Twins = Annotated[TwinShelf, Depends(_twins)]
+Word = Annotated[str, Field(max_length=200)]
+
+
+class Question(BaseModel):
+    """A shot as `pyroshock predict` takes it, SI; the twin is that of a campaign's bench (none: the newest gun's).
+
+    The bounds are orders of magnitude beyond any bench: between them an answer takes a second at most.
+    """
+
+    model_config = ConfigDict(extra="forbid")
+
+    campaign: Word | None = None
+    contact: Word | None = Field(None, description="a law of contact, or NAME@VERSION; none: the model in use")
+    plate: Word | None = None
+    q: Annotated[float, Field(gt=0.5, le=1000)] = 10.0
+    adopted: bool = True
+    tank_pressure_pa: Annotated[float, Field(ge=1, le=1e8)] | None = None
+    impact_velocity_m_s: Annotated[float, Field(ge=1e-3, le=1e4)] | None = None
+    bullet_mass_kg: Annotated[float, Field(ge=1e-4, le=1e3)] = 0.5
+    tip_material: Word = "steel"
+    tip_radius_m: Annotated[float, Field(ge=1e-5, le=10)] = 0.045
+    anvil_material: Word = "none"
+    insulator: Word = "none"
+    impact_position: Word = "#1"
+    draws: Annotated[int, Field(ge=2, le=1024)] = 64
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
+
+    def request(self) -> TwinRequest:
+        return TwinRequest(
+            campaign=self.campaign, contact=self.contact, plate=self.plate, q=self.q, adopted=self.adopted
+        )
+
+    def shot(self) -> Shot:
+        names = ("bullet_mass_kg", "tip_material", "tip_radius_m", "tank_pressure_pa", "impact_velocity_m_s",
+                 "anvil_material", "insulator", "impact_position")  # fmt: skip
+        return Shot(**{name: getattr(self, name) for name in names})
+
+
+Asked = Annotated[Question, Query()]
+
+
+def shown(question: Question) -> dict[str, Any]:
+    """What a link to this question carries."""
+    return question.model_dump(exclude_defaults=True)

@@ -1,0 +1,121 @@
+"""An uploaded campaign, as its files or as one ZIP, into a scratch folder: names, number and sizes are checked first.
+
+A name is what a stranger chose. What leaves the folder, hides, or unpacks to far more than was sent is refused before
+anything is written (zip slip, CWE-22; zip bomb, CWE-409).
+"""
+
+from __future__ import annotations
+
+import shutil
+import stat
+import zipfile
+from collections.abc import Iterable, Sequence
+from pathlib import Path, PurePosixPath
+from typing import IO
+
+from .folders import FILE
+
+MOST_FILES, LONGEST_PATH, DEEPEST = 20_000, 400, 8
+#: Recordings pack to a third, text to a tenth; a bomb to a thousandth.
+MOST_TIMES, SMALL_BYTES = 100, 10_000_000
+
+
+class UploadError(ValueError):
+    """An upload is refused, and nothing of it was kept; the message names the file and what was expected."""
+
+
+def unpacked(files: Sequence[tuple[str, IO[bytes]]], target: Path, most_bytes: int) -> Path:
+    """Files as a browser sends them (name or path within the folder, content), written below `target`.
+
+    Returns the folder that holds the campaign.toml. Raises `UploadError`.
+    """
+    if not files:
+        raise UploadError("no file was sent; choose the campaign's folder, or its ZIP")
+    if len(files) == 1 and files[0][0].lower().endswith(".zip"):
+        _unzipped(files[0][1], target, most_bytes)
+    else:
+        _written(files, target, most_bytes)
+    return _campaign(target)
+
+
+def safe_path(name: str) -> PurePosixPath:
+    """A relative path within a folder. Raises `UploadError` for any other."""
+    path = PurePosixPath(name.replace("\\", "/"))
+    bad = not name or len(name) > LONGEST_PATH or len(path.parts) > DEEPEST or path.is_absolute()
+    if bad or any(_is_bad(part) for part in path.parts) or not path.parts:
+        raise UploadError(f"{name!r:.120} is no file name within a campaign's folder")
+    return path
+
+
+def _is_bad(part: str) -> bool:
+    return part == ".." or ":" in part or not part.isprintable() or part != part.strip() or part.endswith(".")
+
+
+def _written(files: Sequence[tuple[str, IO[bytes]]], target: Path, most_bytes: int) -> None:
+    paths = _distinct([safe_path(name) for name, _ in files])
+    left = most_bytes
+    for path, (_, content) in zip(paths, files, strict=True):
+        left = _copied(content, target / path, left)
+
+
+def _unzipped(content: IO[bytes], target: Path, most_bytes: int) -> None:
+    try:
+        with zipfile.ZipFile(content) as archive:
+            members = [each for each in archive.infolist() if not each.is_dir()]
+            paths = _distinct([_member_path(each) for each in members])
+            packed, large = (sum(getattr(m, name) for m in members) for name in ("compress_size", "file_size"))
+            if large > most_bytes or large > max(SMALL_BYTES, MOST_TIMES * packed):
+                raise UploadError(
+                    f"the ZIP unpacks to {large:,} bytes from {packed:,}; expected a campaign's recordings"
+                )
+            left = most_bytes
+            for path, member in zip(paths, members, strict=True):
+                with archive.open(member) as packed_file:
+                    left = _copied(packed_file, target / path, left)
+    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
+        raise UploadError(f"the ZIP cannot be read: {error}") from error
+
+
+def _member_path(member: zipfile.ZipInfo) -> PurePosixPath:
+    kind = stat.S_IFMT(member.external_attr >> 16)
+    if kind not in (0, stat.S_IFREG):
+        raise UploadError(f"{member.filename!r:.120} in the ZIP is a link or a device; expected files")
+    return safe_path(member.filename)
+
+
+def _distinct(paths: Sequence[PurePosixPath]) -> Sequence[PurePosixPath]:
+    """Also where letters' case does not count, and no file is a folder of another's."""
+    if len(paths) > MOST_FILES:
+        raise UploadError(f"{len(paths):,} files; more than {MOST_FILES:,} go by pyroshock ingest FOLDER")
+    seen = {str(path).casefold() for path in paths}
+    folders = {str(parent).casefold() for path in paths for parent in path.parents}
+    if len(seen) != len(paths) or seen & folders:
+        raise UploadError("two of the files have the same name")
+    return paths
+
+
+def _copied(content: IO[bytes], path: Path, left: int) -> int:
+    """How many bytes may still come. The declared size may be wrong, hence they are counted."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("xb") as out:
+        while block := content.read(1 << 20):
+            left -= len(block)
+            if left < 0:
+                raise UploadError("the files are larger than may be uploaded; pyroshock ingest FOLDER takes them")
+            out.write(block)
+    return left
+
+
+def _campaign(target: Path) -> Path:
+    found = sorted(target.rglob(FILE), key=lambda path: len(path.parts))
+    if not found:
+        raise UploadError(f"no {FILE} among the files; it stands in the campaign's folder")
+    if len(found) > 1 and len(found[0].parts) == len(found[1].parts):
+        raise UploadError(f"{len(found)} campaigns among the files; upload one at a time")
+    return found[0].parent
+
+
+def discard(folders: Iterable[Path]) -> None:
+    """Remove scratch folders, whatever state they are in."""
+    for folder in folders:
+        shutil.rmtree(folder, ignore_errors=True)

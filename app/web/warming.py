@@ -1,0 +1,29 @@
+"""What the first pages need is imported, and the first twin built, while nobody waits for it."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from importlib import import_module
+
+from ..twins import TwinRequest
+from ..warm_twins import TwinShelf
+
+_log = logging.getLogger("pyroshock.web")
+_HEAVY = ("scipy.stats", "scipy.optimize", "scipy.interpolate", "pyroshock.app.plan_quality", "pyroshock.app.comparing")
+
+
+def warmed(twins: TwinShelf) -> threading.Thread:
+    """Begin in a thread of its own; what fails here is told where it is asked for."""
+
+    def work() -> None:
+        try:
+            for name in _HEAVY:
+                import_module(name)
+            twins.get(TwinRequest())
+        except Exception as error:  # noqa: BLE001 - a page tells it to who asks
+            _log.info("not warmed: %s", error)
+
+    thread = threading.Thread(target=work, name="pyroshock warming", daemon=True)
+    thread.start()
+    return thread

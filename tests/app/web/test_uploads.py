@@ -1,0 +1,146 @@
+"""Uploaded files and paths of the server: what is taken, and what never reaches the disk."""
+
+from __future__ import annotations
+
+import io
+import stat
+import zipfile
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pyroshock.app.web.folders import PathError, campaigns_below, confined
+from pyroshock.app.web.uploads import UploadError, safe_path, unpacked
+
+TOML = b'[campaign]\nname = "spring"\nkind = "gun"\ndate = 2026-01-01\n'
+
+
+def _zip(files: dict[str, bytes], **more: int) -> io.BytesIO:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            info = zipfile.ZipInfo(name)
+            info.external_attr = more.get("mode", stat.S_IFREG | 0o644) << 16
+            archive.writestr(info, content, zipfile.ZIP_DEFLATED)
+    out.seek(0)
+    return out
+
+
+def _nothing_written(target: Path) -> bool:
+    return not any(path.is_file() for path in target.rglob("*"))
+
+
+def test_a_folder_is_written_as_the_browser_names_it(tmp_path: Path) -> None:
+    files = [("spring/campaign.toml", io.BytesIO(TOML)), ("spring/recordings/1.mat", io.BytesIO(b"abc"))]
+    folder = unpacked(files, tmp_path, 1000)
+    assert folder == tmp_path / "spring"
+    assert (folder / "recordings" / "1.mat").read_bytes() == b"abc"
+
+
+@pytest.mark.parametrize("top", ["", "spring/"])
+def test_a_zip_is_unpacked(tmp_path: Path, top: str) -> None:
+    content = _zip({f"{top}campaign.toml": TOML, f"{top}recordings/1.mat": b"abc"})
+    folder = unpacked([("spring.ZIP", content)], tmp_path, 1000)
+    assert (folder / "recordings" / "1.mat").read_bytes() == b"abc"
+
+
+_BAD_NAMES = (
+    *("../x", "/etc/passwd", "a/../../x", "C:\\x", "..\\x", "", ".", "a/\0b", "a\nb", "con:", " a", "a."),
+    *("x" * 500, "a/b/c/d/e/f/g/h/i"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", _BAD_NAMES)
+def test_names_that_leave_the_folder_are_refused(tmp_path: Path, name: str) -> None:
+    with pytest.raises(UploadError, match="no file name"):
+        safe_path(name)
+    with pytest.raises(UploadError):
+        unpacked([("campaign.toml", io.BytesIO(TOML)), (name, io.BytesIO(b"x"))], tmp_path, 1000)
+    assert _nothing_written(tmp_path)
+
+
+@given(st.text(max_size=60))
+def test_no_name_leaves_the_folder(name: str) -> None:
+    base = Path("/srv/uploads")
+    try:
+        path = safe_path(name)
+    except UploadError:
+        return
+    assert (base / path).resolve().is_relative_to(base)
+    assert (base / path) != base
+
+
+def test_links_in_a_zip_are_refused(tmp_path: Path) -> None:
+    content = _zip({"campaign.toml": b"/etc/passwd"}, mode=stat.S_IFLNK | 0o777)
+    with pytest.raises(UploadError, match="link or a device"):
+        unpacked([("a.zip", content)], tmp_path, 1000)
+    assert _nothing_written(tmp_path)
+
+
+def test_a_bomb_is_refused(tmp_path: Path) -> None:
+    content = _zip({"campaign.toml": TOML, "recordings/1.mat": b"\0" * 30_000_000})
+    with pytest.raises(UploadError, match="unpacks to"):
+        unpacked([("a.zip", content)], tmp_path, 10**9)
+    assert _nothing_written(tmp_path)
+
+
+def test_more_than_allowed_is_refused_while_it_is_copied(tmp_path: Path) -> None:
+    with pytest.raises(UploadError, match="larger than"):
+        unpacked([("campaign.toml", io.BytesIO(TOML)), ("a.mat", io.BytesIO(b"x" * 5000))], tmp_path, 1000)
+
+
+def test_two_files_of_one_name_are_refused(tmp_path: Path) -> None:
+    for second in ("CAMPAIGN.toml", "campaign.toml", "campaign.toml/x"):
+        with pytest.raises(UploadError, match="same name"):
+            unpacked([("campaign.toml", io.BytesIO(TOML)), (second, io.BytesIO(b""))], tmp_path, 1000)
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\3\4 no zip", b"x" * 100])
+def test_what_is_no_zip_is_refused(tmp_path: Path, content: bytes) -> None:
+    with pytest.raises(UploadError, match="cannot be read"):
+        unpacked([("a.zip", io.BytesIO(content))], tmp_path, 1000)
+
+
+def test_files_without_a_campaign_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(UploadError, match=r"no campaign\.toml"):
+        unpacked([("runs.csv", io.BytesIO(b""))], tmp_path, 1000)
+    with pytest.raises(UploadError, match="no file was sent"):
+        unpacked([], tmp_path, 1000)
+
+
+def _campaign(folder: Path) -> Path:
+    folder.mkdir(parents=True)
+    (folder / "campaign.toml").write_bytes(TOML)
+    return folder
+
+
+def test_paths_stay_below_their_folders(tmp_path: Path) -> None:
+    data, outside = tmp_path / "data", _campaign(tmp_path / "outside")
+    inside = _campaign(data / "spring")
+    (data / "link").symlink_to(outside)
+    assert confined("spring", (data,)) == inside
+    assert confined(str(inside), (data,)) == inside
+    said = set()
+    for path in (
+        "../outside",
+        str(outside),
+        "link",
+        "spring/../../outside",
+        "nowhere",
+        "/etc",
+        "\0",
+        "spring/campaign.toml",
+    ):
+        with pytest.raises(PathError) as error:
+            confined(path, (data,))
+        said.add(str(error.value).replace(repr(path), "PATH"))
+    assert len(said - {"PATH is no path"}) == 1  # nothing tells whether there is something outside
+
+
+def test_campaign_folders_are_suggested(tmp_path: Path) -> None:
+    inside = _campaign(tmp_path / "data" / "2026" / "spring")
+    _campaign(tmp_path / "data" / ".hidden")
+    (tmp_path / "data" / "link").symlink_to(_campaign(tmp_path / "outside"))
+    assert campaigns_below((tmp_path / "data",)) == [str(inside)]
+    assert campaigns_below((tmp_path / "nowhere",)) == []
