@@ -1,0 +1,128 @@
+"""`pyroshock serve` as a person starts it: its address, its end, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import threading
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from campaigns import gun_campaign
+from stores import CLI, assert_whole, counts, ingested, pyroshock
+
+#: Starting imports much, on a machine that may be busy.
+PATIENCE_S = 60.0
+
+
+@pytest.fixture
+def db(tmp_path: Path) -> str:
+    url = f"sqlite:///{tmp_path / 'lab.db'}"
+    ingested(url, gun_campaign(tmp_path / "spring", name="spring"))
+    return url
+
+
+@pytest.fixture
+def started(tmp_path: Path) -> Iterator[list[subprocess.Popen[str]]]:
+    """Servers of a test, which end with it."""
+    servers: list[subprocess.Popen[str]] = []
+    yield servers
+    for server in servers:
+        if server.poll() is None:
+            server.kill()
+        server.communicate()
+
+
+def serve(*words: str, cwd: Path) -> subprocess.Popen[str]:
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("PYROSHOCK", "MLFLOW"))}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    return subprocess.Popen([*CLI, "serve", *words], text=True, env=environment, cwd=cwd, **pipes)
+
+
+def address_of(server: subprocess.Popen[str]) -> str:
+    """What it prints first."""
+    assert server.stderr is not None
+    lines: list[str] = []
+    reader = threading.Thread(target=lambda: lines.append(server.stderr.readline()), daemon=True)  # type: ignore[union-attr]
+    reader.start()
+    reader.join(PATIENCE_S)
+    assert lines, "nothing was printed"
+    found = re.fullmatch(r"pyroshock: (http://\S+:\d+/)\n", lines[0])
+    assert found is not None, lines[0]
+    return found[1]
+
+
+def got(address: str, headers: dict[str, str] | None = None) -> str:
+    with urllib.request.urlopen(urllib.request.Request(address, headers=headers or {}), timeout=PATIENCE_S) as answer:
+        return str(answer.read().decode())
+
+
+def refused(*words: str) -> str:
+    """The one line of a server that does not start."""
+    result = pyroshock("serve", *words)
+    assert (result.exit_code, result.stdout) == (2, ""), result.stderr
+    assert result.stderr.count("\n") == 1, result.stderr
+    assert result.stderr.startswith("pyroshock: ")
+    return result.stderr
+
+
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_it_answers_and_ends_when_it_is_told(
+    db: str, tmp_path: Path, started: list[subprocess.Popen[str]], ending: signal.Signals
+) -> None:
+    before = counts(db)
+    server = serve("--db", db, "--port", "0", cwd=tmp_path)
+    started.append(server)
+    address = address_of(server)
+    assert not address.endswith(":0/")
+    assert [row["name"] for row in json.loads(got(address + "api/campaigns"))] == ["spring"]
+    assert "<h1>Campaigns</h1>" in got(address)
+    asked = time.monotonic()
+    server.send_signal(ending)
+    out, err = server.communicate(timeout=PATIENCE_S)
+    assert time.monotonic() - asked < 5
+    assert server.returncode in ((0, 130) if ending == signal.SIGINT else (0, -ending)), err
+    assert "Traceback" not in out + err
+    assert counts(db) == before
+    assert_whole(db, 1)
+
+
+def test_a_token_is_needed_where_others_reach_it(db: str) -> None:
+    assert "--token" in refused("--db", db, "--host", "0.0.0.0", "--port", "0")
+    assert "5 characters" in refused("--db", db, "--host", "0.0.0.0", "--token", "short")
+
+
+def test_with_a_token_it_serves_who_brings_it(db: str, tmp_path: Path, started: list[subprocess.Popen[str]]) -> None:
+    word = "a-token-of-enough-characters"
+    server = serve("--db", db, "--host", "0.0.0.0", "--token", word, "--port", "0", cwd=tmp_path)
+    started.append(server)
+    address = address_of(server).replace("0.0.0.0", "127.0.0.1")
+    with pytest.raises(urllib.error.HTTPError, match="401"):
+        got(address)
+    assert "spring" in got(address + "api/campaigns", {"Authorization": f"Bearer {word}"})
+
+
+def test_a_taken_port_is_named(db: str) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = taken.getsockname()[1]
+        assert str(port) in refused("--db", db, "--port", str(port))
+
+
+def test_folders_that_are_not_there_are_named(db: str, tmp_path: Path) -> None:
+    assert "nowhere" in refused("--db", f"sqlite:///{tmp_path}/nowhere/lab.db", "--port", "0")
+    assert "no-data" in refused("--db", db, "--data", str(tmp_path / "no-data"))
+    assert not (tmp_path / "nowhere").exists()
+
+
+def test_an_address_that_is_not_this_machine_s_is_named(db: str) -> None:
+    assert "192.0.2.1" in refused("--db", db, "--host", "192.0.2.1", "--token", "x" * 16, "--port", "0")

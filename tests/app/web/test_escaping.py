@@ -1,0 +1,304 @@
+"""Names and notes are words: whatever stands in them is shown, and is never HTML, a template or an address."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import pytest
+import verdicts
+from campaigns import hammer_campaign, replace_in
+from pyroshock.app.diagnosing import keep
+from pyroshock.app.planning import make_plan
+from pyroshock.doe.plans import read_plan
+from pyroshock.ingest.load import ingest_folder
+from pyroshock.schema.campaigns import Campaign, Factor, FactorLevel
+from pyroshock.schema.diagnoses import Diagnosis
+from pyroshock.schema.plans import Plan
+from pyroshock.schema.quality import QualityFinding
+from pyroshock.schema.recordings import RecordedChannel, Recording
+from sqlalchemy import select, update
+from web_client import ended, post, post_json, sqlite, window
+from web_stores import FACTORS, GUN, PLAN, Lab
+
+#: Filling a store imports much; on a busy machine that is slow.
+pytestmark = pytest.mark.timeout(600)
+#: What ends a text, an attribute, a script or a template, and what an address must not take apart.
+EVIL = (
+    "<script>alert(1)</script>",
+    '"><img src=x onerror=alert(1)>',
+    "</script><svg onload=alert(1)>",
+    "' onmouseover='alert(1)",
+    "</textarea></title><iframe src=javascript:alert(1)>",
+    "<b>bold</b> & &lt;i&gt;",
+    "{{7*7}} {% raw %} ${7*7}",
+    "a/b%2Fc?d=e#f",
+    "../..//%2e%2e",
+    "Stoß 衝撃 \u202e ☃",
+)
+NAME = " ".join(EVIL)
+#: As long as a form takes a name.
+SHORT = " ".join(EVIL[:4])
+#: Elements that our pages are made of no instance of.
+_STRANGE = {"iframe", "object", "embed", "base", "img"}
+
+
+class Page(HTMLParser):
+    """What a browser would make of a page: its text, its scripts, and what has no place in it."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.words: list[str] = []
+        self.scripts: list[str] = []
+        self.values: list[str] = []
+        self.links: list[str] = []
+        self.wrong: list[str] = []
+        self._script: dict[str, str | None] | None = None
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        self.values += [value for value in given.values() if value]
+        self.links += [str(given[name]) for name in ("href", "action", "src") if name in given]
+        handlers = [name for name in given if name.startswith("on") or name in ("srcdoc", "formaction")]
+        if tag in _STRANGE or handlers or (tag == "svg" and "onload" in given):
+            self.wrong.append(self.get_starttag_text() or tag)
+        if tag == "script":
+            self._script = given
+            ours = str(given.get("src", "")).startswith("/static/") or given.get("type") == "application/json"
+            if not ours:
+                self.wrong.append(self.get_starttag_text() or tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag == "script":
+            self._script = None
+
+    def handle_data(self, data: str) -> None:
+        if self._script is None:
+            self.words.append(data)
+        elif self._script.get("type") == "application/json":
+            self.scripts.append(data)
+
+    @property
+    def text(self) -> str:
+        return re.sub(r"\s+", " ", "".join(self.words))
+
+
+def checked(client: Any, address: str) -> Page:
+    """A page that is nothing but ours."""
+    answer = client.get(address)
+    assert answer.status_code == 200, (address, answer.text[:2000])
+    page = Page(answer.text)
+    assert page.wrong == [], address
+    assert not [each for each in page.links if re.match(r"\s*(javascript|data|vbscript):", each, re.I)], address
+    for script in page.scripts:
+        json.loads(script)
+    return page
+
+
+def shown(page: Page) -> bool:
+    return all(re.sub(r"\s+", " ", each) in page.text for each in EVIL)
+
+
+@pytest.fixture(scope="module")
+def evil(tmp_path_factory: pytest.TempPathFactory, quick_plates: None) -> Iterator[tuple[Any, Any]]:
+    """A campaign, its recordings, a plan and a diagnosis whose every word is evil."""
+    folder = tmp_path_factory.mktemp("evil")
+    with window(sqlite(folder), folders=(folder,)) as (client, store):
+        campaign = hammer_campaign(folder / "spring", 2, 2, "spring")
+        replace_in(campaign / "campaign.toml", 'date = "2026-03-02"', 'date = "2026-03-02"\noperator = "o"')
+        ingest_folder(store, campaign, jobs=1)
+        ingest_folder(store, hammer_campaign(folder / "damaged", 1, 1, "damaged", seed=2), jobs=1)
+        make_plan(store, "factorial", NAME, kind="hammer", factors=FACTORS, seed=1, description=NAME)
+        keep(store, verdicts.verdict(campaign="spring", assumptions=(NAME,), simulator=NAME))
+        _spoil(store)
+        yield client, store
+
+
+def _spoil(store: Any) -> None:
+    with store.writing() as session:
+        spring = session.scalars(select(Campaign.id).where(Campaign.name == "spring")).one()
+        session.execute(
+            update(Campaign).where(Campaign.id == spring).values(name=NAME, description=NAME, operator=NAME)
+        )
+        session.execute(update(RecordedChannel).values(name=NAME, position=NAME))
+        session.execute(update(Recording).where(Recording.campaign_id == spring).values(path=NAME + Recording.path))
+        aside = {"status": "set aside", "reason": NAME}
+        session.execute(update(Recording).where(Recording.campaign_id != spring).values(path=NAME, **aside))
+        session.execute(update(Factor).where(Factor.name == "hammer_speed").values(name=NAME))
+        session.execute(update(FactorLevel).where(FactorLevel.label == "low").values(label=NAME))
+        recording = session.scalars(select(Recording.id).where(Recording.campaign_id == spring)).first()
+        session.add(
+            QualityFinding(
+                recording_id=recording, impact_id=1, check=NAME, severity="warning", message=NAME, evidence={}
+            )
+        )
+        row = session.get_one(Diagnosis, 1)
+        row.report = json.loads(json.dumps(row.report).replace('"spring"', json.dumps(NAME)))
+
+
+CAMPAIGN, PLANNED = f"/campaigns/{quote(NAME, safe='')}", f"/plans/{quote(NAME, safe='')}"
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        "/campaigns",
+        CAMPAIGN,
+        "/campaigns/damaged",
+        "/impacts",
+        "/impacts/1",
+        "/compare",
+        f"/compare?factor={quote(NAME)}",
+        "/plans",
+        PLANNED,
+        f"{PLANNED}/sheet",
+        f"{PLANNED}/sheet.html",
+        "/diagnoses",
+        "/diagnoses/1",
+        f"/reports{CAMPAIGN.replace('campaigns', 'campaign')}.html",
+        "/reports/diagnosis/1.html",
+    ],
+)
+def test_evil_words_are_shown_and_are_no_html(evil: tuple[Any, Any], address: str) -> None:
+    page = checked(evil[0], address)
+    assert shown(page), page.text
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        f"/impacts?campaign={quote(NAME)}",
+        f"/impacts?where={quote('tip_material=' + EVIL[0])}",
+        f"/shots?campaign={quote(NAME)}",
+        f"/compare?campaign={quote(NAME)}",
+        f"/compare?where={quote('tip_material=' + EVIL[1])}",
+        f"/campaigns?name={quote(EVIL[1])}",
+        f"/compare/spectra?impacts=1&channel={quote(EVIL[1])}",
+        f"/compare/spectra?impacts={quote(EVIL[5])}&specification={quote(EVIL[4])}&tolerance={quote(EVIL[1])}",
+        f"/diagnoses?campaign={quote(NAME)}",
+        f"/models?dataset={quote(EVIL[1])}",
+        f"/twin?tip_material={quote(EVIL[1])}",
+        f"/twin?insulator={quote(EVIL[0])}&impact_position={quote(EVIL[2])}",
+    ],
+)
+def test_what_an_address_says_is_no_html(evil: tuple[Any, Any], address: str) -> None:
+    checked(evil[0], address)
+
+
+@pytest.mark.parametrize(
+    "address", ["/campaigns/{}", "/plans/{}", "/impacts?campaign={}", "/impacts?where={}", "/twin?contact={}",
+                "/twin?campaign={}", "/models/{}/1", "/jobs/{}", "/reports/campaign/{}.html", "/{}"]
+)  # fmt: skip
+@pytest.mark.parametrize("words", EVIL[:4])
+def test_errors_are_words_too(evil: tuple[Any, Any], address: str, words: str) -> None:
+    answer = evil[0].get(address.format(quote(words, safe="")))
+    assert answer.status_code in (404, 422)
+    assert Page(answer.text).wrong == []
+
+
+def test_templates_and_shells_compute_nothing(evil: tuple[Any, Any]) -> None:
+    assert "{{7*7}} {% raw %} ${7*7}" in checked(evil[0], CAMPAIGN).text
+
+
+def test_charts_take_no_markup_of_a_name(evil: tuple[Any, Any]) -> None:
+    """plotly.js reads <b> and <a href> in the names of traces and the words of axes."""
+    found = 0
+
+    def words(data: Any) -> Iterator[str]:
+        if isinstance(data, str):
+            yield data
+        for each in data.values() if isinstance(data, dict) else data if isinstance(data, list) else ():
+            yield from words(each)
+
+    for address in (CAMPAIGN, "/impacts/1", f"/compare?factor={quote(NAME)}"):
+        for script in checked(evil[0], address).scripts:
+            figure = json.loads(script)
+            for trace in figure["data"]:
+                trace.pop("legendgroup", None)  # is compared, not shown
+            for each in words(figure):
+                found += "alert" in each
+                assert "<b" not in each, address
+                assert "<s" not in each, address
+    assert found > 0
+
+
+def test_a_json_element_ends_where_it_ends(evil: tuple[Any, Any]) -> None:
+    text = evil[0].get(f"/compare?factor={quote(NAME)}").text
+    for script in re.findall(r'<script type="application/json"[^>]*>(.*?)</script>', text, re.S):
+        json.loads(script)
+        assert not set("<>&") & set(script)
+
+
+def test_names_with_slashes_reach_their_routes(evil: tuple[Any, Any]) -> None:
+    client, store = evil
+    assert client.get(f"/api{CAMPAIGN}").json()["campaign"]["name"] == NAME
+    assert client.get(f"/api{PLANNED}").json()["name"] == NAME
+    assert client.get(f"/api{PLANNED}/quality").status_code == 200
+    assert client.get("/api/impacts", params={"campaign": NAME}).json()[0]["campaign"] == NAME
+    for ending in ("csv", "xlsx", "html"):
+        answer = client.get(f"{PLANNED}/sheet.{ending}")
+        assert answer.status_code == 200
+        assert "\n" not in answer.headers["content-disposition"]
+    assert client.get(f"/reports{CAMPAIGN.replace('campaigns', 'campaign')}.pdf").content.startswith(b"%PDF")
+    with store.reading() as session:
+        assert read_plan(session, NAME).name == NAME
+
+
+def test_notes_and_links_come_back_as_they_were_written(evil: tuple[Any, Any]) -> None:
+    client, store = evil
+    answer = post(client, f"{PLANNED}/runs/1", {"status": "discarded", "note": NAME})
+    assert answer.status_code == 303
+    assert answer.headers["location"] == f"{PLANNED}/sheet#run-1"
+    with store.reading() as session:
+        assert read_plan(session, NAME).runs[0].reason == NAME or NAME in [
+            run.reason for run in read_plan(session, NAME).runs
+        ]
+    assert post_json(client, f"/api{PLANNED}/runs/2", {"status": "done", "note": NAME}).json()["reason"] == NAME
+    assert checked(client, f"{PLANNED}/sheet").text.count("Note: <script>") == 2
+    assert f"{PLANNED}/sheet" in checked(client, "/plans").links
+
+
+def test_the_list_links_to_the_campaign(evil: tuple[Any, Any]) -> None:
+    page = checked(evil[0], "/campaigns")
+    assert CAMPAIGN in page.links
+    assert all(link.startswith(("/", "#")) for link in page.links)
+
+
+def test_a_plan_made_here_may_have_any_name(evil: tuple[Any, Any]) -> None:
+    client, store = evil
+    form = {"name": SHORT, "method": "factorial", "kind": "hammer", "factors": FACTORS, "description": NAME}
+    answer = post(client, "/plans", form)
+    job = ended(client, answer)
+    assert (job["state"], job["address"]) == ("done", f"/plans/{quote(SHORT, safe='')}")
+    assert SHORT in checked(client, answer.headers["location"]).text
+    checked(client, job["address"])
+    checked(client, "/jobs")
+    with store.reading() as session:
+        assert session.scalar(select(Plan.description).where(Plan.name == SHORT)) == NAME
+
+
+def test_file_names_of_an_upload_are_words(evil: tuple[Any, Any], tmp_path: Path) -> None:
+    answer = post(evil[0], "/ingest/upload", files=[("files", ('"><img src=x onerror=alert(1)>', b"x"))])
+    assert answer.status_code == 422
+    assert Page(answer.text).wrong == []
+
+
+def test_reasons_of_promotions_and_names_of_effects_are_words(filled: Lab) -> None:
+    post(filled.client, "/models/linear/1/promote", {"reason": NAME, "force": "true"})
+    assert shown(checked(filled.client, "/models"))
+    assert shown(checked(filled.client, "/models/linear/1"))
+    checked(filled.client, "/reports/model/linear/1.html")
+    checked(filled.client, f"/plans/{quote(PLAN, safe='')}")
+    answer = post(filled.client, "/diagnoses/1/adopt", {"effect": EVIL[0]})
+    assert answer.status_code == 404
+    assert Page(answer.text).wrong == []
+    answer = post(filled.client, "/diagnoses", {"campaign": GUN, "simulator": EVIL[1]})
+    ended(filled.client, answer)
+    assert Page(filled.client.get(answer.headers["location"]).text).wrong == []

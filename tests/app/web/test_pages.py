@@ -1,0 +1,412 @@
+"""Every page over HTTP: what it shows of an empty store and of a filled one, and what its forms change."""
+
+from __future__ import annotations
+
+import io
+import time
+import zipfile
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import pytest
+from campaigns import gun_campaign
+from pyroshock.app.web.jobs import Jobs, Step
+from pyroshock.doe.plans import read_plan
+from pyroshock.schema.diagnoses import Diagnosis
+from pyroshock.schema.impacts import Pulse
+from pyroshock.schema.provenance import Provenance
+from pyroshock.schema.twins import TwinVersion
+from sqlalchemy import select
+from web_client import ended, post
+from web_stores import FACTORS, GUN, HAMMER, PLAN, Lab
+
+AT = quote(PLAN, safe="")
+#: Filling a store imports much; on a busy machine that is slow.
+pytestmark = pytest.mark.timeout(600)
+SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,1000\n10000,1000\n"
+
+
+@pytest.mark.parametrize(
+    ("address", "words"),
+    [
+        ("/campaigns", "The store is empty"),
+        ("/impacts", "none matches"),
+        ("/shots", "none matches"),
+        ("/compare", "No pulse matches"),
+        ("/compare/spectra", "Name the impacts"),
+        ("/models", "No model is registered yet"),
+        ("/twin", 'id="tank_pressure_pa"'),
+        ("/plans", "No plan yet"),
+        ("/plans/new", 'id="make"'),
+        ("/diagnoses", "No diagnosis is kept"),
+        ("/ingest", 'id="upload"'),
+        ("/jobs", "Nothing was asked for"),
+    ],
+)
+def test_an_empty_store_says_what_to_do(empty: Lab, address: str, words: str) -> None:
+    answer = empty.client.get(address)
+    assert answer.status_code == 200
+    assert words in answer.text
+
+
+def test_the_address_of_the_server_leads_to_the_campaigns(empty: Lab) -> None:
+    assert empty.client.get("/").headers["location"] == "/campaigns"
+
+
+@pytest.mark.parametrize(
+    ("address", "words"),
+    [
+        ("/campaigns", HAMMER),
+        ("/campaigns?kind=gun&name=first", GUN),
+        (f"/campaigns/{HAMMER}", "20 impacts, 0 shots, 4 recordings"),
+        (f"/campaigns/{GUN}", "0 impacts, 5 shots"),
+        ("/impacts", 'href="/impacts/21"'),
+        (f"/impacts?campaign={HAMMER}&where=tip_material=delrin", 'href="/impacts/6"'),
+        ("/shots", "measured velocity (m/s)"),
+        ("/impacts/1", 'id="segmentation-data"'),
+        ("/impacts/21", 'data-channel="'),
+        ("/impacts/1?preview=true&threshold=0.02", 'id="preview"'),
+        ("/compare?factor=tip_material", 'id="overlay-data"'),
+        ("/compare?normalised=true&factor=tip_radius", 'id="groups"'),
+        ("/compare/spectra?impacts=21", 'id="paper-data"'),
+        ("/models", "tree@1"),
+        ("/models/tree/1", 'id="against-1-data"'),
+        ("/models/compare?version=tree@1&version=linear@1", 'id="differences"'),
+        ("/twin?contact=hertz", 'id="force-data"'),
+        ("/plans", f'href="/plans/{AT}"'),
+        (f"/plans/{AT}", 'id="runs"'),
+        (f"/plans/{AT}/sheet", 'id="run-4"'),
+        (f"/plans/{AT}/sheet.html", "Plan autumn/1"),
+        (f"/plans/{AT}/sheet.csv", "tip_material"),
+        ("/diagnoses", GUN),
+        ("/diagnoses/1", 'id="plan-next"'),
+        ("/ingest", HAMMER),
+        (f"/reports/campaign/{HAMMER}.html", HAMMER),
+        ("/reports/diagnosis/1.html", GUN),
+        ("/reports/model/tree/1.html", "tree@1"),
+    ],
+)
+def test_a_filled_store_is_shown(filled: Lab, address: str, words: str) -> None:
+    answer = filled.client.get(address)
+    assert answer.status_code == 200, answer.text
+    assert words in answer.text
+
+
+@pytest.mark.parametrize("address", [f"campaign/{HAMMER}", f"campaign/{GUN}", "diagnosis/1", "model/tree/1"])
+def test_reports_are_saved_as_pdf(filled: Lab, address: str) -> None:
+    answer = filled.client.get(f"/reports/{address}.pdf")
+    assert answer.content.startswith(b"%PDF-")
+    assert answer.headers["content-type"] == "application/pdf"
+    assert answer.headers["content-disposition"].startswith("attachment")
+
+
+def test_a_sheet_is_saved_as_a_table(filled: Lab) -> None:
+    from openpyxl import load_workbook
+
+    content = filled.client.get(f"/plans/{AT}/sheet.xlsx").content
+    rows = list(load_workbook(io.BytesIO(content)).active.iter_rows(values_only=True))
+    assert sum("delrin" in row for row in rows) == 2
+
+
+@pytest.mark.parametrize(
+    ("address", "status", "words"),
+    [
+        ("/campaigns/winter", 404, "winter"),
+        ("/campaigns?kind=cannon", 422, "cannon"),
+        ("/campaigns?after=winter", 404, "begin at the first page"),
+        ("/impacts/777", 404, "777"),
+        ("/impacts/one", 422, "one"),
+        ("/impacts?where=hardness=3", 422, "hardness"),
+        ("/impacts/1?preview=true&threshold=7", 422, "threshold is 7"),
+        ("/impacts/1?preview=true&segmentation=guess", 422, "guess"),
+        ("/compare?where=tip_material", 422, "FIELD=VALUE"),
+        ("/compare/spectra?impacts=777", 404, "777"),
+        ("/compare/spectra?impacts=21&specification=x", 422, "specification"),
+        ("/models/forest/1", 404, "forest"),
+        ("/models/compare?version=tree@1", 422, "1 versions to compare"),
+        ("/twin?campaign=winter", 404, "winter"),
+        ("/twin?tip_radius_m=0", 422, "tip_radius_m"),
+        ("/tune/99", 404, "99"),
+        ("/plans/winter", 404, "winter"),
+        (f"/plans/{AT}/sheet.doc", 404, "doc"),
+        ("/plans/new?kind=cannon", 422, "cannon"),
+        ("/diagnoses/99", 404, "99"),
+        ("/diagnoses?campaign=winter", 404, "winter"),
+        ("/jobs/999", 404, "999"),
+        ("/reports/campaign/winter.html", 404, "winter"),
+        ("/reports/model/tree/9.pdf", 404, "tree@9"),
+        ("/nowhere", 404, "Not Found"),
+        ("/static/%2e%2e/settings.py", 404, "Not Found"),
+    ],
+)
+def test_a_bad_address_is_answered_in_words(filled: Lab, address: str, status: int, words: str) -> None:
+    answer = filled.client.get(address)
+    assert answer.status_code == status, answer.text
+    assert words in answer.text
+    assert 'id="error"' in answer.text
+
+
+@pytest.mark.parametrize(
+    ("address", "form", "status", "words"),
+    [
+        ("/ingest/path", {"path": "/etc"}, 422, "/etc"),
+        ("/ingest/path", {"path": "../../.."}, 422, "campaign.toml"),
+        ("/ingest/path", {"path": HAMMER, "threshold": "9"}, 422, "threshold is 9"),
+        ("/ingest/path", {"path": HAMMER, "segmentation": "guess"}, 422, "guess"),
+        ("/ingest/path", {}, 422, "path"),
+        ("/impacts/1/extract", {"segmentation": "walk", "threshold": "x", "smoothing": "1"}, 422, "threshold"),
+        ("/impacts/1/extract", {"segmentation": "walk", "threshold": "nan", "smoothing": "1"}, 422, "nan"),
+        ("/impacts/777/extract", {"segmentation": "walk", "threshold": "0.01", "smoothing": "1"}, 404, "777"),
+        ("/plans", {"name": " "}, 422, "cannot name a plan"),
+        ("/plans", {"name": "new"}, 422, "cannot name a plan"),
+        ("/plans", {"name": "x", "runs": "0"}, 422, "runs"),
+        ("/plans", {"name": "x", "runs": "5000"}, 422, "5000 runs"),
+        ("/plans", {"name": "x", "seed": "²"}, 422, "²"),
+        ("/plans", {"name": "x", "seed": "99999999999"}, 422, "99999999999"),
+        ("/plans", {"name": "x", "factors": "["}, 422, "not TOML"),
+        ("/plans", {"name": "x", "description": "\x07"}, 422, "description"),
+        ("/plans", {"name": PLAN}, 422, "in the store already"),
+        ("/plans", {"name": "x", "method": "guess"}, 422, "guess"),
+        (f"/plans/{AT}/runs/1", {"status": "lost"}, 422, "lost"),
+        (f"/plans/{AT}/runs/1", {"status": "discarded"}, 422, "reason"),
+        (f"/plans/{AT}/runs/9", {"status": "done"}, 422, "no run 9"),
+        ("/plans/winter/runs/1", {"status": "done"}, 404, "winter"),
+        ("/models/tree/1/promote", {"reason": "  "}, 422, "no reason given"),
+        ("/models/tree/1/promote", {"reason": "x", "on": "winter"}, 404, "winter"),
+        ("/models/forest/1/promote", {"reason": "x"}, 404, "forest"),
+        ("/diagnoses", {"campaign": "winter"}, 404, "winter"),
+        ("/diagnoses", {"campaign": "/etc"}, 404, "/etc"),
+        ("/diagnoses", {"campaign": GUN, "gun": "-1"}, 422, "-1"),
+        ("/diagnoses", {"campaign": GUN, "uncertain": "friction=1"}, 422, "friction=1"),
+        ("/diagnoses/1/adopt", {"effect": "gun.magic"}, 404, "gun.magic"),
+        ("/diagnoses/99/plan", {"name": "x"}, 404, "99"),
+        ("/tune", {}, 422, "no specification"),
+        ("/tune", {"text": "loud"}, 422, "specification"),
+        ("/tune", {"text": SPECIFICATION, "tolerance": "much"}, 422, "much"),
+        ("/tune", {"text": SPECIFICATION, "measured": "x" * 300}, 422, "measured"),
+        ("/jobs/999/stop", {}, 404, "999"),
+    ],
+)
+def test_a_bad_form_is_answered_in_words_and_changes_nothing(
+    filled: Lab, address: str, form: dict[str, str], status: int, words: str
+) -> None:
+    before, jobs = filled.rows(), len(filled.client.get("/api/jobs").json())
+    answer = post(filled.client, address, form)
+    assert answer.status_code == status, answer.text
+    assert words in answer.text
+    assert filled.rows() == before
+    assert len(filled.client.get("/api/jobs").json()) == jobs
+
+
+def done(filled: Lab, answer: Any) -> dict[str, Any]:
+    assert answer.status_code == 303, answer.text
+    assert filled.client.get(answer.headers["location"]).status_code == 200
+    job = ended(filled.client, answer)
+    assert job["state"] == "done", job["error"]
+    assert filled.client.get(f"/jobs/{job['id']}").status_code == 200
+    return job
+
+
+@pytest.fixture
+def ready(filled: Lab) -> Path:
+    """A folder below those that may be read, for campaigns of a test."""
+    return filled.folder / "campaigns"
+
+
+def test_a_folder_is_ingested_by_its_path(filled: Lab, ready: Path) -> None:
+    folder, before = gun_campaign(ready / "by-path", 2, "by-path"), filled.rows()
+    job = done(filled, post(filled.client, "/ingest/path", {"path": "by-path"}))
+    added = filled.added(before)
+    assert (added["campaigns"], added["shots"]) == (1, 2)
+    assert (job["address"], job["result"]["shots"]) == ("/campaigns/by-path", 2)
+    before = filled.rows()  # and again: nothing
+    done(filled, post(filled.client, "/ingest/path", {"path": str(folder)}))
+    assert filled.added(before) == {}
+
+
+@pytest.mark.parametrize("packed", [True, False], ids=["zip", "files"])
+def test_a_campaign_is_uploaded(filled: Lab, tmp_path: Path, packed: bool) -> None:
+    name = f"sent-{packed}".lower()
+    folder, before = gun_campaign(tmp_path / name, 3, name), filled.rows()
+    sent = {f"{name}/{path.name}": path.read_bytes() for path in folder.iterdir()}
+    if packed:
+        out = io.BytesIO()
+        with zipfile.ZipFile(out, "w") as archive:
+            for path, content in sent.items():
+                archive.writestr(path, content)
+        sent = {"campaign.zip": out.getvalue()}
+    job = done(filled, post(filled.client, "/ingest/upload", files=[("files", each) for each in sent.items()]))
+    added = filled.added(before)
+    assert (added["campaigns"], added["shots"]) == (1, 3)
+    assert job["address"] == f"/campaigns/{name}"
+
+
+def test_a_damaged_campaign_fails_in_words_and_stores_nothing(filled: Lab, ready: Path) -> None:
+    folder, before = gun_campaign(ready / "damaged", 2, "damaged"), filled.rows()
+    (folder / "runs.csv").write_text("run,repetition\n1,one\n", encoding="utf-8")
+    job = ended(filled.client, post(filled.client, "/ingest/path", {"path": "damaged"}))
+    assert job["state"] == "failed"
+    assert "runs.csv" in job["error"]
+    assert job["error"] in filled.client.get(f"/jobs/{job['id']}").text.replace("&#39;", "'").replace("&#34;", '"')
+    assert filled.added(before) == {}
+
+
+def pulses(filled: Lab, impact: int) -> list[tuple[int, bool]]:
+    with filled.store.reading() as session:
+        query = select(Pulse.id, Pulse.current).where(Pulse.impact_id == impact).order_by(Pulse.id)
+        return [tuple(row) for row in session.execute(query)]  # type: ignore[misc]
+
+
+def test_an_extraction_is_previewed_and_then_stored(filled: Lab) -> None:
+    before, versions = filled.rows(), pulses(filled, 2)
+    page = filled.client.get("/impacts/2?preview=true&segmentation=walk&threshold=0.03&smoothing=0.98").text
+    assert 'name="threshold" value="0.03"' in page
+    assert filled.rows() == before  # a preview is no write
+    form = {"segmentation": "walk", "threshold": "0.03", "smoothing": "0.98"}
+    answer = post(filled.client, "/impacts/2/extract", form)
+    assert (answer.status_code, answer.headers["location"]) == (303, "/impacts/2")
+    added = filled.added(before)
+    assert (added["pulses"], added["extraction_settings"]) == (5, 1)  # all hits of the recording
+    assert pulses(filled, 2)[:-1] == [(key, False) for key, _ in versions]  # the old version stays, and is not in use
+    assert pulses(filled, 2)[-1][1]
+
+
+def test_a_plan_is_made(filled: Lab) -> None:
+    before = filled.rows()
+    form = {"name": "winter/2", "method": "factorial", "kind": "hammer", "factors": FACTORS, "repetitions": "3"}
+    job = done(filled, post(filled.client, "/plans", {**form, "seed": "5", "description": "cold hall"}))
+    added = filled.added(before)
+    assert (added["plans"], added["planned_runs"]) == (1, 4)
+    assert job["address"] == "/plans/winter%2F2"
+    with filled.store.reading() as session:
+        plan = read_plan(session, "winter/2")
+        signed = set(session.scalars(select(Provenance.command)))
+    assert (plan.seed, plan.description, plan.runs[0].repetitions) == (5, "cold hall", 3)
+    assert "serve: plan factorial winter/2" in signed
+    assert "cold hall" in filled.client.get(job["address"]).text
+
+
+def run(filled: Lab, number: int) -> tuple[str, str | None]:
+    with filled.store.reading() as session:
+        found = next(each for each in read_plan(session, PLAN).runs if each.run == number)
+        return found.status, found.reason
+
+
+def test_runs_are_ticked_at_the_bench(filled: Lab) -> None:
+    before = filled.rows()
+    ticks = [("done", ""), ("discarded", "tip cracked"), ("planned", "")]
+    seen = []
+    for status, note in ticks:
+        answer = post(filled.client, f"/plans/{AT}/runs/2", {"status": status, "note": note})
+        assert (answer.status_code, answer.headers["location"]) == (303, f"/plans/{AT}/sheet#run-2")
+        seen.append(run(filled, 2))
+    assert seen == [("done", None), ("discarded", "tip cracked"), ("planned", None)]
+    assert filled.added(before) == {}
+
+
+def test_a_model_is_promoted_and_a_worse_one_refused(filled: Lab) -> None:
+    decisions = len(filled.client.get("/api/models/promotions").json())
+    better, worse = "tree", "linear"
+    answer = post(filled.client, f"/models/{better}/1/promote", {"reason": "the first one", "force": "true"})
+    assert answer.status_code == 200
+    assert 'id="in-use"' in answer.text
+    answer = post(filled.client, f"/models/{worse}/1/promote", {"reason": "for a try"})
+    assert answer.status_code == 409, "a tree that memorised 16 pulses was to be better than a line"
+    assert "Refused" in answer.text
+    assert 'id="in-use"' not in answer.text
+    told = filled.client.get("/api/models/promotions").json()
+    assert [each["promoted"] for each in told[: len(told) - decisions]] == [False, True]  # the newest first
+    page = filled.client.get("/models").text
+    assert 0 < page.index("for a try") < page.index("the first one")
+
+
+def test_a_campaign_is_diagnosed(filled: Lab) -> None:
+    before = filled.rows()
+    job = done(filled, post(filled.client, "/diagnoses", {"campaign": GUN, "gun": "2", "seed": "1"}))
+    assert filled.added(before) == {"diagnoses": 1}
+    page = filled.client.get(job["address"])
+    assert page.status_code == 200
+    assert GUN in page.text
+    with filled.store.reading() as session:
+        row = session.get_one(Diagnosis, job["result"]["id"])
+        assert row.report["campaign"] == GUN
+
+
+def test_the_next_experiment_is_planned(filled: Lab) -> None:
+    before = filled.rows()
+    answer = post(filled.client, "/diagnoses/1/plan", {"name": "tell apart/1"})
+    assert (answer.status_code, answer.headers["location"]) == (303, "/plans/tell%20apart%2F1")
+    added = filled.added(before)
+    assert (added["plans"], added["planned_runs"]) == (1, 1)
+    assert filled.client.get(answer.headers["location"]).status_code == 200
+    again = post(filled.client, "/diagnoses/1/plan", {"name": "tell apart/1"})
+    assert again.status_code == 422
+    assert "in the store already" in again.text
+
+
+def test_an_effect_is_adopted_and_given_back(filled: Lab) -> None:
+    for effect in ("gun.valve_flow", "none"):
+        before = filled.rows()
+        answer = post(filled.client, "/diagnoses/1/adopt", {"effect": effect})
+        assert (answer.status_code, answer.headers["location"]) == (303, f"/diagnoses?campaign={GUN}")
+        assert filled.added(before) == {"twin_configurations": 1}
+        with filled.store.reading() as session:
+            newest = session.scalars(select(TwinVersion).order_by(TwinVersion.version.desc())).first()
+        assert newest is not None
+        assert effect in newest.reason or effect == "none"
+    assert "adopted" in filled.client.get("/diagnoses").text
+
+
+def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The search itself has its own tests; here it finds two settings, and what it was asked is looked at."""
+    from types import SimpleNamespace
+
+    import numpy as np
+
+    asked: list[Any] = []
+    settings = {"tank_pressure_pa": 4e5, "bullet_mass_kg": 0.5, "tip_material": "steel", "tip_radius_m": 0.045,
+                "anvil_material": "none", "insulator": "none", "impact_position": "#1"}  # fmt: skip
+    row = {"settings": settings, "probability_within": 0.25, "probability_95_percent_within": 0.5,
+           "worst_margin_db": -1.0, "worst_frequency_hz": 100.0, "outside_domain": [], "expected_m_s2": [300.0, 1e4],
+           "lower_m_s2": [200.0, 8e3], "upper_m_s2": [400.0, 2e4]}  # fmt: skip
+
+    def session_of(store: Any, db: str, ask: Any) -> Any:
+        asked.append(ask)
+        lines = np.array([100.0, 1e4])
+        goal = SimpleNamespace(frequency_hz=lines, level_db=np.array([50.0, 80.0]), lower_db=np.array([6.0, 6.0]),
+                               upper_db=np.array([6.0, 6.0]))  # fmt: skip
+        found = SimpleNamespace(proposals=[row], avoid=[])
+
+        def search(step: Step) -> Any:
+            step(1, 1, "found")
+            return found
+
+        return SimpleNamespace(goal=goal, notes=("a note",), run=search)
+
+    monkeypatch.setattr("pyroshock.app.web.tuning.session_of", session_of)
+    monkeypatch.setattr("pyroshock.app.web.tuning.proposal_json", lambda each, rank: {"rank": rank, **each})
+    before = filled.rows()
+    sent = {"specification": ("spec.csv", SPECIFICATION.encode(), "text/csv")}
+    job = done(filled, post(filled.client, "/tune", {"tolerance": "3dB", "contact": "hertz"}, files=sent))
+    assert (asked[0].request.contact, len(asked[0].target.lines())) == ("hertz", len(asked[0].request.frequency_hz))
+    page = filled.client.get(job["address"])
+    assert page.status_code == 200
+    assert "/twin?contact=hertz&amp;tank_pressure_pa=400000.0" in page.text
+    assert filled.rows() == before
+
+
+def test_a_job_is_stopped(filled: Lab) -> None:
+    jobs: Jobs = filled.client.app.app.state.jobs  # type: ignore[attr-defined]
+
+    def work(step: Step) -> Any:
+        for i in range(10_000):
+            step(i, 10_000, "waiting")
+            time.sleep(0.005)
+
+    job = jobs.start("long", work)
+    assert 'id="job-stop"' in filled.client.get(f"/jobs/{job.key}").text
+    answer = post(filled.client, f"/jobs/{job.key}/stop")
+    assert answer.headers["location"] == f"/jobs/{job.key}"
+    assert ended(filled.client, answer)["state"] == "stopped"
+    assert 'id="job-stop"' not in filled.client.get(f"/jobs/{job.key}").text

@@ -1,0 +1,139 @@
+"""A small lab behind the window: two examples, a hammer's campaign, a dataset, two models, a plan, a kept diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from pyroshock.schema.session import Store
+    from starlette.testclient import TestClient
+
+#: A plan of four runs, cheap to make.
+FACTORS = """\
+name = "hammer"
+kind = "hammer"
+
+[[factors]]
+name = "tip_material"
+column = "tip_material"
+kind = "categorical"
+levels = ["aluminum", "delrin"]
+
+[[factors]]
+name = "tip_radius"
+column = "tip_radius_mm"
+kind = "numeric"
+unit = "mm"
+levels = [15, 30]
+"""
+GUN, HAMMER, PLAN, DATASET = "first-shots", "spring", "autumn/1", "pulses"
+#: Four recordings of five hits, one of one; five shots.
+IMPACTS, SHOTS = 21, 5
+#: What takes a screen, not a test: a job that the server's worker runs is waited for this long.
+PATIENCE_S = 90.0
+
+
+@dataclass(frozen=True)
+class Lab:
+    """A client of the window over a filled store, and the store."""
+
+    client: TestClient
+    store: Store
+    db: str
+    folder: Path
+
+    def rows(self) -> dict[str, int]:
+        """Rows per table."""
+        from pyroshock.schema.session import count_rows
+
+        return count_rows(self.store)
+
+    def added(self, before: dict[str, int]) -> dict[str, int]:
+        """What has come since `before`, apart from who wrote it."""
+        return {
+            name: count - before[name]
+            for name, count in self.rows().items()
+            if count != before[name] and name != "provenance"
+        }
+
+
+@pytest.fixture(scope="session")
+def filled_lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a filled store, lab.db, and of the registry beside it."""
+    from hammer_stores import full_campaign
+    from pyroshock.app.demo import ingest_examples
+    from pyroshock.ingest.load import ingest_folder
+    from stores import opened
+
+    folder = tmp_path_factory.mktemp("window")
+    with pytest.MonkeyPatch.context() as patch, opened(f"sqlite:///{folder}/lab.db", create=True) as store:
+        patch.delenv("MLFLOW_TRACKING_URI", raising=False)
+        ingest_folder(store, full_campaign(folder / "campaigns" / HAMMER), jobs=1)
+        ingest_examples(store)
+        _train(store, folder, patch)
+        _plan_and_diagnose(store)
+    return folder
+
+
+def _train(store: Store, folder: Path, patch: pytest.MonkeyPatch) -> None:
+    from pyroshock.app.training import ground_of
+    from pyroshock.dataset.snapshot import build_snapshot
+    from pyroshock.training.session import train
+    from registries import fresh_registry, without_figures
+
+    without_figures(patch)
+    build_snapshot(store, DATASET, [HAMMER])
+    registry = fresh_registry(folder)
+    ground = ground_of(store, DATASET, registry, 0, "reduced")
+    train(registry, ground, ["linear", "tree"], ["repetitions"])
+
+
+def _plan_and_diagnose(store: Store) -> None:
+    import verdicts
+    from pyroshock.app.diagnosing import keep
+    from pyroshock.app.planning import make_plan
+
+    make_plan(store, "factorial", PLAN, kind="hammer", factors=FACTORS, repetitions=2, seed=1)
+    keep(store, verdicts.verdict(campaign=GUN))
+
+
+@pytest.fixture(scope="module")
+def quick_plates() -> Iterator[None]:
+    """A plate of two modes in closed form: a solved one takes ten seconds."""
+    from pyroshock.app import twins
+    from twin_parts import ringing_plate
+
+    def solved(drawing: Any, material: Any, highest_hz: float, folder: Path) -> Any:
+        plate, points = ringing_plate(), tuple(drawing.impact_points)[:2]
+        shapes = plate.shape_impact[: len(points)]
+        return replace(plate, impact_points=points, shape_impact=shapes, sensors=tuple(drawing.sensors))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("MLFLOW_TRACKING_URI", raising=False)
+        patch.setattr(twins, "solved", solved)
+        yield
+
+
+@pytest.fixture(scope="module")
+def filled(filled_lab: Path, quick_plates: None) -> Iterator[Lab]:
+    """The window over the filled store; who writes counts rows before and after, for others have written, too."""
+    from web_client import sqlite, window
+
+    db = sqlite(filled_lab)
+    with window(db, folders=(filled_lab / "campaigns",)) as (client, store):
+        yield Lab(client, store, db, filled_lab)
+
+
+@pytest.fixture(scope="module")
+def empty(tmp_path_factory: pytest.TempPathFactory, quick_plates: None) -> Iterator[Lab]:
+    """The window over a store of nothing."""
+    from web_client import sqlite, window
+
+    folder = tmp_path_factory.mktemp("empty")
+    with window(sqlite(folder), folders=(folder,)) as (client, store):
+        yield Lab(client, store, sqlite(folder), folder)
