@@ -170,5 +170,5 @@ def _number_or_text(cell: str) -> float | int | str:
     try:
         number = parse_number(cell)
     except ValueError:
-        return cell
+        return "".join(sign for sign in cell if sign.isprintable() or sign in "\n\t")  # XML holds no others
     return int(number) if number.is_integer() else number
