@@ -12,7 +12,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_ROOT_USER_ACTION := ignore
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow bench bench-models bench-tuning blind-check check format format-check lint types imports clean
+.PHONY: help demo test test-slow test-browser screenshots bench bench-models bench-tuning blind-check check format format-check lint types imports clean
 
 help: ## list these commands
 	@grep -hE '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)/make \1	\2/' | expand -t 18
@@ -25,6 +25,14 @@ test: .venv/.pyroshock-test ## the default tests: no slow ones, no benchmarks
 
 test-slow: .venv/.pyroshock-test ## the slow tests
 	@$(PYTEST) -m "slow and not bench"
+
+BROWSER := $(wildcard tests/app/web/test_browser_*.py)
+
+test-browser: .venv/.pyroshock-test ## every page in headless Chromium (apt-get install chromium)
+	@$(PYTEST) -m slow $(BROWSER)
+
+screenshots: .venv/.pyroshock-test ## the same, and the pages' pictures in docs/images made anew
+	@PYROSHOCK_SCREENSHOTS=docs/images $(PYTEST) -m slow $(filter-out %_pages.py,$(BROWSER))
 
 bench: .venv/.pyroshock-test ## measurements against peers
 	@$(PYTEST) -m bench --timeout=0 tests $(wildcard benchmarks)

@@ -11,7 +11,7 @@ from ....twin.prediction import Prediction
 from .base import COLOURS, Figure, Trace, band, figure, line
 
 #: Points of an acceleration on the screen, and how much of it is shown.
-_POINTS, _UNTIL_S = 600, 0.01
+_POINTS, _UNTIL_S = 400, 0.01
 
 
 def force_figure(prediction: Prediction) -> Figure:

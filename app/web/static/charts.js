@@ -1,7 +1,8 @@
 // Draws every [data-figure] from the JSON beside it, in the colours of the page, and anew when those change.
 "use strict";
 const pyroshock = (() => {
-  const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const style = getComputedStyle(document.documentElement);
+  const colour = (name) => style.getPropertyValue(name).trim();
   // Colours in our figures are names of the page's: "c0", "quiet"; "c0/0.2" is one that lets through.
   const resolved = (value) => {
     if (Array.isArray(value)) return value.map(resolved);
@@ -20,17 +21,21 @@ const pyroshock = (() => {
       [key, /color$/.test(key) ? resolved(value) : coloured(value)]));
   };
   const themed = (layout) => {
-    const axis = { gridcolor: "rule", zerolinecolor: "rule", linecolor: "quiet", automargin: true };
+    // Only words may need more than the usual margin: measuring it takes as long as drawing.
+    const axis = (given) => ({ gridcolor: "rule", zerolinecolor: "rule", linecolor: "quiet", automargin: given.type === "category" });
     const axes = Object.fromEntries(Object.keys({ xaxis: 0, yaxis: 0, ...layout })
-      .filter((key) => /^[xy]axis\d*$/.test(key)).map((key) => [key, { ...axis, ...(layout[key] || {}) }]));
+      .filter((key) => /^[xy]axis\d*$/.test(key)).map((key) => [key, { ...axis(layout[key] || {}), ...(layout[key] || {}) }]));
     return coloured({ paper_bgcolor: "card", plot_bgcolor: "card", font: { color: "ink", size: 13, family: "system-ui, sans-serif" },
-      margin: { l: 60, r: 16, t: 16, b: 48 }, hoverlabel: { bgcolor: "card", font: { color: "ink" } },
+      margin: { l: 76, r: 16, t: 16, b: 52 }, hoverlabel: { bgcolor: "card", font: { color: "ink" } },
       legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", traceorder: "normal", maxheight: 0.9 }, hovermode: "closest", ...layout, ...axes });
   };
   // A legend of many lines takes its height from no curve.
   const spacious = (element, figure) => {
     const names = figure.data.filter((trace) => trace.showlegend !== false && trace.name).map((trace) => trace.name.length);
     if (names.length < 2 || (figure.layout || {}).showlegend === false) return;
+    const key = `${names} ${element.clientWidth}`;
+    if (element.legendOf === key) return;
+    element.legendOf = key;
     const across = Math.max(1, Math.floor((element.clientWidth - 90) / (48 + 7 * Math.max(...names))));
     element.style.minHeight = "";
     const usual = parseFloat(getComputedStyle(element).minHeight);

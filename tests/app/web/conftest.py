@@ -1,0 +1,61 @@
+"""A store as `make demo` leaves it, with what its pages need beyond, made once and copied for each file of tests."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from browsers import Lab, browser, chromium, served
+from pyroshock.app.diagnosing import keep
+from stores import opened, pyroshock
+from verdicts import verdict
+
+__all__ = ["browser", "demo_store", "lab"]
+
+#: As `pyroshock demo` names them.
+DEMO_DB = "demo.db"
+
+
+def _done(*words: str | Path) -> None:
+    result = pyroshock(*words)
+    assert result.exit_code == 0, result.stderr
+
+
+@pytest.fixture(scope="session")
+def demo_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of `make demo`, and in its store: two models of the rehearsal's pulses, and a diagnosis.
+
+    The plates of the virtual bench have few modes, as in the demo's own tests: solving for all takes half a minute.
+    """
+    chromium()
+
+    from pyroshock.training import fitting
+    from pyroshock.virtualbench.campaigns import plates
+
+    out = tmp_path_factory.mktemp("demo") / "results"
+    url = f"sqlite:///{out / DEMO_DB}"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plates, "MAX_FREQUENCY_HZ", 500.0)
+        patch.setattr(fitting, "_figures", lambda *_: {})
+        patch.setattr("pyroshock.training.session.summary_figures", lambda *_: {})
+        patch.delenv("MLFLOW_TRACKING_URI", raising=False)
+        _done("demo", "--out", out)
+        _done("dataset", "build", "guns", "--from", "rehearsal", "--db", url)
+        _done("train", "guns", "--models", "linear,hann", "--split", "configurations", "--db", url)
+    with opened(url) as store:
+        keep(store, verdict(campaign="first-shots"))
+    return out
+
+
+@pytest.fixture(scope="module")
+def lab(demo_store: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
+    """A server over a copy of that store, which the tests of one file share and may write to."""
+    folder = tmp_path_factory.mktemp("lab")
+    shutil.copytree(demo_store, folder, dirs_exist_ok=True)
+    (folder / "campaigns").mkdir()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("MLFLOW_TRACKING_URI", raising=False)
+        with served(f"sqlite:///{folder / DEMO_DB}", folder / "campaigns") as window:
+            yield window

@@ -1,0 +1,119 @@
+"""In a browser: an impact's record to the last sample, and its pulse cut anew."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from browsers import Lab, at, drawn, page_of, screenshot, wait_drawn
+from pyroshock.app.demo import HIT
+from pyroshock.schema.campaigns import Campaign
+from pyroshock.schema.impacts import Impact, Pulse
+from pyroshock.schema.recordings import RecordedChannel
+from pyroshock.schema.series import layout_of, read_slice
+from sqlalchemy import select
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
+
+SHOWN = "key => document.querySelector(`[data-channel='${key}']`)"
+
+
+def hit(lab: Lab) -> int:
+    with lab.reading() as session:
+        query = select(Impact.id).join(Campaign, Impact.campaign_id == Campaign.id).where(Campaign.name == HIT)
+        return session.scalars(query).one()
+
+
+def versions(lab: Lab, impact: int) -> list[tuple[bool, float]]:
+    """Each pulse of an impact: whether it is in use, and the threshold it was cut with."""
+    with lab.reading() as session:
+        pulses = session.scalars(select(Pulse).where(Pulse.impact_id == impact).order_by(Pulse.id))
+        return [(pulse.current, pulse.settings.settings["threshold"]) for pulse in pulses]
+
+
+def test_zooming_fetches_every_sample_as_it_is_stored(browser, lab):
+    impact = hit(lab)
+    with lab.reading() as session:
+        recording = session.get_one(Impact, impact).recording_id
+        long = select(RecordedChannel).where(
+            RecordedChannel.recording_id == recording, RecordedChannel.samples > 50_000
+        )
+        channel = session.scalars(long.order_by(RecordedChannel.name)).first()
+        stored = read_slice(session.connection(), channel.id, layout_of(channel), 0, channel.samples)
+        key, begin, rate = channel.id, channel.start_s, channel.sampling_rate_hz
+    with page_of(browser, lab) as page:
+        at(page, f"/impacts/{impact}")
+        page.wait_for_selector(f"[data-channel='{key}'][data-zoomable=yes]")
+        assert len(drawn(page, f"channel-{key}")[0]["x"]) <= 2000 < stored.size
+        area = page.locator(f"[data-channel='{key}'] .nsewdrag").first
+        area.scroll_into_view_if_needed()
+        box = area.bounding_box()
+        y = box["y"] + box["height"] / 2
+        page.mouse.move(box["x"] + 2, y)
+        page.mouse.down()
+        page.mouse.move(box["x"] + 12, y, steps=4)
+        page.mouse.move(box["x"] + 22, y, steps=4)
+        page.mouse.up()
+        page.wait_for_selector(f"[data-channel='{key}'][data-exact=true]")
+        window = page.evaluate(f"key => ({SHOWN})(key).layout.xaxis.range", key)
+        (trace,) = drawn(page, f"channel-{key}")
+        assert "Every sample is shown" in page.inner_text(f"#channel-{key} .shown")
+        page.evaluate(f"key => Plotly.relayout(({SHOWN})(key), {{'xaxis.autorange': true}})", key)
+        page.wait_for_selector(f"[data-channel='{key}'][data-exact=false]")
+    time_s = begin + np.arange(stored.size) / rate
+    inside = (time_s * 1e3 >= window[0] - 1e-9) & (time_s * 1e3 <= window[1] + 1e-9)
+    assert 100 < inside.sum() < 2001
+    np.testing.assert_allclose(trace["x"], time_s[inside] * 1e3, rtol=0, atol=1e-9)
+    with lab.reading() as session:
+        row = session.get_one(RecordedChannel, key)
+        from pyroshock.app.signals import channel_window
+
+        exact = channel_window(session, row.id, points=200_000).values
+    np.testing.assert_array_equal(trace["y"], exact[inside])
+
+
+def test_preview_stores_nothing_and_storing_it_makes_the_version_in_use(browser, lab):
+    impact = hit(lab)
+    before = versions(lab, impact)
+    with page_of(browser, lab) as page:
+        at(page, f"/impacts/{impact}")
+        page.fill("#threshold", "0.05")
+        page.press("#threshold", "Enter")
+        page.wait_for_selector("#preview")
+        wait_drawn(page)
+        assert [t["name"] for t in drawn(page, "segmentation") if t["mode"] == "lines"][-1] == "preview"
+        told = page.inner_text("[data-figure-key=contact_time_s]")
+        assert versions(lab, impact) == before
+        screenshot(page, "impact", 1150)
+        page.click("#store-extraction button")
+        wait_drawn(page)
+        assert page.locator("#preview").count() == 0
+        rows = page.locator("#versions tbody tr").all_inner_texts()
+    after = versions(lab, impact)
+    assert after == [(False, threshold) for _, threshold in before] + [(True, 0.05)]
+    assert len(rows) == len(after) and told in rows[-1].split()
+
+
+def test_preview_left_alone_keeps_the_version_in_use(browser, lab):
+    impact = hit(lab)
+    before = versions(lab, impact)
+    with page_of(browser, lab) as page:
+        at(page, f"/impacts/{impact}?preview=true&threshold=0.2")
+        page.click("text=Leave it as it is")
+        wait_drawn(page)
+        assert page.locator("#preview").count() == 0
+    assert versions(lab, impact) == before
+
+
+def test_conditions_narrow_the_list_as_the_api_does(browser, lab):
+    from browsers import asked
+
+    with page_of(browser, lab) as page:
+        at(page, "/impacts")
+        every = page.locator("#rows tbody tr").count()
+        page.fill("#where-1", "tip_material=steel")
+        page.press("#where-1", "Enter")
+        page.wait_for_url("**where=*")
+        few = [int(each) for each in page.locator("#rows tbody tr td:first-child a").all_inner_texts()]
+        found = asked(page, "/api/impacts?where=tip_material%3Dsteel")
+        assert few == [each["id"] for each in found]
+        assert 0 < len(few) < every

@@ -1,0 +1,67 @@
+"""In a browser: models side by side, and one promoted or refused with its reason."""
+
+from __future__ import annotations
+
+import pytest
+from browsers import Lab, asked, at, drawn, page_of, screenshot
+from pyroshock.app.training import registry_of
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
+
+
+def in_use(lab: Lab) -> list[str]:
+    return [each.label for each in registry_of(lab.db).versions() if each.champion_of]
+
+
+def test_two_models_are_compared_on_pulses_in_common(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/models")
+        for label in ("linear@1", "hann@1"):
+            page.check(f"[aria-label='Compare {label}']")
+        screenshot(page, "models", 900)
+        page.click("#compare-chosen")
+        page.wait_for_selector("#side-by-side")
+        heads = page.locator("#side-by-side thead a").all_inner_texts()
+        assert sorted(heads) == ["hann@1", "linear@1"]
+        found = {each["label"]: each for each in asked(page, "/api/models")}
+        assert page.locator("#side-by-side tbody tr").count() == len(found["linear@1"]["metrics"])
+        verdicts = page.locator("#differences tbody tr td:last-child").all_inner_texts()
+        assert len(verdicts) == len(found["linear@1"]["metrics"]) and all(verdicts)
+        (bars,) = [trace for trace in drawn(page, "errors-1") if trace["type"] == "bar"]
+        means = {label.split(" ")[0]: value for label, value in zip(bars["x"], bars["y"], strict=True)}
+        assert means == pytest.approx({label: found[label]["metrics"]["force_nrmse"]["mean"] for label in heads})
+
+
+def test_better_one_is_promoted_and_worse_one_refused_with_their_reasons(browser, lab):
+    costs = {each.label: each.metrics["cost"].mean for each in registry_of(lab.db).versions()}
+    better, worse = sorted(costs, key=costs.__getitem__)
+    assert in_use(lab) == []
+    with page_of(browser, lab) as page:
+        at(page, f"/models/{better.replace('@', '/')}")
+        page.fill("#reason", "the best of the <b>rehearsal</b>")
+        page.press("#reason", "Enter")
+        page.wait_for_selector("#decision")
+        assert page.inner_text("#decision").startswith("Promoted")
+        assert page.locator("#in-use").count() == 1
+        assert in_use(lab) == [better]
+        at(page, f"/models/{worse.replace('@', '/')}")
+        page.fill("#reason", "for a try")
+        page.click("#promote button")
+        page.wait_for_selector("#decision")
+        assert page.inner_text("#decision").startswith("Refused")
+        assert in_use(lab) == [better]
+        at(page, "/models")
+        kept = page.locator("#promotions tbody tr").all_inner_texts()
+    told = [(each.candidate, each.promoted, each.reason) for each in registry_of(lab.db).decisions()]
+    assert [each[:2] for each in told] == [(worse, False), (better, True)]  # the newest first
+    assert "the best of the <b>rehearsal</b>" in told[1][2] and "the best of the <b>rehearsal</b>" in kept[-1]
+    assert "refused" in kept[0] and "for a try" in kept[0]
+
+
+def test_predicted_lies_over_measured_with_the_coverage(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, "/models/linear/1")
+        shown = [trace for trace in drawn(page, "against-1") if trace["mode"] == "markers"]
+        pulses = int(page.inner_text("#against-1 figcaption").split(" held-out")[0].split()[-1])
+        assert sum(len(trace["x"]) for trace in shown) == pulses > 0
+        assert {"force", "contact time"} <= {trace["name"] for trace in drawn(page, "coverage")}
