@@ -223,7 +223,7 @@ class Twin:
         """Measured accelerations (n, sensors, samples), each of its own plate."""
         if not sensors:
             return np.zeros((len(settings), 0, self.samples))
-        force = sampled(pulses, self._step_s)[:, : self.samples]
+        force = sampled(pulses, self._step_s, self.samples)
         keys = [(s.plate.name, s.impact_position, int(m)) for s, m in zip(settings, member, strict=True)]
         out = np.empty((len(settings), len(sensors), self.samples))
         for key in dict.fromkeys(keys):

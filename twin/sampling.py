@@ -10,20 +10,24 @@ import numpy as np
 from .strikes import Floats, Pulses
 
 
-def sampled(pulses: Pulses, step_s: float) -> Floats:
+def sampled(pulses: Pulses, step_s: float, most: int | None = None) -> Floats:
     """Forces (n, p) every `step_s` from the beginning of contact, the first and the last 0, straight between phases.
 
-    Each keeps the impulse of its pulse: samples of a short one are scaled, by (step / contact time)^2 or so.
+    Each keeps the impulse of its pulse: samples of a short one are scaled, by (step / contact time)^2 or so. No more
+    than `most` samples are made, and a pulse that goes on beyond them, which has very many, is not scaled.
     """
     longest = float(pulses.contact_time_s.max())
-    time = np.arange(math.ceil(longest / step_s) + 2) * step_s
+    samples = math.ceil(longest / step_s) + 2
+    time = np.arange(samples if most is None else min(samples, most)) * step_s
     last = pulses.force_n.shape[1] - 1
     position = np.minimum(time / pulses.contact_time_s[:, None], 1.0) * last
     left = np.minimum(position.astype(np.intp), last - 1)
     rows = np.arange(len(left))[:, None]
     before, after = pulses.force_n[rows, left], pulses.force_n[rows, left + 1]
     force = before + (position - left) * (after - before)
-    return np.asarray(force * _scale(force.sum(axis=1) * step_s, pulses.impulse_n_s)[:, None])
+    scale = _scale(force.sum(axis=1) * step_s, pulses.impulse_n_s)
+    scale[pulses.contact_time_s > time[-1]] = 1.0
+    return np.asarray(force * scale[:, None])
 
 
 def _scale(sampled_n_s: Floats, impulse_n_s: Floats) -> Floats:

@@ -281,3 +281,20 @@ def test_twin_goes_between_processes():
     model = twin()
     again = pickle.loads(pickle.dumps(model))
     np.testing.assert_array_equal(again.spectra([setting()]), model.spectra([setting()]))
+
+
+def test_samples_beyond_those_that_are_asked_for_are_not_made():
+    phases = np.sin(np.linspace(0, np.pi, 101))
+    times = np.array([1e-3, 0.05, 2.0])
+    pulses = Pulses(times, np.tile(phases, (3, 1)), times / 2)
+    some, all_of_them = sampled(pulses, 1e-5, 2000), sampled(pulses, 1e-5)
+    assert some.shape == (3, 2000)
+    assert all_of_them.shape[1] > 100 * 2000 / 2
+    np.testing.assert_allclose(some, all_of_them[:, :2000], rtol=1e-6)
+    # those that end within keep their impulse, to rounding
+    np.testing.assert_allclose(some[0].sum() * 1e-5, pulses.impulse_n_s[0], rtol=1e-12)
+
+
+def test_a_contact_of_hours_costs_no_more_than_one_that_fills_the_record():
+    pulses = Pulses(np.array([1e-3, 1e4]), np.ones((2, 11)), np.array([5e-4, 5e3]))
+    assert sampled(pulses, 1e-6, 1000).shape == (2, 1000)
