@@ -20,8 +20,11 @@ help: ## list these commands
 demo: .venv/.pyroshock-run ## the product from end to end, in a few minutes
 	@$(BIN)/pyroshock demo
 
-test: .venv/.pyroshock-test ## the default tests: no slow ones, no benchmarks
-	@$(PYTEST) -m "not slow and not bench"
+# A file's tests share what they set up, hence a file is one worker's.
+WORKERS ?= 2
+
+test: .venv/.pyroshock-test ## the default tests: no slow ones, no benchmarks; WORKERS at a time
+	@$(PYTEST) -m "not slow and not bench" -n $(WORKERS) --dist loadfile
 
 test-slow: .venv/.pyroshock-test ## the slow tests
 	@$(PYTEST) -m "slow and not bench"
