@@ -85,6 +85,7 @@ def demo(out: Path, db: str | None, json_to: str | None) -> None:
     click.echo(f"\nThe results are here:\n  {files}\n  store: {url}")
     command = "pyroshock" if shutil.which("pyroshock") else sys.argv[0]
     click.echo(f"Look around:\n  {command} impacts --db {url}\n  {command} shots --db {url}")
+    click.echo(f"As pages, with pyroshock[web]:\n  {command} serve --db {url} --open")
 
 
 def _rehearse(store: Store, out: Path) -> dict[str, Any]:
