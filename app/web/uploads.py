@@ -72,6 +72,7 @@ def _unzipped(content: IO[bytes], target: Path, most_bytes: int) -> None:
             for path, member in zip(paths, members, strict=True):
                 with archive.open(member) as packed_file:
                     left = _copied(packed_file, target / path, left)
+    # zipfile: another compression, a password, an archive that breaks off.
     except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
         raise UploadError(f"the ZIP cannot be read: {error}") from error
 
