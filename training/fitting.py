@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from ..compute.crew import HERE, Crew
 from ..dataset.domain import Domain
 from ..dataset.splits import split_of
 from ..dataset.table import PulseTable
@@ -16,7 +18,6 @@ from .models.pack import pack, unpack
 from .records import Cost, DatasetName, HeldOut, Trained
 from .resources import metered
 from .tasks import Task, rng_of
-from .time_search import shared_time_settings
 from .zoo import Budget, Making, entry_of
 
 
@@ -46,18 +47,21 @@ def task_of(model: str, split: str, ground: Ground) -> Task:
     return Task(model, settings, ground.dataset.hash, split, ground.seed)
 
 
-def fitted(task: Task, ground: Ground, tell: Callable[[str], None] | None = None) -> Trained:
+def fitted(
+    task: Task,
+    ground: Ground,
+    tuned: Mapping[str, Any] | None = None,
+    tell: Callable[[str], None] | None = None,
+    crew: Crew = HERE,
+) -> Trained:
     """Train and judge. What was fitted is packed and unpacked before it is judged: the figures are of what is stored.
 
-    Raises `ValueError` where the model cannot learn from this dataset.
+    `tuned` are the contact-time process's settings where they were found already; `crew` does what a model's own
+    search tries, and `tell` hears of it. Raises `ValueError` where the model cannot learn from this dataset.
     """
     split = split_of(ground.table, task.split, task.seed)
     training, held_out = ground.table.take(split.train), ground.table.take(split.test)
-    entry, journal = entry_of(task.model), journal_of(task, ground)
-    tuned = None
-    if entry.shares_time:
-        tuned = shared_time_settings(training, task.dataset_hash, task.split, task.seed, ground.work)
-    model = entry.make(Making(ground.budget, tuned, journal, tell))
+    model = entry_of(task.model).make(Making(ground.budget, tuned, journal_of(task, ground), tell, crew))
     with metered() as meter:
         model.fit(training, task.rng)
     packed = pack(model)
@@ -77,10 +81,16 @@ def fitted(task: Task, ground: Ground, tell: Callable[[str], None] | None = None
     )
 
 
-def attempted(task: Task, ground: Ground, tell: Callable[[str], None] | None = None) -> Trained | Failure:
+def attempted(
+    task: Task,
+    ground: Ground,
+    tuned: Mapping[str, Any] | None = None,
+    tell: Callable[[str], None] | None = None,
+    crew: Crew = HERE,
+) -> Trained | Failure:
     """`fitted`, where a model that cannot learn from this dataset is no reason to stop."""
     try:
-        return fitted(task, ground, tell)
+        return fitted(task, ground, tuned, tell, crew)
     except ValueError as error:
         return Failure(task.model, task.split, str(error))
 

@@ -1,82 +1,90 @@
-"""What comes of trainings, one after the other or in processes of their own."""
+"""What comes of trainings: here, in processes of their own, or on a cluster."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context, parent_process
-from threading import Thread
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
+from ..compute.crew import Crew
+from ..compute.mapping import mapped
+from ..compute.threads import one_thread
+from .errands import Errand, Outcome, TimeSearch, Training, done, lost
 from .fitting import Failure, Ground, attempted
-from .records import Trained
 from .tasks import Task
+from .time_search import TimeSettings, keep_time, kept_time
+from .zoo import entry_of
 
-Outcome = Trained | Failure
 Step = Callable[[int, int, str], None]
+Tell = Callable[[str], None]
+#: Of each split: what its models share, or why there is none.
+Times = dict[str, TimeSettings | Failure]
 
 
 def outcomes(
-    tasks: Sequence[Task], ground: Ground, jobs: int, step: Step, tell: Callable[[str], None]
+    tasks: Sequence[Task], ground: Ground, crew: Crew, step: Step, tell: Tell
 ) -> Iterator[tuple[Task, Outcome]]:
-    """Each task with what came of it, as it is finished. Raises `ValueError` where a process was killed."""
-    if jobs == 1:
-        for done, task in enumerate(tasks):
-            step(done, len(tasks), f"{task.model}, {task.split}")
-            yield task, attempted(task, ground, tell)
-    elif tasks:
-        yield from _at_once(tasks, ground, jobs, step)
-    step(len(tasks), len(tasks), "")
+    """Each task with what came of it, as it is finished. What a training comes to does not depend on the crew."""
+    left = {task.key: task for task in tasks}
+
+    def show() -> None:
+        under_way = ", ".join(f"{task.model} ({task.split})" for task in list(left.values())[: crew.jobs])
+        step(len(tasks) - len(left), len(tasks), under_way)
+
+    show()
+    for task, outcome in _outcomes(tasks, ground, crew, tell):
+        del left[task.key]
+        yield task, outcome
+        show()
 
 
-def _at_once(tasks: Sequence[Task], ground: Ground, jobs: int, step: Step) -> Iterator[tuple[Task, Outcome]]:
-    context = get_context("spawn")  # a fork would inherit locks of torch's and MLflow's threads
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin, initargs=(ground,)) as pool:
-        running: dict[Future[Outcome], Task] = {pool.submit(_outcome, task): task for task in tasks}
-        try:
-            while running:
-                done = len(tasks) - len(running)
-                step(done, len(tasks), ", ".join(task.model for task in list(running.values())[:jobs]))
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    yield running.pop(future), future.result()
-        except BrokenProcessPool as error:
-            raise ValueError("a training process was killed, for memory perhaps; repeat with --jobs 1") from error
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)
+def _outcomes(tasks: Sequence[Task], ground: Ground, crew: Crew, tell: Tell) -> Iterator[tuple[Task, Outcome]]:
+    """First what stands alone, and the searches that others wait for; then the others.
+
+    Models that search are last and are fitted in this process, which keeps their journals: the crew tries their
+    candidates.
+    """
+    sharing = [task for task in tasks if entry_of(task.model).shares_time]
+    alone = [Training(task) for task in tasks if task not in sharing]
+    times: Times = {}
+    yield from _first(alone, dict.fromkeys(task.split for task in sharing), times, ground, crew)
+    ready = list[Training]()
+    for task in sharing:
+        found = times[task.split]
+        if isinstance(found, Failure):
+            yield task, Failure(task.model, task.split, found.reason)
+        else:
+            ready.append(Training(task, found.tuned))
+    searching = [training for training in ready if entry_of(training.task.model).searches]
+    yield from _sent([training for training in ready if training not in searching], ground, crew)
+    for training in searching:
+        with one_thread():
+            outcome = attempted(training.task, ground, training.tuned, tell, crew)
+        yield training.task, outcome
 
 
-_ground: Ground | None = None
+def _first(
+    alone: Sequence[Training], splits: Iterable[str], times: Times, ground: Ground, crew: Crew
+) -> Iterator[tuple[Task, Outcome]]:
+    """Trainings that need nothing; on the way `times` of the splits, where they were not found earlier."""
+    searches = list[TimeSearch]()
+    for split in splits:
+        if (kept := kept_time(split, ground)) is None:
+            searches.append(TimeSearch(split))
+        else:
+            times[split] = kept
+    # The dear ones first where there are others to work meanwhile, and last where the first results would wait.
+    errands: list[Errand] = [*alone, *searches] if crew.is_here else [*searches, *alone]
+    for errand, result in mapped(crew, done, errands, shared=(ground,), lost=lost):
+        if isinstance(errand, Training):
+            assert not isinstance(result, TimeSettings)
+            yield errand.task, result
+        else:
+            assert isinstance(result, TimeSettings | Failure)
+            times[errand.split] = result
+            if isinstance(result, TimeSettings):
+                keep_time(result, errand.split, ground)
 
 
-def _begin(ground: Ground) -> None:
-    """What every process of the pool keeps: the dataset; and one thread, for the pool has all cores at work."""
-    global _ground
-    _ground = ground
-    _end_with_parent()
-    _use_one_thread()
-
-
-def _use_one_thread() -> None:
-    import scipy.linalg  # noqa: F401 - brings a BLAS of its own, which is limited only where it is loaded
-    from threadpoolctl import threadpool_limits
-
-    os.environ["OMP_NUM_THREADS"] = "1"  # of libraries that are loaded later
-    threadpool_limits(limits=1)
-
-
-def _end_with_parent() -> None:
-    """A killed parent cannot tell its pool to stop, and nobody would take what it still trains."""
-    parent = parent_process()
-    if parent is not None:
-        Thread(target=_wait_and_exit, args=(parent.join,), daemon=True).start()
-
-
-def _wait_and_exit(wait_for: Callable[[], None]) -> None:
-    wait_for()
-    os._exit(1)
-
-
-def _outcome(task: Task) -> Outcome:
-    assert _ground is not None
-    return attempted(task, _ground)
+def _sent(trainings: Sequence[Training], ground: Ground, crew: Crew) -> Iterator[tuple[Task, Outcome]]:
+    for training, outcome in mapped(crew, done, trainings, shared=(ground,), lost=lost):
+        assert not isinstance(outcome, TimeSettings)
+        yield training.task, outcome

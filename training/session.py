@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from ..compute.crew import HERE, Crew
 from .fitting import Failure, Ground, journal_of, task_of
 from .floors import floor_text
 from .judging import on_held_out
 from .listing import newest
-from .locks import locked
+from .locks import turn
 from .outcomes import outcomes
 from .records import Trained, Version
 from .registry.registry import Registry
 from .summary_figures import summary_figures
+from .whole import whole
 
 
 @dataclass
@@ -44,24 +46,24 @@ def train(
     splits: Sequence[str],
     *,
     retrain: bool = False,
-    jobs: int = 1,
+    crew: Crew = HERE,
     progress: Progress = Progress(),
 ) -> Session:
     """Train every model on every split, and register each as soon as it is finished.
 
     A training whose result is registered (same dataset, split, seed, settings and `TRAINING_VERSION`) is not done
     again, unless `retrain`; so what was interrupted goes on by being started again. Another process that trains on the
-    same dataset is waited for. `jobs` processes train at once, each with one thread of linear algebra.
+    same dataset is waited for. The `crew` trains; this process registers, alone.
     """
     tasks = [task_of(model, split, ground) for split in splits for model in models]
-    lock = ground.work / f"{ground.dataset.hash[:16]}.lock"
-    with locked(lock, lambda: progress.tell("another process trains on this dataset; waiting for it")):
-        found = {} if retrain else {version.task_key: version for version in reversed(registry.versions())}
+    what = f"training {ground.dataset.hash[:16]}"
+    with turn(registry.place, what, lambda: progress.tell("another process trains on this dataset; waiting for it")):
+        found = {} if retrain else _found(registry, {task.key for task in tasks}, progress.tell)
         to_do = [task for task in tasks if task.key not in found]
         session = Session()
         summed_up = registry.floors(ground.dataset.hash, ground.seed).keys() >= set(splits)
         run = None if summed_up and not to_do else registry.open_session(ground.dataset, ground.seed)
-        for task, outcome in outcomes(to_do, ground, jobs, progress.step, progress.tell):
+        for task, outcome in outcomes(to_do, ground, crew, progress.step, progress.tell):
             if isinstance(outcome, Failure):
                 session.failures.append(outcome)
                 progress.tell(f"{task.model} not trained on {task.split}: {outcome.reason}")
@@ -74,6 +76,12 @@ def train(
         if run is not None:
             _sum_up(registry, ground, run, splits)
     return session
+
+
+def _found(registry: Registry, keys: set[str], tell: Callable[[str], None]) -> dict[str, Version]:
+    """The newest version of each of these trainings; one whose files are damaged is trained anew."""
+    wanted = [version for version in reversed(registry.versions()) if version.task_key in keys]
+    return {version.task_key: version for version in whole(registry, wanted, tell)}
 
 
 def _told(trained: Trained) -> str:
@@ -90,6 +98,7 @@ def _sum_up(registry: Registry, ground: Ground, run: str, splits: Sequence[str])
         for version in registry.versions()
         if (version.dataset.hash, version.seed) == (ground.dataset.hash, ground.seed)
     )
+    known = whole(registry, known)
     for split in splits:
         of_split = {version.name: version for version in reversed(known) if version.split == split}
         if of_split:

@@ -5,28 +5,50 @@ from __future__ import annotations
 import json
 import os
 import time
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..dataset.splits import split_of
 from ..dataset.table import PulseTable
-from .locks import locked
+from .fitting import Ground
 from .tasks import TRAINING_VERSION, rng_of
 
 
-def shared_time_settings(pulses: PulseTable, dataset_hash: str, split: str, seed: int, work: Path) -> dict[str, Any]:
-    """Settings found for the contact time of these training pulses, from `work` where they were found before."""
-    file = work / f"contact-time-{dataset_hash[:16]}-{split.replace('/', '_')}-{seed}-v{TRAINING_VERSION}.json"
-    with locked(file.with_suffix(".lock")):  # of two processes that want it, one searches
-        try:
-            found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))["tuned"]
-            return found
-        except (OSError, ValueError, KeyError):
-            pass  # not there, or not what we write
-        tuned, seconds = _searched(pulses, rng_of("contact-time", dataset_hash, split, seed))
-        replace_text(file, json.dumps({"tuned": tuned, "seconds": seconds}))
-    return tuned
+@dataclass(frozen=True)
+class TimeSettings:
+    """What was found for the contact time of a split's training pulses, and how long it took."""
+
+    tuned: Mapping[str, Any]
+    seconds: float
+
+
+def searched_time(split: str, ground: Ground) -> TimeSettings:
+    """Raises `ValueError` where nothing can be learned from the split."""
+    training = ground.table.take(split_of(ground.table, split, ground.seed).train)
+    tuned, seconds = _searched(training, rng_of("contact-time", ground.dataset.hash, split, ground.seed))
+    return TimeSettings(tuned, seconds)
+
+
+def kept_time(split: str, ground: Ground) -> TimeSettings | None:
+    """What was found earlier."""
+    try:
+        return TimeSettings(**json.loads(_file(split, ground).read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return None  # not there, or not what we write
+
+
+def keep_time(found: TimeSettings, split: str, ground: Ground) -> None:
+    """For the next training on this split."""
+    replace_text(_file(split, ground), json.dumps({"tuned": dict(found.tuned), "seconds": found.seconds}))
+
+
+def _file(split: str, ground: Ground) -> Path:
+    of = f"{ground.dataset.hash[:16]}-{split.replace('/', '_')}-{ground.seed}-v{TRAINING_VERSION}"
+    return ground.work / f"contact-time-{of}.json"
 
 
 def _searched(pulses: PulseTable, rng: np.random.Generator) -> tuple[dict[str, Any], float]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from ..compute.crew import HERE, Crew
 from .estimators.base import Estimator
 from .models.base import ContactModel
 
@@ -19,21 +20,27 @@ class Making:
     """What may differ from training to training. `budget` is the genetic search's.
 
     `tuned_time` are settings of the contact-time process that were found already; None lets the model search.
-    `journal` is where a search keeps what it has done, and `tell` hears of it: neither changes a model.
+    `journal` is where a search keeps what it has done, `tell` hears of it, and `crew` does it: none changes a model.
     """
 
     budget: Budget = "reduced"
     tuned_time: Mapping[str, Any] | None = None
     journal: Path | None = None
     tell: Callable[[str], None] | None = None
+    crew: Crew = HERE
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A model of the zoo. `shares_time` models take the contact-time process that was searched once for all."""
+    """A model of the zoo.
+
+    `shares_time` models take the contact-time process that was searched once for all. One that `searches` has a crew
+    of its own for it.
+    """
 
     make: Callable[[Making], ContactModel]
     shares_time: bool = False
+    searches: bool = False
 
 
 def entry_of(name: str) -> Entry:
@@ -72,7 +79,7 @@ def _twice(make: Callable[[], Estimator], scaling: str = "none") -> Entry:
     return Entry(model)
 
 
-def _with_time_process(make: Callable[[Making], Estimator], scaling: str = "none") -> Entry:
+def _with_time_process(make: Callable[[Making], Estimator], scaling: str = "none", searches: bool = False) -> Entry:
     """A force model beside the contact-time process of section 4.4; `scaling` as in `models.pair.SCALINGS`."""
 
     def model(making: Making) -> ContactModel:
@@ -81,7 +88,7 @@ def _with_time_process(make: Callable[[Making], Estimator], scaling: str = "none
 
         return _calibrated(Pair(make(making), ContactTimeProcess(tuned=making.tuned_time), scaling))
 
-    return Entry(model, shares_time=True)
+    return Entry(model, shares_time=True, searches=searches)
 
 
 def _network(*layers: int) -> Entry:
@@ -98,7 +105,7 @@ def _genetic(making: Making) -> Estimator:
 
     full = {"population": 50, "generations": 50} if making.budget == "full" else {}
     network = GeneticNetwork(**full)
-    network.journal, network.progress = making.journal, making.tell
+    network.journal, network.progress, network.crew = making.journal, making.tell, making.crew
     return network
 
 
@@ -202,5 +209,5 @@ ZOO: dict[str, Entry] = {
     "nn-wide": _network(100),
     "nn-bilayer": _network(10, 10),
     "nn-trilayer": _network(10, 10, 10),
-    "nn-ga": _with_time_process(_genetic),
+    "nn-ga": _with_time_process(_genetic, searches=True),
 }

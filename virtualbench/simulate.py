@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-from collections.abc import Callable, Generator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from ..compute.crew import Crew
+from ..compute.mapping import mapped
 from .campaigns.base import Bench, Row, Task, Truth
 from .campaigns.gun import set_up as set_up_gun
 from .campaigns.hammer import set_up as set_up_hammer
@@ -76,13 +75,14 @@ def simulate(
         tasks = bench.tasks(plan_rows, repetitions)
         seeds = sequence.spawn(len(tasks))
         out.mkdir(parents=True, exist_ok=True)
-        jobs = jobs or min(4, os.cpu_count() or 1)
-        truths: list[list[Truth]] = []
-        with closing(_made(bench, list(zip(tasks, seeds, strict=True)), out, suffix, min(jobs, len(tasks)))) as made:
-            for task, truth in zip(tasks, made, strict=True):
-                truths.append(truth)
+        crew = Crew(jobs=min(jobs or min(4, os.cpu_count() or 1), len(tasks)))
+        found: dict[str, list[Truth]] = {}
+        with closing(mapped(crew, _make, zip(tasks, seeds, strict=True), shared=(bench, out, suffix))) as made:
+            for (task, _), truth in made:
+                found[task.name] = truth
                 if progress:
-                    progress(len(truths), len(tasks), _path(task, suffix))
+                    progress(len(found), len(tasks), _path(task, suffix))
+        truths = [found[task.name] for task in tasks]
         write_runs(out, [{**task.cells, "recording": _path(task, suffix)} for task in tasks])
         write_card(out, CampaignCard(name or out.name, kind, date, bench.sensors, _DESCRIPTION, bench.stages()))
         runs = [{**_key(t), "recording": _path(t, suffix), "hits": h} for t, h in zip(tasks, truths, strict=True)]
@@ -118,39 +118,8 @@ def _path(task: Task, suffix: str) -> str:
     return f"recordings/{task.name}{suffix}"
 
 
-Item = tuple[Task, np.random.SeedSequence]
-
-
-def _made(bench: Bench, items: Sequence[Item], out: Path, suffix: str, jobs: int) -> Generator[list[Truth], None, None]:
-    """The truths of the items in order, their recordings written."""
-    if jobs == 1:
-        yield from map(partial(_make, bench, out, suffix), items)
-        return
-    # from a clean server, not from this process, which may hold threads and connections
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["pyroshock.virtualbench.simulate", "scipy.signal"])
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=_keep, initargs=(bench, out, suffix)) as pool:
-        try:
-            yield from pool.map(_make_kept, items)
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-
-_kept: list[tuple[Bench, Path, str]] = []
-
-
-def _keep(bench: Bench, out: Path, suffix: str) -> None:
-    from threadpoolctl import threadpool_limits
-
-    threadpool_limits(limits=1)
-    _kept[:] = [(bench, out, suffix)]
-
-
-def _make_kept(item: Item) -> list[Truth]:
-    return _make(*_kept[0], item)
-
-
-def _make(bench: Bench, out: Path, suffix: str, item: Item) -> list[Truth]:
+def _make(item: tuple[Task, np.random.SeedSequence], bench: Bench, out: Path, suffix: str) -> list[Truth]:
+    """What was played; its recording is written."""
     task, seed = item
     try:
         taken = bench.take(task, np.random.default_rng(seed))

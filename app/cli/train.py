@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import db_option, errors_as_one_line, fail, json_option, note, opened, print_table, write_json
+from .crew import crew_options
 
 if TYPE_CHECKING:
+    from ...compute.crew import Crew
     from ...training.session import Session
     from ...training.zoo import Budget
 
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
     "--budget", type=click.Choice(["reduced", "full"]), default="reduced", show_default=True, help="Of the GA search."
 )
 @click.option("--retrain", is_flag=True, help="Train again what is registered already.")
-@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Processes that train at once.")
+@crew_options("Processes that train at once.")
 @db_option
 @json_option
 def train(
@@ -40,7 +42,7 @@ def train(
     seed: int,
     budget: Budget,
     retrain: bool,
-    jobs: int,
+    crew: Crew,
     db: str,
     json_to: str | None,
 ) -> None:
@@ -52,6 +54,7 @@ def train(
     Example:
         pyroshock train spring
         pyroshock train spring --models hybrid,gp --split materials
+        pyroshock train spring --backend dask --scheduler tcp://lab-1:8786
     """
     with errors_as_one_line():
         from ...training.session import Progress
@@ -67,7 +70,7 @@ def train(
         wanted = splits_of(ground.table, splits)
         with models_extra(), progress_bar("training", "models") as step:
             progress = Progress(step, tell_beside_bar)
-            session = train_all(registry, ground, names, wanted, retrain=retrain, jobs=jobs, progress=progress)
+            session = train_all(registry, ground, names, wanted, retrain=retrain, crew=crew, progress=progress)
             floors = registry.floors(ground.dataset.hash, seed)
         known = len(session.versions) - session.trained
         note(f"{session.trained} trained, {known} found as they were trained before")

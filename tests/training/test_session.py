@@ -12,8 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pulse_tables import pulse_table
-from pyroshock.training import fitting, tasks
-from pyroshock.training.fitting import task_of
+from pyroshock.compute.crew import Crew
+from pyroshock.training import errands, outcomes, tasks, time_search
+from pyroshock.training.fitting import Failure, task_of
 from pyroshock.training.floors import floor_metrics
 from pyroshock.training.locks import locked
 from pyroshock.training.registry.registry import Registry
@@ -191,22 +192,38 @@ def test_lock_of_a_killed_process_is_free(tmp_path):
 
 
 def test_contact_time_is_searched_once_for_all(registry, monkeypatch):
-    from pyroshock.training import time_search
-    from pyroshock.training.estimators.contact_time import THESIS, ContactTimeProcess
+    """And kept for the next training; a model that does not share it has no part in it."""
+    searched, given = [], {}
 
-    ground, searched = ground_in(registry), []
-
-    def search(pulses, rng):
+    def search(pulses, _):
         searched.append(len(pulses))
-        process = ContactTimeProcess(choice=THESIS)
-        return process.fit(pulses.x, pulses.contact_time_s[:, None], pulses.configuration, rng).tuned_, 0.0
+        return {"kernel": "rbf"}, 1.0
+
+    def attempt(task, _, tuned=None, *others):
+        given[task.model] = tuned
+        return Failure(task.model, task.split, "not tried")
 
     monkeypatch.setattr(time_search, "_searched", search)
-    models = ("nn-narrow", "nn-bilayer")
-    first, second = (fitting.fitted(task_of(model, "repetitions", ground), ground) for model in models)
+    monkeypatch.setattr(errands, "attempted", attempt)
+    monkeypatch.setattr(outcomes, "attempted", attempt)
+    models = ["hann", "nn-narrow", "gp", "nn-ga"]
+    for _ in range(2):
+        train(registry, ground_in(registry), models, SPLITS[:1])
     assert searched == [120]
-    times = [each.held_out.prediction.contact_time_s for each in (first, second)]
-    np.testing.assert_array_equal(*times)
+    assert given == {"hann": None} | {model: {"kernel": "rbf"} for model in models[1:]}
+
+
+def test_contact_time_that_cannot_be_searched_fails_the_models_that_share_it(registry, monkeypatch):
+    def search(*_):
+        raise ValueError("no two times differ")
+
+    monkeypatch.setattr(time_search, "_searched", search)
+    session = train(registry, ground_in(registry), ["nn-narrow", "linear", "nn-ga"], SPLITS[:1])
+    assert [version.name for version in session.versions] == ["linear"]
+    assert {(each.model, each.reason) for each in session.failures} == {
+        ("nn-narrow", "no two times differ"),
+        ("nn-ga", "no two times differ"),
+    }
 
 
 def test_names_of_models_are_those_of_the_contract():
@@ -249,8 +266,6 @@ def test_jobs_at_once_register_the_same(tmp_path):
     for folder, jobs in ((alone, 1), (together, 2)):
         folder.mkdir()
         registry = fresh_registry(folder)
-        session = train(registry, ground_in(registry, table), MODELS, SPLITS, jobs=jobs)
-        found.append([(v.name, v.split, v.metrics) for v in session.versions])
-    assert [row[:2] for row in found[0]] == [row[:2] for row in found[1]]
-    for (_, _, first), (_, _, second) in zip(*found, strict=True):
-        assert first["force_nrmse"].mean == pytest.approx(second["force_nrmse"].mean, rel=1e-6)
+        session = train(registry, ground_in(registry, table), MODELS, SPLITS, crew=Crew(jobs=jobs))
+        found.append([(v.name, v.split, v.metrics, v.sha256) for v in session.versions])
+    assert found[0] == found[1]

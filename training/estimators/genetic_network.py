@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compute.crew import HERE, Crew
 from ..tuning.folds import grouped_folds
 from ..tuning.genetic import Found, Genes, Search, searched
 from ..tuning.journal import Journal
@@ -33,12 +35,14 @@ class GeneticNetwork(Estimator):
     `workers` (threads) gives the same network.
 
     Attributes, not settings, for they do not change what is found: `journal`, a file that keeps the search's state so
-    that an interrupted one resumes; `progress`, told after each generation. `found_` is the outcome of `fit`.
+    that an interrupted one resumes; `progress`, told after each generation; `crew`, which tries the candidates.
+    `found_` is the outcome of `fit`.
     """
 
     kind = "genetic-network"
     journal: Path | None = None
     progress: Callable[[str], None] | None = None
+    crew: Crew = HERE
     found_: Found | None = None
     network_: Network | None = None
 
@@ -57,13 +61,10 @@ class GeneticNetwork(Estimator):
         levels = (len(LAYERS), len(NEURONS), len(PENALTIES))
         search = Search(levels, self.population, self.generations, min(2, self.population - 1), self.workers)
         left_out = grouped_folds(groups, self.folds, np.random.default_rng([seed, 1]))
-
-        def evaluate(genes: Genes) -> float:
-            return left_out_error(*decoded(genes), x, y, left_out, self.iterations, _chance(seed, genes))
-
+        evaluate = _Fitness(x, y, left_out, self.iterations, seed)
         journal = Journal(self.journal, self._fingerprint(seed, x, y, groups))
         with one_thread():
-            self.found_ = searched(search, evaluate, seed, journal, self.progress, show)
+            self.found_ = searched(search, evaluate, seed, journal, self.progress, show, self.crew)
         return self._learn(*decoded(self.found_.genes), x, y, groups, _chance(seed, self.found_.genes))
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
@@ -115,6 +116,21 @@ class GeneticNetwork(Estimator):
             digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
         space = {"layers": LAYERS, "neurons": NEURONS, "penalties": PENALTIES}
         return {"seed": seed, "data": digest.hexdigest(), "folds": self.folds, "iterations": self.iterations, **space}
+
+
+@dataclass(frozen=True, eq=False)
+class _Fitness:
+    """Of genes; can be sent to other processes."""
+
+    x: Floats
+    y: Floats
+    left_out: list[NDArray[np.bool_]]
+    iterations: int
+    seed: int
+
+    def __call__(self, genes: Genes) -> float:
+        chance = _chance(self.seed, genes)
+        return left_out_error(*decoded(genes), self.x, self.y, self.left_out, self.iterations, chance)
 
 
 def decoded(genes: Genes) -> tuple[tuple[int, ...], float]:

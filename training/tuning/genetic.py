@@ -18,11 +18,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...compute.crew import HERE, Crew
+from ...compute.mapping import mapped
 from .journal import Journal
 
 #: A candidate: a level of each axis.
 Genes = tuple[int, ...]
-#: What is minimised. Depends on the genes alone, and may be called from several threads.
+#: What is minimised. Depends on the genes alone; may be called from several threads, or be sent to other processes.
 Evaluate = Callable[[Genes], float]
 Progress = Callable[[str], None]
 
@@ -67,8 +69,12 @@ def searched(
     journal: Journal,
     progress: Progress | None = None,
     show: Callable[[Genes], str] = str,
+    crew: Crew = HERE,
 ) -> Found:
-    """The best of a first population and `generations` bred from it; the same for any number of workers."""
+    """The best of a first population and `generations` bred from it; the same for any number of workers, and any crew.
+
+    A crew of this process works in `search.workers` threads; to another `evaluate` is sent, pickled.
+    """
     population = _first(search, np.random.default_rng([seed, 0]))
     best, seen, asked = [], set[Genes](), 0
     for generation in range(search.generations + 1):
@@ -77,7 +83,7 @@ def searched(
             population = _bred(search, population, values, np.random.default_rng([seed, generation]))
         # High levels first: where they are the dear ones, no worker is left with the dearest at the end.
         missing = sorted({genes for genes in population if genes not in journal.values}, reverse=True)
-        for genes, value in _evaluated(missing, evaluate, search.workers):
+        for genes, value in _evaluated(missing, evaluate, search.workers, crew):
             journal.add(genes, value)
         seen.update(population)
         asked += search.population if generation == 0 else search.population - search.elite
@@ -96,12 +102,18 @@ def _ranked(seen: Iterable[Genes], journal: Journal) -> Genes:
     return min(seen, key=lambda genes: (journal.values[genes], genes))
 
 
-def _evaluated(missing: Sequence[Genes], evaluate: Evaluate, workers: int) -> Iterable[tuple[Genes, float]]:
-    """Values as they come. Threads: PyTorch leaves Python's lock, and no process outlives a killed one."""
-    if workers == 1:
-        for genes in missing:
-            yield genes, evaluate(genes)
-        return
+def _evaluated(missing: Sequence[Genes], evaluate: Evaluate, workers: int, crew: Crew) -> Iterable[tuple[Genes, float]]:
+    """Values as they come. Here by threads: PyTorch leaves Python's lock."""
+    if workers == 1 or not crew.is_here:
+        return mapped(crew, _value, missing, shared=(evaluate,))
+    return _by_threads(missing, evaluate, workers)
+
+
+def _value(genes: Genes, evaluate: Evaluate) -> float:
+    return evaluate(genes)
+
+
+def _by_threads(missing: Sequence[Genes], evaluate: Evaluate, workers: int) -> Iterable[tuple[Genes, float]]:
     with ThreadPoolExecutor(workers) as pool:
         running = {pool.submit(evaluate, genes): genes for genes in missing}
         try:

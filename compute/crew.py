@@ -1,0 +1,58 @@
+"""Who does the work: this process, processes beside it, or a cluster."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.util import find_spec
+
+LOCAL, DASK, RAY = "local", "dask", "ray"
+BACKENDS = (LOCAL, DASK, RAY)
+
+#: Module that a backend needs -> how it is installed.
+_INSTALL = {"distributed": "pip install 'pyroshock[cluster]'", "ray": "pip install ray"}
+_NEEDS = {DASK: "distributed", RAY: "ray"}
+
+
+@dataclass(frozen=True)
+class Crew:
+    """`jobs` processes of this machine (1: this process), or the workers of the cluster whose `scheduler` is named.
+
+    Raises `ValueError` for what is no crew, and where the library of its backend is not installed.
+    """
+
+    backend: str = LOCAL
+    jobs: int = 1
+    scheduler: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.backend not in BACKENDS:
+            raise ValueError(f"backend {self.backend!r}; expected one of {', '.join(BACKENDS)}")
+        if self.jobs < 1:
+            raise ValueError(f"jobs = {self.jobs!r}; expected 1 or more processes")
+        if self.backend == LOCAL and self.scheduler is not None:
+            raise ValueError(f"scheduler {self.scheduler!r} without a cluster; name its kind too: --backend dask")
+        if self.backend == DASK and not self.scheduler:
+            raise ValueError("backend 'dask' without a scheduler; name its address: --scheduler tcp://HOST:8786")
+        _require(_NEEDS.get(self.backend), self.backend)
+
+    @property
+    def is_here(self) -> bool:
+        """Whether all is done in this process, one item after the other."""
+        return self.backend == LOCAL and self.jobs == 1
+
+    def check(self) -> None:
+        """Raises `ValueError` within some ten seconds where the cluster cannot be reached, or runs other software."""
+        if self.backend == DASK:
+            from .cluster import connected
+
+            assert self.scheduler is not None
+            connected(self.scheduler).close()
+
+
+def _require(module: str | None, backend: str) -> None:
+    if module is not None and find_spec(module) is None:
+        raise ValueError(f"backend {backend!r} needs {module}, which is not installed: {_INSTALL[module]}")
+
+
+#: This process.
+HERE = Crew()

@@ -1,0 +1,75 @@
+"""What workers are asked to do in tests: they import it by name."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+
+
+def squared(number: int) -> int:
+    return number * number
+
+
+def scaled(number: int, factor: np.ndarray, offset: int) -> float:
+    return float(number * factor.sum() + offset)
+
+
+def process(_: int) -> int:
+    time.sleep(0.05)
+    return os.getpid()
+
+
+def threads(_: int) -> list[int]:
+    """Of each library of linear algebra."""
+    import scipy.linalg  # noqa: F401
+    from threadpoolctl import threadpool_info
+
+    return [library["num_threads"] for library in threadpool_info()]
+
+
+def product(seed: int) -> bytes:
+    """Large enough for a library to take several threads; their number shows in the last bits."""
+    one = np.random.default_rng(seed).standard_normal((300, 300))
+    return np.linalg.solve(one @ one.T + np.eye(300), one).tobytes()
+
+
+def refused(number: int) -> int:
+    raise LookupError(f"no chore {number}")
+
+
+def deadly(number: int) -> int:
+    """3 kills its process, as a library might that a damaged file makes crash."""
+    if number == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def endless(number: int) -> int:
+    while number == 3:
+        time.sleep(0.05)
+    return number
+
+
+def left_behind(number: int, folder: Path) -> int:
+    """Leaves a file when begun, and one when ended: long after the first."""
+    (folder / f"begun-{number}").touch()
+    time.sleep(0.1 if number == 0 else 3)
+    (folder / f"ended-{number}").touch()
+    return number
+
+
+def held(number: int, folder: Path) -> int:
+    """Writes down who begins it; 3 waits to be released."""
+    with (folder / "begun").open("a") as file:
+        file.write(f"{number} {os.getpid()}\n")
+    while number == 3 and not (folder / "released").exists():
+        time.sleep(0.02)
+    return number * number
+
+
+def away(genes: tuple[int, ...]) -> float:
+    return float(sum((gene - 2) ** 2 for gene in genes))

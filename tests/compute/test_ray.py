@@ -1,0 +1,33 @@
+"""Work that is sent to Ray, where it is installed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import chores
+import numpy as np
+import pytest
+from pyroshock.compute.crew import HERE, Crew
+from pyroshock.compute.mapping import mapped
+
+pytest.importorskip("ray", reason="Ray is not among the extras: pip install ray")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.filterwarnings("ignore"),
+]  # Ray's own warnings differ from release to release
+
+
+@pytest.fixture(autouse=True)
+def workers_find_chores(monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", str(Path(chores.__file__).parent))
+
+
+@pytest.mark.parametrize(("function", "shared"), [(chores.product, ()), (chores.scaled, (np.ones(300_000), 7))])
+def test_results_are_those_of_this_process(function, shared):
+    here, there = (sorted(mapped(crew, function, range(3), shared=shared)) for crew in (HERE, Crew("ray")))
+    assert here == there
+
+
+def test_item_that_kills_its_workers_costs_no_other():
+    found = dict(mapped(Crew("ray"), chores.deadly, range(6), lost=lambda number: -number))
+    assert found == {n: -3 if n == 3 else n for n in range(6)}

@@ -1,0 +1,28 @@
+"""A population whose candidates are tried by other processes."""
+
+from __future__ import annotations
+
+import chores
+import pytest
+from pyroshock.compute.crew import HERE, Crew
+from pyroshock.training.tuning.genetic import Search, searched
+from pyroshock.training.tuning.journal import Journal
+
+SEARCH = Search((4, 9, 7), population=6, generations=2)
+
+
+@pytest.mark.parametrize("crew", [HERE, Crew(jobs=2)], ids=["here", "two"])
+def test_any_crew_finds_the_same(crew, tmp_path):
+    """And keeps the journal here."""
+    alone = searched(SEARCH, chores.away, 3, Journal(None, {}))
+    journal = Journal(tmp_path / "journal", {})
+    assert searched(SEARCH, chores.away, 3, journal, crew=crew) == alone
+    assert len(Journal(tmp_path / "journal", {}).values) == alone.evaluated
+
+
+def test_what_was_found_costs_no_worker(tmp_path):
+    path = tmp_path / "journal"
+    found = searched(SEARCH, chores.away, 3, Journal(path, {}))
+    content = path.read_bytes()
+    assert searched(SEARCH, chores.away, 3, Journal(path, {}), crew=Crew("dask", scheduler="tcp://nobody:1")) == found
+    assert path.read_bytes() == content
