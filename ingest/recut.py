@@ -10,6 +10,7 @@ from sqlalchemy.orm import Session
 
 from ..schema.impacts import Impact
 from ..schema.impacts import Pulse as PulseRow
+from .channel import Channel
 from .processing import pulses_of
 from .pulses import Pulse
 from .rows import pulse_row, settings_id
@@ -54,9 +55,18 @@ def impacts_of(session: Session, recording: int) -> list[int]:
 
 
 def cut(session: Session, recording: int, impacts: Sequence[int], settings: ExtractionSettings) -> Cut:
-    """The recording's hits by these settings; nothing is stored."""
-    channels = [read_channel(session, row) for row in list_channels(session, recording) if row.quantity == "force"]
-    return Cut(settings, tuple(impacts), pulses_of(channels, settings, len(impacts)))
+    """The recording's hits by these settings; nothing is stored. Raises as `force_channels`."""
+    return cut_of(force_channels(session, recording), impacts, settings)
+
+
+def force_channels(session: Session, recording: int) -> tuple[Channel, ...]:
+    """What contacts are looked for in. Raises `schema.series.SeriesError` where samples are damaged."""
+    return tuple(read_channel(session, row) for row in list_channels(session, recording) if row.quantity == "force")
+
+
+def cut_of(channels: Sequence[Channel], impacts: Sequence[int], settings: ExtractionSettings) -> Cut:
+    """`cut` of samples that were read; without the store."""
+    return Cut(settings, tuple(impacts), pulses_of(list(channels), settings, len(impacts)))
 
 
 def versions(session: Session, impacts: Sequence[int], settings: ExtractionSettings) -> list[int]:

@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from ..compute.crew import LOCAL, Crew
+from ..compute.mapping import mapped
 from ..schema.campaigns import Campaign
 from ..schema.listings import get_campaign_id
 from ..schema.recordings import Recording
+from ..schema.series import SeriesError
 from ..schema.session import Store
-from .recut import Cut, add_versions, cut, impacts_of, put_in_use, versions
+from ..schema.turns import take_turn
+from .channel import Channel
+from .recut import Cut, add_versions, cut, cut_of, force_channels, impacts_of, put_in_use, versions
 from .settings import ExtractionSettings
 
 STORED = "stored"
+HERE = Crew()
+#: Recordings under way at a time: a cluster of some dozen workers has enough to do.
+_ON_A_CLUSTER = 64
 
 
 @dataclass
@@ -36,22 +45,25 @@ def reextract(
     campaign: str,
     settings: ExtractionSettings,
     progress: Callable[[int, int, str], None] | None = None,
+    crew: Crew = HERE,
 ) -> ReextractionReport:
     """Cut every recording of `campaign` again, one transaction each. Raises `LookupError` for an unknown campaign.
 
-    A recording in which the new settings find another number of impacts is skipped and named: which pulse
-    belongs to which impact would be a guess.
+    A recording in which the new settings find another number of impacts is skipped and named: which pulse belongs to
+    which impact would be a guess. So is one with damaged samples. `crew` cuts; reading and storing stay here.
     """
     report = ReextractionReport(campaign)
     with store.reading() as session:
         query = select(Recording.id, Recording.path).where(
             Recording.campaign_id == get_campaign_id(session, campaign), Recording.status == STORED
         )
-        recordings = session.execute(query.order_by(Recording.id)).all()
-    for done, (key, path) in enumerate(recordings, 1):
-        _one(store, key, path, settings, report)
+        recordings = [(key, path) for key, path in session.execute(query.order_by(Recording.id))]
+    read = (_read(store, key, path, settings) for key, path in recordings)
+    for done, (one, found) in enumerate(mapped(crew, _cut, read, shared=(settings,), window=_window(crew)), 1):
+        _keep(store, one, found, settings, report)
         if progress:
-            progress(done, len(recordings), path)
+            progress(done, len(recordings), one.path)
+    report.skipped.sort(key=lambda item: item["recording"])  # whoever was first
     return report
 
 
@@ -60,7 +72,8 @@ def reextract_recording(store: Store, recording_key: int, settings: ExtractionSe
     with store.reading() as session:
         campaign, path, _ = _recording(session, recording_key)
     report = ReextractionReport(campaign)
-    _one(store, recording_key, path, settings, report)
+    one = _read(store, recording_key, path, settings)
+    _keep(store, one, _cut(one, settings), settings, report)
     return report
 
 
@@ -89,22 +102,61 @@ def _recording(session: Session, key: int) -> tuple[str, str, list[int]]:
     return campaign, path, impacts
 
 
-def _one(store: Store, recording: int, path: str, settings: ExtractionSettings, report: ReextractionReport) -> None:
+@dataclass(frozen=True)
+class _Read:
+    """A recording as it is cut, wherever that is. `channels` is None where nothing is to be cut; `damage` says why."""
+
+    key: int
+    path: str
+    impacts: tuple[int, ...]
+    channels: tuple[Channel, ...] | None = None
+    damage: str | None = None
+
+
+def _window(crew: Crew) -> int:
+    """Recordings that are in memory at a time."""
+    if crew.is_here:
+        return 1
+    return 4 * crew.jobs if crew.backend == LOCAL else _ON_A_CLUSTER
+
+
+def _read(store: Store, key: int, path: str, settings: ExtractionSettings) -> _Read:
     with store.reading() as session:
-        impacts = impacts_of(session, recording)
-        if not impacts:
-            return
-        known = len(versions(session, impacts, settings)) == len(impacts)
-        found = None if known else cut(session, recording, impacts, settings)
-    if found is not None and found.mismatch is not None:
-        report.skipped.append({"recording": path, "reason": found.mismatch})
-        return
-    with store.writing() as session:
-        # Asked again under the lock: a second request for the same may have been faster.
-        earlier = versions(session, impacts, settings)
-        if found is None or len(earlier) == len(impacts):
-            put_in_use(session, impacts, earlier)
-            report.reused += len(earlier)
-        else:
-            add_versions(session, found)
-            report.added += len(found.pulses)
+        impacts = tuple(impacts_of(session, key))
+        if len(versions(session, impacts, settings)) == len(impacts):
+            return _Read(key, path, impacts)
+        try:
+            return _Read(key, path, impacts, force_channels(session, key))
+        except SeriesError as error:
+            return _Read(key, path, impacts, damage=str(error))
+
+
+def _cut(one: _Read, settings: ExtractionSettings) -> Cut | None:
+    return None if one.channels is None else cut_of(one.channels, one.impacts, settings)
+
+
+def _keep(
+    store: Store, one: _Read, found: Cut | None, settings: ExtractionSettings, report: ReextractionReport
+) -> None:
+    reason = one.damage or (found and found.mismatch)
+    if reason:
+        report.skipped.append({"recording": one.path, "reason": reason})
+    elif one.impacts:
+        write = partial(_stored, recording=one.key, impacts=one.impacts, settings=settings, found=found)
+        added, reused = store.write(write, idempotent=True)
+        report.added += added
+        report.reused += reused
+
+
+def _stored(
+    session: Session, recording: int, impacts: Sequence[int], settings: ExtractionSettings, found: Cut | None
+) -> tuple[int, int]:
+    """Pulses added, and put back in use."""
+    take_turn(session, f"recording {recording}")
+    # Asked again in our turn: a second request for the same may have been faster.
+    earlier = versions(session, impacts, settings)
+    if found is None or len(earlier) == len(impacts):
+        put_in_use(session, impacts, earlier)
+        return 0, len(earlier)
+    add_versions(session, found)
+    return len(found.pulses), 0

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import errors_as_one_line, json_option, write_json
+from .crew import crew_options
 
 if TYPE_CHECKING:
+    from ...compute.crew import Crew
     from ...diagnosis.blind.report import Pool, Report
 
 
@@ -18,7 +20,7 @@ if TYPE_CHECKING:
 @click.option("--cases", type=click.IntRange(1), help="Campaigns of each tier.")
 @click.option("--seed", type=click.IntRange(0), help="Drawn after the code was fixed, used once.")
 @click.option("--tier", "tiers", multiple=True, metavar="NAME", help="Only this tier: repeat. [all]")
-@click.option("--jobs", type=click.IntRange(1), default=2, show_default=True, help="Processes.")
+@crew_options("Processes.", jobs=2)
 @click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help="Keep answers here, and go on.")
 @click.option(
     "--pool",
@@ -34,7 +36,7 @@ def blind_check(
     cases: int | None,
     seed: int | None,
     tiers: tuple[str, ...],
-    jobs: int,
+    crew: Crew,
     folder: Path | None,
     pool: tuple[Path, ...],
     no_baselines: bool,
@@ -65,7 +67,7 @@ def blind_check(
                 cases,
                 seed,
                 _known(tiers),
-                jobs=jobs,
+                crew=crew,
                 folder=folder,
                 progress=step,
                 options=replace(OPTIONS, shrink=not no_shrinkage),

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .common import db_option, json_option, note, opened, write_json
+from .crew import crew_options
 from .settings import settings_from, settings_options
+
+if TYPE_CHECKING:
+    from ...compute.crew import Crew
 
 
 @click.command()
 @click.argument("campaign")
+@crew_options("Processes that cut at once.")
 @db_option
 @json_option
 @settings_options
-def extract(campaign: str, db: str, json_to: str | None, **given: Any) -> None:
+def extract(campaign: str, crew: Crew, db: str, json_to: str | None, **given: Any) -> None:
     """Cut the pulses of CAMPAIGN anew, from the stored series, with other settings.
 
     The new version is in use from then on; the old ones stay (`pyroshock show` lists them), and the same
@@ -31,7 +36,7 @@ def extract(campaign: str, db: str, json_to: str | None, **given: Any) -> None:
 
         settings = settings_from(given)
         with progress_bar(campaign, "recordings") as step:
-            report = reextract(store, campaign, settings, progress=step)
+            report = reextract(store, campaign, settings, crew=crew, progress=step)
     note(f"{campaign}: {report.added} pulses cut, {report.reused} earlier ones put back in use")
     for item in report.skipped:
         note(f"  left as it was: {item['recording']}: {item['reason']}")

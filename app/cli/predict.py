@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .common import Function, db_option, json_option, note, opened_or_none, print_table, write_json
+from .crew import crew_options
+from .predict_many import MANY, Many, foretell, refuse_typed
 from .quantities import parse_quantity
 
 if TYPE_CHECKING:
+    from ...compute.crew import Crew
     from ...twin.effects import Effect
     from ..predicting import Shot
     from ..twins import TwinRequest
@@ -59,9 +62,23 @@ def _with(options: tuple[Any, ...]) -> Callable[[Function], Function]:
 @click.option(
     "--plot", type=click.Path(path_type=Path), default=None, metavar="FILE", help="Draw it: .png, .svg, .pdf."
 )
+@_with(MANY)
+@crew_options("Processes, for many shots.")
 @db_option
 @json_option
-def predict(draws: int, seed: int, plot: Path | None, db: str, json_to: str | None, **asked: Any) -> None:
+def predict(
+    draws: int,
+    seed: int,
+    plot: Path | None,
+    plan: str | None,
+    shots: Path | None,
+    out: Path | None,
+    spectra: Path | None,
+    crew: Crew,
+    db: str,
+    json_to: str | None,
+    **asked: Any,
+) -> None:
     """Velocity, force, acceleration and shock response spectrum of one shot, with 90 % bands.
 
     It says what answered at each stage, and where it is asked beyond what that has learned from. Without a store it
@@ -71,17 +88,26 @@ def predict(draws: int, seed: int, plot: Path | None, db: str, json_to: str | No
     Example:
         pyroshock predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel
         pyroshock predict --velocity 8m/s --tip delrin --effect plate.damping:factor=2 --plot shot.png
+        pyroshock predict --plan spring --out predicted.csv --jobs 2
     """
+    from ..training import models_extra
+
     with opened_or_none(db) as store:
+        many = Many(plan, shots, out, spectra)
+        if many.asked:
+            refuse_typed(*_SETTING, "plot")
+            with models_extra():
+                found = foretell(store, db, _request(asked), many.rows(store), draws, seed, crew)
+            many.tell(found, json_to)
+            return
         from ..predicting import predicted, prediction_json
         from ..prediction_tables import quantity_rows, spectrum_rows
-        from ..training import models_extra
         from ..twins import twin_of
 
-        setting_words, request = _request(asked)
+        request = _request(asked)
         with models_extra():
             built = twin_of(store, db, request)
-            prediction = predicted(built, _shot(setting_words), draws=draws, seed=seed)
+            prediction = predicted(built, _shot(asked), draws=draws, seed=seed)
         for remark in built.notes:
             note(remark)
         if plot is not None:
@@ -104,12 +130,11 @@ def predict(draws: int, seed: int, plot: Path | None, db: str, json_to: str | No
 _SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position")
 
 
-def _request(asked: dict[str, Any]) -> tuple[dict[str, Any], TwinRequest]:
-    """What the operator sets, and what the twin is made of."""
+def _request(asked: dict[str, Any]) -> TwinRequest:
+    """What the twin is made of."""
     from ..twins import TwinRequest
 
-    setting = {name: asked[name] for name in _SETTING}
-    request = TwinRequest(
+    return TwinRequest(
         campaign=asked["campaign"],
         modes=asked["modes"],
         bench=asked["bench"],
@@ -122,7 +147,6 @@ def _request(asked: dict[str, Any]) -> tuple[dict[str, Any], TwinRequest]:
         frequency_hz=_lines(asked["frequencies"]),
         adopted=not asked["no_adopted"],
     )
-    return setting, request
 
 
 def _shot(words: dict[str, Any]) -> Shot:

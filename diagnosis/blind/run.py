@@ -9,7 +9,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ...ingest.parallel import Isolation, map_ahead
+from ...compute.crew import Crew
+from ...compute.mapping import mapped
+from ...schema.outputs import write_bytes, write_text
 from ...virtualbench.withheld.case import Label as Opened
 from ...virtualbench.withheld.record import label_of
 from ...virtualbench.withheld.sealing import new_key, open_labels, publish, seal_labels
@@ -25,6 +27,8 @@ from .training import trained
 
 #: Called with (done, total, what).
 Progress = Callable[[int, int, str], None]
+#: Who answers, unless others are asked.
+CREW = Crew(jobs=2)
 #: What of a diagnosis is scored: not the next experiment, and no pictures.
 OPTIONS = Options(plan=False, draw=False)
 _SETTINGS, _KEY, _SEALED, _PUBLISHED = "check.json", "key", "labels.sealed", "published.txt"
@@ -36,7 +40,7 @@ def run(
     seed: int,
     tiers: Sequence[str] = tuple(TIERS),
     *,
-    jobs: int = 2,
+    crew: Crew = CREW,
     folder: Path | None = None,
     progress: Progress | None = None,
     options: Options | None = None,
@@ -45,7 +49,7 @@ def run(
     oracle: bool = True,
     split: str = "sealed",
 ) -> Report:
-    """`cases` of each tier, answered by `jobs` processes and scored.
+    """`cases` of each tier, answered by `crew` and scored.
 
     With a `folder` hashes, sealed labels, key and answers are kept there, and a check that was stopped goes on. The
     forest among the baselines learns from `learn_from` campaigns, by default as many as are scored; 0: no forest.
@@ -57,29 +61,26 @@ def run(
     with _place(folder) as place:
         asked = {"cases": cases, "seed": seed, "tiers": list(dict.fromkeys(tiers)), "split": split}
         _same_check(place, asked | {"shrinkage": options.shrink})
-        published = _published(place, work, jobs, tell)
-        said = _answers(place, [Job(task, options, baselines) for task in work], jobs, tell)
+        published = _published(place, work, crew, tell)
+        said = _answers(place, [Job(task, options, baselines) for task in work], crew, tell)
         learn = (len(work) if learn_from is None else learn_from) if baselines else 0
-        forest = trained(learn, seed, jobs, tell) if learn else None
+        forest = trained(learn, seed, crew, tell) if learn else None
         opened = _opened(place, published)
         truths = dict(zip((task.name for task in work), opened, strict=True))
-        best = _oracles(place, work, truths, said, options, jobs, tell) if oracle else {}
+        best = _oracles(place, work, truths, said, options, crew, tell) if oracle else {}
         write_rows(place / SCORED, asked, rows_of(work, truths, said, best))
     return Report(cases, seed, published=published, **scored(work, truths, said, best, forest))
 
 
-def _published(place: Path, work: Sequence[Task], jobs: int, tell: Progress) -> tuple[str, ...]:
+def _published(place: Path, work: Sequence[Task], crew: Crew, tell: Progress) -> tuple[str, ...]:
     """Hashes of all labels, before anything is diagnosed; those of an earlier start where there are some."""
     if not (place / _PUBLISHED).exists():
-        labels = []
-        for label in _mapped(_labelled, work, jobs):
-            labels.append(label)
-            tell(len(labels), len(work), "labels sealed")
+        labels = _labels(work, crew, tell)
         key = new_key()
         (place / _SEALED).unlink(missing_ok=True)  # of a start that was stopped before it published
-        (place / _KEY).write_bytes(key)
+        write_bytes(place / _KEY, key)
         seal_labels(labels, place / _SEALED, key)
-        (place / _PUBLISHED).write_text("\n".join(publish(labels, key)) + "\n", encoding="utf-8")
+        write_text(place / _PUBLISHED, "\n".join(publish(labels, key)) + "\n")
     return tuple((place / _PUBLISHED).read_text(encoding="utf-8").split())
 
 
@@ -87,19 +88,19 @@ def _same_check(place: Path, settings: dict[str, Any]) -> None:
     file = place / _SETTINGS
     if file.exists() and json.loads(file.read_text(encoding="utf-8")) != settings:
         raise ValueError(f"{place}: holds a check with other settings; expected a new folder, or {file.read_text()}")
-    file.write_text(json.dumps(settings), encoding="utf-8")
+    write_text(file, json.dumps(settings))
 
 
 def _opened(place: Path, published: Sequence[str]) -> list[Opened]:
     return open_labels(place / _SEALED, (place / _KEY).read_bytes(), published)
 
 
-def _answers(place: Path, work: Sequence[Job], jobs: int, tell: Progress) -> dict[str, dict[str, Any]]:
+def _answers(place: Path, work: Sequence[Job], crew: Crew, tell: Progress) -> dict[str, dict[str, Any]]:
     journal = Journal(place / _ANSWERS)
     known = journal.read()
     left = [job for job in work if job.task.name not in known]
     tell(len(work) - len(left), len(work), "answers")
-    for job, answer in map_ahead(answered, left, jobs, Isolation(lost, lambda _: PATIENCE_S, always=True)):
+    for job, answer in mapped(crew, answered, left, lost=lost, patience_s=PATIENCE_S):
         journal.add(answer)
         known[job.task.name] = answer
         tell(len(known), len(work), "answers")
@@ -112,7 +113,7 @@ def _oracles(
     truths: Mapping[str, Opened],
     said: Mapping[str, dict[str, Any]],
     options: Options,
-    jobs: int,
+    crew: Crew,
     tell: Progress,
 ) -> dict[str, dict[str, Any]]:
     """For one effect with a gap beyond tolerance."""
@@ -124,25 +125,25 @@ def _oracles(
         for task in wanted
         if task.name not in known and "added" not in said[task.name]
     ]
-    for done, found in enumerate(_mapped(right.oracle, asked, jobs, right.lost), start=1):
+    answers = mapped(crew, right.oracle, asked, lost=right.lost, patience_s=PATIENCE_S)
+    for done, (_, found) in enumerate(answers, start=1):
         journal.add(found)
         known[found["case"]] = found
         tell(done, len(asked), "oracles")
     return known
 
 
+def _labels(work: Sequence[Task], crew: Crew, tell: Progress) -> list[Opened]:
+    """Of every task, in their order: nobody is to tell a case by when it was finished."""
+    found: dict[str, Opened] = {}
+    for task, label in mapped(crew, _labelled, work):
+        found[task.name] = label
+        tell(len(found), len(work), "labels sealed")
+    return [found[task.name] for task in work]
+
+
 def _labelled(task: Task) -> Opened:
     return label_of(*drawn(task))
-
-
-def _mapped(function: Any, items: Sequence[Any], jobs: int, instead: Any = None) -> Iterator[Any]:
-    """In order, in processes where several may work."""
-
-    def none(item: Any) -> Any:
-        raise RuntimeError(f"{item}: its process died")
-
-    isolation = Isolation(instead or none, lambda _: PATIENCE_S)
-    return (result for _, result in map_ahead(function, items, jobs, isolation))
 
 
 @contextmanager

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...ingest.parallel import Isolation, map_ahead
+from ...compute.crew import Crew
+from ...compute.mapping import mapped
 from ...virtualbench.withheld.record import record_case
 from ..options import Options
 from .forest import Forest
@@ -17,20 +18,22 @@ from .tasks import Task, drawn
 
 #: Kept apart from the seeds of cases.
 _SEED, _SPLIT = 20_000_003, "development"
+_PATIENCE_S = 300.0
 _TIERS = ("weak", "middle", "strong", "very strong", "two")
 
 
-def trained(count: int, seed: int, jobs: int, tell: Callable[[int, int, str], None]) -> Forest | None:
+def trained(count: int, seed: int, crew: Crew, tell: Callable[[int, int, str], None]) -> Forest | None:
     """A forest of `count` campaigns. None without scikit-learn."""
     try:
         import sklearn  # noqa: F401
     except ModuleNotFoundError:
         return None
     tasks = [Task(f"learn-{i:05d}", _TIERS[i % len(_TIERS)], (_SEED + seed, i), _SPLIT) for i in range(count)]
-    rows = []
-    for done, (_, row) in enumerate(map_ahead(_learnt, tasks, jobs, Isolation(_lost, _patience)), start=1):
-        tell(done, count, "campaigns to learn from")
-        rows += [row] if row else []
+    learnt: dict[str, dict[str, Any]] = {}
+    for task, row in mapped(crew, _learnt, tasks, lost=_lost, patience_s=_PATIENCE_S):
+        learnt[task.name] = row
+        tell(len(learnt), count, "campaigns to learn from")
+    rows = [learnt[task.name] for task in tasks if learnt[task.name]]  # in their order: so are the forest's draws
     return of_rows(rows, seed) if rows else None
 
 
@@ -61,7 +64,3 @@ def _learnt(task: Task) -> dict[str, Any]:
 
 def _lost(_: Task) -> dict[str, Any]:
     return {}
-
-
-def _patience(_: Task) -> float:
-    return 300.0

@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from campaigns import hammer_campaign
+from pyroshock.compute.crew import Crew
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.reextract import preview_impacts, reextract, reextract_recording
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.schema.impacts import Impact, Pulse
-from pyroshock.schema.recordings import Recording
+from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
 from pyroshock.schema.series import as_floats
 from pyroshock.schema.session import Writer, count_rows, open_store
-from sqlalchemy import func, select
+from sqlalchemy import delete, func, select
+from stores import content
 
 OTHER = ExtractionSettings(segmentation="mask", threshold=0.05, smoothing=0.9)
 #: So high a share of the largest that the smaller hit of two is none.
@@ -59,7 +61,7 @@ def test_what_is_stored_is_what_was_previewed(store):
         for impact, pulse in zip(found.impacts, found.pulses, strict=True):
             row = session.scalars(select(Pulse).where(Pulse.impact_id == impact, Pulse.current)).one()
             assert {name: getattr(row, name) for name in FIGURES} == {name: getattr(pulse, name) for name in FIGURES}
-            np.testing.assert_array_equal(as_floats(row.fine_force_n), pulse.fine_force_n)
+            np.testing.assert_array_equal(as_floats(row.fine_force_n, "pulse"), pulse.fine_force_n)
             np.testing.assert_array_equal(row.force_points_n, pulse.force_points_n)
             assert found.pulse_of(impact) is pulse
 
@@ -70,7 +72,7 @@ def test_stored_settings_preview_the_stored_pulse(store):
     impact, pulse = found.impacts[0], found.pulses[0]
     with store.reading() as session:
         row = session.scalars(select(Pulse).where(Pulse.impact_id == impact)).one()
-        np.testing.assert_array_equal(as_floats(row.fine_force_n), pulse.fine_force_n)
+        np.testing.assert_array_equal(as_floats(row.fine_force_n, "pulse"), pulse.fine_force_n)
 
 
 def test_other_recordings_are_left_alone(store):
@@ -145,3 +147,25 @@ def test_recording_without_an_impact_has_nothing_to_cut(store):
         )
     with pytest.raises(LookupError, match=r"'idle.mat' of campaign 'hammer' has no impact"):
         reextract_recording(store, recordings(store)[-1], OTHER)
+
+
+def test_two_processes_cut_what_one_cuts(store, tmp_path):
+    other = f"sqlite:///{tmp_path / 'other.db'}"
+    with open_store(other, Writer("test", "0"), create=True) as second:
+        ingest_folder(second, tmp_path / "c", jobs=1)
+        beside = reextract(second, "hammer", OTHER, crew=Crew(jobs=2))
+    alone = reextract(store, "hammer", OTHER)
+    assert alone.added > 0
+    assert beside.as_json() == alone.as_json()
+    assert content(other) == content(str(store.engine.url))
+
+
+def test_recording_with_damaged_samples_is_named_and_the_rest_cut(store):
+    first = recordings(store)[0]
+    with store.writing() as session:
+        channel = session.scalars(select(RecordedChannel).filter_by(recording_id=first, quantity="force")).one()
+        session.execute(delete(SeriesChunk).where(SeriesChunk.channel_id == channel.id))
+    report = reextract(store, "hammer", OTHER)
+    assert [item["recording"] for item in report.skipped] == ["recordings/test-01.npz"]
+    assert "chunk 0" in report.skipped[0]["reason"]
+    assert report.added == 2 * (len(recordings(store)) - 1)

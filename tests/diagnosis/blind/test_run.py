@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from blind_rows import LEAK, verdict
+from pyroshock.compute.crew import Crew
 from pyroshock.diagnosis.blind import answering, run, tasks
 from pyroshock.virtualbench.seal import SealError
 
@@ -20,7 +21,7 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Guns only, one process, and a diagnosis that says the same of every folder; what happened, in order."""
     events: list[str] = []
 
-    def here(function: Callable[[Any], Any], items: Sequence[Any], *_: object) -> Iterator[tuple[Any, Any]]:
+    def here(_: Crew, function: Callable[[Any], Any], items: Sequence[Any], **__: object) -> Iterator[tuple[Any, Any]]:
         return ((item, function(item)) for item in items)
 
     def diagnosed(folder: Path, options: object) -> dict[str, Any]:
@@ -34,7 +35,7 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         events.append("labels opened")
         return opened(*given)
 
-    monkeypatch.setattr(run, "map_ahead", here)
+    monkeypatch.setattr(run, "mapped", here)
     monkeypatch.setattr(run, "open_labels", open_labels)
     monkeypatch.setattr(answering, "diagnosed", diagnosed)
     monkeypatch.setattr(tasks, "KINDS", ("gun",))
