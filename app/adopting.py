@@ -8,11 +8,11 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import func, select
-from sqlalchemy.exc import IntegrityError
 
 from ..diagnosis.verdict import NONE, UNKNOWN, Cause, Verdict
 from ..schema.campaigns import Campaign
 from ..schema.listings import get_campaign_id
+from ..schema.turns import take_turn
 from ..schema.twins import TwinVersion
 from ..twin.configuration import Source
 from ..twin.effects import Effect, catalogue, effect_from_json
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from ..schema.session import Store
 
-#: Another command that adopts at the same moment takes the number; that many in a row do not.
-_ATTEMPTS = 20
 STAGES = ("gun", "contact", "plate")
 
 
@@ -107,19 +105,14 @@ def adopt(store: Store, verdict: Verdict, wanted: str, diagnosis: int | None = N
     where = f"diagnosis of {verdict.campaign}"
     reason = f"{where}: {wanted}, probability {probability:.2f}"
     decided = _stages_of(verdict, effects)
-    for attempt in range(1, _ATTEMPTS + 1):
-        try:
-            with store.writing() as session:
-                return _add(session, verdict.campaign, configuration_json(effects, decided, where), reason, diagnosis)
-        except IntegrityError:
-            if attempt == _ATTEMPTS:
-                raise
-    raise AssertionError("the loop returns or raises")
+    configuration = configuration_json(effects, decided, where)
+    return store.write(lambda session: _add(session, verdict.campaign, configuration, reason, diagnosis))
 
 
 def _add(
     session: Session, campaign: str, configuration: dict[str, Any], reason: str, diagnosis: int | None
 ) -> TwinVersion:
+    take_turn(session, "the twin's next version")
     newest = session.scalar(select(func.max(TwinVersion.version))) or 0
     row = TwinVersion(
         version=newest + 1,

@@ -135,7 +135,8 @@ def keep(store: Store, verdict: Verdict) -> int:
     from ..diagnosis.kept import verdict_to_json
 
     report, details = verdict_to_json(verdict)
-    with store.writing() as session:
+
+    def add(session: Session) -> int:
         row = Diagnosis(
             campaign_id=get_campaign_id(session, verdict.campaign),
             simulator=verdict.simulator,
@@ -146,6 +147,8 @@ def keep(store: Store, verdict: Verdict) -> int:
         session.add(row)
         session.flush()
         return row.id
+
+    return store.write(add)
 
 
 def report_json(verdict: Verdict) -> dict[str, Any]:

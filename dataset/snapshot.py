@@ -9,7 +9,6 @@ from datetime import UTC, datetime
 from typing import Any
 
 from sqlalchemy import insert, select
-from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from ..schema.datasets import DatasetSnapshot, SnapshotPulse
@@ -70,17 +69,15 @@ def build_snapshot(
     with store.reading() as session:
         draft = select_pulses(session, campaigns, predictors, quality, extraction)
     digest = content_hash(draft.predictors, draft.table)
-    try:
-        with store.writing() as session:
-            known = _known(session, name, digest)
-            if known is None:
-                _add(store, session, name, digest, draft)
-    except IntegrityError:
-        # Another process has built it since we looked, or a pulse is gone.
-        with store.reading() as session:
-            known = _known(session, name, digest)
+
+    def freeze(session: Session) -> _Known | None:
+        # Another process may be building it too: the loser of the race is run again, and finds it.
+        known = _known(session, name, digest)
         if known is None:
-            raise
+            _add(store, session, name, digest, draft)
+        return known
+
+    known = store.write(freeze, idempotent=True)
     if known is None:
         return Built(Snapshot(name, digest, draft.definition, draft.table), added=True)
     return Built(Snapshot(known.name, digest, known.definition, draft.table), added=False)

@@ -11,13 +11,14 @@ from numpy.typing import NDArray
 from sqlalchemy import case, func, select
 from sqlalchemy.orm import Session
 
-from ..schema.configurations import configuration_id
+from ..schema.configurations import configuration_ids
 from ..schema.impacts import Impact
 from ..schema.levels import Level, LevelError, MaterialNames, level_of
 from ..schema.materials import material_names
-from ..schema.plans import STATUSES, Plan, PlannedRun
+from ..schema.plans import STATUSES, Plan, PlannedRun, plan_turn
 from ..schema.session import Store
 from ..schema.shots import Shot
+from ..schema.turns import take_turn
 from .designs.base import Design
 from .space import Space, space_from_text
 
@@ -81,7 +82,9 @@ def add_plan(
     Raises `PlanExistsError`, and `ValueError` for a level that is none of the store's, such as an unknown material.
     """
     numbers = list(runs) if runs is not None else list(range(1, len(design.treatments) + 1))
-    with store.writing() as session:
+
+    def add(session: Session) -> None:
+        take_turn(session, plan_turn(name))
         if session.scalar(select(Plan.id).where(Plan.name == name)) is not None:
             raise PlanExistsError(f"plan {name!r} is in the store already; choose another name")
         plan = Plan(
@@ -96,6 +99,8 @@ def add_plan(
         session.flush()
         _add_runs(session, plan, design.rows, numbers, 0, repetitions, settings)
 
+    store.write(add)
+
 
 def extend_plan(
     store: Store,
@@ -106,13 +111,17 @@ def extend_plan(
     settings: Sequence[Settings] | None = None,
 ) -> list[int]:
     """Add runs after the last ones of plan `name`; returns their numbers. Raises as `add_plan` does."""
-    with store.writing() as session:
+
+    def extend(session: Session) -> list[int]:
+        take_turn(session, plan_turn(name))
         plan = _plan_row(session, name)
         last = select(func.max(PlannedRun.run), func.max(PlannedRun.position)).where(PlannedRun.plan_id == plan.id)
         run, position = session.execute(last).one()
         numbers = [(run or 0) + 1 + i for i in range(len(rows))]
         _add_runs(session, plan, rows, numbers, position or 0, repetitions, settings)
-    return numbers
+        return numbers
+
+    return store.write(extend)
 
 
 def read_plan(session: Session, name: str) -> StoredPlan:
@@ -158,7 +167,9 @@ def tick_run(store: Store, plan_name: str, run: int, *, status: str, note: str |
     said = (note or "").strip() or None
     if status == "discarded" and said is None:
         raise ValueError("no reason given; a discarded run needs one")
-    with store.writing() as session:
+
+    def tick(session: Session) -> StoredRun:
+        take_turn(session, plan_turn(plan_name))
         plan = _plan_row(session, plan_name)
         row = session.scalars(select(PlannedRun).filter_by(plan_id=plan.id, run=run)).one_or_none()
         if row is None:
@@ -171,6 +182,8 @@ def tick_run(store: Store, plan_name: str, run: int, *, status: str, note: str |
         if status != row.status or said is not None:
             row.status, row.reason = status, said
         return _stored_run(row, recorded)
+
+    return store.write(tick, idempotent=True)
 
 
 def _stored_run(row: PlannedRun, recorded: int) -> StoredRun:
@@ -205,18 +218,22 @@ def _add_runs(
 ) -> None:
     names = material_names(session)
     wanted = [repetitions] * len(rows) if isinstance(repetitions, int) else list(repetitions)
+    given = [dict(each) for each in settings] if settings is not None else [{} for _ in rows]
+    levels = [
+        _levels(number, {**row, **{column: repr(value) for column, value in more.items()}}, names)
+        for row, number, more in zip(rows, numbers, given, strict=True)
+    ]
+    configurations = configuration_ids(session, levels)
     for index, (row, number) in enumerate(zip(rows, numbers, strict=True)):
-        given = dict(settings[index]) if settings is not None else {}
-        levels = _levels(number, {**row, **{column: repr(value) for column, value in given.items()}}, names)
         session.add(
             PlannedRun(
                 plan_id=plan.id,
                 run=number,
                 position=after + index + 1,
                 repetitions=wanted[index],
-                configuration_id=configuration_id(session, levels),
+                configuration_id=configurations[index],
                 treatment=dict(row),
-                settings=given,
+                settings=given[index],
             )
         )
 

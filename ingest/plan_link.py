@@ -16,9 +16,10 @@ from sqlalchemy.orm import Session
 from ..schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
 from ..schema.columns import BY_NAME
 from ..schema.impacts import Impact
-from ..schema.plans import Plan, PlannedRun
+from ..schema.plans import Plan, PlannedRun, plan_turn
 from ..schema.session import Store
 from ..schema.shots import Shot
+from ..schema.turns import take_turn
 from .errors import IngestError
 
 #: Numbers agree within this share of the planned one.
@@ -63,23 +64,27 @@ def link_campaign(store: Store, campaign: str, plan: str) -> PlanLinks:
 
     Safe to repeat: what is linked stays so. Raises `IngestError` for an unknown campaign or plan, or another kind.
     """
-    with store.writing() as session:
-        campaign_row, plan_row = _rows(session, campaign, plan)
-        planned = {row.run: row for row in session.scalars(select(PlannedRun).filter_by(plan_id=plan_row.id))}
-        wanted = _levels(session, {row.configuration_id for row in planned.values()})
-        linked, mismatches = 0, {}
-        for table in (Impact, Shot):  # a gun's hit on a load cell is both
-            counts = table is _counted(plan_row)
-            recorded = select(table.run, table.configuration_id, table.planned_run_id)
-            for run, configuration, link in session.execute(
-                recorded.where(table.campaign_id == campaign_row.id).distinct()
-            ).all():
-                reason = _mismatch(session, planned.get(run), configuration, wanted)
-                if reason is not None:
-                    mismatches[run] = reason
-                elif link is None:
-                    linked += counts * _link(session, table, campaign_row, run, configuration, planned[run])
-        done = _mark_done(session, plan_row, planned)
+    return store.write(lambda session: _linked(session, campaign, plan), idempotent=True)
+
+
+def _linked(session: Session, campaign: str, plan: str) -> PlanLinks:
+    take_turn(session, plan_turn(plan))
+    campaign_row, plan_row = _rows(session, campaign, plan)
+    planned = {row.run: row for row in session.scalars(select(PlannedRun).filter_by(plan_id=plan_row.id))}
+    wanted = _levels(session, {row.configuration_id for row in planned.values()})
+    linked, mismatches = 0, {}
+    for table in (Impact, Shot):  # a gun's hit on a load cell is both
+        counts = table is _counted(plan_row)
+        recorded = select(table.run, table.configuration_id, table.planned_run_id)
+        for run, configuration, link in session.execute(
+            recorded.where(table.campaign_id == campaign_row.id).distinct()
+        ).all():
+            reason = _mismatch(session, planned.get(run), configuration, wanted)
+            if reason is not None:
+                mismatches[run] = reason
+            elif link is None:
+                linked += counts * _link(session, table, campaign_row, run, configuration, planned[run])
+    done = _mark_done(session, plan_row, planned)
     told = tuple({"run": run, "reason": reason} for run, reason in sorted(mismatches.items()))
     return PlanLinks(plan, linked, done, told)
 

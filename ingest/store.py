@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
 
 from sqlalchemy import delete, func, select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
-from ..schema.configurations import configuration_id
+from ..schema.configurations import configuration_ids
 from ..schema.impacts import Impact
 from ..schema.keys import get_or_add
 from ..schema.quality import QualityFinding
@@ -19,7 +21,15 @@ from ..schema.session import Store
 from ..schema.shots import Shot
 from .errors import IngestError
 from .folder import CampaignFile
-from .known import KnownRecording, known_recordings, known_rows, refuse_other_modes, reported_uncertainty, row_content
+from .known import (
+    KnownRecording,
+    KnownRow,
+    known_recordings,
+    known_rows,
+    refuse_other_modes,
+    reported_uncertainty,
+    row_content,
+)
 from .matching import Hit
 from .modes import ModalTableFile
 from .processing import ProcessedRecording
@@ -49,6 +59,18 @@ class Damaged:
     reason: str
 
 
+@dataclass(frozen=True)
+class Added:
+    """Rows that one transaction adds."""
+
+    recordings: int = 0
+    impacts: int = 0
+    shots: int = 0
+
+    def with_hit(self, impact: bool, shot: bool) -> Added:
+        return replace(self, impacts=self.impacts + impact, shots=self.shots + shot)
+
+
 class CampaignStore:
     """The rows of one campaign. Raises `IngestError` when the store holds other values under the same numbers."""
 
@@ -66,13 +88,7 @@ class CampaignStore:
         self._rows = rows
         self._settings = settings
         self._report = IngestReport(file.name)
-        with store.reading() as session:
-            campaign = session.scalars(select(Campaign).where(Campaign.name == file.name)).one_or_none()
-            if campaign is not None:
-                refuse_other_campaign(campaign, file)
-                refuse_other_modes(session, campaign, modes)
-            self._recordings = known_recordings(session, campaign)
-            self._known = known_rows(session, campaign)
+        self._recordings, self._known = store.read(self._stored)
         self._refuse_changed_rows()
 
     def has_recording(self, path: str, sha256: str) -> bool:
@@ -92,78 +108,91 @@ class CampaignStore:
 
     def add_recording(self, done: ProcessedRecording, hits: list[Hit]) -> None:
         """Store one recording with its series, impacts, shots, pulses and findings, or nothing of it."""
-        before = dict(self._report.added)
-        try:
-            with self._store.writing() as session:
-                self._write(session, done, hits)
-        except IntegrityError as error:
-            self._report.added = before
-            if not self._stored_meanwhile(done):
-                raise IngestError(f"{done.path}: refused by the store: {error.orig}") from error
-            return
-        self._report.added["recordings"] += 1
+
+        def add(session: Session) -> Added:
+            if self._stored_meanwhile(session, done):
+                return Added()
+            return self._write(session, done, hits)
+
+        self._added(self._write_rows(done.path, add))
 
     def add_rows_without_recording(self) -> None:
         """Rows that carry their values themselves: one transaction for all."""
         rows = [row for row in self._rows if not row.recording and (row.run, row.repetition) not in self._known]
         if not rows:
             return
-        before = dict(self._report.added)
-        try:
-            with self._store.writing() as session:
-                campaign = campaign_row(session, self._file, self._modes)
-                for row in rows:
-                    self._add_hit(session, campaign, Hit(row, row.repetition, None), None, None)
-        except IntegrityError as error:
-            self._report.added = before
-            with self._store.reading() as session:
-                campaign_or_none = session.scalars(
-                    select(Campaign).where(Campaign.name == self._file.name)
-                ).one_or_none()
-                self._known = known_rows(session, campaign_or_none)
-            if any((row.run, row.repetition) not in self._known for row in rows):
-                raise IngestError(f"{FILE}: refused by the store: {error.orig}") from error
+
+        def add(session: Session) -> Added:
+            campaign = campaign_row(session, self._file, self._modes)
+            known = known_rows(session, campaign)  # of another process too, that has been here since we looked
+            hits = [Hit(row, row.repetition, None) for row in rows if (row.run, row.repetition) not in known]
+            return self._add_hits(session, campaign, hits, None, None)[0]
+
+        self._added(self._write_rows(FILE, add))
 
     def set_aside(self, damaged: list[Damaged]) -> None:
         """Remember the recordings that could not be read: their rows say why, and nothing else of them is stored."""
         new = [d for d in damaged if self._recordings.get(d.path) != KnownRecording(d.sha256, SET_ASIDE, d.reason)]
         if new:
-            with self._store.writing() as session:
-                campaign = campaign_row(session, self._file, self._modes)
-                for item in new:
-                    _forget_set_aside(session, campaign, item.path)
-                    _set_aside(session, campaign, self._file, item)
+            self._store.write(lambda session: self._write_set_aside(session, new), idempotent=True)
         self._report.set_aside = [{"recording": d.path, "reason": d.reason} for d in damaged]
 
     def holds_anything(self) -> bool:
         """Whether the store has any impact or shot of this campaign."""
-        with self._store.reading() as session:
-            campaign = session.scalar(select(Campaign.id).where(Campaign.name == self._file.name))
-            if campaign is None:
-                return False
-            return any(
-                session.scalar(select(table.id).where(table.campaign_id == campaign).limit(1)) is not None
-                for table in (Impact, Shot)
-            )
+        return self._store.read(self._any_hit)
 
     def report(self) -> IngestReport:
         """Totals and findings of the campaign as it stands now."""
-        with self._store.reading() as session:
-            campaign = session.scalar(select(Campaign.id).where(Campaign.name == self._file.name))
-            report = self._report
-            stored = select(func.count()).where(Recording.campaign_id == campaign, Recording.status == STORED)
-            report.recordings = session.scalar(stored) or 0
-            report.impacts = session.scalar(select(func.count()).where(Impact.campaign_id == campaign)) or 0
-            report.shots = session.scalar(select(func.count()).where(Shot.campaign_id == campaign)) or 0
-            query = (
-                select(Recording.path, QualityFinding.check, QualityFinding.severity, QualityFinding.message)
-                .join(Recording, QualityFinding.recording_id == Recording.id)
-                .where(Recording.campaign_id == campaign)
-                .order_by(QualityFinding.id)
-            )
-            keys = ("recording", "check", "severity", "message")
-            report.findings = [dict(zip(keys, row, strict=True)) for row in session.execute(query)]
-        return report
+        self._store.read(self._sum_up)
+        return self._report
+
+    def _stored(self, session: Session) -> tuple[dict[str, KnownRecording], dict[tuple[int, int], KnownRow]]:
+        """Recordings and rows of this campaign that are there. Raises `IngestError` for one with another bench."""
+        campaign = session.scalars(select(Campaign).where(Campaign.name == self._file.name)).one_or_none()
+        if campaign is not None:
+            refuse_other_campaign(campaign, self._file)
+            refuse_other_modes(session, campaign, self._modes)
+        return known_recordings(session, campaign), known_rows(session, campaign)
+
+    def _any_hit(self, session: Session) -> bool:
+        campaign = session.scalar(select(Campaign.id).where(Campaign.name == self._file.name))
+        return campaign is not None and any(
+            session.scalar(select(table.id).where(table.campaign_id == campaign).limit(1)) is not None
+            for table in (Impact, Shot)
+        )
+
+    def _sum_up(self, session: Session) -> None:
+        campaign = session.scalar(select(Campaign.id).where(Campaign.name == self._file.name))
+        report = self._report
+        stored = select(func.count()).where(Recording.campaign_id == campaign, Recording.status == STORED)
+        report.recordings = session.scalar(stored) or 0
+        report.impacts = session.scalar(select(func.count()).where(Impact.campaign_id == campaign)) or 0
+        report.shots = session.scalar(select(func.count()).where(Shot.campaign_id == campaign)) or 0
+        query = (
+            select(Recording.path, QualityFinding.check, QualityFinding.severity, QualityFinding.message)
+            .join(Recording, QualityFinding.recording_id == Recording.id)
+            .where(Recording.campaign_id == campaign)
+            .order_by(QualityFinding.id)
+        )
+        keys = ("recording", "check", "severity", "message")
+        report.findings = [dict(zip(keys, row, strict=True)) for row in session.execute(query)]
+
+    def _write_rows(self, what: str, add: Callable[[Session], Added]) -> Added:
+        """Rows have numbers of their own, by which they are found when they are written again."""
+        try:
+            return self._store.write(add, idempotent=True)
+        except IntegrityError as error:
+            raise IngestError(f"{what}: refused by the store: {error.orig}") from error
+
+    def _added(self, added: Added) -> None:
+        for name, count in asdict(added).items():
+            self._report.added[name] += count
+
+    def _write_set_aside(self, session: Session, damaged: Sequence[Damaged]) -> None:
+        campaign = campaign_row(session, self._file, self._modes)
+        for item in sorted(damaged, key=lambda item: item.path):
+            _forget_set_aside(session, campaign, item.path)
+            _set_aside(session, campaign, self._file, item)
 
     def _refuse_changed_rows(self) -> None:
         for row in self._rows:
@@ -182,7 +211,7 @@ class CampaignStore:
                     "a corrected run gets a number of its own"
                 )
 
-    def _write(self, session: Session, done: ProcessedRecording, hits: list[Hit]) -> None:
+    def _write(self, session: Session, done: ProcessedRecording, hits: list[Hit]) -> Added:
         campaign = campaign_row(session, self._file, self._modes)
         _forget_set_aside(session, campaign, done.path)
         recording = Recording(
@@ -199,59 +228,63 @@ class CampaignStore:
         channels = {row.name: row.id for row in recording.channels}
         for series in done.series:
             write_series(session, channels[series.channel.name], series.encoded.frames, self._store.written_by(session))
-        impacts: dict[int, int] = {}
-        for hit in hits:
-            impact = self._add_hit(session, campaign, hit, recording, done)
-            if impact is not None and hit.pulse is not None:
-                impacts[hit.pulse] = impact.id
+        added, impacts = self._add_hits(session, campaign, hits, recording, done)
         session.add_all(_finding_row(f, recording.id, channels, impacts) for f in done.findings)
+        return replace(added, recordings=1)
 
-    def _add_hit(
+    def _add_hits(
         self,
         session: Session,
         campaign: Campaign,
-        hit: Hit,
+        hits: Sequence[Hit],
         recording: Recording | None,
         done: ProcessedRecording | None,
-    ) -> Impact | None:
-        """The impact or shot of one hit (a gun's hit on a force channel is both). Returns the impact."""
-        row = hit.row
-        common = {
-            "campaign_id": campaign.id,
-            "run": row.run,
-            "repetition": hit.repetition,
-            "configuration_id": configuration_id(session, row.levels),
-            "recording_id": recording.id if recording else None,
-        }
-        impact = None
-        gun = self._file.kind == "gun"
-        if not gun or (done and done.has_force) or row.impact_velocity_m_s is not None:
-            impact = Impact(**common, **_impact_velocity(row, hit, done))
-            session.add(impact)
-            session.flush()
-            self._report.added["impacts"] += 1
-            if done and hit.pulse is not None:
-                settings = settings_id(session, self._settings)
-                session.add(pulse_row(done.pulses[hit.pulse], impact.id, settings))
-        if gun:
-            session.add(Shot(**common, impact_id=impact.id if impact else None, **_shot_values(row, done)))
-            self._report.added["shots"] += 1
-        return impact
+    ) -> tuple[Added, dict[int, int]]:
+        """Impacts and shots of hits; also the impact's key by the number of its pulse."""
+        configurations = configuration_ids(session, [hit.row.levels for hit in hits])
+        added, impacts = Added(), {}
+        for hit, configuration in zip(hits, configurations, strict=True):
+            common = {
+                "campaign_id": campaign.id,
+                "run": hit.row.run,
+                "repetition": hit.repetition,
+                "configuration_id": configuration,
+                "recording_id": recording.id if recording else None,
+            }
+            impact = self._add_impact(session, hit, done, common)
+            if impact is not None and hit.pulse is not None:
+                impacts[hit.pulse] = impact
+            if self._file.kind == "gun":
+                session.add(Shot(**common, impact_id=impact, **_shot_values(hit.row, done)))
+            added = added.with_hit(impact is not None, self._file.kind == "gun")
+        return added, impacts
 
-    def _stored_meanwhile(self, done: ProcessedRecording) -> bool:
+    def _add_impact(
+        self, session: Session, hit: Hit, done: ProcessedRecording | None, common: dict[str, Any]
+    ) -> int | None:
+        """Key of a hit's impact, with its pulse; None for a shot that met no force channel."""
+        if self._file.kind == "gun" and not (done and done.has_force) and hit.row.impact_velocity_m_s is None:
+            return None
+        impact = Impact(**common, **_impact_velocity(hit.row, hit, done))
+        session.add(impact)
+        session.flush()
+        if done and hit.pulse is not None:
+            session.add(pulse_row(done.pulses[hit.pulse], impact.id, settings_id(session, self._settings)))
+        return impact.id
+
+    def _stored_meanwhile(self, session: Session, done: ProcessedRecording) -> bool:
         """Whether another process has stored this very recording since we looked."""
-        with self._store.reading() as session:
-            query = (
-                select(Recording.id)
-                .join(Campaign)
-                .where(
-                    Campaign.name == self._file.name,
-                    Recording.path == done.path,
-                    Recording.sha256 == done.sha256,
-                    Recording.status == STORED,
-                )
+        query = (
+            select(Recording.id)
+            .join(Campaign)
+            .where(
+                Campaign.name == self._file.name,
+                Recording.path == done.path,
+                Recording.sha256 == done.sha256,
+                Recording.status == STORED,
             )
-            return session.scalar(query) is not None
+        )
+        return session.scalar(query) is not None
 
 
 def _impact_velocity(row: RunRow, hit: Hit, done: ProcessedRecording | None) -> dict[str, object]:

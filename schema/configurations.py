@@ -20,24 +20,53 @@ def configuration_fingerprint(levels: Sequence[Level]) -> str:
 
 def configuration_id(session: Session, levels: Sequence[Level]) -> int:
     """Key of the configuration with these levels, made of known factors and levels where it is new."""
-    fingerprint = configuration_fingerprint(levels)
-    known = session.scalar(select(Configuration.id).where(Configuration.fingerprint == fingerprint))
-    if known is not None:
-        return known
-    level_rows = [_level(session, level) for level in levels]
+    return configuration_ids(session, [levels])[0]
+
+
+def configuration_ids(session: Session, combinations: Sequence[Sequence[Level]]) -> list[int]:
+    """`configuration_id` of each, in their order.
+
+    What is new is added in one order, whoever adds it: of two transactions that add the same rows, one waits for the
+    other, and never both. So a transaction asks once, for all that it needs.
+    """
+    prints = [configuration_fingerprint(levels) for levels in combinations]
+    of_print = dict(zip(prints, combinations, strict=True))
+    known = {key: found for key in of_print if (found := _known(session, key)) is not None}
+    new = {key: levels for key, levels in sorted(of_print.items()) if key not in known}
+    level_rows = _levels(session, [level for levels in new.values() for level in levels])
+    known |= {key: _add(session, key, [level_rows[_key(level)] for level in levels]) for key, levels in new.items()}
+    return [known[key] for key in prints]
+
+
+def _known(session: Session, fingerprint: str) -> int | None:
+    return session.scalar(select(Configuration.id).where(Configuration.fingerprint == fingerprint))
+
+
+def _key(level: Level) -> tuple[str, str]:
+    return level.factor, level.label
+
+
+def _add(session: Session, fingerprint: str, levels: Sequence[FactorLevel]) -> int:
     row = get_or_add(session, Configuration, {"fingerprint": fingerprint})
-    for level in level_rows:
+    for level in levels:
         key = {"configuration_id": row.id, "level_id": level.id}
         get_or_add(session, ConfigurationLevel, key, {"factor_id": level.factor_id})
     return row.id
 
 
-def _level(session: Session, level: Level) -> FactorLevel:
-    factor = get_or_add(session, Factor, {"name": level.factor}, {"si_unit": level.si_unit})
+def _levels(session: Session, levels: Sequence[Level]) -> dict[tuple[str, str], FactorLevel]:
+    """All factors before the first level: rows of one table, in order, before those of the next."""
+    wanted = {_key(level): level for level in sorted(levels, key=_key)}
+    units = {level.factor: level.si_unit for level in wanted.values()}
+    factors = {name: get_or_add(session, Factor, {"name": name}, {"si_unit": unit}) for name, unit in units.items()}
+    return {key: _level(session, factors[key[0]].id, level) for key, level in wanted.items()}
+
+
+def _level(session: Session, factor: int, level: Level) -> FactorLevel:
     material = material_id(session, level.material) if level.material else None
     return get_or_add(
         session,
         FactorLevel,
-        {"factor_id": factor.id, "label": level.label},
+        {"factor_id": factor, "label": level.label},
         {"number": level.number, "material_id": material},
     )

@@ -4,18 +4,44 @@ from __future__ import annotations
 
 import sqlite3
 import time
+from errno import EDQUOT, EFBIG, ENOSPC
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Connection, Engine, create_engine, event, make_url
-from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
+from sqlalchemy import Connection, Engine, create_engine, event
+from sqlalchemy.exc import DBAPIError, NoSuchModuleError
+
+from .addresses import AddressError, shown, without_secrets
+from .addresses import parsed as parsed_address
+from .rerun import Patience, rerun
 
 #: Wait this long for another writer before giving up (SQLite lets one write at a time).
 BUSY_TIMEOUT_S = 60.0
 
+#: Of connections to a server: who they are, in its list of activity; and a server that vanished is noticed in a minute
+#: (the system's own keepalive waits two hours).
+_SERVER = {
+    "fallback_application_name": "pyroshock",
+    "connect_timeout": 10,
+    "keepalives_idle": 30,
+    "keepalives_interval": 10,
+    "keepalives_count": 3,
+}
+#: What a server says that is restarting, or has as many clients as it takes (57P03, 53300); and one that refuses us.
+_NEVER = ("does not exist", "authentication failed", "pg_hba.conf", "not permitted to log in", "permission denied")
+_LATER = ("starting up", "shutting down", "recovery mode", "not yet accepting", "too many clients", "connection slots")
+
+
+#: What helps where a disk is full.
+MAKE_ROOM = "make room on its disk and repeat; what was stored is whole"
+
 
 class StoreError(RuntimeError):
     """The store cannot be used; the message names it and the command that mends it."""
+
+
+class StoreRoleError(StoreError):
+    """The login may not do this; the message names the role that may."""
 
 
 class StoreVersionError(StoreError):
@@ -24,24 +50,44 @@ class StoreVersionError(StoreError):
 
 def describe(engine: Engine) -> str:
     """The store's address without its password."""
-    return engine.url.render_as_string(hide_password=True)
+    return shown(engine.url)
 
 
 def first_line(error: DBAPIError) -> str:
-    return str(error.orig).strip().splitlines()[0] if str(error.orig).strip() else type(error.orig).__name__
+    """What the driver said, without what it goes on to tell of itself; and what to do where a disk is full."""
+    said = str(error.orig).strip().splitlines()
+    line = without_secrets(said[0]) if said else type(error.orig).__name__
+    return f"{line}; {MAKE_ROOM}" if _had_no_room(error.orig) else line
+
+
+def disk_is_full(error: BaseException | None) -> bool:
+    """Whether a system, SQLite or a PostgreSQL server had no room for what was to be written, and this came of it."""
+    while error is not None:
+        if _had_no_room(error) or _had_no_room(getattr(error, "orig", None)):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
+
+
+def _had_no_room(error: BaseException | None) -> bool:
+    code = getattr(error, "sqlite_errorcode", None) or 0
+    return (
+        getattr(error, "errno", None) in (ENOSPC, EDQUOT, EFBIG)
+        or code & 0xFF == sqlite3.SQLITE_FULL
+        or code == sqlite3.SQLITE_IOERR_WRITE
+        or getattr(error, "sqlstate", None) == "53100"
+    )
 
 
 def make_engine(url: str) -> Engine:
     """An engine with the rules that the store relies on. Raises `StoreError` for an unusable address."""
     try:
-        parsed = make_url(url)
-    except ArgumentError as error:
-        raise StoreError(
-            f"unreadable store address {url!r}; expected sqlite:///FILE.db or postgresql+psycopg://HOST/NAME"
-        ) from error
+        parsed = parsed_address(url)
+    except AddressError as error:
+        raise StoreError(f"{error}; expected sqlite:///FILE.db or postgresql+psycopg://USER@HOST/NAME") from error
     backend = parsed.get_backend_name()
     if backend not in ("sqlite", "postgresql"):
-        raise StoreError(f"unsupported store {backend!r} in {url!r}; use sqlite:/// or postgresql+psycopg://")
+        raise StoreError(f"unsupported store {backend!r} in {shown(url)!r}; use sqlite:/// or postgresql+psycopg://")
     if backend == "postgresql" and parsed.drivername == "postgresql":
         parsed = parsed.set(drivername="postgresql+psycopg")
     try:
@@ -50,10 +96,40 @@ def make_engine(url: str) -> Engine:
             engine = create_engine(parsed, connect_args={"timeout": BUSY_TIMEOUT_S})
             _configure_sqlite(engine)
         else:
-            engine = create_engine(parsed, pool_pre_ping=True)
+            engine = create_engine(parsed, pool_pre_ping=True, connect_args=dict(_SERVER))
+            _configure_postgresql(engine)
     except (ModuleNotFoundError, NoSuchModuleError) as error:
-        raise StoreError(f"no driver for {url!r}: pip install 'pyroshock[postgres]'") from error
+        raise StoreError(f"no driver for {shown(url)!r}: pip install 'pyroshock[postgres]'") from error
     return engine
+
+
+def one_state(engine: Engine) -> dict[str, Any]:
+    """Options of a transaction that only reads: it sees one state throughout, as SQLite's do by themselves."""
+    if engine.dialect.name == "sqlite":
+        return {}
+    return {"isolation_level": "REPEATABLE READ", "postgresql_readonly": True}
+
+
+def _configure_postgresql(engine: Engine) -> None:
+    known = False  # whether the server has ever answered: if not, its address may be wrong
+
+    @event.listens_for(engine, "do_connect")
+    def _connect(dialect: Any, _record: Any, arguments: Any, options: Any) -> Any:
+        nonlocal known
+        connection = rerun(
+            lambda: dialect.connect(*arguments, **options),
+            lambda error, _: isinstance(error, dialect.dbapi.OperationalError) and _may_come(str(error), known),
+            Patience(BUSY_TIMEOUT_S),
+        )
+        known = True
+        return connection
+
+
+def _may_come(said: str, known: bool) -> bool:
+    """Whether a connection that failed may be had later. The driver gives no SQLSTATE to it, only words."""
+    if known:
+        return not any(words in said for words in _NEVER)
+    return any(words in said for words in _LATER)
 
 
 def _refuse_missing_folder(database: str | None) -> None:
@@ -100,5 +176,5 @@ def make_engine_of_existing(url: str) -> Engine:
     engine = make_engine(url)
     path = engine.url.database
     if engine.dialect.name == "sqlite" and path and path != ":memory:" and not Path(path).exists():
-        raise StoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {url}")
+        raise StoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {shown(url)}")
     return engine

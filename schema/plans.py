@@ -52,3 +52,8 @@ class PlannedRun(HasId, Written, Base):
     reason: Mapped[str | None]
     plan: Mapped[Plan] = relationship()
     configuration: Mapped[Configuration] = relationship()
+
+
+def plan_turn(name: str) -> str:
+    """The turn of those who change a plan, or what becomes of its runs."""
+    return f"plan {name}"

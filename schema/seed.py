@@ -7,6 +7,7 @@ from importlib.resources import files
 from typing import Any
 
 from sqlalchemy import select
+from sqlalchemy.orm import Session
 
 from .keys import get_or_add
 from .materials import Material, MaterialAlias
@@ -20,10 +21,13 @@ def seed_materials(store: Store) -> None:
     rows = [row for row in _rows() if row["name"] not in known]
     if not rows:
         return
-    with store.writing() as session:
-        for row in rows:
-            # Another process may be making the same store at this moment.
-            get_or_add(session, Material, {"name": row["name"]}, _values(row))
+    store.write(lambda session: _add(session, rows), idempotent=True)
+
+
+def _add(session: Session, rows: list[dict[str, str]]) -> None:
+    for row in rows:
+        # Another process may be making the same store at this moment.
+        get_or_add(session, Material, {"name": row["name"]}, _values(row))
 
 
 def _rows() -> list[dict[str, str]]:

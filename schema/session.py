@@ -8,21 +8,45 @@ from __future__ import annotations
 
 import getpass
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, TypeVar
 
 from sqlalchemy import Connection, Engine, event, func, insert, inspect, select
 from sqlalchemy.exc import DBAPIError, IntegrityError
 from sqlalchemy.orm import Session, SessionTransaction
 
 from . import migrate
+from .addresses import shown
 from .base import Written
-from .engine import StoreError, StoreVersionError, describe, first_line, make_engine, make_engine_of_existing
+from .denied import refusal
+from .engine import (
+    BUSY_TIMEOUT_S,
+    StoreError,
+    StoreVersionError,
+    describe,
+    make_engine,
+    make_engine_of_existing,
+    one_state,
+)
 from .provenance import Provenance
+from .rerun import rerun
 from .tables import metadata
+from .transient import lost, passes, taken
+
+Result = TypeVar("Result")
+
+#: A row that came between looking and writing is seen when looked for again; a rule that is truly broken stays so.
+_LOOKS = 5
+
+#: A writing transaction on a server waits as long for another's rows as one on SQLite does, and does not keep its own
+#: from the others when its process sleeps (a laptop that was closed).
+_WAITS = select(
+    func.set_config("lock_timeout", f"{BUSY_TIMEOUT_S:.0f}s", True),
+    func.set_config("idle_in_transaction_session_timeout", "300s", True),
+)
 
 
 @dataclass(frozen=True)
@@ -49,7 +73,11 @@ class Writer:
 
 
 class Store:
-    """An open store. `reading()` and `writing()` give sessions; `close()` or `with` releases the engine."""
+    """An open store; `close()` or `with` releases the engine.
+
+    `reading()` and `writing()` give sessions. `read` and `write` run a function in one, and once more from the start
+    where what stopped it passes by itself: use them wherever others are at work.
+    """
 
     def __init__(self, engine: Engine, writer: Writer) -> None:
         self.engine = engine
@@ -60,18 +88,58 @@ class Store:
     @contextmanager
     def reading(self) -> Iterator[Session]:
         """A session that sees one state of the store and changes nothing."""
-        with self._translated(), Session(self.engine) as session:
+        with self._translated(), Session(self.engine.execution_options(**one_state(self.engine))) as session:
             yield session
+
+    def read(self, work: Callable[[Session], Result]) -> Result:
+        """What `work` returns of a session of `reading`, asked again where the server was lost meanwhile."""
+
+        def attempt() -> Result:
+            with self.reading() as session:
+                return work(session)
+
+        return rerun(attempt, lambda error, _: passes(error))
+
+    def write(self, work: Callable[[Session], Result], *, idempotent: bool = False) -> Result:
+        """What `work` returns of a session of `writing`, in a transaction of its own.
+
+        It is run again from the start, in a new transaction, after a deadlock, a lock that was not had in time, or a
+        connection that was lost, for two minutes at most; and a few times after a unique key that another writer took
+        first, so `work` looks for that row itself. It must do nothing but write to the session, and keep no row of it.
+
+        A connection lost in the midst of COMMIT leaves open whether all was stored. Only work that finds its own rows
+        by their natural keys, and then leaves them, is `idempotent`, and run again after that too; of other work the
+        error is raised, for it might be stored twice.
+        """
+        committing = False
+
+        def attempt() -> Result:
+            nonlocal committing
+            committing = False
+            with self.writing() as session:
+                result = work(session)
+                session.flush()
+                committing = True
+            return result
+
+        def again(error: Exception, number: int) -> bool:
+            if committing and lost(error):
+                return idempotent
+            return passes(error) or (taken(error) and number < _LOOKS)
+
+        return rerun(attempt, again)
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
-        """One transaction: everything in the block is stored, or nothing is."""
+        """One transaction: everything in the block is stored, or nothing is. See `write` for others at work."""
         known = self._written_by_id
         try:
             with self._translated(), Session(self.engine.execution_options(pyroshock_writes=True)) as session:
                 event.listen(session, "before_flush", self._sign)
                 event.listen(session, "after_rollback", self._forget_with)
                 with session.begin():
+                    if self.engine.dialect.name == "postgresql":
+                        session.execute(_WAITS)
                     yield session
         except BaseException:
             self._written_by_id = known  # its provenance row went with the transaction
@@ -103,7 +171,7 @@ class Store:
         except IntegrityError:
             raise  # callers resolve races on it, and say what it means
         except DBAPIError as error:
-            raise StoreError(f"{describe(self.engine)}: {first_line(error)}") from error
+            raise refusal(self.engine, error) from error
 
     def close(self) -> None:
         self.engine.dispose()
@@ -131,7 +199,7 @@ def open_store(url: str, writer: Writer, *, create: bool = False) -> Store:
         return store
     except DBAPIError as error:
         engine.dispose()
-        raise StoreError(f"cannot use {describe(engine)} as a store: {first_line(error)}") from error
+        raise refusal(engine, error, f"cannot use {describe(engine)} as a store") from error
     except BaseException:
         engine.dispose()
         raise
@@ -149,15 +217,14 @@ def _check_revision(engine: Engine, url: str, create: bool) -> None:
     if revision is not None:
         raise StoreVersionError(_version_message(engine, url, revision))
     if not create:
-        raise StoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {url}")
+        raise StoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {shown(url)}")
     migrate.upgrade(engine)
 
 
 def _version_message(engine: Engine, url: str, revision: str) -> str:
     if revision in migrate.known_revisions():
-        return (
-            f"{describe(engine)} is at revision {revision}, older than this software: pyroshock db upgrade --db {url}"
-        )
+        older = f"{describe(engine)} is at revision {revision}, older than this software"
+        return f"{older}: pyroshock db upgrade --db {shown(url)}"
     return f"{describe(engine)} is at revision {revision}, which this software does not know: update pyroshock"
 
 

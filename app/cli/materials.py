@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from .common import db_option, json_option, note, opened, print_table, write_json
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
 
 
 @click.group(invoke_without_command=True)
@@ -61,10 +66,6 @@ def add(
         from ...schema.materials import Material, material_names
         from .quantities import parse_quantity
 
-        with store.reading() as session:
-            taken = material_names(session)(name)
-        if taken:
-            raise ValueError(f"material {name!r} is known already; pyroshock materials lists it")
         if not -1 < poisson_ratio < 0.5:
             raise ValueError(f"--poisson-ratio is {poisson_ratio}; expected a number above -1 and below 0.5")
         values = {
@@ -75,6 +76,11 @@ def add(
         for key, value in values.items():
             if value <= 0:
                 raise ValueError(f"{key} is {value}; expected a value above zero")
-        with store.writing() as session:
+
+        def add_row(session: Session) -> None:
+            if material_names(session)(name):
+                raise ValueError(f"material {name!r} is known already; pyroshock materials lists it")
             session.add(Material(name=name, poisson_ratio=poisson_ratio, source=source, **values))
+
+        store.write(add_row)
     note(f"material {name} added")
