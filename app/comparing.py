@@ -12,11 +12,12 @@ from ..dataset.table import PulseTable
 from ..training.comparison import Comparison
 from ..training.difference import Difference
 from ..training.judging import Judged, on_held_out
-from ..training.listing import chosen, finite, newest, of_dataset, row_of
+from ..training.listing import chosen, finite, in_order, newest, of_dataset, row_of
 from ..training.metrics.errors import METRICS
 from ..training.promotion import compared
 from ..training.records import Version
 from ..training.registry.registry import Registry
+from ..training.whole import whole
 
 #: So many pairs are told in sentences, and group by group.
 _TOLD_WHERE = 3
@@ -59,13 +60,26 @@ def versions_named(
     if names:
         found = [chosen(versions if "@" in name else of_it, name, split) for name in names]
     else:
-        last = dataset or max(of_it, key=lambda each: each.registered_at).dataset.hash
+        last = dataset or in_order(of_it)[0].dataset.hash
         newest_first = newest(each for each in of_dataset(of_it, last) if each.split == split)
         found = list({each.name: each for each in reversed(newest_first)}.values())
     found = list({each.label: each for each in found}.values())
     if len(found) < 2:
         raise ValueError(f"{len(found)} models of split {split!r} to compare; name two or more, MODEL or MODEL@VERSION")
     return tuple(found)
+
+
+def served(
+    registry: Registry, versions: Sequence[Version], names: Sequence[str], tell: Callable[[str], None]
+) -> list[Version]:
+    """Without a name, those whose files are whole: one that is damaged stops no comparison that did not ask for it.
+
+    Raises `ValueError` where fewer than two are left.
+    """
+    found = list(versions) if names else whole(registry, versions, tell)
+    if len(found) < 2:
+        raise ValueError(f"{len(found)} of {len(versions)} models have their files; train the others again")
+    return found
 
 
 def comparisons_of(
@@ -122,6 +136,8 @@ def _lead(row: Difference) -> str:
 
 def draw(comparison: Comparison, metric: str, file: Path) -> None:
     """The comparison as a figure."""
+    from ..schema.outputs import whole_file
     from ..training.plots.difference import difference_figure
 
-    difference_figure(comparison, metric).savefig(file)
+    with whole_file(file) as partial:
+        difference_figure(comparison, metric).savefig(partial)

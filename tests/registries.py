@@ -27,6 +27,13 @@ def fresh_registry(folder: Path, store: str = "lab") -> Registry:
     database = registry.place.database
     assert database is not None
     shutil.copy(_template(), database)
+    return at_its_place(registry)
+
+
+def at_its_place(registry: Registry) -> Registry:
+    """A registry whose database was copied to its place: what is trained from now on keeps its files there too."""
+    database = registry.place.database
+    assert database is not None
     with closing(sqlite3.connect(database)) as connection, connection:
         where = (registry.place.artifact_uri, EXPERIMENT)
         connection.execute("UPDATE experiments SET artifact_location = ? WHERE name = ?", where)

@@ -17,7 +17,7 @@ def newest(versions: Iterable[Version]) -> list[Version]:
     """The newest of each model, dataset, split and seed, in the order given; champions stay."""
     every = list(versions)
     found: dict[tuple[str, str, str, int], Version] = {}
-    for version in sorted(every, key=lambda version: version.registered_at):
+    for version in sorted(every, key=lambda version: version.version):  # numbers rise, clocks may go back
         found[version.name, version.dataset.hash, version.split, version.seed] = version
     labels = {version.label for version in found.values()}
     return [version for version in every if version.label in labels or version.champion_of is not None]
@@ -54,7 +54,12 @@ def chosen(versions: Sequence[Version], text: str, split: str | None = None) -> 
     if not found:
         known = ", ".join(f"{version.version} ({version.split})" for version in named[:12])
         raise LookupError(f"no {text!r}{f' of split {split!r}' if split and not which else ''}; versions: {known}")
-    return max(found, key=lambda version: version.registered_at)
+    return max(found, key=lambda version: version.version)
+
+
+def in_order(versions: Iterable[Version]) -> list[Version]:
+    """Of all models, the one that was registered last first. A clock that was set back changes nothing."""
+    return sorted(versions, key=lambda v: (v.order, v.registered_at, v.version), reverse=True)
 
 
 def row_of(version: Version) -> dict[str, Any]:

@@ -34,22 +34,22 @@ def promote(
     champion's on held-out pulses that neither was trained on, or on the `other` (name, pulses) of a campaign.
 
     Either way the decision is kept, with its figures. `forced` promotes the worse one too, for the `reason` given.
-    Raises `LookupError` for a version there is not, `ValueError` where there is nothing to compare on, or where
-    `forced` has no reason.
+    Raises `LookupError` for a version there is not, `ValueError` for one whose files are damaged, where there is
+    nothing to compare on, or where `forced` has no reason.
     """
     if forced and not reason.strip():
         raise ValueError("a forced promotion needs its reason: --reason TEXT")
     with registry.promoting():
+        registry.settle()
         candidate = chosen(registry.versions(), f"{name}@{version}")
+        _refuse_damaged(registry, candidate)
         champion = registry.champion(candidate.dataset.predictor_set)
         if champion is None or champion.label == candidate.label:
             what = "there was no champion" if champion is None else "it was the champion already"
             decision = _decision(candidate, champion, True, forced, _joined(reason, what), "nothing", 0, {})
         else:
             decision = _judged(registry, candidate, champion, read, other, forced, reason)
-        if decision.promoted:
-            registry.set_champion(candidate)
-        registry.note(decision)
+        registry.decide(decision, candidate)
     return decision
 
 
@@ -78,6 +78,12 @@ def _judged(
     figures = {f"{metric}.difference": comparison.of(metric).difference for metric in METRICS}
     figures |= {"cost.candidate": gate.mean_a, "cost.champion": gate.mean_b, "cost.p_value": gate.p_value}
     return _decision(candidate, champion, forced or not worse, forced, why, where, len(judged.pulses), figures)
+
+
+def _refuse_damaged(registry: Registry, candidate: Version) -> None:
+    wrong = registry.damage(candidate)
+    if wrong is not None:
+        raise ValueError(f"{candidate.label} cannot be promoted, predictions would fail: {wrong}")
 
 
 def compared(judged: Judged, a: str, b: str, groups: bool = False) -> Comparison:

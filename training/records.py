@@ -63,7 +63,11 @@ class Trained:
 
 @dataclass(frozen=True)
 class Version:
-    """A registered model's version; `metrics` are means over its held-out pulses with 90 % intervals."""
+    """A registered model's version; `metrics` are means over its held-out pulses with 90 % intervals.
+
+    `order` rises with each registration, whatever the clock says that `registered_at` was read from; 0 before there
+    was one.
+    """
 
     name: str
     version: int
@@ -77,6 +81,7 @@ class Version:
     sha256: str
     registered_at: datetime
     champion_of: str | None = None
+    order: int = 0
 
     @property
     def label(self) -> str:

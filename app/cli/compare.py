@@ -36,13 +36,13 @@ def compare(
         pyroshock compare hybrid@3 hybrid@7 --out difference.png
     """
     with opened(db) as store:
-        from ..comparing import comparisons_of, draw, metrics_named, rows_of, told, versions_named
+        from ..comparing import comparisons_of, draw, metrics_named, rows_of, served, told, versions_named
         from ..training import models_extra, reader_of, registry_of
 
         wanted = metrics_named(metric)
         with models_extra():
             registry = registry_of(db)
-            versions = versions_named(registry.versions(), names, dataset, split)
+            versions = served(registry, versions_named(registry.versions(), names, dataset, split), names, note)
             found = comparisons_of(registry, versions, wanted[0], each_with_each=bool(names), read=reader_of(store))
         if out is not None:
             draw(found.comparisons[0], wanted[0], out)

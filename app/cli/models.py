@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import db_option, errors_as_one_line, json_option, print_table, write_json
+from .common import db_option, errors_as_one_line, json_option, note, print_table, write_json
 
 if TYPE_CHECKING:
     from ...training.records import Version
@@ -31,6 +31,7 @@ def models(dataset: str | None, split: str | None, every: bool, promotions: bool
     """
     with errors_as_one_line():
         from ...training.listing import newest, of_dataset
+        from ...training.whole import damages
         from ..model_tables import json_row
         from ..training import models_extra, registry_of
 
@@ -43,11 +44,19 @@ def models(dataset: str | None, split: str | None, every: bool, promotions: bool
             found = of_dataset(found, dataset) if dataset is not None else found
             found = [version for version in found if split in (None, version.split)]
             floors = {each: registry.floors(*each) for each in _grounds(found)}
-        if json_to is not None:
             listed = found if every else newest(found)
-            write_json([json_row(each, floors[each.dataset.hash, each.seed]) for each in listed], json_to)
+            wrong = damages(registry, listed)
+        if json_to is not None:
+            rows = ((each, json_row(each, floors[each.dataset.hash, each.seed])) for each in listed)
+            write_json([row | _damaged(wrong.get(each.label)) for each, row in rows], json_to)
             return
         _tell(found, floors, every)
+        for label, what in wrong.items():
+            note(f"{label} is damaged: {what}")
+
+
+def _damaged(what: str | None) -> dict[str, str]:
+    return {} if what is None else {"damaged": what}
 
 
 def _grounds(versions: list[Version]) -> list[tuple[str, int]]:

@@ -80,22 +80,32 @@ def read_model(folder: Path, sha256: str | None = None) -> tuple[ContactModel, d
 
     `sha256` is what `write_model` returned, where it is known.
     """
+    document, packed = read_files(folder, sha256)
+    try:
+        return unpack(document, _read_arrays(packed)), document["about"]
+    except ModelFileError as error:
+        raise ModelFileError(f"{folder}: {error}") from error
+    except _BROKEN as error:
+        raise ModelFileError(f"{folder / MODEL_FILE} is no description of a model: {_said(error)}") from error
+
+
+def read_files(folder: Path, sha256: str | None = None) -> tuple[dict[str, Any], bytes]:
+    """Both files, held against their digests; no model is made of them. Raises `ModelFileError`."""
     try:
         text = (folder / MODEL_FILE).read_bytes()
         packed = (folder / ARRAYS_FILE).read_bytes()
     except OSError as error:
         raise ModelFileError(f"{error.filename} cannot be read: {error.strerror}") from error
     if sha256 is not None and _digest(text) != sha256:
-        raise ModelFileError(f"{folder / MODEL_FILE} is not the file that was registered: train the model anew")
+        raise ModelFileError(f"{folder / MODEL_FILE} is not the file that was registered")
     try:
-        document = json.loads(text)
-        if _digest(packed) != document["arrays_sha256"]:
-            raise ModelFileError(f"{folder / ARRAYS_FILE} is not the file that {MODEL_FILE} was written with")
-        return unpack(document, _read_arrays(packed)), document["about"]
-    except ModelFileError as error:
-        raise ModelFileError(f"{folder}: {error}") from error
+        document: dict[str, Any] = json.loads(text)
+        intact = _digest(packed) == document["arrays_sha256"]
     except _BROKEN as error:
         raise ModelFileError(f"{folder / MODEL_FILE} is no description of a model: {_said(error)}") from error
+    if not intact:
+        raise ModelFileError(f"{folder / ARRAYS_FILE} is not the file that {MODEL_FILE} was written with")
+    return document, packed
 
 
 def _read_arrays(packed: bytes) -> Arrays:

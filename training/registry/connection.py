@@ -6,15 +6,22 @@ import logging
 import os
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from functools import wraps
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
-from ..locks import locked
+from ...schema.addresses import without_secrets
+from ...schema.rerun import rerun
+from ...schema.transient import passes
+from ..locks import turn
 from ..place import VARIABLE, Place
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
+
+Asked = ParamSpec("Asked")
+Answer = TypeVar("Answer")
 
 #: In which everything of ours is logged.
 EXPERIMENT = "pyroshock"
@@ -64,6 +71,8 @@ class Connection:
 
             for name in ("mlflow", "alembic"):
                 logging.getLogger(name).setLevel(logging.ERROR)
+            # It prints the trace of what it then raises, be it that a second try succeeds.
+            logging.getLogger("mlflow.store.db.utils").setLevel(logging.CRITICAL)
             mlflow.set_tracking_uri(self.place.tracking_uri)
             mlflow.set_registry_uri(self.place.tracking_uri)
             try:
@@ -82,7 +91,9 @@ class Connection:
         """The experiment; the first call makes MLflow's tables, and two at once would stumble over each other."""
         import mlflow
 
-        with locked(self.place.lock):
+        if not self.place.is_server:
+            import mlflow.store.tracking.sqlalchemy_store  # takes a second, for which nobody should wait in turn
+        with turn(self.place, "tables"):
             client = mlflow.MlflowClient()
             found = client.get_experiment_by_name(EXPERIMENT)
             if found is not None:
@@ -90,5 +101,15 @@ class Connection:
             return str(client.create_experiment(EXPERIMENT, artifact_location=self.place.artifact_uri))
 
 
+def patient(method: Callable[Asked, Answer]) -> Callable[Asked, Answer]:
+    """A method that finds its own traces, called again where the store was lost or another one's lock stood before."""
+
+    @wraps(method)
+    def called(*args: Asked.args, **kwargs: Asked.kwargs) -> Answer:
+        return rerun(lambda: method(*args, **kwargs), lambda error, _: passes(error))
+
+    return called
+
+
 def _first_line(error: Exception) -> str:
-    return str(error).strip().splitlines()[0]
+    return without_secrets(str(error).strip().splitlines()[0])

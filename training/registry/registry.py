@@ -9,26 +9,29 @@ from __future__ import annotations
 import hashlib
 import json
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr
-from datetime import UTC, datetime
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...schema.rerun import rerun
+from ...schema.transient import passes
 from ..code_version import code_version
-from ..locks import locked
-from ..models.pack import read_model
+from ..listing import in_order
+from ..locks import turn
+from ..models.pack import ModelFileError, read_files, read_model
 from ..place import Place
 from ..records import DatasetName, Decision, HeldOut, RegisteredModel, Trained, Version
-from .champions import ALIAS, PROMOTED_TAG, alias_of, champions_of, move_or_drop
-from .connection import Connection, RegistryError
+from .champions import champions_of, crown, next_stamp
+from .connection import Connection, RegistryError, patient
+from .decisions import decide, decisions, settle
 from .logged import HELD_OUT, log_model, log_run
 from .written import (
+    ORDER_TAG,
     PREFIX,
     TASK_TAG,
-    decision_from,
-    decision_tags,
+    HeldOutError,
     read_about,
     read_held_out,
     version_from,
@@ -38,7 +41,7 @@ from .written import (
 if TYPE_CHECKING:
     from mlflow import MlflowClient
 
-_SESSION_TAG, _DECISION_TAG, _FLOOR_TAG = PREFIX + "session", PREFIX + "decision", PREFIX + "floor"
+_SESSION_TAG, _FLOOR_TAG = PREFIX + "session", PREFIX + "floor"
 
 
 class Registry:
@@ -48,64 +51,91 @@ class Registry:
         self.place = place
         self.connection = Connection(place)
 
+    @patient
     def versions(self) -> list[Version]:
         """All registered versions, the newest first."""
         if self.connection.nothing_there:
             return []
         with self.connection.client() as client:
             aliases = {model.name: model.aliases for model in client.search_registered_models(max_results=1000)}
-            found = client.search_model_versions(max_results=10_000, order_by=["creation_timestamp DESC"])
+            found = client.search_model_versions(max_results=10_000)
         rows = [(v, int(v.version), v.tags) for v in found if TASK_TAG in v.tags]
         champion_of = champions_of({(v.name, number): tags for v, number, tags in rows}, aliases)
-        return [
+        return in_order(
             version_from(v.name, number, v.run_id, v.creation_timestamp, tags, champion_of.get((v.name, number)))
             for v, number, tags in rows
-        ]
+        )
 
     def champion(self, predictor_set: str) -> Version | None:
         """The version in use for impacts described by this predictor set, or None."""
         return next((version for version in self.versions() if version.champion_of == predictor_set), None)
 
+    @patient
     def load(self, version: Version) -> RegisteredModel:
         """The model of a version, from its files. Raises `ValueError` where they are gone or are not those written."""
-        with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
-            uri = client.get_model_version_download_uri(version.name, str(version.version))
-            folder = self._fetched(uri, Path(room), version.label)
-            model, written = read_model(folder / "data" / "model", version.sha256)
+        with self._model_of(version) as folder:
+            model, written = read_model(folder, version.sha256)
         predictors, domain = read_about(written)
         return RegisteredModel(version, model, predictors, domain, written)
 
+    @patient
     def held_out(self, version: Version) -> HeldOut:
         """The held-out predictions that the version was judged by."""
-        with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
+        with self._files_of(version) as (client, room):
             uri = client.get_run(version.run_id).info.artifact_uri
-            return read_held_out(self._fetched(f"{uri}/{HELD_OUT}", Path(room), version.label))
+            return read_held_out(self._fetched(f"{uri}/{HELD_OUT}", room, version))
+
+    def damage(self, version: Version) -> str | None:
+        """What is wrong with a version's files; None where they are those written, or a server keeps them."""
+        if self.place.is_server:
+            return None
+        try:
+            with self._model_of(version) as folder:
+                read_files(folder, version.sha256)
+            self.held_out(version)
+        except ValueError as error:
+            return str(error)
+        return None
 
     def record(self, trained: Trained, session: str | None = None) -> Version:
-        """Log a finished training under the run `session`, and register its model: the very last step."""
+        """Log a finished training under the run `session`, and register its model: the very last step.
+
+        Where MLflow's store is lost on the way, all of it is done again, unless the version is there.
+        """
+        begun: list[str] = []
+
+        def attempt() -> Version:
+            with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
+                return _registered(client, begun) or self._record(client, Path(room), trained, session, begun)
+
+        return rerun(attempt, lambda error, _: passes(error))
+
+    def _record(
+        self, client: MlflowClient, room: Path, trained: Trained, session: str | None, begun: list[str]
+    ) -> Version:
         import mlflow
 
         task = trained.task
-        with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
-            self._forget_unfinished(client, task.key)
-            tags = {TASK_TAG: task.key, **{PREFIX + name: value for name, value in code_version().items()}}
-            name = f"{task.model}, {task.split}"
-            with mlflow.start_run(
-                experiment_id=self.connection.experiment,
-                run_name=name,
-                tags=tags,
-                nested=session is not None,
-                parent_run_id=session,
-            ):
-                log_run(trained, Path(room))
-                model_uri, sha256 = log_model(trained, Path(room) / "model")
+        self._forget_unfinished(client, task.key)
+        tags = {TASK_TAG: task.key, **{PREFIX + name: value for name, value in code_version().items()}}
+        name = f"{task.model}, {task.split}"
+        with mlflow.start_run(
+            experiment_id=self.connection.experiment,
+            run_name=name,
+            tags=tags,
+            nested=session is not None,
+            parent_run_id=session,
+        ) as run:
+            begun.append(run.info.run_id)
+            log_run(trained, room)
+            model_uri, sha256 = log_model(trained, room / "model")
+            with turn(self.place, "registering"):  # MLflow counts a name's versions, and gives up after three races
+                own = version_tags(trained, sha256, _next_order(client))
                 with redirect_stderr(StringIO()):  # MLflow announces every version there
-                    written = mlflow.register_model(model_uri, task.model, tags=version_tags(trained, sha256))
-            number = int(written.version)
-            return version_from(
-                task.model, number, written.run_id, written.creation_timestamp, version_tags(trained, sha256), None
-            )
+                    written = mlflow.register_model(model_uri, task.model, tags=own)
+        return version_from(task.model, int(written.version), written.run_id, written.creation_timestamp, own, None)
 
+    @patient
     def open_session(self, dataset: DatasetName, seed: int) -> str:
         """The run over all trainings of a dataset with a seed: the one begun earlier, or a new one."""
         with self.connection.client() as client:
@@ -121,6 +151,7 @@ class Registry:
             client.log_param(run.info.run_id, "seed", seed)
             return str(run.info.run_id)
 
+    @patient
     def close_session(self, session: str, figures: Mapping[str, bytes], floors: Mapping[str, str]) -> None:
         """Log what stands over all trainings: figures by file name, and the floor (JSON) of each split."""
         with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
@@ -131,6 +162,7 @@ class Registry:
                 client.set_tag(session, _floor_tag(split), json.dumps([split, floor]))
             client.set_terminated(session)
 
+    @patient
     def floors(self, dataset_hash: str, seed: int) -> dict[str, str]:
         """The repeatability floor (JSON) by split, of the trainings of a dataset with a seed."""
         if self.connection.nothing_there:
@@ -144,42 +176,42 @@ class Registry:
     @contextmanager
     def promoting(self) -> Iterator[None]:
         """Nobody else promotes meanwhile: compare, then `set_champion` and `note`, in one hold."""
-        with locked(self.place.lock.with_suffix(".promotion")):
+        with turn(self.place, "promotion"):
             yield
 
     def set_champion(self, version: Version) -> None:
         """Make this version the only champion of its predictor set."""
-        alias, number = alias_of(version.dataset.predictor_set), str(version.version)
         with self.connection.client() as client:
-            # The time first: should this be cut short, two carry the alias, and the one promoted last counts.
-            client.set_model_version_tag(version.name, number, PROMOTED_TAG, datetime.now(UTC).isoformat())
-            for name in (alias, ALIAS):
-                client.set_registered_model_alias(version.name, name, number)
-            for model in client.search_registered_models(max_results=1000):
-                if model.name != version.name and alias in model.aliases:
-                    client.delete_registered_model_alias(model.name, alias)
-                    move_or_drop(client, model.name, model.aliases, alias)
+            crown(client, version, next_stamp(client))
 
-    def note(self, decision: Decision) -> None:
-        """Keep a promotion or its refusal: a run of its own, so that it shows beside the trainings."""
+    def settle(self) -> None:
+        """Complete what a killed promotion has begun, or take it back. Within `promoting`."""
+        versions = self.versions()
         with self.connection.client() as client:
-            verb = "promote" if decision.promoted else "refuse"
-            tags = decision_tags(decision)
-            run = client.create_run(self.connection.experiment, run_name=f"{verb} {decision.candidate}", tags=tags)
-            for name in ("candidate", "champion", "promoted", "forced", "reason", "judged_on", "who"):
-                client.log_param(run.info.run_id, name, str(getattr(decision, name)))
-            for name, value in decision.figures.items():
-                client.log_metric(run.info.run_id, name, value)
-            client.set_terminated(run.info.run_id)
+            settle(client, self._experiment, versions)
 
+    def decide(self, decision: Decision, candidate: Version) -> None:
+        """Keep a promotion or its refusal, and make the candidate champion where it is one: both, or nothing.
+
+        Within `promoting`, after `settle`.
+        """
+        with self.connection.client() as client:
+            decide(client, self._experiment, decision, candidate)
+
+    @patient
     def decisions(self) -> list[Decision]:
         """Promotions and refusals, the newest first."""
         if self.connection.nothing_there:
             return []
+        versions = self.versions()
         with self.connection.client() as client:
-            order = ["attributes.start_time DESC"]
-            runs = client.search_runs([self.connection.experiment], max_results=1000, order_by=order)
-        return [decision_from(run.data.tags) for run in runs if _DECISION_TAG in run.data.tags]
+            return decisions(client, self._experiment, versions)
+
+    @property
+    def _experiment(self) -> str:
+        """Known once a client was had."""
+        assert self.connection.experiment is not None
+        return self.connection.experiment
 
     def _forget_unfinished(self, client: MlflowClient, task_key: str) -> None:
         """Take back what a killed training of the same task has left."""
@@ -195,7 +227,23 @@ class Registry:
                 client.delete_logged_model(model.model_id)
             client.delete_run(run.info.run_id)
 
-    def _fetched(self, uri: str, room: Path, label: str) -> Path:
+    @contextmanager
+    def _model_of(self, version: Version) -> Iterator[Path]:
+        """The folder with a version's model."""
+        with self._files_of(version) as (client, room):
+            uri = client.get_model_version_download_uri(version.name, str(version.version))
+            yield self._fetched(uri, room, version) / "data" / "model"
+
+    @contextmanager
+    def _files_of(self, version: Version) -> Iterator[tuple[MlflowClient, Path]]:
+        """A client, and room for what it fetches. What is wrong with a version's files says whose they are."""
+        try:
+            with self.connection.client() as client, tempfile.TemporaryDirectory() as room:
+                yield client, Path(room)
+        except (ModelFileError, HeldOutError) as error:
+            raise type(error)(f"{version.label}: {error}; {_again(version)}") from error
+
+    def _fetched(self, uri: str, room: Path, version: Version) -> Path:
         """A local path of an artifact; where its folder was moved, the one beside the store as it stands now."""
         import mlflow
 
@@ -206,7 +254,29 @@ class Registry:
         for candidate in (path, self.place.folder.joinpath(*parts)):
             if candidate.exists():
                 return candidate
-        raise RegistryError(f"the files of {label} are gone: no {path}; train it anew with --retrain")
+        raise RegistryError(f"the files of {version.label} are gone: no {path}; {_again(version)}")
+
+
+def _again(version: Version) -> str:
+    """What to do where a version's files are gone."""
+    seed = f" --seed {version.seed}" if version.seed else ""
+    words = f"{version.dataset.name} --models {version.name} --split {version.split}{seed}"
+    return f"restore the folder, or train it again: pyroshock train {words}"
+
+
+def _registered(client: MlflowClient, runs: Sequence[str]) -> Version | None:
+    """The version that one of these runs has registered, though nobody was told."""
+    for run in runs:
+        for found in client.search_model_versions(f"run_id = '{run}'"):
+            return version_from(found.name, int(found.version), run, found.creation_timestamp, found.tags, None)
+    return None
+
+
+def _next_order(client: MlflowClient) -> int:
+    """In the turn of those who register; of a tracking server's other machines one may get the same: clocks tell."""
+    models = client.search_registered_models(max_results=1000)
+    known = [int(version.tags.get(ORDER_TAG, "0")) for model in models for version in model.latest_versions]
+    return max(known, default=0) + 1
 
 
 def _floor_tag(split: str) -> str:

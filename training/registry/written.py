@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+import zlib
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
@@ -25,7 +26,11 @@ PREFIX = "pyroshock."
 TASK_TAG = PREFIX + "task"
 
 
-def version_tags(trained: Trained, sha256: str) -> dict[str, str]:
+#: Rises with each registration.
+ORDER_TAG = PREFIX + "order"
+
+
+def version_tags(trained: Trained, sha256: str, order: int) -> dict[str, str]:
     """Everything that a listing tells of a version: it is written in one go with the version itself."""
     return {
         TASK_TAG: trained.task.key,
@@ -37,6 +42,7 @@ def version_tags(trained: Trained, sha256: str) -> dict[str, str]:
         PREFIX + "metrics": json.dumps({name: asdict(value) for name, value in trained.metrics.items()}),
         PREFIX + "cost": json.dumps(asdict(trained.cost)),
         PREFIX + "sha256": sha256,
+        ORDER_TAG: str(order),
     }
 
 
@@ -58,6 +64,7 @@ def version_from(
         sha256=own["sha256"],
         registered_at=datetime.fromtimestamp(created_ms / 1000, UTC),
         champion_of=champion_of,
+        order=int(own.get("order", "0")),
     )
 
 
@@ -102,8 +109,12 @@ def write_held_out(held_out: HeldOut, file: Path) -> None:
     )
 
 
+class HeldOutError(ValueError):
+    """A file of held-out predictions is not what was written."""
+
+
 def read_held_out(file: Path) -> HeldOut:
-    """Raises `ValueError` for a file that is not one of these."""
+    """Raises `HeldOutError` for a file that is not one of these."""
     try:
         with np.load(file, allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
@@ -114,20 +125,24 @@ def read_held_out(file: Path) -> HeldOut:
             arrays.get("contact_time_spread_s"),
         )
         return HeldOut(arrays["key"].astype(np.str_), prediction, arrays["trained_on"].astype(np.str_))
-    except (zipfile.BadZipFile, EOFError, KeyError, ValueError) as error:
-        raise ValueError(f"{file} holds no held-out predictions: {error}") from error
+    except (zipfile.BadZipFile, zlib.error, OSError, EOFError, KeyError, ValueError) as error:
+        raise HeldOutError(f"{file} holds no held-out predictions: {error}") from error
+
+
+#: A run with it is none of a training.
+DECISION_TAG = PREFIX + "decision"
 
 
 def decision_tags(decision: Decision) -> dict[str, str]:
-    """A decision, each field a tag."""
+    """A decision as one tag."""
     fields = asdict(replace(decision, figures=dict(decision.figures)))
     fields["when"] = decision.when.isoformat()
-    return {f"{PREFIX}decision": json.dumps(fields)}
+    return {DECISION_TAG: json.dumps(fields)}
 
 
 def decision_from(tags: Mapping[str, str]) -> Decision:
     """A decision as it was written."""
-    fields = json.loads(tags[f"{PREFIX}decision"])
+    fields = json.loads(tags[DECISION_TAG])
     return Decision(**fields | {"when": datetime.fromisoformat(fields["when"])})
 
 
