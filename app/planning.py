@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_args
 
@@ -18,6 +19,7 @@ from ..doe.space import Kind, Space, shipped_factors, space_from_text
 from ..ingest.folder import GunPart, read_campaign_file
 from ..schema.columns import BY_COLUMN, parse_number
 from ..schema.materials import Material, material_names
+from ..schema.outputs import whole_file
 from ..schema.session import Store
 from ..twin.gun.nominal import GunBench, tank_pressure_for
 
@@ -34,8 +36,25 @@ Rows = Sequence[Mapping[str, str]]
 METHODS = ("lhs", "factorial", "import")
 
 
-def make_plan(
-    store: Store,
+@dataclass(frozen=True)
+class Draft:
+    """A plan that is made and not stored yet; `runs` are the numbers of its runs where a table tells them."""
+
+    name: str
+    factors: str
+    design: Design
+    gun: GunBench
+    repetitions: int
+    runs: Sequence[int] | None = None
+    description: str | None = None
+
+
+def make_plan(store: Store, method: str, name: str, **given: Any) -> StoredPlan:
+    """`draft_plan`, stored: for the command line and for the web alike. Raises as it does, and as `store_draft`."""
+    return store_draft(store, draft_plan(method, name, **given))
+
+
+def draft_plan(
     method: str,
     name: str,
     *,
@@ -47,13 +66,12 @@ def make_plan(
     seed: int | None = None,
     gun: Path | None = None,
     description: str | None = None,
-) -> StoredPlan:
-    """Make a design and store it as plan `name`, for the command line and for the web alike.
+) -> Draft:
+    """Make a design, to be stored as plan `name`. The search for a balanced one takes seconds to minutes.
 
     `method` is one of `METHODS`: "lhs" takes the number of `runs`, "import" a CSV `table`. `factors` is the text of a
     factors file, else the shipped one of `kind`; `gun` a campaign folder whose gun fires the plan. Without a `seed` one
-    is drawn, which the plan keeps. Raises `PlanExistsError`, `doe.guards.UnsafeRunError`, and `ValueError` for what the
-    method does not take.
+    is drawn, which the plan keeps. Raises `ValueError` for what the method does not take.
     """
     if not name.strip():
         raise ValueError("the plan has no name; expected one")
@@ -61,11 +79,23 @@ def make_plan(
         raise ValueError(f"repetitions is {repetitions}; expected 1 or more")
     text = factors if factors is not None else shipped_factors(_kind(kind))
     design, numbers = _design(method, space_from_text(text), runs, table, seed)
+    return Draft(name, text, design, gun_bench(gun), repetitions, numbers, description)
+
+
+def store_draft(store: Store, draft: Draft) -> StoredPlan:
+    """Store a plan, and read it back. Raises `PlanExistsError`, `doe.guards.UnsafeRunError`."""
     store_design(
-        store, name, text, design, gun_bench(gun), repetitions=repetitions, runs=numbers, description=description
+        store,
+        draft.name,
+        draft.factors,
+        draft.design,
+        draft.gun,
+        repetitions=draft.repetitions,
+        runs=draft.runs,
+        description=draft.description,
     )
     with store.reading() as session:
-        return read_plan(session, name)
+        return read_plan(session, draft.name)
 
 
 def _kind(text: str) -> Kind:
@@ -251,7 +281,7 @@ def _in_si(row: Mapping[str, str]) -> dict[str, Any]:
 
 def write_table(plan: StoredPlan, path: Path) -> None:
     """The plan's table as CSV: `run` and the factors' columns, in order of run, without what was discarded."""
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["run", *plan.space.columns])
         for run in plan.runs:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sqlalchemy import Engine, inspect, text
+from sqlalchemy import Connection, Engine, inspect, text
+from sqlalchemy.exc import DBAPIError
 
+from .denied import refusal
 from .tables import metadata
 
 if TYPE_CHECKING:
@@ -15,7 +19,9 @@ if TYPE_CHECKING:
     from alembic.script import ScriptDirectory
 
 #: The revision that this software reads and writes: the newest in `migrations/versions` (a test holds it to that).
-HEAD = "0003"
+HEAD = "0005"
+#: Who makes or moves a store on PostgreSQL holds it. Any number will do that no other program on the server takes.
+MIGRATION_LOCK = 0x5EED
 
 
 def config(engine: Engine | None = None) -> Config:
@@ -55,14 +61,34 @@ def upgrade(engine: Engine, revision: str = "head") -> None:
     """Move the store up to `revision`, in one transaction."""
     from alembic import command
 
-    command.upgrade(config(engine), revision)
+    with _told(engine):
+        command.upgrade(config(engine), revision)
+
+
+def make_within(connection: Connection) -> None:
+    """Make the tables in an empty place, as a part of the transaction that is open on `connection`."""
+    from alembic import command
+
+    settings = config()
+    settings.attributes["connection"] = connection
+    command.upgrade(settings, "head")
 
 
 def downgrade(engine: Engine, revision: str) -> None:
     """Move the store back to `revision` ("base" empties it)."""
     from alembic import command
 
-    command.downgrade(config(engine), revision)
+    with _told(engine):
+        command.downgrade(config(engine), revision)
+
+
+@contextmanager
+def _told(engine: Engine) -> Iterator[None]:
+    """What the database refuses, as an error of ours: above all that this is not the owner's login."""
+    try:
+        yield
+    except DBAPIError as error:
+        raise refusal(engine, error) from error
 
 
 def differences(engine: Engine) -> list[object]:

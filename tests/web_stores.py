@@ -54,11 +54,11 @@ class Lab:
         return count_rows(self.store)
 
     def added(self, before: dict[str, int]) -> dict[str, int]:
-        """What has come since `before`, apart from who wrote it."""
+        """What has come since `before`, apart from who was asked and who wrote it."""
         return {
             name: count - before[name]
             for name, count in self.rows().items()
-            if count != before[name] and name != "provenance"
+            if count != before[name] and name not in ("provenance", "jobs")
         }
 
 

@@ -32,9 +32,11 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "blind-check": ("blind_check", "blind_check", "Score the diagnosis on campaigns whose cause is withheld."),
     "report": ("report", "report", "A campaign, a diagnosis or a model as one page or PDF."),
     "serve": ("serve", "serve", "The lab's window: pages of all of this, and a JSON API."),
+    "work": ("work", "work", "Do the long work that was asked for; on any machine of the store."),
+    "jobs": ("work", "jobs", "List long work, or stop some of it."),
     "export": ("export", "export", "Write impacts, shots, pulses or series to CSV or Parquet."),
     "materials": ("materials", "materials", "List the known materials, or add one."),
-    "db": ("store", "db", "Keep the store: upgrade it."),
+    "db": ("store", "db", "Keep the store: check, copy, upgrade it; carry a campaign."),
     "demo": ("demo", "demo", "Ingest the shipped measurements and show what comes of them."),
 }
 
@@ -66,7 +68,9 @@ class LazyGroup(click.Group):
             error.show()
             sys.exit(2)
         except click.ClickException as error:
-            click.echo(f"pyroshock: {' '.join(error.format_message().split())}", err=True)
+            from ...schema.addresses import without_secrets
+
+            click.echo(f"pyroshock: {' '.join(without_secrets(error.format_message()).split())}", err=True)
             sys.exit(2)
         except (click.Abort, KeyboardInterrupt):
             click.echo("pyroshock: interrupted; what was stored is whole, and a repeat goes on from there", err=True)

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 )
 @click.option("--mlflow", metavar="URL", help="Where `mlflow ui` runs: pages of models link to it.")
 @click.option("--max-upload", type=click.IntRange(1), default=2000, show_default=True, help="Megabytes of one upload.")
+@click.option("--no-worker", is_flag=True, help="Pages only: `pyroshock work`, here or elsewhere, does the jobs.")
 @click.option("--open", "show", is_flag=True, help="Open it in the browser.")
 def serve(
     db: str,
@@ -39,6 +40,7 @@ def serve(
     folders: tuple[Path, ...],
     mlflow: str | None,
     max_upload: int,
+    no_worker: bool,
     show: bool,
 ) -> None:
     """Serve campaigns, pulses, models, the twin, plans and diagnoses as pages, and as a JSON API under /api.
@@ -54,7 +56,7 @@ def serve(
         from ..web.settings import MEGABYTE, Settings
 
         settings = Settings(
-            db, host, port, token, folders or (Path.cwd(),), mlflow, max_upload_bytes=max_upload * MEGABYTE
+            db, host, port, token, folders or (Path.cwd(),), mlflow, max_upload * MEGABYTE, works=not no_worker
         )
     with opened(db, create=True) as store:
         from ..web.application import application

@@ -18,8 +18,11 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 
 from ... import __version__
+from ...schema.addresses import without_secrets
 from ...schema.session import Store
+from ..jobs.worker import Worker
 from ..reports.style import COLOURS, PARTS
+from ..user_errors import is_for_the_user
 from ..warm_twins import TwinShelf
 from .api.problems import PROBLEMS
 from .genuine import genuine
@@ -28,7 +31,7 @@ from .jobs import Jobs
 from .rendering import HERE, page
 from .routes import API, PAGES
 from .settings import Settings
-from .user_errors import is_for_the_user, status_of
+from .user_errors import status_of
 from .warming import warmed
 
 _ABOUT = """The actions of pyroshock for scripts: what the pages show and do. Numbers are SI, units stand in the keys.
@@ -41,12 +44,14 @@ def application(settings: Settings, store: Store, *, warm: bool = False) -> ASGI
 
     `warm`: the newest gun's twin is built before anybody asks.
     """
-    jobs, twins = Jobs(is_for_the_user), TwinShelf(store, settings.db)
+    worker = Worker(store, settings.db, folders=settings.folders) if settings.works else None
+    jobs, twins = Jobs(store, worker), TwinShelf(store, settings.db)
 
     @asynccontextmanager
     async def alive(_: FastAPI) -> AsyncIterator[None]:
         if warm:
             warmed(twins)
+        jobs.begin()
         yield
         jobs.close()
 
@@ -126,6 +131,7 @@ def _tell_errors(app: FastAPI) -> None:
 
 def told(request: Request, status: int, why: str, headers: dict[str, str] | None = None) -> Response:
     """An error as who asked can read it."""
+    why = without_secrets(why)
     if request.url.path.startswith("/api"):
         return JSONResponse({"detail": why}, status, headers)
     answer = page(request, "error.html", status, why=why, name=HTTPStatus(status).phrase)

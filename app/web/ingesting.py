@@ -1,17 +1,14 @@
-"""A campaign folder into the store, as a job."""
+"""A campaign folder into the store, as a job of this machine."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
-from ...ingest.load import ingest_folder
-from ...ingest.plan_link import link_to_plan
 from ...ingest.settings import ExtractionSettings
 from ...schema.session import Store
-from .asking import signed
-from .jobs import Job, Jobs, Result, Step
-from .rendering import part
+from ..jobs.kinds.ingest import INGEST, IngestArguments
+from ..jobs.queue import JobView, this_host
+from .jobs import Jobs
 
 
 def ingest_job(
@@ -20,24 +17,8 @@ def ingest_job(
     folder: Path,
     settings: ExtractionSettings,
     plan: str | None = None,
-    after: Callable[[], None] = lambda: None,
-) -> Job:
-    """Queue the ingest of `folder`; `after` is called however it ends. The result is `command-line.md`'s JSON."""
-
-    def work(step: Step) -> Result:
-        try:
-            own = signed(store, f"serve: ingest {folder.name}")
-            report = ingest_folder(own, folder, settings, progress=step)
-            links = link_to_plan(own, report.campaign, plan)
-            data = report.as_json()
-            if links is not None:
-                data["findings"] = [*report.findings, *links.as_findings()]
-            added = ", ".join(f"{n} {what}" for what, n in report.added.items() if n) or "nothing new"
-            aside = f"; {len(report.set_aside)} recordings set aside" if report.set_aside else ""
-            linked = f"; plan {links.plan}: {links.done} runs done" if links is not None else ""
-            words = f"{report.campaign}: added {added}{aside}{linked}"
-            return Result(f"/campaigns/{part(report.campaign)}", words, data)
-        finally:
-            after()
-
-    return jobs.start(f"Ingest of {folder.name}", work)
+    scratch: Path | None = None,
+) -> JobView:
+    """Queue the ingest of `folder`; `scratch` is removed however it ends. The result is `command-line.md`'s JSON."""
+    arguments = IngestArguments(str(folder), settings.as_json(), plan, None if scratch is None else str(scratch))
+    return jobs.ask(store, INGEST, f"Ingest of {folder.name}", arguments, host=this_host())

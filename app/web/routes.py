@@ -12,6 +12,7 @@ from .api import models as models_api
 from .api import plans as plans_api
 from .api import predict as predict_api
 from .api import spectra as spectra_api
+from .api import training as training_api
 from .pages import campaigns as campaigns_pages
 from .pages import compare as compare_pages
 from .pages import diagnoses as diagnoses_pages
@@ -34,6 +35,7 @@ _API = (
     predict_api,
     plans_api,
     spectra_api,
+    training_api,
 )
 _PAGES = (
     campaigns_pages,

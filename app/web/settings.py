@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ipaddress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+
+from ...schema.addresses import shown
 
 MEGABYTE = 1_000_000
 
@@ -16,18 +18,20 @@ class SettingsError(ValueError):
 @dataclass(frozen=True)
 class Settings:
     """`folders`: those below which a campaign may be ingested by its path. `token`: what others must know.
+    `works`: whether it does the jobs that it is asked for, or leaves them to workers (`pyroshock work`).
 
     Raises `SettingsError` for an address that others can reach without a token, and for a token that can be guessed.
     """
 
-    db: str
+    db: str = field(repr=False)
     host: str = "127.0.0.1"
     port: int = 8000
-    token: str | None = None
+    token: str | None = field(default=None, repr=False)
     folders: tuple[Path, ...] = ()
     mlflow: str | None = None
     max_upload_bytes: int = 2_000 * MEGABYTE
     max_body_bytes: int = MEGABYTE
+    works: bool = True
 
     def __post_init__(self) -> None:
         if self.token is None and not is_loopback(self.host):
@@ -38,7 +42,9 @@ class Settings:
         if self.token is not None and len(self.token) < 16:
             raise SettingsError(f"a token of {len(self.token)} characters can be guessed; expected 16 or more")
         if self.mlflow is not None and not self.mlflow.startswith(("http://", "https://")):
-            raise SettingsError(f"--mlflow {self.mlflow!r} is no address of a page; expected http://HOST:PORT")
+            raise SettingsError(f"--mlflow {shown(self.mlflow)!r} is no address of a page; expected http://HOST:PORT")
+        if self.mlflow is not None and shown(self.mlflow) != self.mlflow:
+            raise SettingsError(f"--mlflow {shown(self.mlflow)!r}: every page would show its password; leave it out")
 
 
 def is_loopback(host: str) -> bool:

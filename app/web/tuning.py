@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import BaseModel, Field
 
-from ...doe.space import shipped_factors, space_from_text
 from ...schema.session import Store
-from ..targets import target_from_upload
-from ..training import models_extra
-from ..tuning import avoid_json, proposal_json
-from ..tuning_session import Ask, session_of
-from ..twins import TwinRequest
-from .asking import signed
-from .jobs import Job, Jobs, Result, Step
+from ..jobs.kinds.tune import TUNE, TuneArguments
+from ..jobs.queue import JobView
+from .jobs import Jobs
 from .twins import Word
-
-#: Proposals that are told.
-SHOWN = 10
 
 
 class Tuning(BaseModel):
@@ -39,52 +31,11 @@ class Tuning(BaseModel):
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
 
 
-def tune_job(jobs: Jobs, store: Store, db: str, asked: Tuning) -> Job:
+def tune_job(jobs: Jobs, store: Store, asked: Tuning) -> JobView:
     """Queue a tuning; its result is `tune --json`, with the target, what to avoid, and notes.
 
     Raises `ValueError` for a target or factors that cannot be read.
     """
-    target = target_from_upload(asked.target, "the specification", asked.tolerance or None)
-    factors = space_from_text(asked.factors or shipped_factors("gun"))
-    request = TwinRequest(
-        campaign=asked.campaign or None,
-        contact=asked.contact or None,
-        plate=asked.plate or None,
-        q=asked.q,
-        frequency_hz=tuple(target.lines().tolist()),
-        adopted=asked.adopted,
-    )
-    ask = Ask(
-        target,
-        request,
-        factors,
-        tuple(asked.measured),
-        asked.sensor or None,
-        None,
-        asked.share,
-        asked.extrapolate,
-        asked.seed,
-    )
-
-    def work(step: Step) -> Result:
-        step(0, 0, "building the twin")
-        with models_extra():
-            session = session_of(signed(store, "serve: tune"), db, ask)
-        found = session.run(step)
-        rows = [proposal_json(each, rank) for rank, each in enumerate(found.proposals[:SHOWN], 1)]
-        goal = session.goal
-        data: dict[str, Any] = {
-            "proposals": rows,
-            "avoid": [avoid_json(each) for each in found.avoid[:SHOWN]],
-            "notes": list(session.notes),
-            "frequency_hz": goal.frequency_hz.tolist(),
-            "prescribed_m_s2": (10 ** (goal.level_db / 20)).tolist(),
-            "lower_m_s2": (10 ** ((goal.level_db - goal.lower_db.clip(0, 200)) / 20)).tolist(),
-            "upper_m_s2": (10 ** ((goal.level_db + goal.upper_db.clip(0, 200)) / 20)).tolist(),
-            "twin": {"campaign": asked.campaign, "contact": asked.contact, "plate": asked.plate},
-        }
-        best = f"{rows[0]['probability_within']:.0%} that every line fits" if rows else "no setting"
-        return Result(f"/tune/{job.key}", f"{len(rows)} proposals; the first: {best}", data)
-
-    job = jobs.start("Tuning to a spectrum", work)
-    return job
+    arguments = TuneArguments(**asked.model_dump())
+    arguments.ask()
+    return jobs.ask(store, TUNE, "Tuning to a spectrum", arguments)

@@ -6,10 +6,9 @@ anything is written (zip slip, CWE-22; zip bomb, CWE-409).
 
 from __future__ import annotations
 
-import shutil
 import stat
 import zipfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
 from typing import IO
 
@@ -48,7 +47,10 @@ def safe_path(name: str) -> PurePosixPath:
 
 
 def _is_bad(part: str) -> bool:
-    return part == ".." or ":" in part or not part.isprintable() or part != part.strip() or part.endswith(".")
+    # 255 bytes are what every file system takes
+    too_long = len(part.encode("utf-8", "replace")) > 255
+    odd = ":" in part or not part.isprintable() or part != part.strip()
+    return part == ".." or too_long or odd or part.endswith(".")
 
 
 def _written(files: Sequence[tuple[str, IO[bytes]]], target: Path, most_bytes: int) -> None:
@@ -72,9 +74,12 @@ def _unzipped(content: IO[bytes], target: Path, most_bytes: int) -> None:
             for path, member in zip(paths, members, strict=True):
                 with archive.open(member) as packed_file:
                     left = _copied(packed_file, target / path, left)
-    # zipfile: another compression, a password, an archive that breaks off.
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, EOFError) as error:
-        raise UploadError(f"the ZIP cannot be read: {error}") from error
+    except UploadError:
+        raise
+    # zipfile, of a damaged archive: BadZipFile, NotImplementedError (another compression), RuntimeError (a password),
+    # EOFError, zlib.error, ValueError (a place before the file), IndexError, struct.error, OSError (too long a name).
+    except Exception as error:
+        raise UploadError(f"the ZIP cannot be read: {' '.join(str(error).split()):.200}") from error
 
 
 def _member_path(member: zipfile.ZipInfo) -> PurePosixPath:
@@ -114,9 +119,3 @@ def _campaign(target: Path) -> Path:
     if len(found) > 1 and len(found[0].parts) == len(found[1].parts):
         raise UploadError(f"{len(found)} campaigns among the files; upload one at a time")
     return found[0].parent
-
-
-def discard(folders: Iterable[Path]) -> None:
-    """Remove scratch folders, whatever state they are in."""
-    for folder in folders:
-        shutil.rmtree(folder, ignore_errors=True)

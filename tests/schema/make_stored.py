@@ -3,8 +3,8 @@
     python tests/schema/make_stored.py
 
 The database holds a hammer campaign of two recordings with two hits each, and the shipped gun shots with two diagnoses
-(one with details) and what was adopted from the first, so that an upgrade is tried on every kind of row that they
-write. It is deflated: SQLite pages are mostly air.
+(one with details) and what was adopted from the first, and a job that waits beside one that is done, so that an upgrade
+is tried on every kind of row that they write. It is deflated: SQLite pages are mostly air.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from pyroshock.diagnosis.pictures import Pictures, ResidualPicture
 from pyroshock.diagnosis.verdict import Cause, GapSize, Verdict, Where
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.diagnoses import Diagnosis
+from pyroshock.schema.jobs import DONE, Job
 from pyroshock.schema.listings import get_campaign_id
 from pyroshock.schema.migrate import HEAD
 from pyroshock.schema.session import Store, Writer, open_store
@@ -102,6 +103,29 @@ def _with_details(campaign_id: int, when: datetime) -> Diagnosis:
     )
 
 
+def add_jobs(store: Store) -> None:
+    """One that waits, and one that an earlier worker has done."""
+    when = datetime(2026, 1, 4, tzinfo=UTC)
+    kind, arguments = "extract", {"campaign": "stored", "settings": {}}
+    with store.writing() as session:
+        session.add(Job(kind=kind, label="Extraction of stored", arguments=arguments, asked_at=when))
+        session.add(
+            Job(
+                kind=kind,
+                label="Extraction of stored",
+                arguments=arguments,
+                state=DONE,
+                attempt=1,
+                worker="bench:1:0",
+                address="/campaigns/stored",
+                result={"campaign": "stored", "added": 4},
+                asked_at=when,
+                started_at=when,
+                ended_at=when,
+            )
+        )
+
+
 def main() -> int:
     target = HERE / "stored" / f"{HEAD}.sqlite.z"
     with tempfile.TemporaryDirectory() as temporary:
@@ -112,6 +136,7 @@ def main() -> int:
             ingest_folder(store, folder)
             ingest_folder(store, EXAMPLES / "first-shots")
             add_diagnosis(store)
+            add_jobs(store)
             with store.engine.connect() as connection:
                 connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
         target.write_bytes(zlib.compress(database.read_bytes(), 9))

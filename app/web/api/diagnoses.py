@@ -8,11 +8,11 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 
 from ...adopting import adopt
-from ...diagnosing import Asked
 from ...discriminating import store_experiment
+from ...jobs.kinds.diagnose import DiagnoseArguments
 from ...kept_diagnoses import kept_report, kept_verdict, list_diagnoses
 from ...planning import plan_as_json
-from ..asking import Configured, Key, OpenStore, Running, Text
+from ..asking import Key, OpenStore, Running, Text
 from ..diagnosing import diagnose_job
 
 router = APIRouter(tags=["diagnoses"])
@@ -28,8 +28,8 @@ class Question(BaseModel):
     calibrate: Annotated[int, Field(ge=0, le=1000)] = 0
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
 
-    def asked(self) -> Asked:
-        return Asked(
+    def asked(self) -> DiagnoseArguments:
+        return DiagnoseArguments(
             self.campaign,
             simulator=self.simulator,
             tolerances=self.tolerances,
@@ -62,9 +62,9 @@ def diagnoses(
 
 
 @router.post("/diagnoses")
-def diagnose(question: Question, store: OpenStore, running: Running, settings: Configured) -> dict[str, Any]:
+def diagnose(question: Question, store: OpenStore, running: Running) -> dict[str, Any]:
     """Diagnose a campaign of the store; answers with the job, whose result is the report."""
-    return diagnose_job(running, store, settings.db, question.asked()).as_json()
+    return diagnose_job(running, store, question.asked()).as_json()
 
 
 @router.get("/diagnoses/{diagnosis}")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Query
 
 from ..asking import Key, Running
 
@@ -12,9 +12,13 @@ router = APIRouter(tags=["jobs"])
 
 
 @router.get("/jobs")
-def jobs(running: Running) -> list[dict[str, Any]]:
-    """Jobs of this server, the newest first."""
-    return [job.as_json() for job in running.listed()]
+def jobs(
+    running: Running,
+    before: Annotated[int | None, Query(ge=1, le=2**31 - 1)] = None,
+    limit: Annotated[int, Query(ge=1, le=500)] = 200,
+) -> list[dict[str, Any]]:
+    """Jobs of the store, the newest first; earlier ones come `before` the last `id` of these. `result` is null here."""
+    return [job.as_json() for job in running.listed(limit, before)]
 
 
 @router.get("/jobs/{job}")

@@ -8,10 +8,11 @@ from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
 from ....doe.plans import list_plans, read_plan, tick_run
+from ...jobs.kinds.plan import PlanArguments
 from ...plan_quality import plan_page
 from ...planning import plan_as_json
 from ..asking import Key, Name, OpenStore, Running, Text
-from ..making import MOST_RUNS, Wanted, plan_job
+from ..making import MOST_RUNS, plan_job
 
 router = APIRouter(tags=["plans"])
 
@@ -47,7 +48,7 @@ def plans(store: OpenStore) -> list[dict[str, Any]]:
 @router.post("/plans")
 def make(plan: NewPlan, store: OpenStore, running: Running) -> dict[str, Any]:
     """Make a plan; answers with the job, whose result is the plan."""
-    return plan_job(running, store, Wanted(**plan.model_dump())).as_json()
+    return plan_job(running, store, PlanArguments(**plan.model_dump())).as_json()
 
 
 @router.get("/plans/{name}")

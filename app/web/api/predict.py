@@ -8,7 +8,7 @@ from fastapi import APIRouter
 
 from ...predicting import predicted_json
 from ...sliders import sliders
-from ..asking import Configured, OpenStore, Running
+from ..asking import OpenStore, Running
 from ..tuning import Tuning, tune_job
 from ..twins import Asked, Question, Twins
 
@@ -35,6 +35,6 @@ def twin(question: Asked, twins: Twins) -> dict[str, Any]:
 
 
 @router.post("/tune")
-def tune(asked: Tuning, store: OpenStore, running: Running, settings: Configured) -> dict[str, Any]:
+def tune(asked: Tuning, store: OpenStore, running: Running) -> dict[str, Any]:
     """Settings of the bench for a spectrum; answers with the job, whose result is `tune --json`."""
-    return tune_job(running, store, settings.db, asked).as_json()
+    return tune_job(running, store, asked).as_json()

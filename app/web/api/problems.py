@@ -16,7 +16,7 @@ class Problem(BaseModel):
 _WORDS = {
     400: "The body cannot be read",
     401: "The server's token is needed",
-    403: "A write without the token of /api/csrf",
+    403: "A write without the token of /api/csrf, or one that the role of the server's login forbids",
     404: "There is no such thing in the store",
     413: "The body is too large",
     422: "A value cannot be used",

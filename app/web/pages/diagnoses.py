@@ -14,10 +14,10 @@ from starlette.responses import RedirectResponse, Response
 from ....schema.campaigns import Campaign
 from ....schema.diagnoses import Diagnosis
 from ...adopting import adopt
-from ...diagnosing import Asked
 from ...discriminating import store_experiment
+from ...jobs.kinds.diagnose import DiagnoseArguments
 from ...kept_diagnoses import kept_report, kept_verdict, list_diagnoses
-from ..asking import Configured, Key, OpenStore, Running
+from ..asking import Key, OpenStore, Running
 from ..diagnosing import diagnose_job
 from ..rendering import page, part, query
 from .jobs import followed
@@ -60,7 +60,6 @@ def _campaigns(session: Session) -> list[str]:
 def diagnose(
     store: OpenStore,
     jobs: Running,
-    settings: Configured,
     campaign: Annotated[str, Form(max_length=1000)],
     simulator: Annotated[str, Form(max_length=300)] = "",
     gun: Annotated[str, Form()] = "",
@@ -70,7 +69,7 @@ def diagnose(
     calibrate: Annotated[int, Form(ge=0, le=1000)] = 0,
     seed: Annotated[int, Form(ge=0, le=2**31 - 1)] = 0,
 ) -> Response:
-    asked = Asked(
+    asked = DiagnoseArguments(
         campaign,
         simulator=simulator or None,
         tolerances=_tolerances({"gun": gun, "contact": contact, "plate": plate}),
@@ -78,7 +77,7 @@ def diagnose(
         calibrate=calibrate,
         seed=seed,
     )
-    return followed(diagnose_job(jobs, store, settings.db, asked))
+    return followed(diagnose_job(jobs, store, asked))
 
 
 def _tolerances(given: dict[str, str]) -> dict[str, float]:

@@ -6,12 +6,14 @@ from dataclasses import fields, replace
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Form, Query
+from sqlalchemy.orm import Session
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
 from ....ingest.reextract import preview_impacts, reextract_recording
 from ....ingest.settings import ExtractionSettings
 from ....schema.listings import list_impacts_page, list_shots_page
+from ....schema.series import SeriesError
 from ....schema.session import Store
 from ...filters import parse_where
 from ...impact_page import get_impact, impact_page
@@ -19,6 +21,7 @@ from ...predictions import with_predictions
 from ...pulse_view import PulseView, pulse_view
 from ...signals import channel_window, list_signals
 from ..asking import Key, OpenStore
+from ..figures.base import Figure
 from ..figures.pulses import segmentation_figure
 from ..figures.signals import signal_figure
 from ..rendering import page, query
@@ -89,7 +92,7 @@ def impact(
     view, why_not = _viewed(store, impact, recording, asked if preview else None)
     with store.reading() as session:
         signals = [] if recording is None else list_signals(session, recording)
-        figures = {each["key"]: signal_figure(channel_window(session, each["key"], points=POINTS)) for each in signals}
+        figures, damaged = _drawn(session, signals)
     lists = ("pulses", "findings", "channels")
     return page(
         request,
@@ -99,6 +102,7 @@ def impact(
         **{key: found[key] for key in lists},
         signals=signals,
         figures=figures,
+        damaged=damaged,
         segmentation=None if view is None else segmentation_figure(view),
         previewed=view.preview if view else None,
         used=next((each for each in view.versions if each.in_use), None) if view else None,
@@ -106,6 +110,17 @@ def impact(
         asked=asked,
         points=POINTS,
     )
+
+
+def _drawn(session: Session, signals: list[dict[str, Any]]) -> tuple[dict[int, Figure], dict[int, str]]:
+    """Channels as charts, and why one is none: a damaged series keeps no page from being shown."""
+    figures, damaged = {}, {}
+    for each in signals:
+        try:
+            figures[each["key"]] = signal_figure(channel_window(session, each["key"], points=POINTS))
+        except SeriesError as error:
+            damaged[each["key"]] = str(error)
+    return figures, damaged
 
 
 def _settings(
@@ -128,7 +143,7 @@ def _viewed(
         pulse = cut.pulse_of(impact) if cut is not None else None
         with store.reading() as session:
             view = pulse_view(session, impact, (pulse, asked) if pulse is not None and asked is not None else None)
-    except LookupError as error:
+    except (LookupError, SeriesError) as error:
         return None, str(error)
     return view, (cut.mismatch or "") if cut is not None else ""
 

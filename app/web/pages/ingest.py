@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from typing import Annotated, Literal, cast
 
 from fastapi import APIRouter, Form
@@ -14,13 +12,15 @@ from starlette.responses import Response
 
 from ....ingest.settings import ExtractionSettings
 from ....schema.session import Store
+from ...jobs.queue import JobView
+from ...jobs.scratch import discard, make_scratch
 from ..asking import Configured, OpenStore, Running
 from ..folders import campaigns_below, confined
 from ..ingesting import ingest_job
-from ..jobs import Job, Jobs
+from ..jobs import Jobs
 from ..rendering import page
 from ..settings import Settings
-from ..uploads import MOST_FILES, UploadError, discard, unpacked
+from ..uploads import MOST_FILES, UploadError, unpacked
 from .jobs import followed
 
 router = APIRouter()
@@ -58,19 +58,19 @@ async def by_upload(request: Request, store: OpenStore, jobs: Running, settings:
     return followed(await uploaded(request, store, jobs, settings))
 
 
-async def uploaded(request: Request, store: Store, jobs: Jobs, settings: Settings) -> Job:
+async def uploaded(request: Request, store: Store, jobs: Jobs, settings: Settings) -> JobView:
     """The job that ingests what a form brings: `files`, and settings of the extraction. Raises `UploadError`."""
     async with request.form(max_files=MOST_FILES) as form:
         plan, segmentation, threshold = (form.get(name) for name in ("plan", "segmentation", "threshold"))
         chosen = ExtractionSettings(segmentation=_way(segmentation), threshold=_number(threshold, 0.005))
         sent = [(each.filename or "", each.file) for each in form.getlist("files") if isinstance(each, UploadFile)]
         files = [each for each in sent if each[0]]
-        scratch = Path(tempfile.mkdtemp(prefix="pyroshock-upload-"))
+        scratch = make_scratch()
         try:
             folder = await run_in_threadpool(unpacked, files, scratch, settings.max_upload_bytes)
-            return ingest_job(jobs, store, folder, chosen, str(plan) if plan else None, lambda: discard([scratch]))
+            return ingest_job(jobs, store, folder, chosen, str(plan) if plan else None, scratch)
         except BaseException:
-            discard([scratch])
+            discard(scratch)
             raise
 
 

@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter
+from typing import Annotated
+
+from fastapi import APIRouter, Query
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
+from ...jobs.queue import JobView
 from ..asking import Key, Running
-from ..jobs import ENDED, Job
 from ..rendering import page
 
 router = APIRouter()
+PAGE = 200
+Before = Annotated[int | None, Query(ge=1, le=2**31 - 1)]
 
 
 @router.get("/jobs")
-def jobs(request: Request, running: Running) -> Response:
-    return page(request, "jobs.html", jobs=running.listed())
+def jobs(request: Request, running: Running, before: Before = None) -> Response:
+    found = running.listed(PAGE + 1, before)
+    earlier = f"/jobs?before={found[PAGE - 1].key}" if len(found) > PAGE else ""
+    return page(request, "jobs.html", jobs=found[:PAGE], earlier=earlier)
 
 
 @router.get("/jobs/{job}")
 def job(request: Request, job: Key, running: Running) -> Response:
     found = running.get(job)
-    return page(request, "job.html", job=found, ended=found.state in ENDED)
+    return page(request, "job.html", job=found, ended=found.ended)
 
 
 @router.post("/jobs/{job}/stop")
@@ -29,6 +35,6 @@ def stop(job: Key, running: Running) -> Response:
     return followed(running.stop(job))
 
 
-def followed(job: Job) -> Response:
+def followed(job: JobView) -> Response:
     """On to the page of a job."""
     return RedirectResponse(f"/jobs/{job.key}", 303)

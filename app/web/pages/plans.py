@@ -13,10 +13,11 @@ from starlette.responses import RedirectResponse, Response
 from ....doe.plans import StoredPlan, list_plans, read_plan, tick_run
 from ....doe.sheet import sheet_of, write_sheet
 from ....doe.space import shipped_factors
+from ...jobs.kinds.plan import PlanArguments
 from ...plan_quality import plan_page
 from ..asking import Key, Name, OpenStore, Running
 from ..figures.plans import balance_figure
-from ..making import Wanted, plan_job
+from ..making import plan_job
 from ..rendering import page, part
 from .jobs import followed
 
@@ -58,7 +59,7 @@ def make(
 ) -> Response:
     if seed and not seed.isdecimal():
         raise ValueError(f"seed {seed!r} is no whole number; leave it empty to draw one")
-    wanted = Wanted(
+    wanted = PlanArguments(
         name.strip(), method, kind, runs, repetitions, int(seed) if seed else None, factors, table, description
     )
     return followed(plan_job(jobs, store, wanted))

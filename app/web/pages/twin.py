@@ -13,16 +13,17 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ....schema.campaigns import Campaign
+from ....schema.jobs import DONE
 from ....twin.contact.laws import LAWS
 from ....twin.prediction import Prediction
 from ...finite import finite
+from ...jobs.kinds.tune import TUNE
 from ...predicting import predicted
 from ...prediction_tables import quantity_rows
 from ...sliders import sliders
 from ...targets import MOST_BYTES
-from ..asking import Configured, Key, OpenStore, Running
+from ..asking import Key, OpenStore, Running
 from ..figures.twin import prediction_figures, tuned_figure
-from ..jobs import DONE
 from ..rendering import page, query
 from ..tuning import Tuning, tune_job
 from ..twins import Asked, Question, Twins, shown
@@ -105,7 +106,6 @@ async def tune(
     request: Request,
     store: OpenStore,
     running: Running,
-    settings: Configured,
     campaign: Annotated[str, Form(max_length=200)] = "",
     contact: Annotated[str, Form(max_length=200)] = "",
     plate: Annotated[str, Form(max_length=200)] = "",
@@ -128,15 +128,15 @@ async def tune(
         plate=plate or None,
         measured=names,
     )
-    return followed(tune_job(running, store, settings.db, asked))
+    return followed(tune_job(running, store, asked))
 
 
 @router.get("/tune/{job}")
 def tuned(request: Request, job: Key, running: Running) -> Response:
     found = running.get(job)
-    if found.state != DONE or found.result is None or "proposals" not in (found.result.data or {}):
+    if found.state != DONE or found.kind != TUNE.name:
         raise LookupError(f"job {job} is no finished tuning; its page is /jobs/{job}")
-    data = found.result.data
+    data = found.result
     twin = {key: value for key, value in data["twin"].items() if value}
     links = [
         "/twin" + query({**twin, **{name: each["settings"][name] for name in _SETTINGS}}) for each in data["proposals"]

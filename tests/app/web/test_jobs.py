@@ -1,117 +1,191 @@
-"""Long work of the server: its order, its progress, its stop and its errors."""
+"""The queue behind the window: it outlives the server, whose worker is one of those that work on it."""
 
 from __future__ import annotations
 
+import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
-from pyroshock.app.web.jobs import DONE, FAILED, RUNNING, STOPPED, Job, Jobs, Result, Step
-from pyroshock.app.web.user_errors import is_for_the_user
+from campaigns import gun_campaign
+from odd_jobs import Odd, claimed, odd, work_off
+from pyroshock.app.jobs.queue import ask, get_job
+from pyroshock.app.jobs.scratch import discard, is_scratch, make_scratch
+from pyroshock.app.jobs.work import Work
+from pyroshock.schema.jobs import DONE, WAITING
+from starlette.testclient import TestClient
+from web_client import ended, post, post_json, sqlite, window
+
+__all__ = ["odd"]
+
+SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,1000\n"
+
+
+def until(true: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 30
+    while not true():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def sent(tmp_path: Path) -> dict[str, Any]:
+    """A campaign as a browser uploads it."""
+    folder = gun_campaign(tmp_path / "sent", 2, "sent")
+    return {"files": [("files", (f"sent/{path.name}", path.read_bytes())) for path in folder.iterdir()]}
 
 
 @pytest.fixture
-def jobs() -> Iterator[Jobs]:
-    found = Jobs(is_for_the_user)
-    yield found
-    found.close()
+def scratches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], list[Path]]:
+    """Gives the folders of uploads that there are."""
+    place = tmp_path / "tmp"
+    place.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(place))
+    return lambda: sorted(place.glob("pyroshock-upload-*"))
 
 
-def _ended(job: Job) -> Job:
-    deadline = time.monotonic() + 10
-    while job.ended_at is None or job.state == RUNNING:
-        assert time.monotonic() < deadline, job
-        time.sleep(0.005)
-    return job
+def test_a_job_outlives_its_server(tmp_path: Path, odd: Odd) -> None:
+    begun, told = threading.Event(), []
+
+    def do(work: Work, _word: str) -> None:
+        begun.set()
+        while not told:
+            time.sleep(0.005)
+            work.step(1, 2, "half")
+
+    odd.do = do
+    with window(sqlite(tmp_path)) as (client, store):
+        first, second = odd.ask(store, "a"), odd.ask(store, "b")
+        assert begun.wait(20)
+        assert client.get(f"/api/jobs/{first.key}").json()["state"] == "running"
+    told.append(1)
+    with window(sqlite(tmp_path)) as (client, store):
+        page = client.get("/jobs").text
+        assert "odd a" in page and "odd b" in page
+        for job in (first, second):
+            until(lambda job=job: get_job(store, job.key).ended)  # type: ignore[misc]
+        listed = client.get("/api/jobs").json()
+        assert [(job["label"], job["state"], job["attempt"]) for job in listed] == [
+            ("odd b", DONE, 1),
+            ("odd a", DONE, 2),
+        ]
+        assert client.get(f"/api/jobs?limit=1&before={second.key}").json() == listed[1:]
+        assert "Attempt 2" in client.get(f"/jobs/{first.key}").text
 
 
-def test_jobs_run_one_after_the_other_in_the_order_asked(jobs: Jobs) -> None:
-    at_work, order, most = 0, [], 0
+def test_a_job_is_stopped_from_its_page(tmp_path: Path, odd: Odd) -> None:
+    begun = threading.Event()
 
-    def work(number: int, step: Step) -> Result:
-        nonlocal at_work, most
-        at_work += 1
-        most = max(most, at_work)
-        time.sleep(0.01)
-        order.append(number)
-        at_work -= 1
-        return Result("/")
-
-    asked = [jobs.start(f"{i}", lambda step, i=i: work(i, step)) for i in range(5)]
-    for job in asked:
-        _ended(job)
-    assert (order, most) == ([0, 1, 2, 3, 4], 1)
-
-
-def test_progress_and_result_are_told(jobs: Jobs) -> None:
-    seen, go_on = threading.Event(), threading.Event()
-
-    def work(step: Step) -> Result:
-        step(3, 7, "recordings/0003.mat")
-        seen.set()
-        go_on.wait(10)
-        return Result("/campaigns/a", "done", {"impacts": 3})
-
-    job = jobs.start("an ingest", work)
-    assert seen.wait(10)
-    told = job.as_json()
-    assert (told["state"], told["done"], told["total"], told["what"]) == (RUNNING, 3, 7, "recordings/0003.mat")
-    go_on.set()
-    told = _ended(job).as_json()
-    assert (told["state"], told["address"], told["result"]) == (DONE, "/campaigns/a", {"impacts": 3})
-
-
-def test_a_stop_ends_a_job_at_its_next_step(jobs: Jobs) -> None:
-    begun, steps = threading.Event(), []
-
-    def work(step: Step) -> Result:
+    def do(work: Work, _word: str) -> None:
         for i in range(10_000):
-            steps.append(i)
             begun.set()
-            step(i, 10_000, "")
-            time.sleep(0.001)
-        return Result("/")
+            time.sleep(0.005)
+            work.step(i, 10_000, "waiting")
 
-    job = jobs.start("long", work)
-    assert begun.wait(10)
-    jobs.stop(job.key)
-    assert _ended(job).state == STOPPED
-    assert len(steps) < 10_000
-
-
-def test_a_waiting_job_can_be_stopped_before_it_begins(jobs: Jobs) -> None:
-    gate, ran = threading.Event(), []
-    first = jobs.start("first", lambda step: Result(str(gate.wait(10))))
-    second = jobs.start("second", lambda step: Result(str(ran.append(1))))
-    jobs.stop(second.key)
-    gate.set()
-    assert (_ended(first).state, _ended(second).state, ran) == (DONE, STOPPED, [])
+    odd.do = do
+    with window(sqlite(tmp_path)) as (client, store):
+        address = f"/jobs/{odd.ask(store).key}"
+        assert begun.wait(20)
+        assert 'id="job-stop"' in client.get(address).text
+        answer = post(client, f"{address}/stop")
+        assert answer.headers["location"] == address
+        assert ended(client, answer)["state"] == "stopped"
+        assert 'id="job-stop"' not in client.get(address).text
 
 
-def test_errors_of_the_user_keep_their_words_and_ours_say_so(jobs: Jobs, caplog: pytest.LogCaptureFixture) -> None:
-    def fails(error: Exception) -> Job:
-        def work(step: Step) -> Result:
-            raise error
+def test_a_tunings_page_is_drawn_from_the_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import numpy as np
 
-        return _ended(jobs.start("fails", work))
-
-    assert fails(ValueError("tip radius is 0; expected above 0")).error == "tip radius is 0; expected above 0"
-    ours = fails(KeyError("secret"))
-    assert ours.state == FAILED
-    assert "error of pyroshock itself" in str(ours.error)
-    assert "Traceback" in caplog.text
-    # the next one runs
-    assert _ended(jobs.start("next", lambda step: Result("/"))).state == DONE
-
-
-def test_an_unknown_job_is_named(jobs: Jobs) -> None:
-    with pytest.raises(LookupError, match="no job 12"):
-        jobs.get(12)
+    lines, level = np.array([100.0, 1e4]), np.array([50.0, 80.0])
+    goal = SimpleNamespace(frequency_hz=lines, level_db=level, lower_db=np.full(2, 6.0), upper_db=np.full(2, np.inf))
+    found = SimpleNamespace(proposals=[], avoid=[])
+    session = SimpleNamespace(goal=goal, notes=("learned from none",), run=lambda step: found)
+    monkeypatch.setattr("pyroshock.app.tuning_session.session_of", lambda *_: session)
+    with window(sqlite(tmp_path)) as (client, _):
+        job = ended(client, post_json(client, "/api/tune", {"target": SPECIFICATION, "tolerance": "3dB"}))
+        assert (job["state"], job["error"], job["address"]) == (DONE, None, f"/tune/{job['id']}")
+    with window(sqlite(tmp_path)) as (client, _):
+        page = client.get(job["address"])
+        assert page.status_code == 200
+        assert "learned from none" in page.text
+        assert client.get(f"/api/jobs/{job['id']}").json() == job
 
 
-def test_only_the_last_jobs_are_kept(jobs: Jobs) -> None:
-    for _ in range(230):
-        _ended(jobs.start("short", lambda step: Result("/")))
-    assert 200 <= len(jobs.listed()) <= 202
-    assert jobs.listed()[0].key == 230
+def test_pages_alone_leave_jobs_to_workers(tmp_path: Path, scratches: Callable[[], list[Path]]) -> None:
+    with window(sqlite(tmp_path), works=False) as (client, store):
+        answer = post(client, "/ingest/upload", **sent(tmp_path))
+        key = int(answer.headers["location"].rsplit("/", 1)[1])
+        time.sleep(0.2)
+        assert get_job(store, key).state == WAITING
+        assert len(scratches()) == 1
+        assert work_off(store) == 1
+        job = ended(client, answer)
+        assert (job["state"], job["result"]["shots"]) == (DONE, 2)
+    assert scratches() == []
+
+
+def test_an_upload_is_removed_however_its_job_ends(tmp_path: Path, scratches: Callable[[], list[Path]]) -> None:
+    upload = sent(tmp_path)
+    with window(sqlite(tmp_path), works=False) as (client, store):
+
+        def asked() -> int:
+            answer = post(client, "/ingest/upload", **upload)
+            return int(answer.headers["location"].rsplit("/", 1)[1])
+
+        stopped = asked()
+        assert post(client, f"/jobs/{stopped}/stop").status_code == 303
+        assert scratches() == []
+        damaged = asked()
+        next(scratches()[0].rglob("runs.csv")).write_text("run,repetition\n1,one\n")
+        work_off(store)
+        assert get_job(store, damaged).state == "failed"
+        assert scratches() == []
+        orphaned = asked()
+        claimed(store)  # by a worker that dies
+        work_off(store)
+        assert get_job(store, orphaned).attempt == 2
+        assert scratches() == []
+
+
+def test_no_row_makes_a_worker_remove_what_is_no_upload(
+    tmp_path: Path, scratches: Callable[[], list[Path]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    precious, upload = tmp_path / "pyroshock-upload-precious", make_scratch()
+    precious.mkdir()
+    (link := upload.parent / "pyroshock-upload-link").symlink_to(precious)
+    for path in (precious, link, upload.parent, upload / ".." / ".." / precious.name, Path("/")):
+        assert not is_scratch(path)
+        discard(path)
+    assert precious.is_dir() and link.is_symlink() and upload.is_dir()
+    discard(upload)
+    assert not upload.exists()
+
+
+def test_a_folder_beyond_those_of_a_worker_is_not_read(tmp_path: Path) -> None:
+    from pyroshock.app.jobs.kinds.ingest import INGEST, IngestArguments
+
+    folder = gun_campaign(tmp_path / "data" / "spring", 2, "spring")
+    (tmp_path / "other").mkdir()
+    with window(sqlite(tmp_path), works=False) as (_, store):
+        key = ask(store, INGEST, "Ingest", IngestArguments(str(folder), {})).key
+        work_off(store, folders=(tmp_path / "other",))
+        found = get_job(store, key)
+        assert (found.state, f"may not read {folder}" in found.what) == (WAITING, True)
+        work_off(store, folders=(tmp_path / "data",))
+        assert get_job(store, key).state == DONE
+
+
+def test_the_jobs_of_scripts(tmp_path: Path, client_store: tuple[TestClient, Any]) -> None:
+    client, _ = client_store
+    assert post_json(client, "/api/campaigns/unknown/extract", {}).status_code == 404
+    assert post_json(client, "/api/train", {"dataset": "unknown"}).status_code == 404
+    assert "no-such-model" in post_json(client, "/api/train", {"dataset": "a", "models": "no-such-model"}).text
+
+
+@pytest.fixture
+def client_store(tmp_path: Path):  # type: ignore[no-untyped-def]
+    with window(sqlite(tmp_path)) as found:
+        yield found

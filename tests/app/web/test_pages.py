@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import time
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -11,15 +10,14 @@ from urllib.parse import quote
 
 import pytest
 from campaigns import gun_campaign
-from pyroshock.app.web.jobs import Jobs, Step
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.provenance import Provenance
 from pyroshock.schema.twins import TwinVersion
 from sqlalchemy import select
-from web_client import ended, post
-from web_stores import FACTORS, GUN, HAMMER, PLAN, Lab
+from web_client import ended, post, post_json
+from web_stores import DATASET, FACTORS, GUN, HAMMER, PLAN, Lab
 
 AT = quote(PLAN, safe="")
 #: Filling a store imports much; on a busy machine that is slow.
@@ -283,7 +281,7 @@ def test_a_plan_is_made(filled: Lab) -> None:
         plan = read_plan(session, "winter/2")
         signed = set(session.scalars(select(Provenance.command)))
     assert (plan.seed, plan.description, plan.runs[0].repetitions) == (5, "cold hall", 3)
-    assert "serve: plan factorial winter/2" in signed
+    assert {"serve: POST /plans", f"job {job['id']}: Plan winter/2"} <= signed
     assert "cold hall" in filled.client.get(job["address"]).text
 
 
@@ -378,14 +376,14 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
                                upper_db=np.array([6.0, 6.0]))  # fmt: skip
         found = SimpleNamespace(proposals=[row], avoid=[])
 
-        def search(step: Step) -> Any:
+        def search(step: Any) -> Any:
             step(1, 1, "found")
             return found
 
         return SimpleNamespace(goal=goal, notes=("a note",), run=search)
 
-    monkeypatch.setattr("pyroshock.app.web.tuning.session_of", session_of)
-    monkeypatch.setattr("pyroshock.app.web.tuning.proposal_json", lambda each, rank: {"rank": rank, **each})
+    monkeypatch.setattr("pyroshock.app.tuning_session.session_of", session_of)
+    monkeypatch.setattr("pyroshock.app.tuning.proposal_json", lambda each, rank: {"rank": rank, **each})
     before = filled.rows()
     sent = {"specification": ("spec.csv", SPECIFICATION.encode(), "text/csv")}
     job = done(filled, post(filled.client, "/tune", {"tolerance": "3dB", "contact": "hertz"}, files=sent))
@@ -393,20 +391,22 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
     page = filled.client.get(job["address"])
     assert page.status_code == 200
     assert "/twin?contact=hertz&amp;tank_pressure_pa=400000.0" in page.text
-    assert filled.rows() == before
+    assert filled.added(before) == {}
 
 
-def test_a_job_is_stopped(filled: Lab) -> None:
-    jobs: Jobs = filled.client.app.app.state.jobs  # type: ignore[attr-defined]
+def test_pulses_are_cut_anew_by_a_job_and_put_back(filled: Lab) -> None:
+    address, before = f"/api/campaigns/{HAMMER}/extract", filled.rows()
+    job = ended(filled.client, post_json(filled.client, address, {"threshold": 0.02}))
+    assert (job["state"], job["address"], job["result"]["added"]) == ("done", f"/campaigns/{HAMMER}", 20)
+    assert filled.added(before)["pulses"] == 20
+    job = ended(filled.client, post_json(filled.client, address, {}))
+    assert (job["result"]["added"], job["result"]["reused"]) == (0, 20)
 
-    def work(step: Step) -> Any:
-        for i in range(10_000):
-            step(i, 10_000, "waiting")
-            time.sleep(0.005)
 
-    job = jobs.start("long", work)
-    assert 'id="job-stop"' in filled.client.get(f"/jobs/{job.key}").text
-    answer = post(filled.client, f"/jobs/{job.key}/stop")
-    assert answer.headers["location"] == f"/jobs/{job.key}"
-    assert ended(filled.client, answer)["state"] == "stopped"
-    assert 'id="job-stop"' not in filled.client.get(f"/jobs/{job.key}").text
+def test_models_are_trained_by_a_job_and_not_twice(filled: Lab) -> None:
+    asked = {"dataset": DATASET, "models": "linear,hann", "split": "repetitions"}
+    for trained in (1, 0):  # the store's linear one is found
+        job = ended(filled.client, post_json(filled.client, "/api/train", asked))
+        assert (job["state"], job["error"], job["address"]) == ("done", None, "/models")
+        assert job["words"] == f"{trained} trained, {2 - trained} found as they were trained before"
+        assert [(row["model"], row["version"]) for row in job["result"]] == [("linear", 1), ("hann", 1)]

@@ -144,3 +144,26 @@ def test_campaign_folders_are_suggested(tmp_path: Path) -> None:
     (tmp_path / "data" / "link").symlink_to(_campaign(tmp_path / "outside"))
     assert campaigns_below((tmp_path / "data",)) == [str(inside)]
     assert campaigns_below((tmp_path / "nowhere",)) == []
+
+
+def _with_bytes(content: io.BytesIO, at: int, new: bytes) -> io.BytesIO:
+    raw = content.getvalue()
+    at %= len(raw)
+    return io.BytesIO(raw[:at] + new + raw[at + len(new) :])
+
+
+_TEXT = bytes(range(32, 127)) * 40
+_DAMAGED = {
+    "packed bytes": lambda: _with_bytes(_zip({"campaign.toml": _TEXT}), 60, b"\xff" * 20),
+    "place of the list of members": lambda: _with_bytes(_zip({"campaign.toml": _TEXT}), -6, b"\xff\xff\xff\x7f"),
+    "a member without a name": lambda: _zip({"": TOML}),
+    "a name longer than any": lambda: _zip({"x" * 300: TOML}),
+}
+
+
+@pytest.mark.parametrize("damage", _DAMAGED)
+def test_a_damaged_zip_is_refused(tmp_path: Path, damage: str) -> None:
+    """zipfile leaks zlib.error, IndexError, ValueError, OSError: the page ended in an error of the server."""
+    with pytest.raises(UploadError) as refused:
+        unpacked([("spring.zip", _DAMAGED[damage]())], tmp_path, 10_000_000)
+    assert len(str(refused.value).splitlines()) == 1

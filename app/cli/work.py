@@ -1,0 +1,131 @@
+"""`work` and `jobs`: a worker for long work, and a look at the queue."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from .common import db_option, json_option, note, opened, print_table, write_json
+
+#: Shorter, and a busy machine loses jobs that it is at work on.
+_SHORTEST_LEASE_S = 1.0
+
+
+@click.command()
+@db_option
+@click.option("--once", is_flag=True, help="End when nothing waits, and no dead worker has left anything.")
+@click.option(
+    "--lease",
+    default="30s",
+    show_default=True,
+    metavar="SECONDS",
+    help="A worker that is silent for so long has lost its job to the next.",
+)
+@click.option(
+    "--data",
+    "folders",
+    multiple=True,
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    help="Campaigns below this folder may be ingested, as by serve; repeat it. [the current one]",
+)
+def work(db: str, once: bool, lease: str, folders: tuple[Path, ...]) -> None:
+    """Do the long work that others have asked for (see `pyroshock jobs`): ingests, diagnoses, trainings, tunings.
+
+    Start it on any machine that reaches the store, as often as jobs are to run at once. Ctrl-C gives back what is in
+    hand; a worker that is killed loses its job to the next one after --lease, and the job is begun again.
+
+    \b
+    Example:
+        pyroshock work --db postgresql+psycopg://lab@server/lab
+    """
+    with opened(db, create=True) as store:
+        from ..jobs.worker import Worker
+
+        worker = Worker(store, db, lease_s=_lease_s(lease), folders=folders or (Path.cwd(),), tell=note)
+        note(f"pyroshock: {worker.hand.name} works")
+        with _ended_as_by_hand():
+            had = worker.run(once=once)
+    note(f"{had} job{'' if had == 1 else 's'}")
+
+
+@contextmanager
+def _ended_as_by_hand() -> Iterator[None]:
+    """A service manager's SIGTERM is Ctrl-C: what is in hand goes back."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _lease_s(text: str) -> float:
+    from .quantities import parse_quantity
+
+    seconds = parse_quantity(text, "s", "--lease")
+    if not seconds >= _SHORTEST_LEASE_S:
+        raise ValueError(f"--lease is {text}; expected {_SHORTEST_LEASE_S:g}s or more")
+    return seconds
+
+
+@click.group(invoke_without_command=True)
+@db_option
+@json_option
+@click.option("--last", type=click.IntRange(1), default=20, show_default=True, help="So many, the newest first.")
+@click.pass_context
+def jobs(context: click.Context, db: str, json_to: str | None, last: int) -> None:
+    """List long work: what waits, what runs where, what came of it.
+
+    \b
+    Example:
+        pyroshock jobs --last 50
+        pyroshock jobs stop 12
+    """
+    if context.invoked_subcommand is not None:
+        context.obj = db
+        return
+    with opened(db) as store:
+        from ..jobs.queue import list_jobs
+
+        found = list_jobs(store, last)
+    if json_to is not None:
+        write_json([job.as_json() for job in found], json_to)
+    else:
+        print_table((_row(job) for job in found), "no jobs")
+
+
+def _row(job: Any) -> dict[str, Any]:
+    progress = f"{job.done} of {job.total}" if job.total else None
+    return {
+        "id": job.key,
+        "state": job.state,
+        "what": job.label,
+        "progress": progress,
+        "worker": job.worker,
+        "attempt": job.attempt or None,
+        "told": job.error or job.words or job.what or None,
+    }
+
+
+@jobs.command()
+@click.argument("job", type=click.IntRange(1))
+@db_option
+@click.pass_context
+def stop(context: click.Context, job: int, db: str) -> None:
+    """Ask JOB to end: at once where it waits, at its next step where it runs. What it has stored is whole.
+
+    \b
+    Example:
+        pyroshock jobs stop 12
+    """
+    own = context.get_parameter_source("db") is ParameterSource.COMMANDLINE
+    with opened(db if own else context.obj) as store:
+        from ..jobs.tidying import stop as stop_job
+
+        found = stop_job(store, job)
+    note(f"job {job}, {found.label}: " + (found.state if found.ended else "asked to stop"))

@@ -1,0 +1,124 @@
+"""How a worker comes by a job: one that waits, or one whose worker has fallen silent."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import ColumnElement, or_, select, update
+from sqlalchemy.orm import Session
+
+from ...schema.jobs import FAILED, RUNNING, WAITING, Job
+from ...schema.session import Store
+from .lease import Lease
+
+#: A job that so many workers have died of is not given to another one.
+MOST_DEATHS = 3
+
+
+@dataclass(frozen=True)
+class Hand:
+    """Who takes jobs: its name, its machine, the kinds that it knows, and for how long it may be silent."""
+
+    name: str
+    host: str
+    kinds: tuple[str, ...]
+    lease_s: float
+
+    def may(self) -> tuple[ColumnElement[bool], ...]:
+        """The condition of the jobs that it can do."""
+        return (Job.kind.in_(self.kinds), or_(Job.host.is_(None), Job.host == self.host))
+
+
+@dataclass(frozen=True)
+class Claimed:
+    """A job that is this worker's, as it was asked for."""
+
+    lease: Lease
+    kind: str
+    label: str
+    arguments: dict[str, Any]
+    host: str | None
+    stop_requested: bool
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """A running job as it was seen: the same sighting again means that its worker has not moved in between."""
+
+    job: int
+    attempt: int
+    beat: int
+    deaths: int
+    lease_s: float
+
+
+def running(store: Store, hand: Hand) -> list[Sighting]:
+    """All jobs under way that this worker could do."""
+    columns = (Job.id, Job.attempt, Job.beat, Job.deaths, Job.lease_s)
+    query = select(*columns).where(Job.state == RUNNING, *hand.may()).order_by(Job.id)
+    found = store.read(lambda session: session.execute(query).all())
+    # a running job has a lease: a rule of the table
+    return [Sighting(job, attempt, beat, deaths, lease_s or 0.0) for job, attempt, beat, deaths, lease_s in found]
+
+
+def claim_waiting(store: Store, hand: Hand, left: Collection[int] = ()) -> Claimed | None:
+    """The job that has waited longest, but for those `left` to others; None where there is none."""
+    query = select(Job.id).where(Job.state == WAITING, *hand.may(), Job.id.not_in(left)).order_by(Job.id).limit(1)
+    if store.read(lambda session: session.scalar(query)) is None:
+        return None  # asked first: on SQLite a claim takes the lock of all writers
+    return store.write(lambda session: _take(session, hand, query, died=False))
+
+
+def take_over(store: Store, hand: Hand, silent: Sighting) -> Claimed | None:
+    """A silent worker's job; None where it moved after all, or somebody else was faster."""
+    query = select(Job.id).where(*_still(silent))
+    return store.write(lambda session: _take(session, hand, query, died=True))
+
+
+def bury(store: Store, silent: Sighting) -> bool:
+    """End a job that has cost as many workers as any may; whether it was still silent."""
+    error = (
+        f"{silent.deaths + 1} workers in turn were killed at it or fell silent (memory, or a library that crashes, "
+        "perhaps); it is not begun again: try it with less data"
+    )
+    ended = {"state": FAILED, "error": error, "ended_at": datetime.now(UTC), "deaths": Job.deaths + 1}
+
+    def work(session: Session) -> bool:
+        if session.scalar(_free(select(Job.id).where(*_still(silent)))) is None:
+            return False
+        session.execute(update(Job).where(*_still(silent)).values(ended))
+        return True
+
+    return store.write(work)
+
+
+def _still(silent: Sighting) -> tuple[ColumnElement[bool], ...]:
+    seen = (Job.attempt == silent.attempt, Job.beat == silent.beat, Job.state == RUNNING)
+    return (Job.id == silent.job, *seen)
+
+
+def _free(query: Any) -> Any:
+    """Rows that no transaction holds: a row that one does is being claimed, or its worker is writing, so it lives."""
+    return query.with_for_update(skip_locked=True)
+
+
+def _take(session: Session, hand: Hand, query: Any, died: bool) -> Claimed | None:
+    key = session.scalar(_free(query))
+    if key is None:
+        return None
+    taken = {
+        "state": RUNNING,
+        "attempt": Job.attempt + 1,
+        "deaths": Job.deaths + int(died),
+        "worker": hand.name,
+        "lease_s": hand.lease_s,
+        "beat": Job.beat + 1,
+        "started_at": datetime.now(UTC),
+        **{"done": 0, "total": 0, "what": ""},
+    }
+    session.execute(update(Job).where(Job.id == key).values(taken).execution_options(synchronize_session=False))
+    job = session.get_one(Job, key)
+    return Claimed(Lease(key, job.attempt), job.kind, job.label, job.arguments, job.host, job.stop_requested)

@@ -1,0 +1,34 @@
+"""The registry of models in the hands of one attempt at a job."""
+
+from __future__ import annotations
+
+import os
+
+from ...training.place import place_beside
+from ...training.records import Trained, Version
+from ...training.registry.registry import Registry
+from .work import Work
+
+
+class FencedRegistry(Registry):
+    """Records a model only while the lease is held, and one that was registered meanwhile is not registered again.
+
+    MLflow's store is another one than ours, so that both cannot be written in one transaction. What is left is a worker
+    that sleeps for a whole lease within these lines, without the lock of its dataset (another machine): a version more,
+    with the same model in it.
+    """
+
+    def __init__(self, work: Work) -> None:
+        super().__init__(place_beside(work.db, os.environ))
+        self._work = work
+
+    def record(self, trained: Trained, session: str | None = None) -> Version:
+        with self._work.store.writing():  # raises where the lease is lost
+            pass
+        known = next((each for each in self.versions() if each.task_key == trained.task.key), None)
+        return known or super().record(trained, session)
+
+
+def fenced_registry_of(work: Work) -> FencedRegistry:
+    """The registry beside the job's store, or where MLFLOW_TRACKING_URI says."""
+    return FencedRegistry(work)

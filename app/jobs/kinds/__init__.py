@@ -1,0 +1,1 @@
+"""What can be asked for, one kind a file; `known` lists them."""

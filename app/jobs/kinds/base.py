@@ -1,0 +1,47 @@
+"""What a kind of job is: a name, arguments that any process can read, a function, and what is tidied up after it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any, Generic, TypeVar
+
+from ..work import Ending, Result, Work
+
+Arguments = TypeVar("Arguments")
+
+
+def _nothing(_: Any) -> None:
+    pass
+
+
+@dataclass(frozen=True)
+class Kind(Generic[Arguments]):
+    """`record` is a frozen dataclass of plain values; `do` may be begun again by another process, whatever ended it.
+
+    So what `do` stores is either found again by its natural key, or written by the `Ending` that it returns. `after` is
+    called on the machine that a job was bound to, once it is over, perhaps twice.
+    """
+
+    name: str
+    record: type[Arguments]
+    do: Callable[[Work, Arguments], Ending]
+    after: Callable[[Arguments], None] = _nothing
+
+    def read(self, stored: Mapping[str, Any]) -> Arguments:
+        """The arguments of a stored job. Raises `ValueError` for one that another version asked for."""
+        try:
+            return self.record(**stored)
+        except TypeError as error:
+            known = ", ".join(field.name for field in fields(self.record))  # type: ignore[arg-type]  # a dataclass
+            was = f"a job of kind {self.name} with {', '.join(stored)}"
+            raise ValueError(f"{was}; this software knows {known}: ask for it anew") from error
+
+    def plain(self, arguments: Arguments) -> dict[str, Any]:
+        """The inverse of `read`."""
+        return asdict(arguments)  # type: ignore[call-overload, no-any-return]  # a dataclass
+
+
+def told(result: Result) -> Ending:
+    """The ending of work that has stored everything already, each row under its natural key."""
+    return lambda: result

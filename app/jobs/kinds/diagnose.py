@@ -1,0 +1,41 @@
+"""A diagnosis of a campaign of the store: kept in the transaction that ends the job, for it has no natural key."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from ..work import Ending, Result, Work
+from .base import Kind
+
+
+@dataclass(frozen=True)
+class DiagnoseArguments:
+    """As `app.diagnosing.Asked`, of what any worker can read."""
+
+    target: str
+    simulator: str | None = None
+    tolerances: Mapping[str, float] = field(default_factory=dict)
+    uncertain: Mapping[str, float] = field(default_factory=dict)
+    seed: int = 0
+    calibrate: int = 0
+
+
+def _do(work: Work, asked: DiagnoseArguments) -> Ending:
+    from ...diagnosing import Asked, diagnosed, is_stored, keep, report_json
+    from ...reports.sentences import verdict_sentence
+    from ...training import models_extra
+
+    if not is_stored(work.store, asked.target):  # a folder's path is nobody's to name from afar
+        raise LookupError(f"no campaign {asked.target!r} in the store; ingest it first")
+    with models_extra():
+        verdict = diagnosed(work.store, work.db, Asked(**vars(asked)), work.step)
+
+    def ending() -> Result:
+        key = keep(work.store, verdict)
+        return Result(f"/diagnoses/{key}", verdict_sentence(verdict), {"id": key, **report_json(verdict)})
+
+    return ending
+
+
+DIAGNOSE = Kind("diagnose", DiagnoseArguments, _do)

@@ -1,0 +1,71 @@
+"""A campaign folder of the worker's machine into the store: known by hashes, so that a repeat adds what is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+from ..scratch import discard, is_scratch
+from ..work import Ending, NotHereError, Result, Work
+from .base import Kind, told
+
+if TYPE_CHECKING:
+    from ....ingest.plan_link import PlanLinks
+    from ....ingest.report import IngestReport
+
+
+@dataclass(frozen=True)
+class IngestArguments:
+    """`settings` as `ExtractionSettings.as_json`; `scratch` is an upload's own folder, gone once the job is over."""
+
+    folder: str
+    settings: Mapping[str, Any]
+    plan: str | None = None
+    scratch: str | None = None
+
+
+def _do(work: Work, asked: IngestArguments) -> Ending:
+    from ....ingest.load import ingest_folder
+    from ....ingest.plan_link import link_to_plan
+    from ....ingest.settings import ExtractionSettings
+
+    folder = _readable(work, asked)
+    report = ingest_folder(work.store, folder, ExtractionSettings(**asked.settings), progress=work.step)
+    links = link_to_plan(work.store, report.campaign, asked.plan)
+    data = report.as_json()
+    if links is not None:
+        data["findings"] = [*report.findings, *links.as_findings()]
+    return told(Result(f"/campaigns/{quote(report.campaign, safe='')}", _words(report, links), data))
+
+
+def _readable(work: Work, asked: IngestArguments) -> Path:
+    """The folder, where it lies in an upload or below what this worker may read."""
+    folder = Path(asked.folder).resolve()
+    if asked.scratch is not None:
+        roots: tuple[Path, ...] = (Path(asked.scratch),) if is_scratch(Path(asked.scratch)) else ()
+    else:
+        roots = work.folders
+    if not any(folder.is_relative_to(root.resolve()) for root in roots):
+        raise NotHereError(f"this one may not read {folder} (pyroshock work --data FOLDER)")
+    if not folder.is_dir():
+        again = "upload it again" if asked.scratch else "give it as it is called now"
+        raise LookupError(f"no folder {str(folder)!r} any more; {again}")
+    return folder
+
+
+def _words(report: IngestReport, links: PlanLinks | None) -> str:
+    added = ", ".join(f"{n} {what}" for what, n in report.added.items() if n) or "nothing new"
+    aside = f"; {len(report.set_aside)} recordings set aside" if report.set_aside else ""
+    linked = f"; plan {links.plan}: {links.done} runs done" if links is not None else ""
+    return f"{report.campaign}: added {added}{aside}{linked}"
+
+
+def _after(asked: IngestArguments) -> None:
+    if asked.scratch is not None:
+        discard(Path(asked.scratch))
+
+
+INGEST = Kind("ingest", IngestArguments, _do, _after)

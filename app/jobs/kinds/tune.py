@@ -1,0 +1,96 @@
+"""From a prescribed spectrum to settings: nothing is stored but the answer, from which its page is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from ..work import Ending, Result, Work
+from .base import Kind, told
+
+if TYPE_CHECKING:
+    from ....twin.tune.tuner import Tuned
+    from ...tuning_session import Ask, TuningSession
+
+#: Proposals that are told.
+SHOWN = 10
+
+
+@dataclass(frozen=True)
+class TuneArguments:
+    """As the options of `pyroshock tune`: `target` is the text of its CSV, `factors` the text of a factors file."""
+
+    target: str
+    tolerance: str = ""
+    measured: Sequence[str] = ()
+    campaign: str | None = None
+    plate: str | None = None
+    contact: str | None = None
+    sensor: str | None = None
+    factors: str = ""
+    share: float = 1.0
+    q: float = 10.0
+    extrapolate: bool = False
+    adopted: bool = True
+    seed: int = 0
+
+    def ask(self) -> Ask:
+        """Raises `ValueError` for a target or factors that cannot be read."""
+        from ....doe.space import shipped_factors, space_from_text
+        from ...targets import target_from_upload
+        from ...tuning_session import Ask
+        from ...twins import TwinRequest
+
+        target = target_from_upload(self.target, "the specification", self.tolerance or None)
+        request = TwinRequest(
+            campaign=self.campaign or None,
+            contact=self.contact or None,
+            plate=self.plate or None,
+            q=self.q,
+            frequency_hz=tuple(target.lines().tolist()),
+            adopted=self.adopted,
+        )
+        return Ask(
+            target,
+            request,
+            space_from_text(self.factors or shipped_factors("gun")),
+            measured=tuple(self.measured),
+            sensor=self.sensor or None,
+            share=self.share,
+            extrapolate=self.extrapolate,
+            seed=self.seed,
+        )
+
+
+def _do(work: Work, asked: TuneArguments) -> Ending:
+    from ...training import models_extra
+    from ...tuning_session import session_of
+
+    work.step(0, 0, "building the twin")
+    with models_extra():
+        session = session_of(work.store, work.db, asked.ask())
+    data = _answer(asked, session, session.run(work.step))
+    rows = data["proposals"]
+    best = f"{rows[0]['probability_within']:.0%} that every line fits" if rows else "no setting"
+    return told(Result(f"/tune/{work.job}", f"{len(rows)} proposals; the first: {best}", data))
+
+
+def _answer(asked: TuneArguments, session: TuningSession, found: Tuned) -> dict[str, Any]:
+    """`tune --json`, with the target, what to avoid, and notes."""
+    from ...tuning import avoid_json, proposal_json
+
+    goal = session.goal
+    return {
+        "proposals": [proposal_json(each, rank) for rank, each in enumerate(found.proposals[:SHOWN], 1)],
+        "avoid": [avoid_json(each) for each in found.avoid[:SHOWN]],
+        "notes": list(session.notes),
+        "frequency_hz": goal.frequency_hz.tolist(),
+        "prescribed_m_s2": (10 ** (goal.level_db / 20)).tolist(),
+        "lower_m_s2": (10 ** ((goal.level_db - goal.lower_db.clip(0, 200)) / 20)).tolist(),
+        "upper_m_s2": (10 ** ((goal.level_db + goal.upper_db.clip(0, 200)) / 20)).tolist(),
+        "twin": {"campaign": asked.campaign, "contact": asked.contact, "plate": asked.plate},
+    }
+
+
+TUNE = Kind("tune", TuneArguments, _do)

@@ -1,0 +1,122 @@
+"""The queue as those see it who ask: a job is asked for, looked up, listed, stopped."""
+
+from __future__ import annotations
+
+import os
+import socket
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from sqlalchemy import select, update
+from sqlalchemy.orm import Session, undefer
+
+from ...schema.jobs import ENDED, RUNNING, STOPPED, WAITING, Job
+from ...schema.plain import to_plain
+from ...schema.session import Store
+from ..finite import finite
+from .kinds.base import Arguments, Kind
+
+#: The name of this machine where the system's is of no use: a container's changes with every start.
+HOST_VARIABLE = "PYROSHOCK_HOST"
+
+
+class UnknownJobError(LookupError):
+    """The store has no job of this number."""
+
+
+@dataclass(frozen=True)
+class JobView:
+    """A job as its row said when it was read. `result` is read with a single job only."""
+
+    key: int
+    kind: str
+    label: str
+    state: str
+    done: int
+    total: int
+    what: str
+    error: str | None
+    address: str | None
+    words: str | None
+    result: Any
+    host: str | None
+    attempt: int
+    worker: str | None
+    stop_requested: bool
+    asked_at: datetime
+    started_at: datetime | None
+    ended_at: datetime | None
+
+    @property
+    def ended(self) -> bool:
+        return self.state in ENDED
+
+    def as_json(self) -> dict[str, Any]:
+        """As `/api/jobs` tells it; times are to the second."""
+        told = {name: value for name, value in vars(self).items() if name not in ("key", "stop_requested")}
+        times = {name: _second(told[name]) for name in ("asked_at", "started_at", "ended_at")}
+        return {"id": self.key, **told, **times, "result": finite(self.result)}
+
+
+def _second(time: datetime | None) -> str | None:
+    return None if time is None else time.isoformat(timespec="seconds")
+
+
+def this_host() -> str:
+    """How jobs call this machine that only it can do."""
+    return os.environ.get(HOST_VARIABLE) or socket.gethostname()
+
+
+def ask(store: Store, kind: Kind[Arguments], label: str, arguments: Arguments, host: str | None = None) -> JobView:
+    """Put a job at the end of the queue; `host` where only one machine has what it needs."""
+
+    def work(session: Session) -> int:
+        job = Job(
+            kind=kind.name,
+            label=to_plain(label),
+            arguments=kind.plain(arguments),
+            host=host,
+            asked_at=datetime.now(UTC),
+        )
+        session.add(job)
+        session.flush()
+        return job.id
+
+    return get_job(store, store.write(work))
+
+
+def get_job(store: Store, key: int) -> JobView:
+    """One job with its result. Raises `UnknownJobError`."""
+    with store.reading() as session:
+        job = session.get(Job, key, options=[undefer(Job.result)])
+        if job is None:
+            raise UnknownJobError(f"no job {key} in the store; pyroshock jobs lists them")
+        return _view(job, job.result)
+
+
+def list_jobs(store: Store, limit: int = 200, before: int | None = None) -> list[JobView]:
+    """The newest first, without their results: at most `limit`, of those older than number `before`."""
+    query = select(Job).order_by(Job.id.desc()).limit(limit)
+    if before is not None:
+        query = query.where(Job.id < before)
+    with store.reading() as session:
+        return [_view(job, None) for job in session.scalars(query)]
+
+
+def stop_job(store: Store, key: int) -> JobView:
+    """Ask a job to end: at once where it waits, at its next step where it runs. Raises `UnknownJobError`."""
+    get_job(store, key)
+    store.write(lambda session: _stop(session, key), idempotent=True)
+    return get_job(store, key)
+
+
+def _stop(session: Session, key: int) -> None:
+    at_once = {"state": STOPPED, "stop_requested": True, "ended_at": datetime.now(UTC)}
+    session.execute(update(Job).where(Job.id == key, Job.state == WAITING).values(at_once))
+    session.execute(update(Job).where(Job.id == key, Job.state == RUNNING).values(stop_requested=True))
+
+
+def _view(job: Job, result: Any) -> JobView:
+    same = [name for name in JobView.__dataclass_fields__ if name not in ("key", "result")]
+    return JobView(key=job.id, result=result, **{name: getattr(job, name) for name in same})

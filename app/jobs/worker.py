@@ -1,0 +1,119 @@
+"""A worker: takes the oldest job that it can do, does it, takes the next; and picks up what a dead one has left."""
+
+from __future__ import annotations
+
+import logging
+import os
+import threading
+import uuid
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from sqlalchemy.exc import SQLAlchemyError
+
+from ...schema.engine import StoreError
+from ...schema.session import Store
+from .claims import MOST_DEATHS, Claimed, Hand, Sighting, bury, claim_waiting, running, take_over
+from .doing import Bench, attempt
+from .kinds.known import KINDS
+from .lease import LeaseLostError
+from .queue import this_host
+from .steps import give_back
+from .tidying import tidy_up
+from .watch import Watch
+
+_log = logging.getLogger("pyroshock.jobs")
+
+LEASE_S = 30.0
+#: How often an idle worker asks, and how long it waits for a store that is away.
+_POLL_S, _AWAY_S = 1.0, 5.0
+
+
+class Worker:
+    """Works on the jobs of a store, one at a time, and says to `tell` which it begins.
+
+    `ask_now` wakes an idle one, `end` makes it give back what it holds.
+    """
+
+    def __init__(
+        self,
+        store: Store,
+        db: str,
+        *,
+        lease_s: float = LEASE_S,
+        folders: tuple[Path, ...] = (),
+        host: str | None = None,
+        name: str | None = None,
+        tell: Callable[[str], None] = lambda _: None,
+    ) -> None:
+        host = host or this_host()
+        self.hand = Hand(name or f"{host}:{os.getpid()}:{uuid.uuid4().hex[:8]}", host, tuple(KINDS), lease_s)
+        self.bench = Bench(store, db, lease_s, folders)
+        self.in_hand: Claimed | None = None
+        self._watch, self._tell = Watch(), tell
+        self._left: set[int] = set()
+        self._woken = threading.Event()
+
+    def run(self, *, once: bool = False) -> int:
+        """Work until told to end; `once`: until nothing waits and no job is a dead worker's. How many it had."""
+        had = 0
+        with suppress(StoreError):
+            tidy_up(self.bench.store)
+        while not self.bench.ending.is_set():
+            try:
+                self.in_hand = self._next()
+                if self.in_hand is None:
+                    if once and not self._watch.undecided:
+                        break
+                    self._pause(min(_POLL_S, self.hand.lease_s / 6))
+                    continue
+                had += 1
+                self._tell(f"job {self.in_hand.lease.job}: {self.in_hand.label}")
+                if not attempt(self.bench, self.in_hand):
+                    self._left.add(self.in_hand.lease.job)
+            except (StoreError, SQLAlchemyError) as error:
+                if once:
+                    raise
+                _log.warning("%s; asking again in %.0f s", error, _AWAY_S)
+                self._watch.forget()
+                self._pause(_AWAY_S)
+            finally:
+                self.in_hand = None
+        return had
+
+    def ask_now(self) -> None:
+        """There may be a job: look at once."""
+        self._woken.set()
+
+    def end(self) -> None:
+        """Take no further job, and give back the one in hand at its next step."""
+        self.bench.ending.set()
+        self._woken.set()
+
+    def let_go(self) -> None:
+        """Give back what is in hand, from another thread: what its work still writes is not stored."""
+        held = self.in_hand
+        if held is not None:
+            with suppress(LeaseLostError, StoreError):
+                give_back(self.bench.store, held.lease)
+
+    def _pause(self, seconds: float) -> None:
+        self._woken.wait(seconds)
+        self._woken.clear()
+
+    def _next(self) -> Claimed | None:
+        store = self.bench.store
+        for silent in self._watch.silent(running(store, self.hand)):
+            taken = self._after_death(silent)
+            if taken is not None:
+                _log.warning("job %d is taken over: its worker was silent for %g s", silent.job, silent.lease_s)
+                return taken
+        return claim_waiting(store, self.hand, self._left)
+
+    def _after_death(self, silent: Sighting) -> Claimed | None:
+        if silent.deaths + 1 < MOST_DEATHS:
+            return take_over(self.bench.store, self.hand, silent)
+        if bury(self.bench.store, silent):
+            tidy_up(self.bench.store)
+        return None

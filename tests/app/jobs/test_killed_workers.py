@@ -1,0 +1,157 @@
+"""Workers as processes of their own: ended, killed or put to sleep in the midst of a job, and what the next does."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from campaigns import gun_campaign, hammer_campaign
+from pyroshock.app.jobs.kinds.diagnose import DIAGNOSE, DiagnoseArguments
+from pyroshock.app.jobs.kinds.extract import EXTRACT, ExtractArguments
+from pyroshock.app.jobs.kinds.ingest import INGEST, IngestArguments
+from pyroshock.app.jobs.kinds.plan import PLAN, PlanArguments
+from pyroshock.app.jobs.queue import ask, get_job, list_jobs
+from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.schema.diagnoses import Diagnosis
+from pyroshock.schema.jobs import DONE, RUNNING, WAITING
+from pyroshock.schema.plans import Plan
+from pyroshock.schema.recordings import Recording
+from pyroshock.schema.session import Store
+from sqlalchemy import func, select
+from stores import content, ingested, opened, pyroshock, start_cli
+from web_stores import FACTORS
+
+#: A process imports for seconds, on a machine that may be busy.
+PATIENCE_S = 60.0
+RECORDINGS = 16
+PLANNED = PlanArguments("p", "lhs", "hammer", runs=8, seed=1, factors=FACTORS)
+
+
+def until(true: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + PATIENCE_S
+    while not true():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def count(store: Store) -> int:
+    with store.reading() as session:
+        return session.scalar(select(func.count()).select_from(Recording)) or 0
+
+
+def asked_ingest(store: Store, folder: Path) -> int:
+    return ask(store, INGEST, "Ingest", IngestArguments(str(folder), ExtractionSettings().as_json())).key
+
+
+def begun(store: Store, key: int, url: str, folder: Path) -> subprocess.Popen[str]:
+    """A worker in the midst of an ingest: some recordings are stored."""
+    worker = start_cli("work", "--db", url, "--lease", "1s", "--data", folder.parent)
+    until(lambda: count(store) >= 2 or worker.poll() is not None)
+    assert get_job(store, key).state == RUNNING
+    return worker
+
+
+def test_a_killed_workers_ingest_is_finished_by_the_next(tmp_path: Path, sqlite_url: str) -> None:
+    folder = hammer_campaign(tmp_path / "spring", RECORDINGS, 1)
+    undisturbed = f"sqlite:///{tmp_path / 'undisturbed.db'}"
+    ingested(undisturbed, folder)
+    with opened(sqlite_url, create=True) as store:
+        key = asked_ingest(store, folder)
+        worker = begun(store, key, sqlite_url, folder)
+        worker.kill()
+        worker.communicate()
+        assert count(store) < RECORDINGS
+        assert get_job(store, key).state == RUNNING  # nobody was left to say otherwise
+        result = pyroshock("work", "--db", sqlite_url, "--once", "--lease", "1s", "--data", folder.parent)
+        assert result.exit_code == 0, result.stderr
+        found = get_job(store, key)
+    assert (found.state, found.attempt) == (DONE, 2)
+    assert found.result["impacts"] == RECORDINGS
+    assert content(sqlite_url) == content(undisturbed)
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_told_to_end_gives_its_job_back(tmp_path: Path, sqlite_url: str) -> None:
+    folder = hammer_campaign(tmp_path / "spring", RECORDINGS, 1)
+    with opened(sqlite_url, create=True) as store:
+        key = asked_ingest(store, folder)
+        worker = begun(store, key, sqlite_url, folder)
+        worker.terminate()
+        _, told = worker.communicate(timeout=PATIENCE_S)
+        assert worker.returncode == 130, told
+        assert "interrupted; what was stored is whole" in told and "Traceback" not in told
+        assert get_job(store, key).state == WAITING
+
+
+@pytest.mark.slow
+def test_a_worker_that_slept_through_its_lease_changes_nothing(tmp_path: Path, sqlite_url: str) -> None:
+    folder = hammer_campaign(tmp_path / "spring", RECORDINGS, 1)
+    undisturbed = f"sqlite:///{tmp_path / 'undisturbed.db'}"
+    ingested(undisturbed, folder)
+    with opened(sqlite_url, create=True) as store:
+        key = asked_ingest(store, folder)
+        worker = begun(store, key, sqlite_url, folder)
+        try:
+            worker.send_signal(signal.SIGSTOP)
+            result = pyroshock("work", "--db", sqlite_url, "--once", "--lease", "1s", "--data", folder.parent)
+            assert result.exit_code == 0, result.stderr
+            before = get_job(store, key)
+            assert (before.state, before.attempt) == (DONE, 2)
+            following = ask(store, PLAN, "Plan", PLANNED).key
+            worker.send_signal(signal.SIGCONT)
+            until(lambda: get_job(store, following).ended)  # it lives, and is through with the one it slept over
+            assert get_job(store, following).worker != before.worker
+            assert get_job(store, key) == before
+        finally:
+            worker.kill()
+            _, told = worker.communicate()
+    assert f"job {key}" in told and "nothing more of it is stored" in told
+    assert measured(sqlite_url) == measured(undisturbed)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_workers_killed_at_any_moment_leave_every_effect_once(tmp_path: Path, database_url: str) -> None:
+    """Four kinds of jobs; each worker is killed after a while, twice a job at most, till all is done."""
+    folder = hammer_campaign(tmp_path / "autumn", RECORDINGS, 2, "autumn")
+    known = hammer_campaign(tmp_path / "spring", RECORDINGS, 1, "spring"), gun_campaign(tmp_path / "gun", 6, "gun")
+    threshold = ExtractionSettings(threshold=0.01)
+    undisturbed = f"sqlite:///{tmp_path / 'undisturbed.db'}"
+    ingested(undisturbed, folder, *known)
+    pyroshock("extract", "spring", "--threshold", "0.01", "--db", undisturbed)
+    ingested(database_url, *known)
+    with opened(database_url) as store:
+        asked_ingest(store, folder)
+        ask(store, EXTRACT, "Extraction", ExtractArguments("spring", threshold.as_json()))
+        ask(store, PLAN, "Plan", PLANNED)
+        ask(store, DIAGNOSE, "Diagnosis", DiagnoseArguments("gun", seed=1))
+        deaths = 0
+        for moment in (2.0, 3.1, 4.3, 2.6, 3.7, 5.2):
+            worker = start_cli("work", "--db", database_url, "--lease", "1s", "--data", folder.parent)
+            time.sleep(moment)
+            deaths += worker.poll() is None
+            os.kill(worker.pid, signal.SIGKILL)
+            worker.communicate()
+            if any(job.attempt >= 3 and not job.ended for job in list_jobs(store)):
+                break
+        last = start_cli("work", "--db", database_url, "--once", "--lease", "1s", "--data", folder.parent)
+        _, told = last.communicate(timeout=300)
+        assert last.returncode == 0, told
+        assert deaths >= 3
+        assert [job.error for job in list_jobs(store) if job.state != DONE] == []
+        with store.reading() as session:
+            kept = [session.scalar(select(func.count()).select_from(table)) for table in (Diagnosis, Plan)]
+        assert kept == [1, 1]
+    assert measured(database_url) == measured(undisturbed)
+
+
+def measured(url: str) -> dict[str, list[str]]:
+    """What ingest and extraction have stored."""
+    return {
+        name: rows for name, rows in content(url).items() if name in ("recordings", "channels", "impacts", "pulses")
+    }

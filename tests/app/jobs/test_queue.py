@@ -1,0 +1,200 @@
+"""What becomes of a job that is asked for: its order, its progress, its stop, its errors."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from odd_jobs import Odd, odd, work_off, working
+from pyroshock.app.jobs.queue import JobView, UnknownJobError, get_job, list_jobs
+from pyroshock.app.jobs.tidying import stop
+from pyroshock.app.jobs.work import NotHereError, Result, Work
+from pyroshock.app.training import MissingExtraError
+from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
+from pyroshock.schema.session import Store
+from stores import opened
+
+__all__ = ["odd"]
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Store]:
+    """One for all: every test ends the jobs that it asks for."""
+    with opened(f"sqlite:///{tmp_path_factory.mktemp('queue')}/lab.db", create=True) as found:
+        yield found
+
+
+def until_ended(store: Store, key: int) -> JobView:
+    deadline = time.monotonic() + 20
+    while not (found := get_job(store, key)).ended:
+        assert time.monotonic() < deadline, found
+        time.sleep(0.01)
+    return found
+
+
+def test_jobs_are_done_one_after_the_other_in_the_order_asked(store: Store, odd: Odd) -> None:
+    order: list[str] = []
+    odd.do = lambda _, word: order.append(word)  # type: ignore[func-returns-value]
+    for word in "abcde":
+        odd.ask(store, word)
+    assert work_off(store) == 5
+    assert order == list("abcde")
+    assert [(job.label, job.state, job.attempt) for job in list_jobs(store, 2)] == [
+        ("odd e", DONE, 1),
+        ("odd d", DONE, 1),
+    ]
+    last = list_jobs(store, 1)[0].key
+    assert [job.label for job in list_jobs(store, 2, before=last)] == ["odd d", "odd c"]
+
+
+def test_progress_and_result_are_told(store: Store, odd: Odd) -> None:
+    go_on = threading.Event()
+
+    def do(work: Work, _word: str) -> Result:
+        work.step(3, 7, "recordings/0003.mat")
+        assert go_on.wait(20)
+        return Result("/campaigns/a", "done", {"impacts": 3, "error": float("nan")})
+
+    odd.do = do
+    with working(store):
+        key = odd.ask(store).key
+        deadline = time.monotonic() + 20
+        while (job := get_job(store, key)).done == 0:
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        assert (job.state, job.done, job.total, job.what) == (RUNNING, 3, 7, "recordings/0003.mat")
+        assert job.worker is not None
+        go_on.set()
+        told = until_ended(store, key).as_json()
+    assert (told["state"], told["address"], told["words"]) == (DONE, "/campaigns/a", "done")
+    assert told["result"] == {"impacts": 3, "error": None}
+    assert list_jobs(store)[0].result is None
+
+
+def test_a_stop_ends_a_job_at_its_next_step(store: Store, odd: Odd) -> None:
+    begun = threading.Event()
+
+    def do(work: Work, _word: str) -> None:
+        for i in range(100_000):
+            begun.set()
+            time.sleep(0.005)
+            work.step(i, 100_000, "")
+
+    odd.do = do
+    with working(store):
+        key = odd.ask(store).key
+        assert begun.wait(20)
+        assert stop(store, key).state == RUNNING
+        assert until_ended(store, key).state == STOPPED
+
+
+def test_a_waiting_job_is_stopped_at_once(store: Store, odd: Odd) -> None:
+    done: list[str] = []
+    odd.do = lambda _, word: done.append(word)  # type: ignore[func-returns-value]
+    first, second = odd.ask(store, "a"), odd.ask(store, "b")
+    assert stop(store, first.key).state == STOPPED
+    work_off(store)
+    assert (done, get_job(store, second.key).state) == (["b"], DONE)
+    assert stop(store, second.key).state == DONE
+
+
+def test_errors_of_the_user_keep_their_words_and_ours_say_so(
+    store: Store, odd: Odd, caplog: pytest.LogCaptureFixture
+) -> None:
+    errors: dict[str, Exception] = {"his": ValueError("tip radius is 0; expected above 0"), "ours": KeyError("secret")}
+
+    def do(_work: Work, word: str) -> None:
+        raise errors[word]
+
+    odd.do = do
+    his, ours = odd.ask(store, "his"), odd.ask(store, "ours")
+    assert work_off(store) == 2  # the worker survives both
+    assert get_job(store, his.key).error == "tip radius is 0; expected above 0"
+    found = get_job(store, ours.key)
+    assert found.state == FAILED
+    assert "an error of pyroshock itself, KeyError" in str(found.error)
+    assert "Traceback" in caplog.text
+
+
+def test_a_password_in_an_error_is_not_told(store: Store, odd: Odd) -> None:
+    def do(_work: Work, _word: str) -> None:
+        raise ValueError("cannot reach postgresql://lab:hunter2@server/lab")
+
+    odd.do = do
+    odd.ask(store)
+    work_off(store)
+    assert "hunter2" not in str(list_jobs(store)[0].error)
+
+
+def test_an_unknown_job_is_named(store: Store) -> None:
+    for ask in (get_job, stop):
+        with pytest.raises(UnknownJobError, match="no job 1234"):
+            ask(store, 1234)
+
+
+def test_a_job_of_another_machine_waits_for_it(store: Store, odd: Odd) -> None:
+    key = odd.ask(store, host="another").key
+    assert work_off(store) == 0
+    assert get_job(store, key).state == WAITING
+    assert work_off(store, host="another") == 1
+    assert get_job(store, key).state == DONE
+
+
+@pytest.mark.parametrize("lacking", [NotHereError, MissingExtraError])
+def test_what_one_worker_lacks_another_does(store: Store, odd: Odd, lacking: type[Exception]) -> None:
+    able: list[int] = []
+
+    def do(_work: Work, _word: str) -> None:
+        if not able:
+            raise lacking("torch is not installed")
+
+    odd.do = do
+    key = odd.ask(store).key
+    assert work_off(store) == 1
+    found = get_job(store, key)
+    assert (found.state, found.what) == (WAITING, "waits for another worker: torch is not installed")
+    able.append(1)
+    work_off(store)
+    assert get_job(store, key).state == DONE
+
+
+def test_a_job_of_another_version_says_so(store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch) -> None:
+    from pyroshock.app.jobs.kinds.base import Kind
+
+    newer: dict[str, Any] = {"word": "a", "depth": 3}
+    monkeypatch.setattr(Kind, "plain", lambda *_: newer)
+    key = odd.ask(store).key
+    work_off(store)
+    assert "depth; this software knows word" in str(get_job(store, key).error)
+
+
+def test_the_end_of_a_worker_gives_the_job_back(store: Store, odd: Odd) -> None:
+    begun = threading.Event()
+
+    def do(work: Work, _word: str) -> None:
+        begun.set()
+        while not done:
+            time.sleep(0.005)
+            work.step(1, 2, "")
+
+    done: list[int] = []
+    odd.do = do
+    key = odd.ask(store).key
+    with working(store):
+        assert begun.wait(20)
+    found = get_job(store, key)
+    assert (found.state, found.attempt, found.done) == (WAITING, 1, 0)
+    done.append(1)
+    work_off(store)
+    found = get_job(store, key)
+    assert (found.state, found.attempt) == (DONE, 2)
+
+
+def test_odd_characters_of_a_label_are_stored(store: Store, odd: Odd) -> None:
+    key = odd.ask(store, "nul\x00 half\ud800 <b>").key
+    assert "<b>" in get_job(store, key).label
+    work_off(store)
+    assert get_job(store, key).ended
