@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator
+from contextlib import closing
 from itertools import islice
 from pathlib import Path
 from typing import Any, TextIO
@@ -15,13 +16,12 @@ from typing import Any, TextIO
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ..ingest.stored import list_channels, read_channel
-from ..schema.campaigns import Campaign, Factor, FactorLevel
+from ..schema.campaigns import Factor, FactorLevel
 from ..schema.impacts import Pulse
-from ..schema.listings import Condition, get_campaign_id, iter_impacts, iter_shots, listing_key
-from ..schema.recordings import Recording
-from ..schema.series import iter_chunks
+from ..schema.listings import Condition, iter_impacts, iter_shots, listing_key
+from ..schema.outputs import whole_file
 from .predictions import with_predictions
+from .series_export import series_batches
 
 Row = dict[str, Any]
 
@@ -36,20 +36,22 @@ def export_table(
     campaign: str | None = None,
     where: tuple[Condition, ...] = (),
     recording: str | None = None,
+    left_out: list[str] | None = None,
 ) -> int:
     """Write `what` ("impacts", "shots", "pulses", "series") to `out`, CSV or Parquet by its suffix; returns the rows.
 
-    Raises `ValueError` for another suffix, `LookupError` for an unknown campaign or recording.
+    Damaged series are left out and named in `left_out`, where it is given. Raises `ValueError` for another suffix,
+    `LookupError` for an unknown campaign or recording, `SeriesError` for a damaged series.
     """
     if what == "series":
         if where:
             raise ValueError("--where does not filter series; choose a --campaign or a --recording")
-        batches = _series(session, campaign, recording)
+        batches = series_batches(session, campaign, recording, left_out)
     elif recording is not None:
         raise ValueError("--recording goes with series; filter other tables with --where")
     else:
         batches = _in_batches(_TABLES[what](session, campaign, where), _factor_columns(session, what))
-    return _write(out, batches)
+    return write_batches(out, batches)
 
 
 def _impacts(session: Session, campaign: str | None, where: tuple[Condition, ...]) -> Iterator[Row]:
@@ -115,36 +117,6 @@ def _cell(value: Any, as_word: bool) -> Any:
     return value if value is None or not as_word else str(value)
 
 
-def _series(session: Session, campaign: str | None, recording: str | None) -> Iterator[dict[str, Any]]:
-    query = select(Recording.id, Recording.path, Campaign.name).join(Campaign).where(Recording.status == "stored")
-    if campaign is not None:
-        query = query.where(Recording.campaign_id == get_campaign_id(session, campaign))
-    if recording is not None:
-        query = query.where(Recording.path == recording)
-    found = session.execute(query.order_by(Recording.id)).all()
-    if recording is not None and not found:
-        raise LookupError(f"no recording {recording!r}" + (f" in campaign {campaign!r}" if campaign else ""))
-    for key, path, name in found:
-        for row in list_channels(session, key):
-            for start, stop in iter_chunks(row.samples, row.chunk_samples):
-                channel = read_channel(session, row, start, stop)
-                size = stop - start
-                yield {
-                    "campaign": [name] * size,
-                    "recording": [path] * size,
-                    "channel": [row.name] * size,
-                    "time_s": (row.start_s + _range(start, stop) / row.sampling_rate_hz).tolist(),
-                    "value": channel.si.tolist(),
-                    "unit": [row.si_unit] * size,
-                }
-
-
-def _range(start: int, stop: int) -> Any:
-    import numpy as np
-
-    return np.arange(start, stop, dtype=np.float64)
-
-
 class _Writer(ABC):
     """A file that takes batches of columns."""
 
@@ -198,24 +170,14 @@ class _Parquet(_Writer):
 _WRITERS: dict[str, type[_Writer]] = {".csv": _Csv, ".parquet": _Parquet}
 
 
-def _write(out: Path, batches: Iterable[dict[str, list[Any]]]) -> int:
+def write_batches(out: Path, batches: Iterable[dict[str, list[Any]]]) -> int:
     if out.suffix.lower() not in _WRITERS:
         raise ValueError(f"cannot write {out.name!r}; expected a name that ends in {' or '.join(_WRITERS)}")
-    partial = out.with_name(out.name + ".part")
     rows = 0
-    writer: _Writer | None = None
-    try:
+    with whole_file(out) as partial, closing(_WRITERS[out.suffix.lower()](partial)) as writer:
         for batch in batches:
-            if writer is None:
-                writer = _WRITERS[out.suffix.lower()](partial)
             writer.add(batch)
             rows += len(next(iter(batch.values())))
-        if writer is None:
+        if not rows:
             raise ValueError(f"nothing to write to {out.name!r}: no row matches")
-        writer.close()
-        partial.replace(out)
-    finally:
-        if writer is not None:
-            writer.close()
-        partial.unlink(missing_ok=True)
     return rows

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,7 @@ from ..schema.campaigns import ConfigurationLevel, Factor, FactorLevel
 from ..schema.conditions import Condition, get_factor_id, listing_key
 from ..schema.evenly import list_pulse_keys
 from ..schema.impacts import Impact, Pulse
-from ..schema.series import as_floats
+from ..schema.series import SeriesError, as_floats
 
 Floats = NDArray[np.float64]
 
@@ -47,7 +47,8 @@ class LevelPulses:
 class PulseOverlay:
     """Pulses on one axis: `time_s` (points,) since contact began, or `share_of_contact` (points,) from 0 to 1.
 
-    `drawn` of the `matching` pulses are in it, taken evenly where it is not all of them: `thinned`.
+    `drawn` of the `matching` pulses are in it, taken evenly where it is not all of them: `thinned`. `damaged` are the
+    impacts that were left out because their stored force is damaged.
     """
 
     factor: str
@@ -56,10 +57,11 @@ class PulseOverlay:
     groups: tuple[LevelPulses, ...]
     drawn: int
     matching: int
+    damaged: tuple[int, ...] = ()
 
     @property
     def thinned(self) -> bool:
-        return self.drawn < self.matching
+        return self.drawn + len(self.damaged) < self.matching
 
     @property
     def axis_name(self) -> str:
@@ -87,7 +89,8 @@ def pulse_overlay(
     key = get_factor_id(session, factor)
     row = session.get_one(Factor, key)
     keys, matching = list_pulse_keys(session, campaign, where, most)
-    rows = list(_rows(session, keys, key))
+    forces, damaged = _forces(every := list(_rows(session, keys, key)))
+    rows = [pulse for pulse in every if pulse.impact_id in forces]
     longest = max((pulse.contact_time_s for pulse in rows), default=0.0)
     axis = np.linspace(0.0, 1.0 if normalised else longest, points)
     by_level: dict[float | str | None, list[Row[tuple[int, float, float, bytes, str | None, float | None]]]] = {}
@@ -98,13 +101,27 @@ def pulse_overlay(
         mine = by_level[level]
         contact = np.array([pulse.contact_time_s for pulse in mine])
         at = [axis * time if normalised else axis for time in contact]
-        curves = np.stack([_resampled(p.fine_force_n, p.fine_period_s, t) for p, t in zip(mine, at, strict=True)])
+        curves = np.stack([_resampled(forces[p.impact_id], p.fine_period_s, t) for p, t in zip(mine, at, strict=True)])
         spread = curves.std(axis=0, ddof=1) if len(mine) > 1 else np.full(points, np.nan)
         impacts = tuple(pulse.impact_id for pulse in mine)
         groups.append(LevelPulses(level, impacts, contact, curves, curves.mean(axis=0), spread))
     return PulseOverlay(
-        listing_key(row.name, row.si_unit), normalised, axis, tuple(groups), drawn=len(rows), matching=matching
+        listing_key(row.name, row.si_unit), normalised, axis, tuple(groups), len(rows), matching, damaged
     )
+
+
+def _forces(
+    rows: Iterable[Row[tuple[int, float, float, bytes, str | None, float | None]]],
+) -> tuple[dict[int, Floats], tuple[int, ...]]:
+    """Fine forces (m,) by impact, and the impacts whose stored one is damaged."""
+    forces: dict[int, Floats] = {}
+    damaged = []
+    for row in rows:
+        try:
+            forces[row.impact_id] = as_floats(row.fine_force_n, f"the force of impact {row.impact_id}")
+        except SeriesError:
+            damaged.append(row.impact_id)
+    return forces, tuple(damaged)
 
 
 def _rows(
@@ -133,9 +150,8 @@ def _rows(
         yield from session.execute(query.where(Pulse.id.in_(keys[i : i + 500])).order_by(Impact.id))
 
 
-def _resampled(frame: bytes, period_s: float, time_s: Floats) -> Floats:
-    """A stored fine force at instants (points,) since contact began, zero after its last one."""
-    force = as_floats(frame)
+def _resampled(force: Floats, period_s: float, time_s: Floats) -> Floats:
+    """A fine force (m,) at instants (points,) since contact began, zero after its last one."""
     own = np.arange(force.size) * period_s
     # The contact time and the last point differ by rounding, which must not cut a pulse's end off.
     inside = time_s <= own[-1] * (1 + 1e-9)

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from ..ingest.stored import list_channels, read_channel
 from ..schema.impacts import Pulse
+from ..schema.outputs import whole_file
 from ..schema.series import as_floats
 from .impact_page import get_impact
 
@@ -33,7 +34,8 @@ def save(figure: Figure, path: Path) -> None:
     if path.suffix.lstrip(".").lower() not in known:
         raise ValueError(f"cannot draw {path.name!r}; expected one of {', '.join('.' + k for k in sorted(known))}")
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path)
+    with whole_file(path) as partial:
+        figure.savefig(partial)
 
 
 def plot_impact(session: Session, key: int, path: Path) -> None:
@@ -58,7 +60,7 @@ def draw_pulse(axes: Any, session: Session, recording: int, pulse: Pulse) -> Non
         channel = read_channel(session, row, max(0, first), min(row.samples, last + 1))
         time = channel.start_s + np.arange(channel.si.size) / channel.sampling_rate_hz - pulse.start_s
         axes.plot(time * 1e3, channel.si, "o", color=MEASURED, ms=4, label=f"recorded {row.name}")
-    fine = as_floats(pulse.fine_force_n)
+    fine = as_floats(pulse.fine_force_n, f"the force of pulse {pulse.id}")
     axes.plot(np.arange(fine.size) * pulse.fine_period_s * 1e3, fine, color=MODEL, lw=1.5, label="smoothing spline")
     points = np.asarray(pulse.force_points_n)
     at = np.linspace(0, pulse.contact_time_s, points.size) * 1e3

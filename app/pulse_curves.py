@@ -67,7 +67,8 @@ class ForceRecord:
     def stored(self, row: PulseRow) -> PulseCurve:
         """The curve of a version in the store."""
         rest, threshold = self._delimited(row)
-        fine, points = as_floats(row.fine_force_n), np.asarray(row.force_points_n, dtype=np.float64)
+        fine = as_floats(row.fine_force_n, f"the force of pulse {row.id}")
+        points = np.asarray(row.force_points_n, dtype=np.float64)
         return PulseCurve(
             key=row.id,
             in_use=row.current,

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
-from ..ingest.stored import list_channels
+from ..ingest.stored import list_channels, read_samples
 from ..schema.recordings import RecordedChannel
-from ..schema.series import layout_of, read_slice
 from .envelope import FEWEST_POINTS, envelope
 
 Floats = NDArray[np.float64]
@@ -62,7 +61,7 @@ def channel_window(
     if points < FEWEST_POINTS:
         raise ValueError(f"points is {points!r}; expected {FEWEST_POINTS} or more")
     first, stop = _samples(row, start_s, stop_s)
-    recorded = read_slice(session.connection(), row.id, layout_of(row), first, stop)
+    recorded = read_samples(session, row, first, stop)
     kept = envelope(recorded, points)
     return SignalWindow(
         channel=row.name,

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ..schema.recordings import RecordedChannel
-from ..schema.series import layout_of, read_slice, resolve
+from ..schema.recordings import RecordedChannel, Recording
+from ..schema.series import SeriesError, layout_of, read_slice, resolve
 from .channel import Channel, Sensor
 
 
@@ -16,10 +19,22 @@ def list_channels(session: Session, recording_id: int) -> list[RecordedChannel]:
     return list(session.scalars(query.order_by(RecordedChannel.name)))
 
 
+def read_samples(session: Session, row: RecordedChannel, first: int, stop: int) -> NDArray[Any]:
+    """Samples `first:stop` (0 <= first <= stop <= samples) as recorded.
+
+    Raises `schema.series.SeriesError` with recording, channel and chunk where they are damaged.
+    """
+    try:
+        return read_slice(session.connection(), row.id, layout_of(row), first, stop)
+    except SeriesError as error:
+        path = session.scalar(select(Recording.path).where(Recording.id == row.recording_id))
+        raise SeriesError(f"recording {path}, {row.name}: {error}") from error
+
+
 def read_channel(session: Session, row: RecordedChannel, start: int | None = None, stop: int | None = None) -> Channel:
     """Samples `start:stop` of a stored channel. Raises `schema.series.SeriesError` when its chunks are damaged."""
     first, last = resolve(start, stop, row.samples)
-    recorded = read_slice(session.connection(), row.id, layout_of(row), first, last)
+    recorded = read_samples(session, row, first, last)
     sensor = Sensor(
         name=row.name,
         quantity=row.quantity,

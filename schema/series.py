@@ -8,12 +8,18 @@ Floats that are whole multiples of one step are kept as the counts of their conv
 and four times faster either way (docs/benchmarks.md). Transposed bits pack better than bytes where noise is of a few
 steps, and bytes where it uses every bit of a mantissa: hence a look at some samples before the filter is chosen.
 Higher levels of zstd save 1 to 5 % of room for two to three times the time.
+
+Blosc decodes a frame with a changed byte to other numbers without a word, so each frame ends with its CRC-32, and
+every reading looks at it: a slice is whole or names its chunk. Frames that were stored before have none; their series'
+SHA-256 tells (`care.checks.series`).
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator
+import zlib
+from collections.abc import Generator, Iterable, Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -32,6 +38,7 @@ SHORTEST_CHUNK, LONGEST_CHUNK = 16_384, 262_144
 _PROBE_SAMPLES = 16_384
 #: Of Blosc's header (README_CHUNK_FORMAT.rst, version 1): length of the content and of the frame, little-endian.
 _CONTENT_BYTES, _FRAME_BYTES = slice(4, 8), slice(12, 16)
+_HEADER_BYTES, _CHECKSUM_BYTES = 16, 4
 
 
 @dataclass(frozen=True)
@@ -67,9 +74,23 @@ def layout_of(row: RecordedChannel) -> SeriesLayout:
 
 def series_hash(samples: NDArray[Any]) -> str:
     """SHA-256 of dtype, length and bytes: equal exactly when the series is."""
-    digest = hashlib.sha256(f"{samples.dtype.str}:{samples.size}:".encode())
-    digest.update(np.ascontiguousarray(samples).view(np.uint8).data)
-    return digest.hexdigest()
+    digest = SeriesHash(samples.dtype, samples.size)
+    digest.update(samples)
+    return digest.hex
+
+
+class SeriesHash:
+    """`series_hash` of a series that comes in parts."""
+
+    def __init__(self, dtype: np.dtype[Any], samples: int) -> None:
+        self._digest = hashlib.sha256(f"{dtype.str}:{samples}:".encode())
+
+    def update(self, part: NDArray[Any]) -> None:
+        self._digest.update(np.ascontiguousarray(part).view(np.uint8).data)
+
+    @property
+    def hex(self) -> str:
+        return self._digest.hexdigest()
 
 
 def chunk_length(samples: int) -> int:
@@ -78,20 +99,22 @@ def chunk_length(samples: int) -> int:
 
 
 def encode(samples: NDArray[Any], *, by_bits: bool = False) -> bytes:
-    """One Blosc frame of `samples` (n,), its bits transposed or its bytes."""
+    """One Blosc frame of `samples` (n,), its bits transposed or its bytes, and its checksum."""
     from numcodecs.blosc import BITSHUFFLE, SHUFFLE, compress
 
     level, shuffle = (1, BITSHUFFLE) if by_bits else (2, SHUFFLE)
     # One block: Blosc's threads share out the blocks of a frame, and where cores are busy lose by it.
-    return bytes(compress(np.ascontiguousarray(samples), b"zstd", level, shuffle, samples.nbytes))
+    frame = bytes(compress(np.ascontiguousarray(samples), b"zstd", level, shuffle, samples.nbytes))
+    return frame + zlib.crc32(frame).to_bytes(_CHECKSUM_BYTES, "little")
 
 
 def decode(frame: bytes, dtype: str) -> NDArray[Any]:
     """The samples of a frame, writable. Raises `ValueError` or `RuntimeError` on a damaged frame."""
     from numcodecs.blosc import decompress
 
-    out = np.empty(_content_bytes(frame) // np.dtype(dtype).itemsize, dtype=np.dtype(dtype))
-    decompress(frame, out)
+    packed = _verified(frame)
+    out = np.empty(content_bytes(frame) // np.dtype(dtype).itemsize, dtype=np.dtype(dtype))
+    decompress(packed, out)
     return out
 
 
@@ -123,9 +146,9 @@ def write_series(session: Session, channel_id: int, frames: list[bytes], written
     )
 
 
-_SELECT = (
-    "SELECT number, frame FROM series_chunks WHERE channel_id = {0} AND number BETWEEN {0} AND {0} ORDER BY number"
-)
+#: In the drivers' two ways to mark a value's place: neither takes the other's.
+_SELECT = "SELECT number, frame FROM series_chunks WHERE channel_id = ? AND number BETWEEN ? AND ? ORDER BY number"
+_SELECT_POSTGRESQL = _SELECT.replace("?", "%s")
 
 
 def read_slice(connection: Connection, channel_id: int, layout: SeriesLayout, start: int, stop: int) -> NDArray[Any]:
@@ -136,7 +159,8 @@ def read_slice(connection: Connection, channel_id: int, layout: SeriesLayout, st
     """
     length = layout.chunk_samples
     chunks = range(start // length, -(-stop // length)) if stop > start else range(0)
-    return _gather(_frames(connection, channel_id, chunks), chunks, layout, start, stop, f"channel {channel_id}")
+    with closing(_frames(connection, channel_id, chunks)) as frames:  # its cursor ends with a damaged frame, too
+        return _gather(frames, chunks, layout, start, stop, f"channel {channel_id}")
 
 
 def samples_of(encoded: EncodedSeries) -> NDArray[Any]:
@@ -158,15 +182,15 @@ def _gather(
         origin = number * layout.chunk_samples
         low, high = max(start, origin), min(stop, origin + layout.chunk_samples)
         try:
-            _decode_into(frame, out[low - start : high - start], low - origin, layout.step)
+            _decode_into(frame, out[low - start : high - start], low - origin, layout)
         except (RuntimeError, ValueError) as error:
             raise SeriesError(f"{name}: chunk {number} is damaged ({error})") from error
     if expected != chunks.stop:
-        raise SeriesError(f"{name}: chunk {expected} of {chunks.stop - 1} is missing")
+        raise SeriesError(f"{name}: chunk {expected} is missing")
     return out
 
 
-def _frames(connection: Connection, channel_id: int, chunks: range) -> Iterator[tuple[int, bytes]]:
+def _frames(connection: Connection, channel_id: int, chunks: range) -> Generator[tuple[int, bytes], None, None]:
     """Numbers and frames of `chunks`, by the driver's own cursor.
 
     SQLAlchemy's result costs as much as decoding a short slice, and psycopg sends bytes as hexadecimal text unless
@@ -179,7 +203,7 @@ def _frames(connection: Connection, channel_id: int, chunks: range) -> Iterator[
     try:
         cursor = driver.cursor(binary=True) if is_postgres else driver.cursor()
         try:
-            cursor.execute(_SELECT.format("%s" if is_postgres else "?"), (channel_id, chunks.start, chunks.stop - 1))
+            cursor.execute(_SELECT_POSTGRESQL if is_postgres else _SELECT, (channel_id, chunks.start, chunks.stop - 1))
             yield from cursor
         finally:
             cursor.close()
@@ -189,31 +213,40 @@ def _frames(connection: Connection, channel_id: int, chunks: range) -> Iterator[
         ) from error
 
 
-def _decode_into(frame: bytes, target: NDArray[Any], skip: int, step: float | None) -> None:
+def _decode_into(frame: bytes, target: NDArray[Any], skip: int, layout: SeriesLayout) -> None:
     """Samples of a frame from `skip` on, into `target`."""
     from numcodecs.blosc import decompress
 
+    step = layout.step
     stored = target.dtype if step is None else np.dtype(np.int16)
-    content = _content_bytes(frame)
-    wanted = (skip + target.size) * stored.itemsize
-    if content < wanted:
-        raise ValueError(f"{content} bytes; expected at least {wanted}")
+    packed, content = _verified(frame), content_bytes(frame)
+    least, most = (skip + target.size) * stored.itemsize, layout.chunk_samples * stored.itemsize
+    if not least <= content <= most:  # a few bytes may declare gigabytes
+        raise ValueError(f"{content} bytes; expected {least} to {most}")
     if step is None and content == target.nbytes:
-        decompress(frame, target)
+        decompress(packed, target)
         return
-    part = np.frombuffer(decompress(frame), dtype=stored)[skip : skip + target.size]
+    part = np.frombuffer(decompress(packed), dtype=stored)[skip : skip + target.size]
     if step is None:
         target[:] = part
     else:
         from_counts(part, step, target)
 
 
-def _content_bytes(frame: bytes) -> int:
-    """Bytes that a frame declares to hold. Raises `ValueError` when the frame itself is not as long as it says."""
-    declared = int.from_bytes(frame[_FRAME_BYTES], "little")
-    if declared != len(frame):
-        raise ValueError(f"a frame of {len(frame)} bytes that declares {declared}")
+def content_bytes(frame: bytes) -> int:
+    """Bytes that a frame declares to hold: what decoding it takes of memory."""
     return int.from_bytes(frame[_CONTENT_BYTES], "little")
+
+
+def _verified(frame: bytes) -> memoryview:
+    """The frame without its checksum. Raises `ValueError` when it is not as long as it says, nor what was written."""
+    declared = int.from_bytes(frame[_FRAME_BYTES], "little")
+    packed, rest = memoryview(frame)[:declared], len(frame) - declared
+    if rest not in (0, _CHECKSUM_BYTES) or declared < _HEADER_BYTES:
+        raise ValueError(f"a frame of {len(frame)} bytes that declares {declared}")
+    if rest and zlib.crc32(packed) != int.from_bytes(frame[declared:], "little"):
+        raise ValueError("its checksum is another: bytes of it have changed since it was written")
+    return packed
 
 
 def iter_chunks(samples: int, chunk_samples: int) -> Iterator[tuple[int, int]]:
@@ -228,6 +261,9 @@ def resolve(start: int | None, stop: int | None, samples: int) -> tuple[int, int
     return first, max(first, last)
 
 
-def as_floats(frame: bytes) -> NDArray[np.float64]:
-    """A float64 frame, such as a pulse's fine force."""
-    return cast(NDArray[np.float64], decode(frame, "<f8"))
+def as_floats(frame: bytes, name: str) -> NDArray[np.float64]:
+    """A float64 frame, such as a pulse's fine force. Raises `SeriesError` with `name` when it is damaged."""
+    try:
+        return cast(NDArray[np.float64], decode(frame, "<f8"))
+    except (RuntimeError, ValueError) as error:
+        raise SeriesError(f"{name} is damaged ({error})") from error

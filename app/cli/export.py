@@ -16,7 +16,16 @@ from .common import db_option, note, opened
 @click.option("--campaign", metavar="NAME", help="Only of this campaign.")
 @click.option("--where", multiple=True, metavar="CONDITION", help="As for `impacts`; not for series.")
 @click.option("--recording", metavar="PATH", help="Series: only of this recording (its path in the campaign folder).")
-def export(what: str, db: str, out: Path, campaign: str | None, where: tuple[str, ...], recording: str | None) -> None:
+@click.option("--skip-damaged", is_flag=True, help="Series: leave damaged ones out, and name them.")
+def export(
+    what: str,
+    db: str,
+    out: Path,
+    campaign: str | None,
+    where: tuple[str, ...],
+    recording: str | None,
+    skip_damaged: bool,
+) -> None:
     """Write impacts, shots, pulses (in use, with their force points) or series (in SI) to a file.
 
     \b
@@ -28,5 +37,10 @@ def export(what: str, db: str, out: Path, campaign: str | None, where: tuple[str
         from ..export import export_table
         from ..filters import parse_where
 
-        rows = export_table(session, what, out, campaign, parse_where(where), recording)
+        left_out: list[str] = []
+        rows = export_table(
+            session, what, out, campaign, parse_where(where), recording, left_out if skip_damaged else None
+        )
+    for each in left_out:
+        note(f"left out: {each}")
     note(f"{rows} rows written: {out}")

@@ -66,7 +66,7 @@ def test_curves_are_the_stored_pulse(store):
     (version,) = view(store).versions
     with store.reading() as session:
         row = session.get_one(Pulse, version.key)
-        np.testing.assert_allclose(version.force_n - version.rest_n, as_floats(row.fine_force_n), atol=1e-9)
+        np.testing.assert_allclose(version.force_n - version.rest_n, as_floats(row.fine_force_n, "pulse"), atol=1e-9)
         np.testing.assert_allclose(version.points_n - version.rest_n, row.force_points_n, atol=1e-9)
         assert version.figures["impulse_n_s"] == row.impulse_n_s
         assert (version.in_use, version.settings["threshold"]) == (True, 0.005)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.app import signals
 from pyroshock.app.signals import channel_window, list_signals
+from pyroshock.ingest import stored
 from pyroshock.ingest.channel import Sensor
 from pyroshock.schema.session import Writer, open_store
 from recorded import add_recording
@@ -85,13 +85,13 @@ def test_window_is_cut_to_the_record(store, start_s, stop_s, samples):
 
 def test_zoom_reads_the_chunks_of_its_window_only(store, monkeypatch):
     asked = []
-    read = signals.read_slice
+    read = stored.read_slice
 
     def watched(connection, channel, layout, start, stop):
         asked.append((start, stop))
         return read(connection, channel, layout, start, stop)
 
-    monkeypatch.setattr(signals, "read_slice", watched)
+    monkeypatch.setattr(stored, "read_slice", watched)
     window(store, "force", 0.0, 0.001, 500)
     assert asked == [(25_000, 25_101)]
 

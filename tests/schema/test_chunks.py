@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.schema.series import chunk_length, decode, encode, encode_series
+from pyroshock.schema.series import SeriesError, chunk_length, decode, encode, encode_series, samples_of
 
 _FILTER = 2  # byte of Blosc's header that holds the flags
 _BYTES, _BITS = 0b001, 0b100
@@ -48,3 +48,24 @@ def test_cut_frame_is_refused_before_it_is_decoded():
     frame = encode(np.arange(1000.0))
     with pytest.raises(ValueError, match="declares"):
         decode(frame[:-1], "<f8")
+
+
+def test_every_changed_byte_of_a_frame_is_refused():
+    frame = encode(np.sin(np.arange(300.0)))
+    for at in range(len(frame)):
+        changed = bytearray(frame)
+        changed[at] ^= 0x10
+        with pytest.raises(ValueError, match=r"declares|checksum"):
+            decode(bytes(changed), "<f8")
+
+
+def test_frames_without_a_checksum_are_read():
+    values = np.random.default_rng(1).normal(size=500)
+    assert decode(encode(values)[:-4], "<f8").tobytes() == values.tobytes()
+
+
+def test_a_frame_of_more_than_its_chunk_is_not_unpacked():
+    series = encode_series(np.zeros(20_000), chunk_samples=10_000)
+    series.frames[0] = encode(np.zeros(1_000_000))
+    with pytest.raises(SeriesError, match=r"chunk 0 is damaged.*8000000 bytes; expected 80000 to 80000"):
+        samples_of(series)
