@@ -5,6 +5,10 @@ from __future__ import annotations
 import click
 
 from .common import db_option, errors_as_one_line, note, opened
+from .database.carry import export, import_
+from .database.check import check
+from .database.copy import copy
+from .roles import note_missing_roles, roles
 
 
 @click.command()
@@ -20,11 +24,16 @@ def init(db: str) -> None:
         from ...schema.engine import describe
 
         note(f"store ready: {describe(store.engine)}")
+        note_missing_roles(store.engine)
 
 
 @click.group()
 def db() -> None:
     """Keep the store."""
+
+
+for each in (check, copy, export, import_, roles):
+    db.add_command(each)
 
 
 @db.command()
@@ -37,19 +46,27 @@ def upgrade(db: str) -> None:
         pyroshock db upgrade --db sqlite:///lab.db
     """
     with errors_as_one_line():
+        from sqlalchemy.exc import DBAPIError
+
         from ...schema import migrate
+        from ...schema.addresses import shown
+        from ...schema.denied import refusal
         from ...schema.engine import StoreError, describe, make_engine_of_existing
 
         engine = make_engine_of_existing(db)
         try:
             before = migrate.current_revision(engine)
             if before is None:
-                raise StoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {db}")
+                raise StoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {shown(db)}")
             if before not in migrate.known_revisions():
                 raise StoreError(
                     f"{describe(engine)} is at revision {before}, which this software does not know: update pyroshock"
                 )
-            migrate.upgrade(engine)
+            try:
+                migrate.upgrade(engine)
+            except DBAPIError as error:
+                raise refusal(engine, error) from error
             note(f"{describe(engine)}: revision {before} -> {migrate.current_revision(engine)}")
+            note_missing_roles(engine)
         finally:
             engine.dispose()

@@ -1,0 +1,1 @@
+"""Checks of a store that need more than its tables: datasets and models."""

@@ -1,0 +1,1 @@
+"""`pyroshock db`: keeping a store, a command a file."""

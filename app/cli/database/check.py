@@ -1,0 +1,61 @@
+"""`db check`: is all of it there, and as it was written?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from ..common import db_option, json_option, note, opened, write_json
+
+
+@click.command()
+@db_option
+@json_option
+@click.option("--campaign", metavar="NAME", help="Only this campaign's recordings, impacts and pulses.")
+@click.option("--fast", is_flag=True, help="Count and compare, but read no series, pulse, dataset or model.")
+@click.option(
+    "--repair",
+    type=click.Path(exists=True, file_okay=False, path_type=Path),
+    metavar="FOLDER",
+    help="First read damaged series again from this campaign folder.",
+)
+def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair: Path | None) -> None:
+    """Verify hashes, references and counts of the store. Exit code 1: something is wrong, and is named.
+
+    Every series is decoded and compared with the SHA-256 of what was recorded; every reference must lead to a row,
+    every dataset give its hash, every registered model load.
+
+    \b
+    Example:
+        pyroshock db check --db sqlite:///lab.db
+        pyroshock db check --repair my-campaign/
+    """
+    with opened(db) as store:
+        from ....schema.engine import describe
+        from ...care.checked import Wanted, findings_of
+        from ...progress import progress_bar
+
+        if repair is not None:
+            _repair(store, repair)
+        with progress_bar("Checking", "samples") as step:
+            found = list(findings_of(store, db, Wanted(campaign, fast), step))
+        if json_to is not None:
+            write_json({"sound": not found, "findings": [each.as_json() for each in found]}, json_to)
+        else:
+            for each in found:
+                click.echo(str(each))
+        address = describe(store.engine)
+    note(f"{address}: {len(found)} findings" if found else f"{address} is sound")
+    if found:
+        raise click.exceptions.Exit(1)
+
+
+def _repair(store: object, folder: Path) -> None:
+    from ....ingest.repair import repair_series
+
+    report = repair_series(store, folder)  # type: ignore[arg-type]
+    for each in report.mended:
+        note(f"mended: {report.campaign}, {each}")
+    for each, reason in report.left.items():
+        note(f"left as it is: {report.campaign}, {each}: {reason}")

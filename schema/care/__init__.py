@@ -1,0 +1,1 @@
+"""Keeping stores: moved between engines, checked, carried to another laboratory."""

@@ -1,0 +1,70 @@
+"""Rows into an empty table, a batch at a time: by COPY where the engine has it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from sqlalchemy import BigInteger, Column, Connection, SmallInteger, Table, column, insert, table
+from sqlalchemy.exc import DBAPIError
+
+from ..engine import StoreError, first_line
+from .kinds import BYTES, DAY, INTEGER, JSON_TEXT, NUMBER, TEXT, TIME, TRUTH, kind_of, stored_type
+from .rows import Values
+
+#: In the binary form of COPY a JSON value is its text.
+_POSTGRES = {
+    INTEGER: "int4",
+    NUMBER: "float8",
+    TEXT: "text",
+    JSON_TEXT: "text",
+    TRUTH: "bool",
+    TIME: "timestamptz",
+    DAY: "date",
+    BYTES: "bytea",
+}
+
+
+def load(connection: Connection, target: Table, batches: Iterable[Sequence[Values]]) -> None:
+    """Insert all rows as they are, keys included. Raises `StoreError` with the table where the store refuses one."""
+    put: Callable[[Connection, Table, Iterable[Sequence[Values]]], None]
+    put = _by_copy if connection.dialect.name == "postgresql" else _by_insert
+    try:
+        put(connection, target, batches)
+    except DBAPIError as error:
+        raise StoreError(f"table {target.name} is refused: {first_line(error)}") from error
+
+
+def insert_into(target: Table) -> Any:
+    """An insert that takes a row's values as they are stored."""
+    return insert(table(target.name, *(column(each.name, stored_type(each)) for each in target.columns)))
+
+
+def _by_insert(connection: Connection, target: Table, batches: Iterable[Sequence[Values]]) -> None:
+    names, statement = target.columns.keys(), insert_into(target)
+    for batch in batches:
+        connection.execute(statement, [dict(zip(names, row, strict=True)) for row in batch])
+
+
+def _by_copy(connection: Connection, target: Table, batches: Iterable[Sequence[Values]]) -> None:
+    """Five times as fast as inserts, and bytes go as they are instead of as hexadecimal text."""
+    from psycopg import Error, sql
+
+    driver: Any = connection.connection
+    statement = sql.SQL("COPY {} ({}) FROM STDIN (FORMAT BINARY)").format(
+        sql.Identifier(target.name), sql.SQL(", ").join(map(sql.Identifier, target.columns.keys()))
+    )
+    try:
+        with driver.cursor() as cursor, cursor.copy(statement) as copy:
+            copy.set_types([_postgres_type(each) for each in target.columns])
+            for batch in batches:
+                for row in batch:
+                    copy.write_row(row)
+    except (Error, OverflowError) as error:
+        raise StoreError(f"table {target.name} is refused: {str(error).splitlines()[0]}") from error
+
+
+def _postgres_type(of: Column[Any]) -> str:
+    if isinstance(of.type, BigInteger):
+        return "int8"
+    return "int2" if isinstance(of.type, SmallInteger) else _POSTGRES[kind_of(of)]

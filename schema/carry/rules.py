@@ -1,0 +1,83 @@
+"""By what a row from elsewhere is known here, and what must agree where it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import Table
+
+from ..tables import metadata
+
+#: A row as it is stored, its references those of the store that takes it.
+Row = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How the rows of a table are merged.
+
+    A row whose `key` (unique columns) is here stays as it is here, if `same` gives the same values for both: else it
+    is another thing under one name. With an `owner` (a column), rows come in only along with a row that was new.
+    """
+
+    table: str
+    key: tuple[str, ...] = ()
+    owner: str | None = None
+    same: Callable[[Row], Mapping[str, Any]] = lambda _: {}
+    advice: str = "one of the two needs another name"
+
+    @property
+    def of(self) -> Table:
+        return metadata.tables[self.table]
+
+
+def columns(*names: str) -> Callable[[Row], Mapping[str, Any]]:
+    """These columns must agree."""
+    return lambda row: {name: row[name] for name in names}
+
+
+def _impact(row: Row) -> Mapping[str, Any]:
+    """Reported velocities are the laboratory's word; others follow from the record."""
+    velocity = row["impact_velocity_m_s"] if row["velocity_source"] == "reported" else None
+    return {**columns("configuration_id", "recording_id")(row), "reported velocity": velocity}
+
+
+def _shot(row: Row) -> Mapping[str, Any]:
+    velocity = row["measured_velocity_m_s"] if row["velocity_source"] == "reported" else None
+    agreed = columns("configuration_id", "recording_id", "tank_pressure_pa", "bullet_mass_kg")(row)
+    return {**agreed, "reported velocity": velocity}
+
+
+_OTHER_RUN = "a corrected run gets a number of its own; import into a store of its own to compare"
+_CONSTANTS = ("youngs_modulus_pa", "poisson_ratio", "density_kg_m3", "yield_strength_pa")
+_PLANNED = ("position", "repetitions", "configuration_id", "treatment", "settings")
+
+#: In the order of their references. A fingerprint vouches for a row's content (`care.checks.fingerprints`).
+RULES = (
+    Rule("materials", ("name",), same=columns(*_CONSTANTS)),
+    Rule("material_aliases", ("alias",)),
+    Rule("guns", ("fingerprint",)),
+    Rule("hammers", ("fingerprint",)),
+    Rule("modal_tables", ("fingerprint",)),
+    Rule("modes", owner="table_id"),
+    Rule("mode_shapes", owner="mode_id"),
+    Rule("plates", ("fingerprint",)),
+    Rule("factors", ("name",), same=columns("si_unit")),
+    Rule("factor_levels", ("factor_id", "label"), same=columns("number", "material_id")),
+    Rule("configurations", ("fingerprint",)),
+    Rule("configuration_levels", owner="configuration_id"),
+    Rule("extraction_settings", ("fingerprint",)),
+    Rule("campaigns", ("name",), same=columns("kind", "fingerprint"), advice="import it into a store of its own"),
+    Rule("plans", ("name",), same=columns("kind", "factors", "method", "seed")),
+    Rule("planned_runs", ("plan_id", "run"), same=columns(*_PLANNED), advice="import it into a store of its own"),
+    Rule("recordings", ("campaign_id", "path"), same=columns("status", "sha256"), advice=_OTHER_RUN),
+    Rule("channels", owner="recording_id"),
+    Rule("series_chunks", owner="channel_id"),
+    Rule("impacts", ("campaign_id", "run", "repetition"), same=_impact, advice=_OTHER_RUN),
+    Rule("pulses", ("impact_id", "settings_id")),
+    Rule("shots", ("campaign_id", "run", "repetition"), same=_shot, advice=_OTHER_RUN),
+    Rule("quality_findings", owner="recording_id"),
+    Rule("diagnoses", ("campaign_id", "simulator", "diagnosed_at")),
+)

@@ -1,0 +1,46 @@
+"""Stores that tests of keeping damage, copy and carry (`care_stores` says what is in them)."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def care_source(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the store `lab.db`, and of the campaign folders that it was filled from; tests only read it."""
+    from care_stores import fill
+
+    folder = tmp_path_factory.mktemp("care")
+    fill(folder)
+    return folder
+
+
+@pytest.fixture
+def care_copy(care_source: Path, tmp_path: Path) -> str:
+    """The address of an SQLite copy that a test may change."""
+    shutil.copyfile(care_source / "lab.db", tmp_path / "lab.db")
+    return f"sqlite:///{tmp_path / 'lab.db'}"
+
+
+@pytest.fixture
+def care_store(care_copy: str, database_url: str) -> str:
+    """The same on either engine in turn."""
+    from care_stores import copied
+
+    if database_url.startswith("sqlite"):
+        return care_copy
+    copied(care_copy, database_url)
+    return database_url
+
+
+@pytest.fixture
+def postgres_database(postgres_url: str) -> Iterator[str]:
+    """An empty PostgreSQL database."""
+    from databases import fresh_database
+
+    with fresh_database(postgres_url) as url:
+        yield url

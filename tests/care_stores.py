@@ -1,0 +1,141 @@
+"""A small store with a row in every table that a campaign can have, and copies of it that a test may damage."""
+
+from __future__ import annotations
+
+import datetime as dt
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from campaigns import blows, force_record, gun_campaign, hammer_campaign, recording_name, write_recording
+from hammer_stores import HITS, full_campaign, url_of
+from pyroshock.dataset.snapshot import build_snapshot
+from pyroshock.ingest.plan_link import link_campaign
+from pyroshock.ingest.reextract import reextract_recording
+from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.schema.campaigns import Campaign
+from pyroshock.schema.care.copying import copy_store
+from pyroshock.schema.diagnoses import Diagnosis
+from pyroshock.schema.engine import make_engine
+from pyroshock.schema.impacts import Impact
+from pyroshock.schema.jobs import Job
+from pyroshock.schema.plans import Plan, PlannedRun
+from pyroshock.schema.quality import QualityFinding
+from pyroshock.schema.recordings import RecordedChannel, Recording
+from pyroshock.schema.session import Store
+from pyroshock.schema.twins import TwinVersion
+from sqlalchemy import select, text
+from stores import ingested, opened
+
+HAMMER, GUN, OTHER = "spring", "gun", "autumn"
+RECORDINGS = 2
+WHEN = dt.datetime(2026, 3, 2, 12, 30, 15, 250, tzinfo=dt.timezone(dt.timedelta(hours=2)))
+
+_SENSOR = """
+[channels.acceleration_1]
+quantity = "acceleration"
+unit = "g"
+position = "plate"
+"""
+_MODES = """\
+mode,frequency_hz,damping_ratio,shape_impact,shape_acceleration_1
+1,310,0.01,0.4,-0.25
+2,640,0.012,0.3,0.35
+"""
+
+
+def care_folder(folder: Path) -> Path:
+    """A campaign of force and acceleration on a plate with a modal table: ten impacts in two recordings."""
+    full_campaign(folder, HAMMER, RECORDINGS)
+    card = folder / "campaign.toml"
+    card.write_text(card.read_text().replace("[bench.plate]", '[bench.plate]\nmodes = "plate_modes.csv"') + _SENSOR)
+    (folder / "plate_modes.csv").write_text(_MODES)
+    for number in range(1, RECORDINGS + 1):
+        rng = np.random.default_rng(number)
+        force = force_record(blows(number, HITS), rng)
+        noise = rng.standard_normal(force.size).astype(np.float32)
+        write_recording(folder / recording_name(number), {"force": force, "acceleration_1": noise})
+    return folder
+
+
+def fill(folder: Path) -> None:
+    """Make `lab.db` in `folder`, and the campaign folders beside it that it is filled from."""
+    url = url_of(folder / "lab.db")
+    other = hammer_campaign(folder / OTHER, 1, 1, OTHER)
+    ingested(url, care_folder(folder / HAMMER), gun_campaign(folder / GUN, 2), other)
+    with opened(url) as store:
+        _fill(store)
+    with closing(make_engine(url).raw_connection()) as connection:  # into one file, which is easily copied
+        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+
+
+def _fill(store: Store) -> None:
+    for key in range(1, RECORDINGS + 1):
+        assert reextract_recording(store, key, ExtractionSettings(threshold=0.05)).added == HITS
+    build_snapshot(store, "small", [HAMMER])
+    with store.writing() as session:
+        campaign = session.scalars(select(Campaign).where(Campaign.name == HAMMER)).one()
+        runs = select(Impact.run, Impact.configuration_id).where(Impact.campaign_id == campaign.id)
+        configurations = dict(iter(session.execute(runs.distinct())))
+        plan = Plan(name=HAMMER, kind="hammer", factors="", method="import", seed=2**30)
+        session.add(plan)
+        session.flush()
+        planned: dict[str, Any] = {"plan_id": plan.id, "repetitions": HITS, "treatment": {"a": "b"}}
+        for run in (1, 2, 3):
+            key = configurations[min(run, RECORDINGS)]
+            session.add(PlannedRun(**planned, run=run, position=run, configuration_id=key, settings={"velocity": 1.5}))
+        cause = {"effects": ["none"], "probability": float("nan")}
+        gap = {"before": -0.0, "noise_floor": float("inf"), "metric": "„ü“"}
+        report = {"causes": [cause], "gap": gap}
+        diagnosis = Diagnosis(campaign_id=campaign.id, simulator="hertz", diagnosed_at=WHEN, report=report)
+        session.add(diagnosis)
+        session.flush()
+        session.add(
+            TwinVersion(version=1, campaign_id=campaign.id, diagnosis_id=diagnosis.id, adopted_at=WHEN, reason="r",
+                        configuration={"effects": []})
+        )  # fmt: skip
+        recording = session.scalars(select(Recording).where(Recording.campaign_id == campaign.id)).first()
+        assert recording is not None
+        channel = session.scalars(select(RecordedChannel).where(RecordedChannel.recording_id == recording.id)).first()
+        assert channel is not None
+        session.add(
+            QualityFinding(recording_id=recording.id, channel_id=channel.id, check="rest", severity="note",
+                           message="m", evidence={"share": 0.1})
+        )  # fmt: skip
+        session.add(Job(kind="ingest", label="l", arguments={"folder": "x"}, asked_at=WHEN))
+    link_campaign(store, HAMMER, HAMMER)
+
+
+def copied(source: str, target: str, progress: Callable[[int, int, str], None] | None = None) -> list[Any]:
+    """`copy_store` between addresses."""
+    engine = make_engine(target)
+    try:
+        with opened(source) as store:
+            return copy_store(store, engine, progress)
+    finally:
+        engine.dispose()
+
+
+def execute(url: str, *statements: str, keys: bool = True, **values: Any) -> None:
+    """SQL that no rule of ours sees; in SQLite with foreign keys switched off where `keys` is False."""
+    engine = make_engine(url)
+    with engine.connect() as connection:
+        if not keys:
+            connection.connection.execute("PRAGMA foreign_keys = OFF")
+        with connection.begin():
+            for statement in statements:
+                connection.execute(text(statement), values)
+    engine.dispose()
+
+
+def flip(url: str, table: str, column: str, where: str, at: int) -> None:
+    """Change one byte of a stored frame."""
+    engine = make_engine(url)
+    with engine.begin() as connection:
+        row = connection.execute(text(f"SELECT {column} FROM {table} WHERE {where}")).scalar_one()
+        changed = bytearray(row)
+        changed[at] ^= 0xFF
+        connection.execute(text(f"UPDATE {table} SET {column} = :frame WHERE {where}"), {"frame": bytes(changed)})
+    engine.dispose()
