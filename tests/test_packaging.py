@@ -17,7 +17,7 @@ from shutil import copytree, ignore_patterns
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-NOT_SHIPPED = ("tests", "benchmarks", "docs")
+NOT_SHIPPED = ("tests", "benchmarks", "docs", "deploy", "tools")
 NOT_SOURCE = (".*", "__pycache__", "*.egg-info", "build", "dist", "results")
 HEAVY_MODULES = ("torch", "mlflow", "matplotlib", "plotly", "pandas", "scipy.signal")
 HELP_LIMIT_S = 0.5

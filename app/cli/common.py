@@ -18,6 +18,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 DEFAULT_DB = "sqlite:///pyroshock.db"
 
+#: An error shows the value that it is about, which in a damaged file may be pages long.
+LONGEST_LINE = 1000
+
 #: What `--json` is when given without a file.
 STDOUT = "-"
 
@@ -61,25 +64,19 @@ def errors_as_one_line() -> Iterator[None]:
     except (KeyboardInterrupt, BrokenPipeError):
         raise
     except Exception as error:
-        if not _is_for_the_user(error):
+        from ..user_errors import is_for_the_user, words_of
+
+        if not is_for_the_user(error):
             raise
-        fail(str(error))
-
-
-def _is_for_the_user(error: Exception) -> bool:
-    from sqlalchemy.exc import SQLAlchemyError
-
-    from ...schema.engine import StoreError
-
-    # ValueError and LookupError are how our libraries refuse an argument; a bug of ours shows its traceback.
-    if type(error) in (ValueError, LookupError) or isinstance(error, StoreError | OSError | SQLAlchemyError):
-        return True
-    return isinstance(error, ValueError | LookupError) and type(error).__module__.startswith("pyroshock")
+        fail(words_of(error))
 
 
 def fail(message: str) -> None:
     """One line on standard error, and exit code 2."""
-    click.echo("pyroshock: " + " ".join(message.split()), err=True)
+    from ...schema.addresses import without_secrets
+
+    line = " ".join(without_secrets(message).split())
+    click.echo("pyroshock: " + (line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + "…"), err=True)
     raise click.exceptions.Exit(2)
 
 
@@ -88,8 +85,9 @@ def opened(db: str, *, create: bool = False) -> Iterator[Store]:
     """The store at `db`; errors become one line. Nothing below sees a database error."""
     with errors_as_one_line():
         from ...schema.session import Writer, open_store
+        from .typed import command_line
 
-        with open_store(db, Writer(_command_line(), _version()), create=create) as store:
+        with open_store(db, Writer(command_line(sys.argv), _version()), create=create) as store:
             yield store
 
 
@@ -97,12 +95,11 @@ def opened(db: str, *, create: bool = False) -> Iterator[Store]:
 def opened_or_none(db: str, *, silent: bool = False) -> Iterator[Store | None]:
     """The store, or None where its file is not there yet: not every command needs one."""
     with errors_as_one_line():
-        from sqlalchemy.engine import make_url
-        from sqlalchemy.exc import ArgumentError
+        from ...schema.addresses import AddressError, parsed
 
         try:
-            url = make_url(db)
-        except ArgumentError:  # `opened` says what is wrong with it
+            url = parsed(db)
+        except AddressError:  # `opened` says what is wrong with it
             url = None
         missing = url is not None and url.drivername.startswith("sqlite") and not Path(url.database or "").exists()
     if missing:
@@ -121,20 +118,6 @@ def _version() -> str:
     return __version__
 
 
-def _command_line() -> str:
-    """The command as typed, passwords out: stored with every row that it writes."""
-    words = [Path(sys.argv[0]).name, *sys.argv[1:]]
-    return " ".join(_without_password(word) for word in words)
-
-
-def _without_password(word: str) -> str:
-    if "://" not in word or "@" not in word:
-        return word
-    scheme, rest = word.split("://", 1)
-    login, host = rest.rsplit("@", 1)
-    return f"{scheme}://{login.split(':', 1)[0]}@{host}"
-
-
 def write_json(data: Any, json_to: str) -> None:
     """JSON to standard output or a file; numbers that JSON has not (NaN) become null."""
     if isinstance(data, Iterator):
@@ -144,7 +127,9 @@ def write_json(data: Any, json_to: str) -> None:
         click.echo(text)
     else:
         with errors_as_one_line():
-            Path(json_to).write_text(text + "\n", encoding="utf-8")
+            from ...schema.outputs import write_text
+
+            write_text(Path(json_to), text + "\n")
         click.echo(f"written: {json_to}", err=True)
 
 

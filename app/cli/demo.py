@@ -81,11 +81,14 @@ def demo(out: Path, db: str | None, json_to: str | None) -> None:
     print_table(predicted, "none")
     for line in notes:
         note(line)
+    from ...schema.addresses import shown
+
+    address = shown(url)
     files = "\n  ".join(str(out.resolve() / name) for name in ("demo.png", SHOT, SHEET))
-    click.echo(f"\nThe results are here:\n  {files}\n  store: {url}")
+    click.echo(f"\nThe results are here:\n  {files}\n  store: {address}")
     command = "pyroshock" if shutil.which("pyroshock") else sys.argv[0]
-    click.echo(f"Look around:\n  {command} impacts --db {url}\n  {command} shots --db {url}")
-    click.echo(f"As pages, with pyroshock[web]:\n  {command} serve --db {url} --open")
+    click.echo(f"Look around:\n  {command} impacts --db {address}\n  {command} shots --db {address}")
+    click.echo(f"As pages, with pyroshock[web]:\n  {command} serve --db {address} --open")
 
 
 def _rehearse(store: Store, out: Path) -> dict[str, Any]:

@@ -251,11 +251,3 @@ def test_closed_pipe_is_no_error(filled):
         assert process.stderr is not None
         process.stdout.close()
         assert b"Traceback" not in process.stderr.read()
-
-
-def test_password_is_not_stored_with_the_command():
-    from pyroshock.app.cli.common import _without_password
-
-    assert _without_password("postgresql://me:secret@host/db") == "postgresql://me@host/db"
-    assert _without_password("--db=postgresql+psycopg://me:se@cret@host/db") == "--db=postgresql+psycopg://me@host/db"
-    assert _without_password("sqlite:///a@b.db") == "sqlite:///a@b.db"

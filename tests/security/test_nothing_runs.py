@@ -1,0 +1,178 @@
+"""Code that lies in a model's files or in a recording is never run: each trap would leave a file behind."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import pickle
+import zipfile
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from pyroshock.ingest.readers import RecordingError, open_recording
+from pyroshock.training.fitting import fitted, task_of
+from pyroshock.training.records import Version
+from pyroshock.training.registry.registry import Registry
+from registries import fresh_registry, ground_in, without_figures
+from scipy.io import savemat
+
+FS_HZ = 51200.0
+WAVE = np.sin(np.arange(4096) / 50)
+
+
+class Payload:
+    """Unpickled, it makes the file."""
+
+    def __init__(self, trap: Path) -> None:
+        self.trap = trap
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (Path.touch, (self.trap,))
+
+
+@pytest.fixture
+def trap(tmp_path: Path) -> Iterator[Path]:
+    """A path that nothing may make."""
+    yield tmp_path / "the-trap-went-off"
+    assert not (tmp_path / "the-trap-went-off").exists()
+
+
+@pytest.fixture(scope="module")
+def registered(tmp_path_factory: pytest.TempPathFactory) -> tuple[Registry, Version]:
+    """A registry with one model of numbers."""
+    with pytest.MonkeyPatch.context() as patch:
+        without_figures(patch)
+        registry = fresh_registry(tmp_path_factory.mktemp("registry"))
+        ground = ground_in(registry)
+        return registry, registry.record(fitted(task_of("linear", "repetitions", ground), ground))
+
+
+def arrays_with(payload: object) -> bytes:
+    """An npz whose array is a pickle."""
+    content = io.BytesIO()
+    np.savez(content, allow_pickle=True, **{"force.x": np.array([payload], dtype=object)})
+    return content.getvalue()
+
+
+def test_a_payload_would_go_off(tmp_path: Path) -> None:
+    """Else the tests below show nothing."""
+    np.load(io.BytesIO(arrays_with(Payload(tmp_path / "gone off"))), allow_pickle=True)["force.x"]
+    assert (tmp_path / "gone off").exists()
+
+
+@pytest.mark.parametrize("make", [pickle.dumps, arrays_with], ids=["pickle", "npz-of-objects"])
+@pytest.mark.parametrize("name", ["model.json", "arrays.npz", "held_out.npz"])
+def test_no_file_of_a_model_is_unpickled(
+    registered: tuple[Registry, Version], trap: Path, name: str, make: Callable[[Payload], bytes]
+) -> None:
+    """Not even where whoever planted it could change the digests, too."""
+    registry, version = registered
+    file = next(registry.place.folder.rglob(name))
+    before = {each: each.read_bytes() for each in (file, next(registry.place.folder.rglob("model.json")))}
+    file.write_bytes(make(Payload(trap)))
+    try:
+        with pytest.raises(ValueError, match="linear@1"):
+            registry.held_out(version) if name == "held_out.npz" else registry.load(vouched(registry, version))
+    finally:
+        for each, content in before.items():
+            each.write_bytes(content)
+    assert registry.load(version).model is not None
+
+
+def vouched(registry: Registry, version: Version) -> Version:
+    """The version with the digests of the files as they are now."""
+    description = next(registry.place.folder.rglob("model.json"))
+    arrays = hashlib.sha256(next(registry.place.folder.rglob("arrays.npz")).read_bytes()).hexdigest()
+    try:
+        document = json.loads(description.read_bytes()) | {"arrays_sha256": arrays}
+    except ValueError:
+        pass
+    else:
+        description.write_text(json.dumps(document))
+    return replace(version, sha256=hashlib.sha256(description.read_bytes()).hexdigest())
+
+
+def test_what_mlflow_would_run_is_not_asked(registered: tuple[Registry, Version], trap: Path) -> None:
+    """`MLmodel` names the module that MLflow's own `load_model` imports, and a folder of code beside it."""
+    registry, version = registered
+    description = next(registry.place.folder.rglob("MLmodel"))
+    before = description.read_text()
+    code = description.parent / "code"
+    code.mkdir()
+    (code / "planted.py").write_text(f"from pathlib import Path\nPath({str(trap)!r}).touch()\n")
+    description.write_text(before.replace("pyroshock.training.loading", "planted").replace("code: null", "code: code"))
+    try:
+        assert registry.load(version).model is not None
+    finally:
+        description.write_text(before)
+
+
+def npz_of_objects(path: Path, trap: Path) -> None:
+    np.savez(path, allow_pickle=True, fs=FS_HZ, force=np.array([Payload(trap)] * 64, dtype=object))
+
+
+def npz_that_is_a_pickle(path: Path, trap: Path) -> None:
+    path.write_bytes(pickle.dumps(Payload(trap)))
+
+
+def npz_of_pickles(path: Path, trap: Path) -> None:
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("force.npy", pickle.dumps(Payload(trap)))
+
+
+def mat_of_objects(path: Path, trap: Path) -> None:
+    code = f"@() system('touch {trap}')"
+    savemat(path, {"fs": FS_HZ, "force": np.array([code, WAVE], dtype=object), "fun": {"function_handle": code}})
+
+
+def hdf5_of_pickles(path: Path, trap: Path) -> None:
+    with h5py.File(path, "w") as file:
+        file["fs"] = FS_HZ
+        file["force"] = np.frombuffer(pickle.dumps(Payload(trap)), dtype="V1")
+        file.attrs["unit"] = np.void(pickle.dumps(Payload(trap)))
+
+
+def parquet_with_a_pickled_type(path: Path, trap: Path) -> None:
+    """pyarrow's Python-defined types are pickles in the schema's metadata."""
+    import pyarrow
+    from pyarrow import parquet
+
+    plan = {
+        b"ARROW:extension:name": b"arrow.py_extension_type",
+        b"ARROW:extension:metadata": pickle.dumps(Payload(trap)),
+    }
+    field = pyarrow.field("force", pyarrow.float64(), metadata=plan)
+    parquet.write_table(pyarrow.table([WAVE], schema=pyarrow.schema([field])), path)
+
+
+def csv_of_code(path: Path, trap: Path) -> None:
+    code = f"__import__('pathlib').Path({str(trap)!r}).touch()"
+    path.write_text("time_s,force\n" + "\n".join(f"{i / FS_HZ},{code}" for i in range(64)))
+
+
+FILES = {
+    "objects.npz": npz_of_objects,
+    "pickle.npz": npz_that_is_a_pickle,
+    "pickles.npz": npz_of_pickles,
+    "objects.mat": mat_of_objects,
+    "pickles.h5": hdf5_of_pickles,
+    "type.parquet": parquet_with_a_pickled_type,
+    "code.csv": csv_of_code,
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_no_recording_runs_what_lies_in_it(name: str, tmp_path: Path, trap: Path) -> None:
+    FILES[name](tmp_path / name, trap)
+    try:
+        with open_recording(tmp_path / name) as recording:
+            samples = recording.read("force")
+    except RecordingError:
+        return
+    assert samples.dtype.kind in "fiu"

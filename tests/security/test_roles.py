@@ -1,0 +1,283 @@
+"""Reader, operator and admin of a store on PostgreSQL, tried as logins that have them."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from campaigns import hammer_campaign, recording_name
+from pyroshock.schema import migrate, roles
+from pyroshock.schema.engine import StoreRoleError, make_engine
+from pyroshock.schema.rights import ROLES, missing_rights, missing_roles, rights_on, tables_of
+from pyroshock.schema.role_care import ensure_roles
+from pyroshock.schema.roles import act_as_owner
+from pyroshock.schema.session import StoreError, count_rows
+from pyroshock.schema.tables import metadata
+from roled_servers import ADMIN, NOBODY, OPERATOR, PLAN, READER, Server, roled_server
+from sqlalchemy import text
+from sqlalchemy.exc import ProgrammingError
+from stores import counts, opened, pyroshock
+from web_stores import FACTORS
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    with roled_server(tmp_path_factory.mktemp("lab")) as found:
+        yield found
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A server's store keeps its models in the current folder."""
+    monkeypatch.chdir(tmp_path)
+    Path("factors.toml").write_text(FACTORS)
+
+
+def done(*words: str | Path) -> str:
+    result = pyroshock(*words)
+    assert result.exit_code == 0, result.stderr
+    return result.stdout
+
+
+def refused(*words: str | Path) -> str:
+    """The one line of a refusal."""
+    result = pyroshock(*words)
+    assert result.exit_code == 2, result.output
+    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
+    return result.stderr
+
+
+def test_every_table_of_the_models_has_its_rights(server: Server) -> None:
+    """A migration that makes a table without them fails here."""
+    with opened(server.address("keeper")) as store, store.engine.connect() as connection:
+        assert set(metadata.tables) < set(tables_of(connection))
+        assert missing_roles(connection) == [] and missing_rights(connection) == []
+
+
+def test_no_role_may_more_than_it_should(server: Server) -> None:
+    with opened(server.address("keeper")) as store, store.engine.connect() as connection:
+        held = connection.execute(
+            text(
+                "SELECT role, tablename, has_right FROM pg_tables,"
+                " unnest(ARRAY['pyroshock_reader', 'pyroshock_operator']) role,"
+                " unnest(ARRAY['SELECT','INSERT','UPDATE','DELETE','TRUNCATE','REFERENCES','TRIGGER']) has_right"
+                " WHERE schemaname = 'public' AND has_table_privilege(role::name, tablename::text, has_right)"
+            )
+        )
+        found = {tuple(row) for row in held}
+        wanted = {
+            (role, table, right)
+            for table in tables_of(connection)
+            for role, right in rights_on(table)
+            if role != "pyroshock_admin"
+        }
+    assert found == wanted
+
+
+def test_a_reader_looks(server: Server, tmp_path: Path) -> None:
+    db = server.address(READER)
+    assert json.loads(done("impacts", "--campaign", "spring", "--db", db, "--json"))
+    assert len(json.loads(done("shots", "--db", db, "--json"))) == 5
+    done("export", "pulses", "--out", tmp_path / "pulses.parquet", "--db", db)
+    done("show", "1", "--db", db)
+
+
+def test_a_reader_leaves_no_trace(server: Server, tmp_path: Path) -> None:
+    before = counts(server.address("keeper"))
+    done("init", "--db", server.address(READER))
+    done("campaigns", "--db", server.address(READER))
+    assert counts(server.address("keeper")) == before
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("ingest", "folder"),
+        ("plan", "factorial", "mine", "--factors", "factors.toml", "--repetitions", "1"),
+        ("extract", "spring", "--threshold", "0.02"),
+        ("materials", "add", "lead", "--youngs-modulus", "16GPa", "--poisson-ratio", "0.44", "--density",
+         "11340kg/m3", "--yield-strength", "12MPa", "--source", "a table"),
+    ],
+    ids=lambda words: words[0],
+)  # fmt: skip
+def test_a_reader_is_told_which_role_writes(server: Server, words: tuple[str, ...]) -> None:
+    hammer_campaign(Path("folder"), recordings=1, hits=1, name="mine")
+    said = refused(*words, "--db", server.address(READER))
+    assert "permission denied" in said
+    assert 'needs the role pyroshock_operator: an administrator runs GRANT pyroshock_operator TO "rita"' in said
+
+
+def test_who_has_no_role_is_told_of_the_least(server: Server) -> None:
+    said = refused("campaigns", "--db", server.address(NOBODY))
+    assert 'GRANT pyroshock_reader TO "nora"' in said
+
+
+def test_an_operator_works(server: Server, tmp_path: Path) -> None:
+    db = server.address(OPERATOR)
+    hammer_campaign(tmp_path / "mine", recordings=1, hits=1, name="summer")
+    done("ingest", tmp_path / "mine", "--db", db, "--jobs", "1")
+    done("plan", "factorial", "summer-plan", "--db", db, "--factors", "factors.toml", "--repetitions", "1")
+    done("extract", "summer", "--threshold", "0.02", "--db", db)
+
+
+@pytest.mark.slow
+def test_an_operator_diagnoses_and_predicts(server: Server, tmp_path: Path) -> None:
+    db = server.address(OPERATOR)
+    done("diagnose", "first-shots", "--db", db, "--json", tmp_path / "report.json")
+    assert json.loads((tmp_path / "report.json").read_text())["causes"]
+    assert json.loads(done("predict", "--tank-pressure", "0.5bar", "--draws", "8", "--db", db, "--json"))
+    assert json.loads(
+        done("predict", "--tank-pressure", "0.5bar", "--draws", "8", "--db", server.address(READER), "--json")
+    )
+
+
+def test_a_mended_recording_takes_its_place_for_an_operator(server: Server, tmp_path: Path) -> None:
+    """The one thing that is deleted: the row that says why a recording was set aside."""
+    db = server.address(OPERATOR)
+    folder = hammer_campaign(tmp_path / "broken", recordings=2, hits=1, name="broken")
+    recording = folder / recording_name(1)
+    whole = recording.read_bytes()
+    recording.write_bytes(whole[:100])
+    assert "set aside" in pyroshock("ingest", folder, "--db", db, "--jobs", "1").output
+    recording.write_bytes(whole)
+    done("ingest", folder, "--db", db, "--jobs", "1")
+    assert len(json.loads(done("impacts", "--campaign", "broken", "--db", db, "--json"))) == 2
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "DELETE FROM campaigns",
+        "UPDATE alembic_version SET version_num = '0001'",
+        "UPDATE provenance SET command = ''",
+        "TRUNCATE jobs",
+        "DROP TABLE jobs",
+        "ALTER TABLE jobs ADD mine integer",
+        "CREATE TABLE mine (id integer)",
+    ],
+)
+def test_an_operator_changes_no_tables(server: Server, statement: str) -> None:
+    engine = make_engine(server.address(OPERATOR))
+    try:
+        with pytest.raises(ProgrammingError, match=r"permission denied|must be owner"), engine.begin() as connection:
+            connection.exec_driver_sql(statement)
+    finally:
+        engine.dispose()
+
+
+def test_an_operator_does_not_migrate(server: Server) -> None:
+    engine = make_engine(server.address(OPERATOR))
+    try:
+        with pytest.raises(StoreRoleError, match="needs the role pyroshock_admin"):
+            migrate.downgrade(engine, "0004")
+        assert "needs the role pyroshock_admin" in refused("db", "roles", "--db", server.address(OPERATOR))
+        assert migrate.current_revision(engine) == migrate.HEAD
+    finally:
+        engine.dispose()
+
+
+def test_what_an_admin_adds_later_is_everybodys(server: Server) -> None:
+    """As a migration to come would: its table is the admin role's, and readers and operators have their rights."""
+    admin, reader, operator = (make_engine(server.address(login)) for login in (ADMIN, READER, OPERATOR))
+    with admin.begin() as connection:
+        act_as_owner(connection)
+        connection.exec_driver_sql("CREATE TABLE later (id serial PRIMARY KEY, word text)")
+    with operator.begin() as connection:
+        connection.exec_driver_sql("INSERT INTO later (word) VALUES ('one')")
+    with reader.connect() as connection:
+        assert connection.exec_driver_sql("SELECT word FROM later").scalar() == "one"
+        owner = connection.exec_driver_sql("SELECT tableowner FROM pg_tables WHERE tablename = 'later'").scalar()
+    with admin.begin() as connection:
+        connection.exec_driver_sql("DROP TABLE later")
+    for engine in (admin, reader, operator):
+        engine.dispose()
+    assert owner == "pyroshock_admin"
+
+
+def test_a_store_without_roles_works_and_says_what_makes_them(server: Server) -> None:
+    assert "no role pyroshock_reader, pyroshock_operator, pyroshock_admin" in server.said
+    assert "pyroshock db roles" in server.said
+    assert sum(counts(server.address("plain", "private")).values()) > 0
+
+
+def test_roles_are_granted_afterwards(server: Server) -> None:
+    """Now that the server has them, whoever owns a store gives them their rights in it; and again, and mended."""
+    db = server.address("plain", "private")
+    rows = json.loads(done("db", "roles", "--db", db, "--json"))
+    assert {row["name"]: row["members"] for row in rows}["pyroshock_reader"] == [READER]
+    done("campaigns", "--db", server.address(READER, "private"))
+    with opened(db) as store:
+        with store.engine.begin() as connection:
+            connection.exec_driver_sql("REVOKE SELECT ON impacts FROM pyroshock_reader")
+            assert missing_rights(connection) == ["pyroshock_reader: SELECT on impacts"]
+        assert [role.name for role in ensure_roles(store.engine)] == list(ROLES)
+
+
+def test_a_file_has_no_roles(sqlite_url: str) -> None:
+    done("init", "--db", sqlite_url)
+    assert "has no roles" in refused("db", "roles", "--db", sqlite_url)
+
+
+def test_the_way_back_takes_every_right(server: Server) -> None:
+    server.execute("CREATE DATABASE there_and_back OWNER keeper")
+    engine = make_engine(server.address("keeper", "there_and_back"))
+    migrate.upgrade(engine)
+    migrate.downgrade(engine, "0004")
+    with engine.connect() as connection:
+        assert len([right for right in missing_rights(connection) if "admin" not in right]) == sum(
+            role != "pyroshock_admin" for table in tables_of(connection) for role, _ in rights_on(table)
+        )
+        left = "SELECT count(*) FROM pg_default_acl"
+        owners = "SELECT DISTINCT tableowner FROM pg_tables WHERE schemaname = 'public'"
+        assert connection.exec_driver_sql(left).scalar() == 0
+        assert connection.exec_driver_sql(owners).scalars().all() == ["keeper"]
+    migrate.upgrade(engine)
+    engine.dispose()
+
+
+def test_two_stores_of_one_server_make_a_role_at_once(server: Server) -> None:
+    """The second waits for the first, and then goes on with its role."""
+    first, second = (make_engine(server.address("keeper")) for _ in range(2))
+    ended: list[str] = []
+
+    def make() -> None:
+        with second.begin() as connection:
+            roles._make(connection, "pyroshock_race", joined=False)
+            ended.append(str(connection.exec_driver_sql("SELECT 'usable'").scalar()))
+
+    with first.begin() as connection:
+        roles._make(connection, "pyroshock_race", joined=False)
+        thread = threading.Thread(target=make)
+        thread.start()
+        thread.join(0.3)
+        assert ended == []
+    thread.join(20)
+    for engine in (first, second):
+        engine.dispose()
+    server.execute("DROP ROLE pyroshock_race")
+    assert ended == ["usable"]
+
+
+def test_pages_for_a_reader(server: Server) -> None:
+    """Seen, and a write refused in words: 403 with the role, and nothing is stored."""
+    from web_client import post, post_json, window
+
+    with window(server.address(READER)) as (client, store):
+        before = count_rows(store)
+        assert client.get("/campaigns").status_code == 200
+        assert "spring" in client.get("/campaigns").text
+        address = f"/plans/{PLAN}/runs/1"
+        answers = [post_json(client, f"/api{address}", {"status": "done"}), post(client, address, {"status": "done"})]
+        assert count_rows(store) == before
+    for answer in answers:
+        assert answer.status_code == 403, answer.text
+        assert "pyroshock_operator" in answer.text
+
+
+def test_what_is_refused_for_another_reason_names_no_role(server: Server) -> None:
+    with opened(server.address(READER)) as store, pytest.raises(StoreError) as caught, store.reading() as session:
+        session.execute(text("SELECT nothing FROM nowhere"))
+    assert not isinstance(caught.value, StoreRoleError) and "pyroshock_" not in str(caught.value)

@@ -1,0 +1,206 @@
+"""A password and a token are planted in every place that takes one, and looked for in all that comes out."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from campaigns import hammer_campaign
+from click.testing import CliRunner, Result
+from databases import _execute
+from hammer_stores import full_campaign
+from pyroshock.app.cli import serve
+from pyroshock.app.cli.main import main
+from pyroshock.schema.engine import make_engine
+from pyroshock.schema.tables import metadata
+from sqlalchemy import MetaData, create_engine, make_url, select
+from stores import opened
+from web_client import post_json, window
+from web_stores import FACTORS
+
+SECRET = "Zq7sEcReT"
+
+
+@pytest.fixture(autouse=True)
+def apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    """No store and no settings but those of the test; every log is looked at, too."""
+    monkeypatch.chdir(tmp_path)
+    Path("factors.toml").write_text(FACTORS)
+    for name in ("PYROSHOCK_DB", "MLFLOW_TRACKING_URI", "PYROSHOCK_TOKEN"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("MLFLOW_HTTP_REQUEST_MAX_RETRIES", "0")
+    caplog.set_level(logging.DEBUG)
+
+
+@pytest.fixture
+def run(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]) -> Any:
+    """The command line as a process has it; nothing that it says, anywhere, may hold the secret."""
+
+    def run(*words: str | Path) -> Result:
+        arguments = [str(word) for word in words]
+        monkeypatch.setattr(sys, "argv", ["/usr/bin/pyroshock", *arguments])
+        result = CliRunner().invoke(main, arguments)
+        assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+        beside = capfd.readouterr()
+        for said in (result.output, result.stderr, beside.out, beside.err, caplog.text):
+            assert SECRET not in said
+        return result
+
+    return run
+
+
+@pytest.fixture
+def secret_db(postgres_url: str) -> Iterator[str]:
+    """An empty database that is opened with a password; the server takes any."""
+    server = make_url(postgres_url)
+    if server.password is not None:
+        pytest.skip("the given server asks for its own password")
+    name = f"pyroshock_{uuid.uuid4().hex}"
+    _execute(server, f'CREATE DATABASE "{name}"')
+    yield server.set(database=name, password=f"{SECRET}@/:").render_as_string(hide_password=False)
+    _execute(server, f'DROP DATABASE "{name}" WITH (FORCE)')
+
+
+def texts_of(db: str) -> str:
+    """Every cell of a store."""
+    with opened(db) as store, store.reading() as session:
+        return "\n".join(str(row) for table in metadata.sorted_tables for row in session.execute(select(table)))
+
+
+def test_no_command_tells_or_keeps_the_password_of_its_store(run: Any, secret_db: str, tmp_path: Path) -> None:
+    by_query = make_url(secret_db)._replace(password=None).update_query_dict({"password": SECRET})
+    other = by_query.render_as_string(hide_password=False)
+    folder = hammer_campaign(tmp_path / "spring", recordings=1, hits=1, name="spring")
+    said = run("campaigns", "--db", secret_db)
+    assert said.exit_code == 2 and "pyroshock init --db postgresql+psycopg://postgres:***@" in said.stderr
+    assert run("init", "--db", secret_db).exit_code == 0
+    assert run("ingest", folder, f"--db={other}", "--jobs", "1").exit_code == 0
+    assert (
+        run("plan", "factorial", "mine", "--factors", "factors.toml", "--repetitions", "1", "--db", secret_db).exit_code
+        == 0
+    )
+    for words in (
+        ("impacts", "--json"),
+        ("db", "roles", "--json"),
+        ("db", "upgrade"),
+        ("dataset", "build", "d", "--from", "nothing"),
+        ("models",),
+        ("diagnose", "nothing"),
+        ("export", "impacts", "--out", tmp_path / "no" / "where.csv"),
+    ):
+        run(*words, "--db", secret_db)
+    kept = texts_of(secret_db)
+    assert "--db=postgresql+psycopg://postgres@/" in kept and "password=***" in kept
+    assert "--db postgresql+psycopg://postgres:***@/" in kept
+    assert SECRET not in kept
+
+
+@pytest.mark.slow
+def test_no_training_keeps_it(run: Any, secret_db: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither MLflow's database, which has a password too, nor the files of the models."""
+    pytest.importorskip("mlflow", reason="no MLflow: it comes with pyroshock[models]")
+    name = f"mlflow_{uuid.uuid4().hex}"
+    server = make_url(secret_db)
+    _execute(server.set(database="postgres"), f'CREATE DATABASE "{name}"')
+    tracking = server.set(database=name).render_as_string(hide_password=False)
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", tracking)
+    folder = full_campaign(tmp_path / "spring")
+    assert run("ingest", folder, "--db", secret_db, "--jobs", "1").exit_code == 0
+    assert run("dataset", "build", "pulses", "--from", "spring", "--db", secret_db).exit_code == 0
+    trained = run("train", "pulses", "--models", "linear", "--split", "repetitions", "--db", secret_db)
+    assert trained.exit_code == 0, trained.stderr
+    files = [file for file in tmp_path.rglob("*") if file.is_file()]
+    assert any(file.name == "model.json" for file in files)
+    assert [file for file in files if SECRET.encode() in file.read_bytes()] == []
+    engine = create_engine(tracking)
+    tables = MetaData()
+    tables.reflect(engine)
+    with engine.connect() as connection:
+        kept = [str(row) for table in tables.sorted_tables for row in connection.execute(select(table))]
+    engine.dispose()
+    _execute(server.set(database="postgres"), f'DROP DATABASE "{name}" WITH (FORCE)')
+    assert any("linear" in row for row in kept)
+    assert [row for row in kept if SECRET in row] == []
+    assert SECRET not in texts_of(secret_db)
+
+
+def test_an_older_and_a_newer_store_are_told_without_it(run: Any, secret_db: str) -> None:
+    run("init", "--db", secret_db)
+    engine = make_engine(secret_db)
+    for revision, step in (("0003", "pyroshock db upgrade --db postgresql"), ("9999", "update pyroshock")):
+        with engine.begin() as connection:
+            connection.exec_driver_sql(f"UPDATE alembic_version SET version_num = '{revision}'")
+        said = run("campaigns", "--db", secret_db)
+        assert said.exit_code == 2 and step in said.stderr
+    engine.dispose()
+
+
+@pytest.mark.parametrize(
+    "address",
+    [
+        f"postgresql+psycopg://me:{SECRET}@127.0.0.1:1/none",
+        f"postgresql+psycopg://me:p@{SECRET}@127.0.0.1:1/none",
+        f"postgresql+psycopg://me:p@{SECRET}:x@127.0.0.1:1/none",
+        f"postgresql+psycopg://me@127.0.0.1:1/none?password={SECRET}",
+        f"postgresql+psycopg://me@127.0.0.1:1/none?sslpassword={SECRET}&passwd={SECRET}",
+        f"host=127.0.0.1 port=1 password={SECRET}",
+        f"host=127.0.0.1 password='a {SECRET}'",
+        f"me:{SECRET}@host/db",
+        f"mysql://me:{SECRET}@host/db",
+        f"nothing://me:{SECRET}@host/db",
+    ],
+)
+def test_an_address_that_fails_is_told_without_it(run: Any, monkeypatch: pytest.MonkeyPatch, address: str) -> None:
+    assert run("campaigns", "--db", address).exit_code == 2
+    assert run("predict", "--tank-pressure", "nonsense", "--db", address).exit_code == 2
+    assert run("campaigns", address).exit_code == 2  # an argument too many is quoted
+    assert run(f"--db={address}", "campaigns").exit_code == 2
+    monkeypatch.setenv("PYROSHOCK_DB", address)
+    assert run("init", "--help").exit_code == 0
+    assert run("db", "upgrade").exit_code == 2
+
+
+@pytest.mark.parametrize(
+    "uri",
+    [
+        f"http://me:{SECRET}@127.0.0.1:1",
+        f"https://{SECRET}@127.0.0.1:1/mlflow",
+        f"postgresql+psycopg://me:p@{SECRET}@127.0.0.1:1/none",
+        f"file://me:{SECRET}@host/folder",
+        f"me:{SECRET}@host/folder",
+    ],
+)
+def test_a_registry_that_fails_is_told_without_it(run: Any, monkeypatch: pytest.MonkeyPatch, uri: str) -> None:
+    pytest.importorskip("mlflow", reason="no MLflow: it comes with pyroshock[models]")
+    run("init", "--db", "sqlite:///lab.db")
+    monkeypatch.setenv("MLFLOW_TRACKING_URI", uri)
+    assert run("models", "--db", "sqlite:///lab.db").exit_code == 2
+
+
+def test_the_token_of_a_server_is_not_kept(run: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The command that made the store is stored with its first rows."""
+    monkeypatch.setattr(serve, "_listen", lambda *_: None)
+    token = f"{SECRET}-and-more-of-it"
+    assert run("serve", "--db", "sqlite:///lab.db", "--token", token).exit_code == 0
+    assert "serve --db sqlite:///lab.db --token ***" in texts_of("sqlite:///lab.db")
+    assert SECRET not in texts_of("sqlite:///lab.db")
+
+
+def test_pages_and_errors_over_http_do_not_tell_it(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.WARNING, "httpx2")  # the client's own log
+    token = f"{SECRET}-and-more-of-it"
+    by_token = {"Authorization": f"Bearer {token}"}
+    with window(f"sqlite:///{tmp_path}/lab.db", token=token, folders=(tmp_path,)) as (client, _):
+        answers = [client.get(f"/campaigns?token={token}"), client.get("/campaigns", headers=by_token)]
+        client.headers |= by_token
+        answers += [client.get(path) for path in ("/campaigns", "/jobs", "/api/openapi.json", "/models", "/nothing")]
+        answers += [post_json(client, "/api/ingest", {"path": f"postgresql://me:{SECRET}@host/db"})]
+    for answer in answers:
+        assert SECRET not in answer.text and SECRET not in str(answer.headers.get("location"))
+    assert SECRET not in caplog.text
+    assert SECRET not in texts_of(f"sqlite:///{tmp_path}/lab.db")
