@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime as dt
 
 import pytest
+from pyroshock.schema import conditions
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.configurations import configuration_id
 from pyroshock.schema.impacts import Impact
@@ -18,6 +19,7 @@ from pyroshock.schema.listings import (
     list_impacts_page,
     list_shots_page,
 )
+from pyroshock.schema.pages import span_of
 from pyroshock.schema.plans import Plan, PlannedRun
 from pyroshock.schema.session import Writer, open_store
 from pyroshock.schema.shots import Shot
@@ -101,6 +103,29 @@ def test_condition_keeps_just_what_it_says(filled, condition, expected):
 def test_conditions_narrow_together(filled):
     rows = listed(filled, Condition("tip_material", "=", "steel"), Condition("run", ">", 5.0), campaign="a")
     assert [row["run"] for row in rows] == [6, 8, 10]
+
+
+MANY = (
+    (Condition("tip_material", "=", "steel"),),
+    (Condition("tip_material", "!=", "gold"),),
+    (Condition("tip_material", "=", "delrin"), Condition("tip_radius_m", "=", 0.03), Condition("run", ">", 3.0)),
+    (Condition("tip_material", "=", "gold"), Condition("tip_radius_m", ">", 0.0)),
+)
+
+
+def test_many_configurations_are_no_values_of_a_statement(filled, monkeypatch):
+    """A statement with a value for each of 65,536 configurations was refused by PostgreSQL, by SQLite half of that."""
+    few = [listed(filled, *where, campaign=campaign) for where in MANY for campaign in (None, "b")]
+    monkeypatch.setattr(conditions, "_MOST_KEYS", 0)
+    monkeypatch.setattr(conditions, "span_of", _without_keys)
+    many = [listed(filled, *where, campaign=campaign) for where in MANY for campaign in (None, "b")]
+    assert many == few
+    assert [len(rows) for rows in many] == [12, 6, 24, 12, 4, 2, 0, 0]
+
+
+def _without_keys(session, table, campaign_id, keys):
+    assert not keys
+    return span_of(session, table, campaign_id, keys)
 
 
 def test_number_by_another_road_still_matches(filled):
