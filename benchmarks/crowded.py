@@ -1,88 +1,141 @@
-"""A store of many campaigns, filled in bulk: what listings are measured on."""
+"""A store of many campaigns, filled in bulk: what listings, and a laboratory of many years, are measured on."""
 
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Callable, Iterable, Iterator
-from itertools import islice, product
-from typing import Any
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import product
 
-from pyroshock.schema.base import Base
+from pyroshock.ingest.settings import EXTRACTION_VERSION
+from pyroshock.ingest.settings import ExtractionSettings as Settings
+from pyroshock.schema.benches import Hammer, Plate
 from pyroshock.schema.campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
 from pyroshock.schema.impacts import ExtractionSettings, Impact, Pulse
+from pyroshock.schema.materials import material_id
 from pyroshock.schema.quality import QualityFinding
-from pyroshock.schema.recordings import Recording
-from pyroshock.schema.session import Store, Writer, open_store
-from sqlalchemy import Connection, insert
+from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
+from pyroshock.schema.session import Writer, open_store
+from sqlalchemy import Connection
 
-IMPACTS_PER_CAMPAIGN, HITS_PER_RECORDING = 1_800, 10
+from .bulk import Row, insert_rows, tidy
+from .sampled import Sample
+
+HITS_PER_RECORDING = 10
 DESIGN: dict[str, tuple[str | float, ...]] = {
     "tip_material": ("aluminum", "steel", "delrin"),
     "tip_radius": (0.005, 0.01, 0.02, 0.03, 0.04),
     "anvil_material": ("none", "aluminum", "steel"),
     "hammer_speed": ("low", "high"),
     "boundary_conditions": ("free", "fixed"),
+    "insulator": ("none",),
 }
 #: A level that one recording of the first campaign has, and no other.
 RARE = ("tip_material", "polyurethane")
-_BATCH = 20_000
 _WHEN = dt.datetime(2026, 11, 1, tzinfo=dt.UTC)
 
-Row = dict[str, Any]
+
+@dataclass(frozen=True)
+class Crowd:
+    """How many impacts, and what a store of them is like.
+
+    `own_radii`: each campaign has configurations of its own, as campaigns do that were planned one by one; else all
+    share those of one design. `sample`: pulses' curves, channels and series of recordings that were ingested, the
+    series with every `series_every`-th recording; without it pulses have empty curves, and recordings no channels.
+    """
+
+    impacts: int
+    per_campaign: int = 1_800
+    own_radii: bool = False
+    sample: Sample | None = None
+    series_every: int = 100
+
+    @property
+    def campaigns(self) -> int:
+        return -(-self.impacts // self.per_campaign)
+
+    @property
+    def recordings(self) -> int:
+        return self.impacts // HITS_PER_RECORDING
+
+    def campaign_of(self, impact: int) -> int:
+        return (impact - 1) // self.per_campaign + 1
 
 
-def fill(url: str, impacts: int, analyse: bool = True) -> None:
-    """A new store at `url` with `impacts` impacts, their pulses, recordings and some findings."""
+def fill(url: str, crowd: Crowd | int, analyse: bool = True) -> None:
+    """A new store at `url` with so many impacts, their pulses, recordings and some findings."""
+    crowd = Crowd(crowd) if isinstance(crowd, int) else crowd
     with open_store(url, Writer("benchmark", "0"), create=True) as store:
         with store.writing() as session:
             signed = store.written_by(session)
+            aluminum = material_id(session, "aluminum")
         with store.engine.begin() as connection:
-            configurations = _design(connection, signed)
-            _insert(connection, ExtractionSettings, _settings(), signed)
-            _insert(connection, Campaign, _campaigns(impacts), signed)
-            _insert(connection, Recording, _recordings(impacts), signed)
-            _insert(connection, Impact, _impacts(impacts, configurations), signed)
-            _insert(connection, Pulse, _pulses(impacts), signed)
-            _insert(connection, QualityFinding, _findings(impacts), signed)
+            insert_rows(connection, Hammer, [{"id": 1, "fingerprint": "hammer", "mass_kg": 0.32}], signed)
+            insert_rows(connection, Plate, [_plate(aluminum)], signed)
+            insert_rows(connection, ExtractionSettings, [_settings()], signed)
+            configurations, rare = _design(connection, crowd, signed)
+            insert_rows(connection, Campaign, _campaigns(crowd), signed)
+            insert_rows(connection, Recording, _recordings(crowd), signed)
+            insert_rows(connection, RecordedChannel, _channels(crowd), signed)
+            insert_rows(connection, SeriesChunk, _chunks(crowd), signed)
+            insert_rows(connection, Impact, _impacts(crowd, configurations, rare), signed)
+            insert_rows(connection, Pulse, _pulses(crowd), signed)
+            insert_rows(connection, QualityFinding, _findings(crowd), signed)
         if analyse:
-            _analyse(store)
+            tidy(store)
 
 
-def _analyse(store: Store) -> None:
-    """What PostgreSQL's own service does within a minute of a large insert, and SQLite never does."""
-    if store.engine.dialect.name == "postgresql":
-        with store.engine.connect().execution_options(isolation_level="AUTOCOMMIT") as connection:
-            connection.exec_driver_sql("VACUUM ANALYZE")
+def _plate(material: int) -> Row:
+    corners = [[0.0, 0.0], [0.5, 0.0], [0.5, 0.4], [0.0, 0.4]]
+    return {"id": 1, "fingerprint": "plate", "material_id": material, "thickness_m": 0.01, "outline_m": corners}
 
 
-def _insert(connection: Connection, model: type[Base], rows: Iterable[Row], signed: int) -> None:
-    waiting: Iterator[Row] = ({**row, "written_by_id": signed} for row in rows)
-    while batch := list(islice(waiting, _BATCH)):
-        connection.execute(insert(model), batch)
+def _settings() -> Row:
+    """Those that a campaign is ingested with: pages read them, and an ingest finds them."""
+    settings = Settings()
+    return {
+        "id": 1,
+        "fingerprint": settings.fingerprint,
+        "code_version": EXTRACTION_VERSION,
+        "settings": settings.as_json(),
+    }
 
 
-def _design(connection: Connection, signed: int) -> list[int]:
-    """All combinations of the levels, and one with the rare level; keys of the configurations."""
+def _design(connection: Connection, crowd: Crowd, signed: int) -> tuple[list[list[int]], int]:
+    """Keys of the configurations of each campaign (of one where they share them), which are all combinations of its
+    levels, and of the one with the rare level."""
     factors = [{"id": i, "name": name, "si_unit": _unit(name)} for i, name in enumerate(DESIGN, 1)]
-    choices = [(i, value) for i, values in enumerate(DESIGN.values(), 1) for value in values] + [(1, RARE[1])]
-    levels = [
-        {"id": key, "factor_id": factor, "label": str(value), "number": value if isinstance(value, float) else None}
-        for key, (factor, value) in enumerate(choices, 1)
-    ]
-    key_of = {choice: key for key, choice in enumerate(choices, 1)}
-    combinations = list(product(*DESIGN.values()))
+    key_of: dict[tuple[int, str | float], int] = {}
+    combinations: list[tuple[str | float, ...]] = []
+    groups: list[list[int]] = []
+    for campaign in range(crowd.campaigns if crowd.own_radii else 1):
+        own = [*product(*_levels(campaign).values())]
+        groups.append(list(range(len(combinations) + 1, len(combinations) + len(own) + 1)))
+        combinations += own
     combinations.append((RARE[1], *combinations[0][1:]))
-    _insert(connection, Factor, factors, signed)
-    _insert(connection, FactorLevel, levels, signed)
-    keys = range(1, len(combinations) + 1)
-    _insert(connection, Configuration, ({"id": key, "fingerprint": f"{key:064d}"} for key in keys), signed)
-    rows = (
-        {"configuration_id": key, "level_id": key_of[i, value], "factor_id": i}
-        for key, combination in zip(keys, combinations, strict=True)
-        for i, value in enumerate(combination, 1)
+    for combination in combinations:
+        for choice in enumerate(combination, 1):
+            key_of.setdefault(choice, len(key_of) + 1)
+    levels = (
+        {"id": key, "factor_id": factor, "label": str(value), "number": value if isinstance(value, float) else None}
+        for (factor, value), key in key_of.items()
     )
-    _insert(connection, ConfigurationLevel, rows, signed)
-    return list(keys)
+    insert_rows(connection, Factor, factors, signed)
+    insert_rows(connection, FactorLevel, levels, signed)
+    keyed = list(enumerate(combinations, 1))
+    insert_rows(connection, Configuration, ({"id": key, "fingerprint": f"{key:064d}"} for key, _ in keyed), signed)
+    rows = (
+        {"configuration_id": key, "level_id": key_of[choice], "factor_id": choice[0]}
+        for key, combination in keyed
+        for choice in enumerate(combination, 1)
+    )
+    insert_rows(connection, ConfigurationLevel, rows, signed)
+    return groups, len(combinations)
+
+
+def _levels(campaign: int) -> dict[str, tuple[str | float, ...]]:
+    """The design's, its radii a micrometre further for each campaign."""
+    return DESIGN | {"tip_radius": tuple(round(value + 1e-6 * campaign, 6) for value in DESIGN["tip_radius"])}
 
 
 def _unit(factor: str) -> str | None:
@@ -93,21 +146,17 @@ def campaign_name(number: int) -> str:
     return f"campaign-{number:04d}"
 
 
-def _campaigns(impacts: int) -> Iterator[Row]:
-    for key in range(1, -(-impacts // IMPACTS_PER_CAMPAIGN) + 1):
-        yield {"id": key, "name": campaign_name(key), "kind": "hammer", "date": _WHEN.date(), "fingerprint": str(key)}
+def _campaigns(crowd: Crowd) -> Iterator[Row]:
+    common = {"kind": "hammer", "date": _WHEN.date(), "hammer_id": 1, "plate_id": 1}
+    for key in range(1, crowd.campaigns + 1):
+        yield {"id": key, "name": campaign_name(key), "fingerprint": str(key), **common}
 
 
-def _campaign_of(impact: int) -> int:
-    return (impact - 1) // IMPACTS_PER_CAMPAIGN + 1
-
-
-def _recordings(impacts: int) -> Iterator[Row]:
-    for key in range(1, impacts // HITS_PER_RECORDING + 1):
-        campaign = _campaign_of(key * HITS_PER_RECORDING)
+def _recordings(crowd: Crowd) -> Iterator[Row]:
+    for key in range(1, crowd.recordings + 1):
         yield {
             "id": key,
-            "campaign_id": campaign,
+            "campaign_id": crowd.campaign_of(key * HITS_PER_RECORDING),
             "path": f"recordings/{key:06d}.mat",
             "sha256": f"{key:064d}",
             "size_bytes": 4_096_000,
@@ -116,14 +165,36 @@ def _recordings(impacts: int) -> Iterator[Row]:
         }
 
 
-def _impacts(impacts: int, configurations: list[int]) -> Iterator[Row]:
-    *common, rare = configurations
-    for key in range(1, impacts + 1):
+def _channels(crowd: Crowd) -> Iterator[Row]:
+    if crowd.sample is None:
+        return
+    channels = crowd.sample.channels
+    for recording in range(1, crowd.recordings + 1):
+        for i, channel in enumerate(channels):
+            key = (recording - 1) * len(channels) + i + 1
+            yield {**channel.row, "id": key, "recording_id": recording, "sha256": f"{key:064x}"}
+
+
+def _chunks(crowd: Crowd) -> Iterator[Row]:
+    if crowd.sample is None:
+        return
+    channels = crowd.sample.channels
+    for recording in range(crowd.series_every, crowd.recordings + 1, crowd.series_every):
+        for i, channel in enumerate(channels):
+            key = (recording - 1) * len(channels) + i + 1
+            for number, frame in enumerate(channel.frames):
+                yield {"channel_id": key, "number": number, "frame": frame}
+
+
+def _impacts(crowd: Crowd, configurations: list[list[int]], rare: int) -> Iterator[Row]:
+    per_campaign = crowd.per_campaign // HITS_PER_RECORDING
+    for key in range(1, crowd.impacts + 1):
         recording = (key - 1) // HITS_PER_RECORDING
+        common = configurations[(crowd.campaign_of(key) - 1) % len(configurations)]
         yield {
             "id": key,
-            "campaign_id": _campaign_of(key),
-            "run": recording % (IMPACTS_PER_CAMPAIGN // HITS_PER_RECORDING) + 1,
+            "campaign_id": crowd.campaign_of(key),
+            "run": recording % per_campaign + 1,
             "repetition": (key - 1) % HITS_PER_RECORDING + 1,
             "configuration_id": rare if recording == 90 else common[recording % len(common)],
             "recording_id": recording + 1,
@@ -133,13 +204,11 @@ def _impacts(impacts: int, configurations: list[int]) -> Iterator[Row]:
         }
 
 
-def _settings() -> list[Row]:
-    return [{"id": 1, "fingerprint": "0" * 64, "code_version": 1, "settings": {}}]
-
-
-def _pulses(impacts: int) -> Iterator[Row]:
-    """Pulses in use: their numbers in full, their curves as a few bytes, which no listing reads."""
-    for key in range(1, impacts + 1):
+def _pulses(crowd: Crowd) -> Iterator[Row]:
+    """Pulses in use, their numbers in full; their curves are the sample's, or a few bytes that no listing reads."""
+    bare = {"force_points_n": [], "fine_period_s": 2e-6, "fine_force_n": b""}
+    curves = [bare] if crowd.sample is None else crowd.sample.curves
+    for key in range(1, crowd.impacts + 1):
         share = key % 997 / 997
         yield {
             "id": key,
@@ -147,7 +216,7 @@ def _pulses(impacts: int) -> Iterator[Row]:
             "settings_id": 1,
             "current": True,
             "extracted_at": _WHEN,
-            "start_s": 0.25,
+            "start_s": 0.25 + (key - 1) % HITS_PER_RECORDING,
             "contact_time_s": 3e-4 + 1e-3 * share,
             "compression_time_s": 1.5e-4 + 5e-4 * share,
             "peak_force_n": 1000.0 + 2000.0 * share,
@@ -159,16 +228,14 @@ def _pulses(impacts: int) -> Iterator[Row]:
             "samples_in_contact": 20,
             "spline_nrmse": 0.001,
             "segmentation_difference": 0.05,
-            "force_points_n": [],
-            "fine_period_s": 2e-6,
-            "fine_force_n": b"",
+            **curves[key % len(curves)],
         }
 
 
-def _findings(impacts: int) -> Iterator[Row]:
+def _findings(crowd: Crowd) -> Iterator[Row]:
     """A doubt about every hundredth impact, and about every fiftieth recording as a whole."""
     make: Callable[..., Row] = lambda **row: {"check": "few-samples", "severity": "warning", "message": "", **row}  # noqa: E731
-    for key in range(100, impacts + 1, 100):
+    for key in range(100, crowd.impacts + 1, 100):
         yield make(recording_id=(key - 1) // HITS_PER_RECORDING + 1, impact_id=key, evidence={})
-    for key in range(50, impacts // HITS_PER_RECORDING + 1, 50):
+    for key in range(50, crowd.recordings + 1, 50):
         yield make(recording_id=key, impact_id=None, evidence={})

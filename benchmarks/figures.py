@@ -71,11 +71,12 @@ def _preface() -> list[str]:
         "Ratios are ours over the peer's in the same run, the repeats of both interleaved: median (least to largest).",
         'A ratio "at least" is the peer\'s time over ours. Where we lose, the table says so.',
         "",
-        f"On {dt.datetime.now(dt.UTC):%Y-%m-%d}: {_machine()}; Python {platform.python_version()}, {versions}.",
+        f"On {dt.datetime.now(dt.UTC):%Y-%m-%d}: {machine()}; Python {platform.python_version()}, {versions}.",
     ]
 
 
-def _machine() -> str:
+def machine() -> str:
+    """Processor, cores that may be used, and system."""
     import os
 
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()

@@ -13,11 +13,8 @@ from .figures import Figure
 from .ingest import measure_ingest, measure_memory
 from .listings import LARGE, SMALL, compare, measure_listings
 from .measuring import FOLDER_VARIABLE
-from .postgres import empty_databases
+from .postgres import SERVER_VARIABLE, empty_databases
 from .series import measure_series
-
-#: The tests' own: a PostgreSQL server in which databases may be made. Without it only SQLite is measured.
-SERVER_VARIABLE = "TEST_DATABASE_URL"
 
 
 def _series(folder: Path) -> Iterator[Figure]:
@@ -44,7 +41,7 @@ THEMES: dict[str, Callable[[Path], Iterator[Figure]]] = {
     "listings": measure_listings,
     "series": _series,
 }
-if SERVER_VARIABLE in os.environ:
+if SERVER_VARIABLE in os.environ:  # without a server only SQLite is measured
     THEMES |= {"listings-postgresql": _listings_on_postgres, "series-postgresql": _series_on_postgres}
 
 

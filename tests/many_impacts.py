@@ -13,11 +13,10 @@ from pyroshock.app.planning import make_plan
 from pyroshock.benchmarks.crowded import campaign_name, fill
 from pyroshock.diagnosis.kept import verdict_to_json
 from pyroshock.ingest.load import ingest_folder
-from pyroshock.ingest.settings import ExtractionSettings as Settings
 from pyroshock.schema.benches import Gun
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.diagnoses import Diagnosis
-from pyroshock.schema.impacts import ExtractionSettings, Pulse
+from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.series import encode
 from pyroshock.schema.session import Store
 from pyroshock.schema.shots import Shot
@@ -36,7 +35,6 @@ def fill_many(folder: Path, impacts: int = IMPACTS) -> str:
     with opened(url) as store:
         with store.writing() as session:
             signed = store.written_by(session)
-            session.execute(update(ExtractionSettings).values(settings=vars(Settings())))
             force = 1500.0 * np.sin(np.pi * np.linspace(0, 1, 250)) ** 1.5  # as long as a pulse of half a millisecond
             force += np.random.default_rng(1).normal(0, 1, 250)  # and as badly packed
             points = np.interp(np.linspace(0, 1, 20), np.linspace(0, 1, 250), force).tolist()

@@ -22,19 +22,29 @@ class NoServerError(RuntimeError):
 
 
 @contextmanager
-def running_server(install_folders: Sequence[Path] | None = None) -> Iterator[str]:
-    """The URL of the first server that starts, stopped and its data removed on leaving; raises NoServerError."""
+def running_server(install_folders: Sequence[Path] | None = None, durable: bool = False) -> Iterator[str]:
+    """The URL of the first server that starts, stopped and its data removed on leaving; raises NoServerError.
+
+    `durable`: with the server's own settings, for measurements; else it forgets what it did when the machine stops.
+    """
+    with own_server(install_folders, durable) as server:
+        yield server.url
+
+
+@contextmanager
+def own_server(install_folders: Sequence[Path] | None = None, durable: bool = False) -> Iterator[_Server]:
+    """`running_server`, for a test that crashes it."""
     refusals: list[str] = []
     for install_folder in installations() if install_folders is None else install_folders:
         with tempfile.TemporaryDirectory(prefix="pyroshock-pg-", ignore_cleanup_errors=True) as work:
-            server = _Server(install_folder, Path(work))
+            server = _Server(install_folder, Path(work), durable)
             try:
                 server.start()
             except (OSError, subprocess.SubprocessError) as error:
                 refusals.append(f"{install_folder}: {_reason(error)}")
                 continue
             try:
-                yield server.url
+                yield server
             finally:
                 server.stop()
             return
@@ -51,9 +61,10 @@ def installations() -> list[Path]:
 
 
 class _Server:
-    def __init__(self, install_folder: Path, work: Path) -> None:
+    def __init__(self, install_folder: Path, work: Path, durable: bool) -> None:
         self.install_folder = install_folder
         self.work = work
+        self.durable = durable
         self.data = work / "data"
         self.account = _account()
 
@@ -67,10 +78,17 @@ class _Server:
             if not self.install_folder.is_relative_to(SYSTEM_FOLDER):
                 self.install_folder = self._readable_copy()
         self._run("initdb", "--auth=trust", "--username=postgres", "--encoding=UTF8", "--locale=C", "--no-sync")
-        options = f"-c listen_addresses='' -c fsync=off -c full_page_writes=off -k {self.work}"
+        self.launch()
+
+    def launch(self) -> None:
+        """Start it over the data that is there, as after a crash."""
+        options = f"-c listen_addresses='' -k {self.work}"
+        if not self.durable:
+            options += " -c fsync=off -c full_page_writes=off"
         self._run("pg_ctl", "start", "-w", "-l", str(self.work / "log"), "-o", options)
 
     def stop(self) -> None:
+        """As if it crashed: whatever is in the midst of a transaction is lost."""
         self._run("pg_ctl", "stop", "-w", "-m", "immediate")
 
     def _readable_copy(self) -> Path:

@@ -1,0 +1,42 @@
+"""docs/scale.md shows every question that `make bench-scale` asks, and the questions can be asked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from campaigns import hammer_campaign
+from pyroshock.benchmarks.crowded import Crowd, fill
+from pyroshock.benchmarks.sampled import sample_of
+from pyroshock.benchmarks.scale_page import MARK
+from pyroshock.benchmarks.scale_questions import QUESTIONS
+from pyroshock.schema.impacts import Impact
+from sqlalchemy import func, select
+from stores import ingested, opened
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "scale.md"
+
+
+def test_page_shows_every_question():
+    measured = PAGE.read_text(encoding="utf-8").split(MARK)[1]
+    assert [name for name in (q.name for q in QUESTIONS) if f"| {name} |" not in measured] == []
+
+
+@pytest.fixture(scope="module")
+def crowded(tmp_path_factory):
+    """Four small campaigns in the shape of the large ones, and what is in them."""
+    folder = tmp_path_factory.mktemp("crowded")
+    real, url = f"sqlite:///{folder}/real.db", f"sqlite:///{folder}/crowded.db"
+    ingested(real, hammer_campaign(folder / "real", 1, 2))
+    with opened(real) as store:
+        crowd = Crowd(4_000, 1_000, own_radii=True, sample=sample_of(store), series_every=20)
+    fill(url, crowd)
+    with opened(url) as store, store.reading() as session:
+        yield session, crowd
+
+
+@pytest.mark.parametrize("question", QUESTIONS, ids=lambda q: q.name)
+def test_questions_are_answered(crowded, question):
+    session, crowd = crowded
+    question.ask(session, crowd)
+    assert session.scalar(select(func.count()).select_from(Impact)) == crowd.impacts
