@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ingest.readers import ChannelInfo, OpenRecording, RecordingError, open_recording
+from ..ingest.parallel import Isolation, map_ahead
+from ..ingest.readers import ChannelInfo, OpenRecording, RecordingError, may_crash, open_recording
 from ..ingest.readers.contents import is_unit
 from ..ingest.units import UnitError, to_si
 
 Floats = NDArray[np.float64]
+
+#: Of a file that crashes no library and takes no processor time: a network drive that hangs.
+PATIENCE_S = 120.0
 
 #: `accel_g`, `A1x_m_s2`: names that carry their unit as ours do.
 _UNIT_IN_NAME = re.compile(r"a(?:cc\w*)?\d*[xyz]?_(g|m_s2|mm_s2)", re.IGNORECASE)
@@ -34,8 +39,20 @@ def read_acceleration(path: Path, channel: str | None = None, unit: str | None =
     """The channel, or the only one that can be an acceleration, in SI.
 
     Its unit is the file's; `unit` stands in where the file tells none. Raises `RecordingError` or `UnitError` with what
-    is there and what to give.
+    is there and what to give. A file that may crash its library is read in a process of its own.
     """
+    if not path.is_file() or not may_crash(path):
+        return _read(path, channel, unit)
+    isolation: Isolation[Path, Acceleration] = Isolation(_lost, lambda _: PATIENCE_S, always=True)
+    ((_, found),) = map_ahead(partial(_read, channel=channel, unit=unit), [path], 1, isolation)
+    return found
+
+
+def _lost(path: Path) -> Acceleration:
+    raise RecordingError(f"{path.name}: the library that reads it was crashed by it, or did not end; it is damaged")
+
+
+def _read(path: Path, channel: str | None, unit: str | None) -> Acceleration:
     with open_recording(path) as recording:
         info = recording.info(channel) if channel is not None else _only_acceleration(path, recording)
         gain, offset = to_si(_unit(path, info, unit), "acceleration")

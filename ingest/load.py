@@ -25,6 +25,7 @@ from .modes import ModalTableFile, read_modal_table
 from .parallel import Isolation, default_jobs, map_ahead
 from .processing import ProcessedRecording, file_hash, process_recording
 from .readers import RecordingError, may_crash, reader_for
+from .readers.guard import one_line
 from .report import IngestReport
 from .runs import FILE, RunRow, read_runs
 from .settings import ExtractionSettings
@@ -173,4 +174,4 @@ def _patience_s(work: Work) -> float:
 
 
 def _damaged(work: Work, reason: str) -> Damaged:
-    return Damaged(work.path, work.sha256, work.size_bytes, reason)
+    return Damaged(work.path, work.sha256, work.size_bytes, one_line(reason))

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
 
+from .readers.patience import end_this_process_when_stuck
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -56,7 +58,12 @@ def map_ahead(
     rest = deque(items)
     while rest:
         under_way: list[Item] = []
-        yield from _until_a_crash(function, rest, max(1, min(jobs, len(rest))), isolation, under_way)
+        processes = max(1, min(jobs, len(rest)))
+        yield from _until_a_crash(function, rest, processes, isolation, under_way)
+        if under_way and processes == 1:  # one process takes them in order: it was the first
+            yield under_way[0], isolation.lost(under_way[0])
+            rest.extendleft(reversed(under_way[1:]))
+            continue
         for item in under_way:
             yield item, _alone(function, item, isolation)
 
@@ -66,7 +73,7 @@ def _pool(jobs: int) -> ProcessPoolExecutor:
     # server has imported what they need, so that each does not do it again.
     context = multiprocessing.get_context("forkserver")
     context.set_forkserver_preload(["pyroshock.ingest.load", "scipy.interpolate"])
-    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_end_with_parent)
+    return ProcessPoolExecutor(jobs, mp_context=context, initializer=_begin)
 
 
 def _watched(function: Callable[[Item], Result], patience_s: float, item: Item) -> Result:
@@ -77,6 +84,11 @@ def _watched(function: Callable[[Item], Result], patience_s: float, item: Item) 
             return function(item)
         finally:
             faulthandler.cancel_dump_traceback_later()
+
+
+def _begin() -> None:
+    end_this_process_when_stuck()
+    _end_with_parent()
 
 
 def _end_with_parent() -> None:

@@ -112,6 +112,8 @@ def plain(value: Any) -> Any:
         return value.decode("utf-8", "replace")
     if isinstance(value, np.ndarray):
         return plain(value.reshape(-1)[0]) if value.size == 1 else [plain(v) for v in value.reshape(-1)[:64]]
+    if isinstance(value, np.longdouble):
+        return float(value)  # its `item` is no Python float
     if isinstance(value, np.generic) and value.dtype.kind in "biuf":
         return value.item()
     return value if value is None or isinstance(value, bool | int | float | str) else str(value)

@@ -15,8 +15,11 @@ _LONGEST_REASON = 400
 
 
 def one_line(text: object) -> str:
-    """A message on one line, shortened: a damaged file can put kilobytes into a name."""
-    line = " ".join(str(text).split())
+    """A message on one line, shortened: a damaged file can put kilobytes into a name.
+
+    What cannot be printed is replaced: no database takes NUL or half a character, and no terminal should take the rest.
+    """
+    line = "".join(sign if sign.isprintable() else "\ufffd" for sign in " ".join(str(text).split()))
     return line if len(line) <= _LONGEST_REASON else line[:_LONGEST_REASON] + "…"
 
 

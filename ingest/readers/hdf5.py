@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .base import RecordingError
 from .contents import RATE_NAMES, Array, Contents, held, plain
+from .patience import limited, seconds_for
 from .recording import ArrayReader
 
 if TYPE_CHECKING:
@@ -33,7 +34,13 @@ def hdf5_contents(path: Path, open_files: ExitStack) -> Contents:
     """Every data set of `path`. Links to other files are not followed; data kept in other files are refused."""
     import h5py
 
-    file = open_files.enter_context(h5py.File(path, "r", locking="best-effort"))
+    with limited(seconds_for(path.stat().st_size)):
+        return _contents(path, open_files.enter_context(h5py.File(path, "r", locking="best-effort")))
+
+
+def _contents(path: Path, file: h5py.File) -> Contents:
+    import h5py
+
     found: list[h5py.Dataset] = []
 
     def collect(_: str, item: Any) -> None:
@@ -52,13 +59,14 @@ def _array(path: Path, dataset: h5py.Dataset) -> Array:
         raise RecordingError(f"{path.name}: {name!r} keeps its samples in another file; expected them in this one")
     if dataset.shape is None or "MATLAB_empty" in dataset.attrs:
         return held(name, np.empty(0), group=group)
+    _refuse_other_size(path, dataset, name)
     own = _attributes(dataset)
     rate = next((own[key] for key in own if key.lower() in RATE_NAMES), None)
     return Array(
         name,
         dataset.shape,
         _real_dtype(dataset),
-        _taker(dataset),
+        _taker(path, dataset),
         group=group,
         unit=next((str(own[key]) for key in ("unit", "units") if key in own), None),
         rate_hz=_rate_above(dataset) if rate is None else rate,
@@ -67,15 +75,24 @@ def _array(path: Path, dataset: h5py.Dataset) -> Array:
     )
 
 
-def _taker(dataset: h5py.Dataset) -> Any:
+def _refuse_other_size(path: Path, dataset: h5py.Dataset, name: str) -> None:
+    """A data set in one piece has as many bytes as its shape needs; libhdf5 reads another with zeros in places."""
+    stored, needed = dataset.id.get_storage_size(), dataset.size * dataset.id.get_type().get_size()
+    if dataset.chunks is None and stored != needed:
+        raise RecordingError(f"{path.name}: {name!r} has {stored} bytes; its shape {dataset.shape} needs {needed}")
+
+
+def _taker(path: Path, dataset: h5py.Dataset) -> Any:
     """Slices along the one long axis, without reading the rest."""
     axis = int(np.argmax(dataset.shape)) if dataset.shape else 0
+    size = path.stat().st_size
 
     def take(start: int, stop: int) -> NDArray[Any]:
-        if dataset.ndim == 0:
-            return np.asarray(dataset[()]).reshape(-1)[start:stop]
-        where = tuple(slice(start, stop) if i == axis else 0 for i in range(dataset.ndim))
-        return np.asarray(dataset[where])
+        with limited(seconds_for(size, (stop - start) * dataset.dtype.itemsize)):
+            if dataset.ndim == 0:
+                return np.asarray(dataset[()]).reshape(-1)[start:stop]
+            where = tuple(slice(start, stop) if i == axis else 0 for i in range(dataset.ndim))
+            return np.asarray(dataset[where])
 
     return take
 

@@ -31,7 +31,8 @@ def byte_order(path: Path) -> str:
     with path.open("rb") as file:
         header = file.read(_HEADER_BYTES)
     order = {b"IM": "<", b"MI": ">"}.get(header[126:128])
-    if order is None or struct.unpack(f"{order}H", header[124:126])[0] != 0x0100:
+    # With a zero among the first four bytes scipy reads version 4, whatever the rest says.
+    if order is None or 0 in header[:4] or struct.unpack(f"{order}H", header[124:126])[0] != 0x0100:
         raise RecordingError(f"{path.name}: is not a MATLAB file of version 5 or 7.3; save it with -v7 or -v7.3")
     return order
 
@@ -78,10 +79,10 @@ def _refuse_false_count(path: Path, head: bytes, order: str) -> tuple[str, bool]
     """
     if len(head) < 16 or struct.unpack(f"{order}I", head[:4])[0] != _MATRIX:
         raise RecordingError(f"{path.name}: a variable does not start as a matrix; it is damaged")
-    _, _, flag_bytes, position = _tag(head, 8, order)
+    flag_bytes, position = _whole(path, head, 8, order)
     flags = struct.unpack(f"{order}I", flag_bytes[:4])[0]
-    _, _, dimensions, position = _tag(head, position, order)
-    _, _, name_bytes, position = _tag(head, position, order)
+    dimensions, position = _whole(path, head, position, order)
+    name_bytes, position = _whole(path, head, position, order)
     name = name_bytes.decode("latin1")
     if flags & 0xFF == _CHAR_CLASS or flags & 0xFF in _NUMERIC_CLASSES:
         shape = struct.unpack(f"{order}{len(dimensions) // 4}i", dimensions)
@@ -89,12 +90,21 @@ def _refuse_false_count(path: Path, head: bytes, order: str) -> tuple[str, bool]
         samples, width = math.prod(shape), _TYPE_BYTES.get(kind, 0)
         refuse_bomb(path, name, samples, max(width, 1))
         is_utf8 = flags & 0xFF == _CHAR_CLASS and kind == _UTF8  # one to four bytes per character
-        if width == 0 or min(shape, default=0) < 0 or (samples * width != count and not is_utf8):
+        most = samples * (4 if is_utf8 else width)
+        if width == 0 or min(shape, default=0) < 0 or not samples * width <= count <= most:
             # An unknown type would crash scipy, not merely fail.
             raise RecordingError(
                 f"{path.name}: {name!r} declares {samples} samples of {width} bytes and holds {count} bytes"
             )
     return name, bool(flags & _COMPLEX_FLAG)
+
+
+def _whole(path: Path, head: bytes, position: int, order: str) -> tuple[bytes, int]:
+    """The bytes of a part that precedes the numbers, and where the next begins: scipy believes any count there."""
+    _, count, found, after = _tag(head, position, order)
+    if len(found) != count:
+        raise RecordingError(f"{path.name}: a variable declares {count} bytes before its numbers; it is damaged")
+    return found, after
 
 
 def _tag(head: bytes, position: int, order: str) -> tuple[int, int, bytes, int]:

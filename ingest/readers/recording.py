@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections import Counter
 from contextlib import ExitStack
@@ -94,11 +95,16 @@ def _named(path: Path, arrays: list[Array]) -> list[tuple[str, Array]]:
     """Everything but rates, times and scalars, by its name, or `group/name` where the name alone is not unique."""
     candidates = [a for a in arrays if not a.is_rate and not a.is_time and a.samples != 1]
     count = Counter(a.name for a in candidates)
-    named = [(f"{a.group}/{a.name}" if count[a.name] > 1 and a.group else a.name, a) for a in candidates]
+    named = [(_text(f"{a.group}/{a.name}" if count[a.name] > 1 and a.group else a.name), a) for a in candidates]
     for name, times in Counter(name for name, _ in named).items():
         if times > 1:
             raise RecordingError(f"{path.name}: has {times} channels called {name!r}; expected different names")
     return named
+
+
+def _text(text: str) -> str:
+    """What can be printed and stored: libraries hand on bytes that are no UTF-8 as halves of characters."""
+    return text.encode("utf-8", "replace").decode("utf-8")
 
 
 def _own_clock(path: Path, array: Array) -> Clock | None:
@@ -115,13 +121,15 @@ def _why_not(array: Array, clock: Clock | None) -> str | None:
         return f"has shape {array.shape}; expected one row or one column"
     if clock is None:
         return "has no sampling rate; expected fs in hertz, or a time vector named t, time or time_s"
+    if not math.isfinite(clock.start_s):
+        return f"starts at {clock.start_s} s; expected a finite time"
     if clock.samples not in (None, array.samples):
         return f"has {array.samples} samples, its time vector {clock.samples}; expected as many"
     return None
 
 
 def _info(name: str, array: Array, clock: Clock, header: dict[str, Any]) -> ChannelInfo:
-    unit = array.unit.strip() if array.unit and array.unit.strip() else None
+    unit = _text(array.unit).strip() if array.unit and array.unit.strip() else None
     return ChannelInfo(
         name=name,
         samples=array.samples,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import os
 import struct
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -37,14 +39,24 @@ class TdmsReader(ArrayReader):
 
         refuse_unfinished(path)
         # An open file and not a path: npTDMS would believe an old index file beside it.
-        stream = open_files.enter_context(path.open("rb"))
+        stream = open_files.enter_context(_Whole(path.open("rb", buffering=0)))
         with _no_compromise(path):
             file = TdmsFile.open(stream)
             open_files.callback(file.close)
             channels = [(group, channel) for group in file.groups() for channel in group.channels()]
             above = [{**file.properties, **group.properties} for group, _ in channels]
+            for part in (file, *file.groups(), *(channel for _, channel in channels)):
+                _refuse_many_scales(path, part.properties)
             arrays = [_array(path, channel, props) for (_, channel), props in zip(channels, above, strict=True)]
         return Contents(arrays, header={key: plain(value) for key, value in file.properties.items()})
+
+
+class _Whole(io.BufferedReader):
+    """A file of which nobody asks for more than there is: npTDMS reads texts of whatever length they declare."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        left = max(0, os.fstat(self.fileno()).st_size - self.tell())
+        return super().read(left if size is None or size < 0 else min(size, left))
 
 
 def refuse_unfinished(path: Path) -> None:
@@ -67,6 +79,13 @@ def refuse_unfinished(path: Path) -> None:
             position += _LEAD_IN_BYTES + length
             if position > size or metadata > length:
                 raise RecordingError(f"{path.name}: is cut: {size} bytes, and its last segment ends at {position}")
+
+
+def _refuse_many_scales(path: Path, properties: dict[str, Any]) -> None:
+    """npTDMS makes room for as many scales as a property declares; each has properties of its own."""
+    declared = properties.get("NI_Number_Of_Scales", 0)
+    if not isinstance(declared, int) or declared > len(properties):
+        raise RecordingError(f"{path.name}: NI_Number_Of_Scales is {declared!r}; the file describes fewer scales")
 
 
 @contextmanager

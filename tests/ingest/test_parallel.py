@@ -7,6 +7,7 @@ import threading
 
 import pytest
 from pyroshock.ingest.parallel import Isolation, map_ahead
+from pyroshock.ingest.readers.patience import limited
 
 
 def square(x: int) -> int:
@@ -28,6 +29,14 @@ def raises_on_three(x: int) -> int:
 def hangs_on_three(x: int) -> int:
     if x == 3:
         threading.Event().wait()
+    return x
+
+
+def walks_in_circles_on_three(x: int) -> int:
+    """As libhdf5 does: no limit on the clock, and processor time for ever."""
+    with limited(0.2):
+        while x == 3:
+            pass
     return x
 
 
@@ -76,3 +85,21 @@ def test_dead_process_of_one_job_takes_only_its_own_item():
 
 def test_item_that_never_ends_is_given_up():
     assert list(map_ahead(hangs_on_three, range(5), 1, ALWAYS)) == [(i, -1 if i == 3 else i) for i in range(5)]
+
+
+def test_call_without_end_is_ended_by_its_processor_time():
+    never = Isolation(lost, lambda _: 60.0, always=True)
+    results = list(map_ahead(walks_in_circles_on_three, range(5), 1, never))
+    assert results == [(i, -1 if i == 3 else i) for i in range(5)]
+
+
+def test_item_that_kills_the_only_process_is_not_tried_again(tmp_path):
+    """It was the first of those under way: a second try would take as long to fail."""
+    list(map_ahead(dies_and_leaves_a_mark, [tmp_path / "a", tmp_path / "b"], 1, Isolation(lost, patience, always=True)))
+    assert [(tmp_path / name).read_text() for name in "ab"] == ["x", "x"]
+
+
+def dies_and_leaves_a_mark(path):
+    with path.open("a") as file:
+        file.write("x")
+    os._exit(139)

@@ -154,3 +154,28 @@ def test_ingest_error_leaves_an_existing_campaign_alone(sqlite_url, tmp_path):
     (folder / "runs.csv").write_text("run,repetition\n")
     assert ingest(sqlite_url, folder).exit_code == 2
     assert counts(sqlite_url) == before
+
+
+def test_reason_that_cannot_be_printed_is_stored(database_url, tmp_path):
+    """A channel's name of half a kilobyte of noise stood in the reason, and PostgreSQL takes no NUL."""
+    from nptdms import ChannelObject, TdmsWriter
+
+    folder = hammer_campaign(tmp_path / "c", recordings=2)
+    name = "recordings/odd.tdms"
+    with TdmsWriter(folder / name) as writer:
+        writer.write_segment([ChannelObject("scope", "for\x00\x1bce", np.zeros(99), {"wf_increment": 1e-4})])
+    rows = hammer_rows(2)
+    write_runs(folder, [{**row, "recording": name} if row["run"] == 1 else row for row in rows])
+    report, notes = report_of(database_url, folder)
+    assert "no channel 'force'; the file has: for\ufffd\ufffdce" in report["set_aside"][0]["reason"]
+    assert "\x1b" not in notes
+
+
+def test_number_beyond_double_precision_in_a_header_is_stored(sqlite_url, tmp_path):
+    """NumPy's longdouble has no Python float in it: the ingest ended in a traceback."""
+    folder = hammer_campaign(tmp_path / "c", recordings=1)
+    record = force_record(blows(1, 2), np.random.default_rng(0))
+    write_recording(folder / recording_name(1), {"force": record, "gain": np.longdouble("0.25")})
+    report_of(sqlite_url, folder)
+    with opened(sqlite_url) as store, store.reading() as session:
+        assert session.scalars(select(RecordedChannel)).one().header["gain"] == 0.25

@@ -83,3 +83,19 @@ def test_recorded_numbers_stay_as_they_are():
 
 def test_range_is_converted_without_the_sensors_offset():
     assert Sensor("a", "acceleration", "g", range=100.0).range_si == pytest.approx(980.665)
+
+
+@pytest.mark.parametrize(
+    "unit", ["10**100000000", "9**9**9**9", "N**9**9**9**9", "(9)^99999999 N", "9²²²²²² N", "N**999999999", "N" * 2000]
+)
+def test_unit_that_takes_for_ever_to_reckon_is_refused(unit):
+    """pint reckons powers of numbers exactly: campaign.toml held an ingest as long as it liked."""
+    with pytest.raises(UnitError, match="unit"):
+        to_si(unit, "force")
+
+
+@pytest.mark.parametrize(
+    ("unit", "gain"), [("kg*m/s**2", 1.0), ("kg m s^-2", 1.0), ("kg*m/s²", 1.0), ("m**3*kg/m**2/s**(2)", 1.0)]
+)
+def test_powers_of_names_are_read(unit, gain):
+    assert to_si(unit, "force") == (gain, 0.0)

@@ -24,6 +24,8 @@ from pathlib import Path
 import h5py, nptdms, pyarrow.parquet, scipy.io  # the libraries' own weight is not the file's
 from pyroshock.ingest.readers import RecordingError, open_recording
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+# Room that is asked for and not used up costs nothing but here.
+resource.setrlimit(resource.RLIMIT_DATA, (before * 1024 + 2**30, resource.RLIM_INFINITY))
 try:
     with open_recording(Path(sys.argv[1])) as recording:
         recording.read("force")
@@ -107,6 +109,49 @@ def tdms_that_declares(path):
     path.write_bytes(content.replace(struct.pack("<IIQ", 10, 1, 1000), struct.pack("<IIQ", 10, 1, MANY)))
 
 
+def tdms_of_many_scales(path):
+    """A property of twelve bytes, for which npTDMS makes a list of 2**40 entries."""
+    from nptdms import ChannelObject, TdmsWriter
+
+    properties = {"wf_increment": 1 / 51200, "NI_Number_Of_Scales": 2**40}
+    with TdmsWriter(path) as writer:
+        writer.write_segment([ChannelObject("shot", "force", np.arange(1000.0), properties)])
+
+
+def tdms_of_many_scales_in_the_file(path):
+    """... where the group's own number hides the file's."""
+    from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
+
+    parts = [RootObject({"NI_Number_Of_Scales": 2**40}), GroupObject("shot", {"NI_Number_Of_Scales": 1})]
+    with TdmsWriter(path) as writer:
+        writer.write_segment([*parts, ChannelObject("shot", "force", np.arange(1000.0), {"wf_increment": 1 / 51200})])
+
+
+def tdms_of_a_long_text(path):
+    """A unit of 4 GB: Python makes room for as much as a file is asked for."""
+    from nptdms import ChannelObject, TdmsWriter
+
+    with TdmsWriter(path) as writer:
+        properties = {"wf_increment": 1 / 51200, "unit_string": "newton"}
+        writer.write_segment([ChannelObject("shot", "force", np.arange(1000.0), properties)])
+    content = path.read_bytes()
+    path.write_bytes(content.replace(struct.pack("<I", 6) + b"newton", struct.pack("<I", 0xFFFFFFF0) + b"newton"))
+
+
+def mat_of_a_long_name(path):
+    """A name of 4 GB, which scipy makes room for before it reads."""
+    savemat(path, {"fs": 51200.0, "acceleration": np.arange(1000.0)})
+    content = path.read_bytes()
+    path.write_bytes(content.replace(struct.pack("<II", 1, 12), struct.pack("<II", 1, 0xFFFFFFF0)))
+
+
+def mat_of_a_long_text(path):
+    """Three letters in 4 GB: UTF-8 has no fixed width, but none of 4 bytes a letter is that long."""
+    savemat(path, {"fs": 51200.0, "force": np.arange(1000.0), "operator": "Anastasia"})
+    content = path.read_bytes()
+    path.write_bytes(content.replace(struct.pack("<II", 16, 9), struct.pack("<II", 16, 0xFFFFFFF0)))
+
+
 DECLARES = r"'(force|time)' declares \d{9,} bytes in a file of \d+"
 #: Name -> suffix, writer, and what the refusal says.
 BOMBS = {
@@ -118,6 +163,15 @@ BOMBS = {
     "hdf5-declares": (".h5", hdf5_that_declares, DECLARES),
     "hdf5-time-declares": (".h5", hdf5_whose_time_declares, DECLARES),
     "parquet-one-value": (".parquet", parquet_of_one_value, DECLARES),
+    "mat-long-name": (".mat", mat_of_a_long_name, "declares 4294967280 bytes before its numbers"),
+    "mat-long-text": (
+        ".mat",
+        mat_of_a_long_text,
+        "'operator' declares 9 samples of 1 bytes and holds 4294967280 bytes",
+    ),
+    "tdms-many-scales": (".tdms", tdms_of_many_scales, "NI_Number_Of_Scales is 1099511627776"),
+    "tdms-many-scales-in-the-file": (".tdms", tdms_of_many_scales_in_the_file, "NI_Number_Of_Scales is 1099511627776"),
+    "tdms-long-text": (".tdms", tdms_of_a_long_text, "Error decoding string from bytes"),
     "tdms-declares": (".tdms", tdms_that_declares, "Data size 8000 is not a multiple of the chunk size"),
 }
 

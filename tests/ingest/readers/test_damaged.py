@@ -182,3 +182,47 @@ def test_a_library_warning_about_the_file_is_a_refusal(tmp_path, monkeypatch):
 def test_an_unknown_suffix_is_refused_with_the_known_ones(tmp_path):
     with pytest.raises(RecordingError, match=r"shot\.xlsx: no reader for \.xlsx; known: \.mat, \.csv"):
         open_recording(tmp_path / "shot.xlsx")
+
+
+@pytest.mark.parametrize("start", [np.nan, np.inf])
+def test_a_start_that_is_no_time_is_refused(tmp_path, start):
+    """It was stored, and every time of the channel was NaN."""
+    path = tmp_path / "late.h5"
+    with h5py.File(path, "w") as file:
+        file["force"] = WAVE
+        file["force"].attrs.update({"fs": 51200.0, "start_s": start})
+    with pytest.raises(RecordingError, match=f"'force' starts at {start} s; expected a finite time"):
+        open_recording(path)
+
+
+def test_a_data_set_of_other_bytes_than_its_shape_is_refused(tmp_path):
+    """libhdf5 gave the samples where all were asked for, and zeros for a part of them."""
+    path = tmp_path / "short.h5"
+    with h5py.File(path, "w") as file:
+        file["fs"] = 51200.0
+        file["force"] = WAVE
+    content = path.read_bytes()
+    size = (WAVE.nbytes).to_bytes(8, "little")
+    assert content.count(size) == 1
+    path.write_bytes(content.replace(size, (WAVE.nbytes // 2).to_bytes(8, "little")))
+    with pytest.raises(RecordingError, match=r"'force' has 256 bytes; its shape \(64,\) needs 512"):
+        open_recording(path)
+
+
+def test_a_unit_that_is_no_utf_8_can_be_printed(tmp_path):
+    path = tmp_path / "latin.h5"
+    with h5py.File(path, "w") as file:
+        file["force"] = WAVE
+        file["force"].attrs.update({"fs": 51200.0, "unit": "QN"})
+    path.write_bytes(path.read_bytes().replace(b"QN", b"\xb5N"))  # micro, in Latin-1
+    with open_recording(path) as recording:
+        assert recording.info("force").unit == "?N"
+
+
+def test_a_matlab_file_that_scipy_takes_for_version_4_is_refused(tmp_path):
+    """It was read by other rules than it had been checked by: a name of gigabytes took the memory."""
+    path = tmp_path / "four.mat"
+    savemat(path, {"fs": 51200.0, "force": WAVE})
+    path.write_bytes(b"\0" + path.read_bytes()[1:])
+    with pytest.raises(RecordingError, match="is not a MATLAB file of version 5"):
+        open_recording(path)
