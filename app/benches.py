@@ -28,6 +28,8 @@ Point = tuple[float, float]
 THICKNESS_M = 0.010
 OUTLINE_M: tuple[Point, ...] = ((0.0, 0.3), (0.5, 0.0), (1.0, 0.3), (0.5, 0.6))
 DAMPING_RATIO = 0.005
+#: A bench's plate is between these.
+_FARTHEST_M, _SMALLEST_M2 = 1000.0, 1e-9
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,7 @@ class PlateDrawing:
     @classmethod
     def of(cls, outline_m: Sequence[Point], source: str, thickness_m: float = THICKNESS_M) -> PlateDrawing:
         outline = tuple((float(x), float(y)) for x, y in outline_m)
+        _refuse_no_area(outline)
         points, sensors = _default_layout(outline)
         return cls(thickness_m, outline, points, sensors, DAMPING_RATIO, source)
 
@@ -111,7 +114,7 @@ def bench_of_file(path: Path, bench: Bench) -> Bench:
             _known(table["gun"], tuple(f.name for f in fields(GunBench)), "[gun]", every=True)
             bench = replace(bench, gun=GunBench(**table["gun"]), gun_source=path.name)
         return _with_plate_table(bench, table["plate"], path) if "plate" in table else bench
-    except (ValueError, TypeError) as error:
+    except (ValueError, TypeError, OverflowError, RecursionError) as error:
         raise ValueError(f"{path.name}: {error}") from error
 
 
@@ -143,6 +146,8 @@ def with_modes(bench: Bench, path: Path) -> Bench:
 
 
 def _known(table: Mapping[str, Any], keys: tuple[str, ...], where: str, *, every: bool = False) -> None:
+    if not isinstance(table, Mapping):
+        raise ValueError(f"{where} is {table!r:.100}; expected a table")
     for key in table:
         if key not in keys:
             raise ValueError(f"unknown key {key!r} in {where}; known: {', '.join(keys)}")
@@ -152,6 +157,8 @@ def _known(table: Mapping[str, Any], keys: tuple[str, ...], where: str, *, every
 
 
 def _points(table: Mapping[str, Any]) -> dict[str, Point]:
+    if not isinstance(table, Mapping):
+        raise ValueError(f"points are {table!r:.100}; expected a table of names and places [x, y]")
     return {name: (float(x), float(y)) for name, (x, y) in table.items()}
 
 
@@ -182,6 +189,18 @@ def _with_plate(session: Session, bench: Bench, plate: Plate, source: str) -> Be
         return bench
     modes = modal_plate(session.get_one(ModalTable, plate.modal_table_id))
     return replace(bench, modes=modes, modes_source=f"modal table of {source}")
+
+
+def _refuse_no_area(outline: tuple[Point, ...]) -> None:
+    """Corners in millimetres, or on one line, would give a plate of no use, or none."""
+    x, y = zip(*outline, strict=True) if outline else ((), ())
+    within = len(outline) >= 3 and all(abs(value) <= _FARTHEST_M for value in (*x, *y))
+    cross = sum(x[i - 1] * y[i] - x[i] * y[i - 1] for i in range(len(outline))) if within else 0.0
+    if not abs(cross) > _SMALLEST_M2:
+        raise ValueError(
+            f"outline_m is {list(outline)!r:.100}; "
+            f"expected three corners or more, around an area, within {_FARTHEST_M:g} m"
+        )
 
 
 def _default_layout(outline: tuple[Point, ...]) -> tuple[dict[str, Point], dict[str, Point]]:

@@ -53,6 +53,10 @@ _SPELLINGS = {
     "°C": "degC",
 }
 
+_LONGEST = 60
+_POWER = re.compile(r"\*\*|\^|[⁰¹²³⁴⁵⁶⁷⁸⁹]{2,}")
+_POWER_OF_NAME = re.compile(r"[^\W\d_]\s*(?:\*\*|\^)\s*\(?\s*[-+]?\d{1,2}(?![\d.eE⁰¹²³⁴⁵⁶⁷⁸⁹]|\s*\)?\s*(?:\*\*|\^))")
+
 
 class UnitError(ValueError):
     """A unit is unknown or measures something else; the message names it and what would do."""
@@ -67,8 +71,14 @@ def registry() -> pint.UnitRegistry[float]:
 
 
 def spelled(unit: str) -> str:
-    """A unit as pint reads it: our own spellings, and `m3` or `mm2` as powers."""
+    """A unit as pint reads it: our own spellings, and `m3` or `mm2` as powers.
+
+    Raises `UnitError` for what pint would take for ever to reckon, such as `10**10**10`: powers are of names, to one or
+    two digits.
+    """
     unit = unit.strip()
+    if len(unit) > _LONGEST or len(_POWER.findall(unit)) != len(_POWER_OF_NAME.findall(unit)):
+        raise UnitError(f"unit {unit!r:.100} is no product of units and their small powers")
     return _SPELLINGS.get(unit) or re.sub(r"(?<=[A-Za-z])([23])(?![0-9])", r"**\1", unit)
 
 
