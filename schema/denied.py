@@ -33,5 +33,5 @@ def needed_role(error: DBAPIError) -> str | None:
         return None
     words = (error.statement or "").split() or [""]
     if words[0].upper() == "SELECT":
-        return OPERATOR if words[-2:] == ["FOR", "UPDATE"] else READER
+        return OPERATOR if "FOR UPDATE" in " ".join(words) else READER
     return OPERATOR if words[0].upper() in _CHANGE_ROWS and VERSION not in words else ADMIN

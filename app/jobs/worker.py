@@ -12,7 +12,7 @@ from pathlib import Path
 
 from sqlalchemy.exc import SQLAlchemyError
 
-from ...schema.engine import StoreError
+from ...schema.engine import StoreError, StoreRoleError
 from ...schema.session import Store
 from .claims import MOST_DEATHS, Claimed, Hand, Sighting, bury, claim_waiting, running, take_over
 from .doing import Bench, attempt
@@ -56,7 +56,10 @@ class Worker:
         self._woken = threading.Event()
 
     def run(self, *, once: bool = False) -> int:
-        """Work until told to end; `once`: until nothing waits and no job is a dead worker's. How many it had."""
+        """Work until told to end; `once`: until nothing waits and no job is a dead worker's. How many it had.
+
+        Raises `StoreRoleError` for a login that may not work; with `once` `StoreError` where the store is away.
+        """
         had = 0
         with suppress(StoreError):
             tidy_up(self.bench.store)
@@ -73,7 +76,7 @@ class Worker:
                 if not attempt(self.bench, self.in_hand):
                     self._left.add(self.in_hand.lease.job)
             except (StoreError, SQLAlchemyError) as error:
-                if once:
+                if once or isinstance(error, StoreRoleError):
                     raise
                 _log.warning("%s; asking again in %.0f s", error, _AWAY_S)
                 self._watch.forget()

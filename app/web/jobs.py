@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 
+from ...schema.engine import StoreRoleError
 from ...schema.session import Store
 from ..jobs.kinds.base import Arguments, Kind
 from ..jobs.queue import JobView, ask, get_job, list_jobs
 from ..jobs.tidying import stop
 from ..jobs.worker import Worker
+
+_log = logging.getLogger("pyroshock.web")
 
 
 class Jobs:
@@ -21,7 +25,7 @@ class Jobs:
     def begin(self) -> None:
         """Let the worker work, on what an earlier server has left, too."""
         if self._worker is not None:
-            self._thread = threading.Thread(target=self._worker.run, name="pyroshock worker", daemon=True)
+            self._thread = threading.Thread(target=_worked, args=(self._worker,), name="pyroshock worker", daemon=True)
             self._thread.start()
 
     def ask(
@@ -52,3 +56,10 @@ class Jobs:
         self._worker.end()
         self._thread.join(patience_s)
         self._worker.let_go()
+
+
+def _worked(worker: Worker) -> None:
+    try:
+        worker.run()
+    except StoreRoleError as error:  # a reader's server shows pages
+        _log.warning("%s; this server does no jobs", error)

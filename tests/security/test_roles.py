@@ -9,6 +9,9 @@ from pathlib import Path
 
 import pytest
 from campaigns import hammer_campaign, recording_name
+from pyroshock.app.jobs.kinds.extract import EXTRACT, ExtractArguments
+from pyroshock.app.jobs.queue import ask
+from pyroshock.app.jobs.tidying import stop
 from pyroshock.schema import migrate, roles
 from pyroshock.schema.engine import StoreRoleError, make_engine
 from pyroshock.schema.rights import ROLES, missing_rights, missing_roles, rights_on, tables_of
@@ -108,6 +111,15 @@ def test_a_reader_is_told_which_role_writes(server: Server, words: tuple[str, ..
     said = refused(*words, "--db", server.address(READER))
     assert "permission denied" in said
     assert 'needs the role pyroshock_operator: an administrator runs GRANT pyroshock_operator TO "rita"' in said
+
+
+def test_a_readers_worker_ends_where_a_job_waits(server: Server) -> None:
+    with opened(server.address("keeper")) as store:
+        job = ask(store, EXTRACT, "pulses of spring", ExtractArguments("spring"))
+        result = pyroshock("work", "--db", server.address(READER))
+        stop(store, job.key)
+    assert result.exit_code == 2
+    assert "needs the role pyroshock_operator" in result.stderr.splitlines()[-1]
 
 
 def test_who_has_no_role_is_told_of_the_least(server: Server) -> None:
