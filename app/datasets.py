@@ -12,6 +12,7 @@ from ..dataset.correlation import correlation, ranges
 from ..dataset.snapshot import Built, Snapshot
 from ..dataset.splits import Split, expand, split_of
 from ..dataset.table import POINTS, PulseTable
+from ..schema.outputs import whole_file
 
 #: The splits that `show` counts; the thesis's first.
 SPLITS = ("repetitions", "configurations", "treatments", "materials", "campaigns")
@@ -98,15 +99,11 @@ def export_snapshot(snapshot: Snapshot, out: Path) -> int:
     import pandas as pd
 
     frame = pd.DataFrame(_columns(snapshot.table))
-    partial = out.with_name(out.name + ".part")
-    try:
+    with whole_file(out) as partial:
         if out.suffix.lower() == ".csv":
             frame.to_csv(partial, index=False)
         else:
             frame.to_parquet(partial, index=False)
-        partial.replace(out)
-    finally:
-        partial.unlink(missing_ok=True)
     return len(frame)
 
 

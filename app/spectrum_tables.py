@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..schema.outputs import whole_file
 from ..twin.srs.tolerance import Comparison
 from .spectra import Measured
 
@@ -74,7 +75,7 @@ def rows_of(measured: Measured) -> list[dict[str, Any]]:
 def write_spectrum(measured: Measured, path: Path) -> None:
     """The table as CSV, numbers in full; `read_target` reads it."""
     columns = ["frequency_hz", *(f"{name}_m_s2" for name in _CURVES), "pseudo_velocity_m_s"]
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, columns, extrasaction="ignore", lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows_of(measured))

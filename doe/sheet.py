@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 import html
+import io
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from ..schema.columns import parse_number
+from ..schema.outputs import whole_file
 from .plans import StoredPlan, StoredRun
 from .space import Space
 
@@ -67,7 +69,8 @@ def write_sheet(plan: StoredPlan, path: Path) -> None:
         raise ValueError(
             f"{path.name}: no sheet of format {path.suffix or 'without suffix'!r}; known: .html, .csv, .xlsx"
         )
-    writer(sheet_of(plan), path)
+    with whole_file(path) as partial:
+        writer(sheet_of(plan), partial)
 
 
 def _changes(space: Space, before: StoredRun | None, run: StoredRun) -> tuple[str, ...]:
@@ -162,7 +165,9 @@ def _write_xlsx(sheet: Sheet, path: Path) -> None:
     page.freeze_panes = "A2"
     page.print_title_rows = "1:1"
     page.page_setup.orientation = "landscape"
-    book.save(path)
+    made = io.BytesIO()  # a full disk in the midst of it would leave openpyxl's file open
+    book.save(made)
+    path.write_bytes(made.getvalue())
 
 
 def _number_or_text(cell: str) -> float | int | str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
+import shutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -69,12 +70,11 @@ def simulate(
 
     _check(plan_rows, kind, out, seed, repetitions, suffix)
     # One thread of linear algebra for each process: more get into each other's way, and change the last bits.
-    with threadpool_limits(limits=1):
+    with threadpool_limits(limits=1), _whole_folder(out):
         sequence = np.random.SeedSequence(seed)
         bench = KINDS[kind](plan_rows, effects, np.random.default_rng(sequence.spawn(1)[0]))
         tasks = bench.tasks(plan_rows, repetitions)
         seeds = sequence.spawn(len(tasks))
-        out.mkdir(parents=True, exist_ok=True)
         crew = Crew(jobs=min(jobs or min(4, os.cpu_count() or 1), len(tasks)))
         found: dict[str, list[Truth]] = {}
         with closing(mapped(crew, _make, zip(tasks, seeds, strict=True), shared=(bench, out, suffix))) as made:
@@ -88,6 +88,17 @@ def simulate(
         runs = [{**_key(t), "recording": _path(t, suffix), "hits": h} for t, h in zip(tasks, truths, strict=True)]
         seal = write_seal(out, Seal(kind, seed, effects.as_json(), runs, folder_hash(out)))
         return SimulatedCampaign(out, seal, len(tasks), sum(len(hits) for hits in truths))
+
+
+@contextmanager
+def _whole_folder(out: Path) -> Iterator[None]:
+    """Make the folder; what was half written goes with an error, such as a full disk's, so that a repeat may begin."""
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    except BaseException:
+        shutil.rmtree(out)
+        raise
 
 
 def _check(rows: Sequence[Row], kind: str, out: Path, seed: int, repetitions: int, suffix: str) -> None:

@@ -11,6 +11,7 @@ from sqlalchemy import select
 from ...schema.campaigns import Campaign
 from ...schema.diagnoses import Diagnosis
 from ...schema.listings import get_campaign_id
+from ...schema.outputs import write_bytes
 from .document import Document
 
 if TYPE_CHECKING:
@@ -51,12 +52,7 @@ def write_report(document: Document, out: Path) -> None:
     """
     content = report_content(document, out.suffix.lower(), out.name)
     out.parent.mkdir(parents=True, exist_ok=True)
-    partial = out.with_name(out.name + ".part")
-    try:
-        partial.write_bytes(content)
-        partial.replace(out)
-    finally:
-        partial.unlink(missing_ok=True)
+    write_bytes(out, content)
 
 
 def report_content(document: Document, ending: str, name: str = "a report") -> bytes:

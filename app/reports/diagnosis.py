@@ -8,6 +8,7 @@ from html import escape
 from pathlib import Path
 
 from ...diagnosis.verdict import NONE, UNKNOWN, Cause, Shrinkage, Verdict
+from ...schema.outputs import write_text
 from .charts import curve_chart, legend, residual_chart
 from .sentences import (
     cause_name,
@@ -29,7 +30,7 @@ _EXPLAINED = 0.05
 def write_page(verdict: Verdict, path: Path) -> None:
     """Write the page to `path`, whose folder is made. Raises `OSError`."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(page(verdict), encoding="utf-8")
+    write_text(path, page(verdict))
 
 
 def page(verdict: Verdict) -> str:

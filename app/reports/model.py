@@ -56,7 +56,7 @@ def of_all_splits(versions: Sequence[Version], version: Version) -> list[Version
     """`version` first, then the newest of the same model, dataset and seed on each other split."""
     same = (version.name, version.dataset.hash, version.seed)
     others = newest(each for each in versions if (each.name, each.dataset.hash, each.seed) == same)
-    by_split = {each.split: each for each in sorted(others, key=lambda each: each.registered_at)}
+    by_split = {each.split: each for each in sorted(others, key=lambda each: each.version)}
     by_split.pop(version.split, None)
     return [version, *(by_split[split] for split in sorted(by_split))]
 

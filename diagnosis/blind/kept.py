@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from ...schema.outputs import write_text
 from .rows import Entry, Label, Row, Said
 
 #: In a check's folder, written when the last answer is scored.
@@ -17,7 +18,7 @@ SCORED = "scored.jsonl"
 def write_rows(file: Path, asked: Mapping[str, Any], rows: Sequence[Row]) -> None:
     """What was asked for on the first line, then a row each: the truth, what was said, and the oracle's shrinkage."""
     lines = [json.dumps(dict(asked)), *(json.dumps(asdict(row)) for row in rows)]
-    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    write_text(file, "\n".join(lines) + "\n")
 
 
 def read_rows(file: Path) -> tuple[dict[str, Any], list[Row]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ...schema.outputs import whole_file
 from .score import Figures
 
 
@@ -22,4 +23,5 @@ def draw_reliability(tables: dict[str, Figures], path: Path) -> None:
         axes.errorbar(x, y, yerr=[low, high], marker="o", capsize=2, label=f"{name} (ECE {found.reliability.ece:.3f})")
     axes.set(xlim=(0, 1), ylim=(0, 1), xlabel="probability said", ylabel="share right")
     axes.legend(loc="upper left", frameon=False)
-    figure.savefig(path, dpi=150)
+    with whole_file(path) as partial:
+        figure.savefig(partial, dpi=150)

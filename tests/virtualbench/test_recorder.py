@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 from dataclasses import replace
@@ -87,10 +88,10 @@ def test_unknown_format_is_refused(tmp_path):
 
 def test_failed_write_leaves_nothing(tmp_path, monkeypatch):
     def fails(*_):
-        raise OSError("disk full")
+        raise OSError(errno.ENOSPC, "disk full")
 
     monkeypatch.setattr("pathlib.Path.replace", fails)
-    with pytest.raises(OSError, match="disk full"):
+    with pytest.raises(OSError, match=r"disk full.*r\.npz"):
         write_recording(tmp_path / "r.npz", channels(), 1.0)
     assert list(tmp_path.iterdir()) == []
 

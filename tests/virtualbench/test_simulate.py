@@ -218,13 +218,13 @@ def test_progress_counts_the_recordings(tmp_path):
     assert seen == [(1, 2, "recordings/0007.mat"), (2, 2, "recordings/0008.mat")]
 
 
-def test_interrupted_campaign_is_none(tmp_path):
+def test_interrupted_campaign_leaves_nothing_behind(tmp_path):
     def stop(*_):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         played(tmp_path / "c", Effects.none(), progress=stop)
-    assert [path.name for path in (tmp_path / "c").iterdir()] == ["recordings"]
+    assert not (tmp_path / "c").exists()
     assert not seal_path(tmp_path / "c").exists()
 
 
