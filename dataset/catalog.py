@@ -31,7 +31,7 @@ def list_snapshots(session: Session) -> list[dict[str, Any]]:
     """Every snapshot, the oldest first: name, hash, pulses, campaigns, predictors, quality rule, when it was frozen."""
     counts = select(SnapshotPulse.snapshot_id, func.count()).group_by(SnapshotPulse.snapshot_id)
     pulses: dict[int, int] = dict(iter(session.execute(counts)))
-    rows = session.scalars(select(DatasetSnapshot).order_by(DatasetSnapshot.frozen_at, DatasetSnapshot.name))
+    rows = session.scalars(select(DatasetSnapshot).order_by(DatasetSnapshot.id))  # not by a clock, which may go back
     return [
         {
             "name": row.name,

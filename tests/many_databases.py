@@ -66,7 +66,10 @@ class OnServer:
             _execute(self.server, f'DROP DATABASE "{self.made.pop()}" WITH (FORCE)')
 
     def copy(self, url: str) -> str:
-        return self._made(f' TEMPLATE "{make_url(url).database}"')
+        template = make_url(url).database
+        # MLflow keeps connections of this process open, and a server copies no database that anybody is in.
+        _execute(self.server, f"SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '{template}'")
+        return self._made(f' TEMPLATE "{template}"')
 
     def _made(self, template: str) -> str:
         name = f"pyroshock_{uuid4().hex}"

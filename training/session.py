@@ -59,6 +59,7 @@ def train(
     what = f"training {ground.dataset.hash[:16]}"
     with turn(registry.place, what, lambda: progress.tell("another process trains on this dataset; waiting for it")):
         found = {} if retrain else _found(registry, {task.key for task in tasks}, progress.tell)
+        registry.close_runs(found.values())
         to_do = [task for task in tasks if task.key not in found]
         session = Session()
         summed_up = registry.floors(ground.dataset.hash, ground.seed).keys() >= set(splits)

@@ -151,6 +151,17 @@ def test_kill_leaves_only_finished_models_and_repeat_completes(registry, tmp_pat
     assert len(runs) == 7  # six trainings and the session over them: the half one is gone
 
 
+def test_run_that_a_kill_left_open_is_closed_by_a_repeat(registry):
+    """Its model was registered, and the run was to be closed."""
+    ground = ground_in(registry)
+    (version,) = train(registry, ground, ["hann"], SPLITS[:1]).versions
+    with registry.connection.client() as client:
+        client.update_run(version.run_id, "RUNNING")
+    assert train(registry, ground, ["hann"], SPLITS[:1]).trained == 0
+    with registry.connection.client() as client:
+        assert client.get_run(version.run_id).info.status == "FINISHED"
+
+
 def test_two_at_once_train_each_model_once(registry, tmp_path):
     both = [start(tmp_path) for _ in range(2)]
     ends = [process.communicate(timeout=100) for process in both]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr
 from io import StringIO
 from pathlib import Path
@@ -134,6 +134,15 @@ class Registry:
                 with redirect_stderr(StringIO()):  # MLflow announces every version there
                     written = mlflow.register_model(model_uri, task.model, tags=own)
         return version_from(task.model, int(written.version), written.run_id, written.creation_timestamp, own, None)
+
+    @patient
+    def close_runs(self, versions: Iterable[Version]) -> None:
+        """Close the runs that a kill left open though their models are registered: nothing was to be done any more."""
+        ours = {version.run_id for version in versions}
+        with self.connection.client() as client:
+            for run in client.search_runs([self._experiment], "attributes.status = 'RUNNING'") if ours else ():
+                if run.info.run_id in ours:
+                    client.set_terminated(run.info.run_id)
 
     @patient
     def open_session(self, dataset: DatasetName, seed: int) -> str:
