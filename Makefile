@@ -12,7 +12,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_ROOT_USER_ACTION := ignore
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow test-browser screenshots bench bench-models bench-tuning blind-check check format format-check lint types imports clean
+.PHONY: help demo test fuzz test-clients test-faults test-slow test-browser screenshots bench bench-models bench-tuning bench-scale blind-check check format format-check lint types imports licences audit clean
 
 help: ## list these commands
 	@grep -hE '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)/make \1	\2/' | expand -t 18
@@ -25,6 +25,19 @@ WORKERS ?= 2
 
 test: .venv/.pyroshock-test ## the default tests: no slow ones, no benchmarks; WORKERS at a time
 	@$(PYTEST) -m "not slow and not bench" -n $(WORKERS) --dist loadfile
+
+ROUNDS ?= 5
+
+test-clients: .venv/.pyroshock-test ## a whole laboratory at once, ROUNDS times on each engine: half an hour
+	@PYROSHOCK_ROUNDS=$(ROUNDS) $(PYTEST) tests/clients tests/training/test_shared_registry.py --durations=20
+
+INPUTS ?= 100000
+
+fuzz: .venv/.pyroshock-fuzz ## INPUTS damaged files for every reader, table and way in: an hour on two cores; docs/fuzzing.md
+	@PYTHONPATH=tests $(BIN)/python -m fuzzing --inputs $(INPUTS) --jobs $(WORKERS)
+
+test-faults: .venv/.pyroshock-test ## kills, full disks, crashed servers, damaged files: 200 kills take half an hour on a free machine
+	@$(PYTEST) tests/faults --timeout=0
 
 test-slow: .venv/.pyroshock-test ## the slow tests
 	@$(PYTEST) -m "slow and not bench"
@@ -46,13 +59,16 @@ bench-models: .venv/.pyroshock-test ## every model on three virtual campaigns: h
 bench-tuning: .venv/.pyroshock-test ## settings for 20 spectra of the virtual bench, three ways: an hour
 	@$(BIN)/python -m benchmarks.tuning
 
+bench-scale: .venv/.pyroshock-test ## a million impacts on PostgreSQL, questions with their plans, room, ingest: half an hour, 10 GB
+	@$(BIN)/python -m benchmarks.scale
+
 CASES ?= 400
 SEED ?= 1
 
 blind-check: .venv/.pyroshock-test ## diagnoses of CASES sealed campaigns a tier, from SEED: 400 take a night; goes on where it stopped
 	@$(BIN)/pyroshock blind-check --cases $(CASES) --seed $(SEED) --folder results/blind-check-$(CASES)-$(SEED)
 
-check: format-check lint types imports test ## what CI runs: format, lint, types, import rules, tests
+check: format-check lint types imports licences audit test ## what CI runs: format, lint, types, import rules, licences, audit, tests
 
 format: .venv/.pyroshock-dev ## rewrite the sources to the project's format
 	@$(BIN)/ruff check -q --fix-only .
@@ -66,6 +82,12 @@ lint: .venv/.pyroshock-dev
 
 types: .venv/.pyroshock-dev .cache/mypy/pyroshock
 	@$(BIN)/mypy
+
+licences: .venv/.pyroshock-dev ## every installed package's licence is one that we may use (tools/licences.toml)
+	@$(BIN)/python -m tools.licences
+
+audit: .venv/.pyroshock-dev ## installed packages with a published vulnerability; says so where nobody can be asked
+	@$(BIN)/python -m tools.audit
 
 imports: .venv/.pyroshock-dev
 	@$(BIN)/lint-imports --no-cache --no-logo
@@ -91,6 +113,10 @@ clean: ## remove the virtual environment, caches and results of builds
 
 .venv/.pyroshock-test: .venv/.pyroshock-run
 	@$(PIP) install -e '.[test]'
+	@touch $@
+
+.venv/.pyroshock-fuzz: .venv/.pyroshock-test
+	@$(PIP) install -e '.[fuzz]'
 	@touch $@
 
 .venv/.pyroshock-dev: .venv/.pyroshock-test

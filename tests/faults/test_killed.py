@@ -1,0 +1,69 @@
+"""Killed at random moments of their work, ingest, train, promote and upgrade lose nothing, and a repeat completes.
+
+`make test-faults` kills 200 times; PYROSHOCK_FAULTS_SEED moves the moments, PYROSHOCK_FAULTS_KILLS their number.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from many_databases import Databases, Files
+from pyroshock.schema import migrate
+from striking import Forge, Place, strike
+from struck_places import ingest_places, migrate_places, promote_places, train_places
+
+SEED = int(os.environ.get("PYROSHOCK_FAULTS_SEED", "8"))
+#: In the long run, over both engines.
+KILLS = int(os.environ.get("PYROSHOCK_FAULTS_KILLS", "200"))
+#: Of each operation; an ingest is the longest work, and the one that a lab does every day.
+SHARES = {"ingest": 0.4, "train": 0.2, "promote": 0.2, "db upgrade": 0.2}
+
+Making = Callable[[Databases, Path], Callable[[str], Place]]
+MAKINGS: dict[str, Making] = {"ingest": ingest_places, "train": train_places, "promote": promote_places}
+
+
+def killed_upgrade(forge: Forge, databases: Databases, folder: Path, revision: str, kills: int) -> None:
+    """`killed`, from a store of this revision."""
+    killed(forge, "db upgrade", databases, folder, kills, partial(migrate_places, revision=revision))
+
+
+def killed(
+    forge: Forge, operation: str, databases: Databases, folder: Path, kills: int, making: Making | None = None
+) -> None:
+    """Kill and look; the tally is told whatever comes of it."""
+    make = (making or MAKINGS[operation])(databases, folder)
+    rng = np.random.default_rng([SEED, *operation.encode(), *databases.engine.encode()])
+    tally = strike(forge, operation, databases.engine, make, kills, rng)
+    assert tally.lost == []
+    assert tally.struck >= kills
+
+
+OLD = migrate.known_revisions()[:-1]
+
+
+@pytest.mark.parametrize("operation", MAKINGS)
+@pytest.mark.slow
+@pytest.mark.timeout(7200)
+def test_nothing_is_lost_in_many_kills(forge, operation, databases, tmp_path):
+    killed(forge, operation, databases, tmp_path, round(KILLS * SHARES[operation] / 2))
+
+
+@pytest.mark.parametrize("revision", OLD)
+@pytest.mark.slow
+@pytest.mark.timeout(7200)
+def test_nothing_is_lost_in_many_upgrades(forge, revision, databases, tmp_path):
+    killed_upgrade(forge, databases, tmp_path, revision, math.ceil(KILLS * SHARES["db upgrade"] / 2 / len(OLD)))
+
+
+def test_killed_upgrade_is_before_or_after(tmp_path):
+    forge = Forge(tmp_path, models=False)
+    try:
+        killed_upgrade(forge, Files(tmp_path), tmp_path, OLD[0], 3)
+    finally:
+        forge.close()
