@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..ingest.magnitude import refuse_no_reading
 from ..ingest.parallel import Isolation, map_ahead
 from ..ingest.readers import ChannelInfo, OpenRecording, RecordingError, may_crash, open_recording
 from ..ingest.readers.contents import is_unit
@@ -56,7 +57,9 @@ def _read(path: Path, channel: str | None, unit: str | None) -> Acceleration:
     with open_recording(path) as recording:
         info = recording.info(channel) if channel is not None else _only_acceleration(path, recording)
         gain, offset = to_si(_unit(path, info, unit), "acceleration")
-        values = gain * recording.read(info.name).astype(np.float64) + offset
+        samples = recording.read(info.name)
+        refuse_no_reading(path.name, info.name, samples)
+        values = gain * samples.astype(np.float64) + offset
     return Acceleration(info.name, values, info.sampling_rate_hz, info.start_s)
 
 

@@ -17,6 +17,7 @@ from ..schema.series import EncodedSeries, encode_series
 from .channel import Channel, Sensor
 from .gunshot import ShotMeasurement, measure_shot
 from .impact_speed import ImpactSpeed, impact_speeds
+from .magnitude import refuse_no_reading
 from .pulses import Pulse, extract_pulses
 from .quality import run_checks
 from .quality.base import Finding
@@ -112,7 +113,9 @@ def read_channels(file: Path, sensors: Mapping[str, Sensor]) -> tuple[list[Chann
         for name, sensor in sensors.items():
             info = recording.info(name)
             _check_unit(file, sensor, info.unit)
-            channels.append(Channel(sensor, recording.read(name), info.sampling_rate_hz, info.start_s, info.header))
+            samples = recording.read(name)
+            refuse_no_reading(file.name, name, samples)
+            channels.append(Channel(sensor, samples, info.sampling_rate_hz, info.start_s, info.header))
         unread = [
             Finding("undeclared-channel", "note", f"channel {c.name!r} is in the file but not in campaign.toml", c.name)
             for c in recording.channels

@@ -118,7 +118,7 @@ def _rate_above(dataset: h5py.Dataset) -> Any:
 def _attributes(item: Any) -> dict[str, Any]:
     import h5py
 
-    values = {key: item.attrs[key] for key in item.attrs}
+    values = {plain(key): item.attrs[key] for key in item.attrs}  # a name that is no UTF-8 comes as bytes
     return {key: plain(value) for key, value in values.items() if not isinstance(value, h5py.Empty | h5py.Reference)}
 
 

@@ -179,3 +179,35 @@ def test_number_beyond_double_precision_in_a_header_is_stored(sqlite_url, tmp_pa
     report_of(sqlite_url, folder)
     with opened(sqlite_url) as store, store.reading() as session:
         assert session.scalars(select(RecordedChannel)).one().header["gain"] == 0.25
+
+
+@pytest.mark.parametrize("value", [1e200, -1e101])
+def test_number_that_no_sensor_gives_sets_the_recording_aside(sqlite_url, tmp_path, value):
+    """Figures of it overflowed, with warnings of NumPy in place of a reason."""
+    folder = hammer_campaign(tmp_path / "c", recordings=2)
+    record = force_record(blows(1, 2), np.random.default_rng(0)).astype(np.float64)
+    record[7] = value
+    write_recording(folder / recording_name(1), {"force": record})
+    report, _ = report_of(sqlite_url, folder)
+    assert f"'force' holds {value:.3g} at sample 7; no sensor" in report["set_aside"][0]["reason"]
+
+
+def test_name_in_a_header_that_is_no_text_is_stored(sqlite_url, tmp_path):
+    """h5py gives such a name as bytes, which JSON has not."""
+    import h5py
+
+    folder = hammer_campaign(tmp_path / "c", recordings=1)
+    rows = hammer_rows(1)
+    for row in rows:
+        row["recording"] = "recordings/odd.h5"
+    write_runs(folder, rows)
+    with h5py.File(folder / "recordings" / "odd.h5", "w") as file:
+        data = file.create_dataset("force", data=force_record(blows(1, 2), np.random.default_rng(0)))
+        h5py.h5a.create(data.id, b"\xff", h5py.h5t.NATIVE_INT32, h5py.h5s.create(h5py.h5s.SCALAR)).write(
+            np.array(3, np.int32)
+        )
+        file.attrs["fs"] = FS_HZ
+    report, _ = report_of(sqlite_url, folder)
+    assert report["set_aside"] == []
+    with opened(sqlite_url) as store, store.reading() as session:
+        assert session.scalars(select(RecordedChannel)).one().header["\ufffd"] == 3
