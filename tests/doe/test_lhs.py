@@ -62,12 +62,18 @@ def _all_asked_for(treatments: Levels) -> None:
     assert round(found.d_efficiency, 3) >= 0.517
 
 
-def test_gun_plan_is_all_that_was_asked_for() -> None:
-    """By default, in ten seconds of processor time. Eight times the steps leave 6 uneven triples too, rms 0.459."""
+@pytest.mark.bench
+def test_gun_plan_takes_ten_seconds() -> None:
+    """Of processor time, on a core that nobody shares: a neighbour's tests slow it by a third."""
     balanced(GUN, 1, _rng(0))  # imports
     begin = time.process_time()
-    treatments = balanced(GUN, 105, _rng(1)).treatments
+    balanced(GUN, 105, _rng(1))
     assert time.process_time() - begin < 10
+
+
+def test_gun_plan_is_all_that_was_asked_for() -> None:
+    """By default. Eight times the steps leave 6 uneven triples too, rms 0.459."""
+    treatments = balanced(GUN, 105, _rng(1)).treatments
     _all_asked_for(treatments)
     found = quality(GUN, treatments)
     assert found.worst_triple < 2 and found.uneven_triples <= 15 and found.rms_triple < 0.49
