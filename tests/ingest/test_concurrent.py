@@ -33,6 +33,7 @@ def test_same_folder_at_once(database_url, tmp_path, sequential):
     assert_whole(database_url, 2)
 
 
+@pytest.mark.slow  # the default run has tests/clients/test_few_clients.py, which asks more
 def test_different_folders_at_once(database_url, tmp_path, sequential):
     folders = [hammer_campaign(tmp_path / f"c{i}", 6, name=f"c{i}", seed=i) for i in range(2)]
     folders.append(gun_campaign(tmp_path / "gun", 20, name="gun"))

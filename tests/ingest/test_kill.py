@@ -62,7 +62,7 @@ def _look(url: str) -> None:
         assert "no store at" in str(error)
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
+@pytest.mark.parametrize("jobs", [pytest.param("1", marks=pytest.mark.slow), "2"])
 def test_killed_ingest_is_consistent_and_completes(tmp_path, jobs):
     assert kill_many_times(tmp_path, 6, jobs, seed=int(jobs)) >= 3
 
