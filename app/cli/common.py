@@ -52,6 +52,17 @@ def json_option(function: Function) -> Function:
     )(function)
 
 
+def data_option(function: Function) -> Function:
+    """`--data FOLDER`, repeated: where campaigns lie that the window and its workers may read."""
+    return click.option(
+        "--data",
+        "folders",
+        multiple=True,
+        type=click.Path(exists=True, file_okay=False, path_type=Path),
+        help="Campaigns below this folder may be ingested by path; repeat it. [the current one]",
+    )(function)
+
+
 @contextmanager
 def errors_as_one_line() -> Iterator[None]:
     """Turn what a user can mend into one line on standard error and exit code 2."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import db_option, errors_as_one_line, note, opened
+from .common import data_option, db_option, errors_as_one_line, note, opened
 
 if TYPE_CHECKING:
     from ..web.settings import Settings
@@ -21,13 +21,7 @@ if TYPE_CHECKING:
 @click.option(
     "--token", envvar="PYROSHOCK_TOKEN", show_envvar=True, help="What others must know; better by the environment."
 )
-@click.option(
-    "--data",
-    "folders",
-    multiple=True,
-    type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Campaigns below this folder may be ingested by path; repeat it. [the current one]",
-)
+@data_option
 @click.option("--mlflow", metavar="URL", help="Where `mlflow ui` runs: pages of models link to it.")
 @click.option("--max-upload", type=click.IntRange(1), default=2000, show_default=True, help="Megabytes of one upload.")
 @click.option("--no-worker", is_flag=True, help="Pages only: `pyroshock work`, here or elsewhere, does the jobs.")

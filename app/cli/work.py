@@ -11,7 +11,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from .common import db_option, json_option, note, opened, print_table, write_json
+from .common import data_option, db_option, json_option, note, opened, print_table, write_json
 
 #: Shorter, and a busy machine loses jobs that it is at work on.
 _SHORTEST_LEASE_S = 1.0
@@ -27,13 +27,7 @@ _SHORTEST_LEASE_S = 1.0
     metavar="SECONDS",
     help="A worker that is silent for so long has lost its job to the next.",
 )
-@click.option(
-    "--data",
-    "folders",
-    multiple=True,
-    type=click.Path(exists=True, file_okay=False, path_type=Path),
-    help="Campaigns below this folder may be ingested, as by serve; repeat it. [the current one]",
-)
+@data_option
 def work(db: str, once: bool, lease: str, folders: tuple[Path, ...]) -> None:
     """Do the long work that others have asked for (see `pyroshock jobs`): ingests, diagnoses, trainings, tunings.
 
