@@ -8,7 +8,6 @@ given and no clock is read: the same seed gives the same runs.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,24 +19,8 @@ Ids = NDArray[np.int64]
 
 #: In units of the criterion: at first a cell's count one off its share is drawn freely, in the end hardly.
 FIRST_TEMPERATURE, LAST_TEMPERATURE = 1.6, 0.7
-
-
-class Surface(Protocol):
-    """The criterion as seen from a design. Treatments are numbers: the flat index of their levels."""
-
-    partners: int  #: how many other runs a step looks at
-
-    def between(self, x: Ids, y: Ids) -> Floats:
-        """Of treatments x and y, broadcasting."""
-
-    def field(self, x: Ids) -> Floats:
-        """Twice the sum of `between` x (...,) and all runs, with what x brings alone."""
-
-    def own(self, x: Ids) -> Floats:
-        """`between` x (...,) and itself."""
-
-    def replace(self, old: Ids, new: Ids) -> None:
-        """Runs of the design change."""
+#: Runs that a step looks at where nothing is tabulated.
+_PARTNERS = 6
 
 
 class Landscape:
@@ -58,49 +41,31 @@ class Landscape:
         return float(self.table[np.ix_(runs, runs)].sum() + self.ground[runs].sum())
 
 
-class TableSurface:
-    """A design of `runs` (n,) in a landscape that is tabulated whole: for small spaces, and fast."""
-
-    def __init__(self, landscape: Landscape, runs: Ids) -> None:
-        self._table = landscape.table
-        self._flat, self._own = self._table.ravel(), self._table.diagonal().copy()
-        self._field = landscape.ground + 2 * self._table[runs].sum(axis=0)
-        self.partners = len(runs)
-
-    def between(self, x: Ids, y: Ids) -> Floats:
-        return np.asarray(self._flat.take(x * len(self._table) + y))  # twice as fast as two indices
-
-    def field(self, x: Ids) -> Floats:
-        return np.asarray(self._field.take(x))
-
-    def own(self, x: Ids) -> Floats:
-        return np.asarray(self._own.take(x))
-
-    def replace(self, old: Ids, new: Ids) -> None:
-        for before, after in zip(old, new, strict=True):
-            self._field += 2 * (self._table[after] - self._table[before])
-
-
 class DirectSurface:
-    """Everything computed when asked for: for spaces of any size, and slow. `others` are runs beside the design."""
+    """A design of `runs` (n,) beside `others`, its criterion computed when asked for: for spaces of any size, and slow.
 
-    partners = 6
+    Treatments are numbers: the flat index of their levels.
+    """
 
     def __init__(self, kernel: Kernel, sizes: tuple[int, ...], runs: Ids, others: Ids) -> None:
         self._kernel, self._sizes = kernel, sizes
         self._runs = np.concatenate([runs, others])
 
     def between(self, x: Ids, y: Ids) -> Floats:
+        """Of treatments x and y, broadcasting."""
         return self._kernel.between(self._levels(x), self._levels(y))
 
     def field(self, x: Ids) -> Floats:
+        """Twice the sum of `between` x (...,) and all runs, with what x brings alone."""
         near = self.between(x[..., None], self._runs)
         return np.asarray(2 * near.sum(axis=-1) + self._kernel.alone(self._levels(x)))
 
     def own(self, x: Ids) -> Floats:
+        """`between` x (...,) and itself."""
         return self.between(x, x)
 
     def replace(self, old: Ids, new: Ids) -> None:
+        """Runs of the design change."""
         for before, after in zip(old, new, strict=True):
             self._runs[np.flatnonzero(self._runs == before)[0]] = after
 
@@ -117,21 +82,38 @@ class Swaps:
     change: Floats  #: of the criterion, (partners, axes); infinite where both have the same level
 
 
-def anneal(surface: Surface, levels: Ids, sizes: tuple[int, ...], steps: int, rng: np.random.Generator) -> Ids:
-    """The best runs (n, axes) met in `steps` steps from `levels` (n, axes), which the surface has as its design."""
+def anneal_tabulated(
+    landscape: Landscape, levels: Ids, sizes: tuple[int, ...], steps: int, rng: np.random.Generator
+) -> Ids:
+    """The best runs (n, axes) met in `steps` steps from `levels` (n, axes): every swap of a run is looked at."""
+    from .heat_bath import annealed
+
+    current, strides = levels.copy(), strides_of(sizes)
+    field = landscape.ground + 2 * landscape.table[current @ strides].sum(axis=0)
+    return np.asarray(annealed(landscape.table, field, current, strides, *_schedule(len(levels), steps, rng)))
+
+
+def anneal(
+    surface: DirectSurface,
+    levels: Ids,
+    sizes: tuple[int, ...],
+    steps: int,
+    rng: np.random.Generator,
+    partners: int = _PARTNERS,
+) -> Ids:
+    """The same where nothing is tabulated; a step looks at the swaps with `partners` runs of the surface's design."""
     current, strides = levels.copy(), strides_of(sizes)
     best, height, lowest = current.copy(), 0.0, 0.0
-    for temperature in np.geomspace(FIRST_TEMPERATURE, LAST_TEMPERATURE, steps if len(levels) > 1 else 0):
-        row = int(rng.integers(len(current)))
-        partners = np.arange(len(levels))
-        if surface.partners < len(levels):
-            partners = rng.choice(len(levels), size=surface.partners, replace=False)
-        swaps = swaps_of(surface, current, strides, row, partners)
-        choice = _drawn(swaps.change.ravel(), temperature, rng)
+    for row, draw, temperature in zip(*_schedule(len(levels), steps, rng), strict=True):
+        others = np.arange(len(levels))
+        if partners < len(levels):
+            others = rng.choice(len(levels), size=partners, replace=False)
+        swaps = swaps_of(surface, current, strides, row, others)
+        choice = _drawn(swaps.change.ravel(), temperature, draw)
         if choice is None:
             continue
         place, axis = divmod(choice, len(sizes))
-        pair = [row, int(partners[place])]
+        pair = [row, int(others[place])]
         surface.replace(current[pair] @ strides, swaps.become[:, place, axis])
         current[pair, axis] = current[pair[::-1], axis]
         height += float(swaps.change[place, axis])
@@ -140,7 +122,13 @@ def anneal(surface: Surface, levels: Ids, sizes: tuple[int, ...], steps: int, rn
     return best
 
 
-def swaps_of(surface: Surface, levels: Ids, strides: Ids, row: int, partners: Ids) -> Swaps:
+def _schedule(runs: int, steps: int, rng: np.random.Generator) -> tuple[Ids, Floats, Floats]:
+    """Of each step: the run, a number in [0, 1) and the temperature. A single run has nobody to swap with."""
+    count = steps if runs > 1 else 0
+    return rng.integers(runs, size=count), rng.random(count), np.geomspace(FIRST_TEMPERATURE, LAST_TEMPERATURE, count)
+
+
+def swaps_of(surface: DirectSurface, levels: Ids, strides: Ids, row: int, partners: Ids) -> Swaps:
     """What the swaps of `row` with each partner and each axis would do; `levels` (n, axes) are the design's."""
     step = (levels[partners] - levels[row]) * strides
     a, b = np.asarray(levels[row] @ strides), (levels[partners] @ strides)[:, None]
@@ -154,11 +142,11 @@ def swaps_of(surface: Surface, levels: Ids, strides: Ids, row: int, partners: Id
     return Swaps(partners, become, change)
 
 
-def _drawn(change: Floats, temperature: float, rng: np.random.Generator) -> int | None:
+def _drawn(change: Floats, temperature: float, draw: float) -> int | None:
     """Which change is made, by the Boltzmann distribution; None for none."""
     floor = min(0.0, float(change.min()))
     total = np.exp((floor - change) / temperature).cumsum()
-    drawn = rng.random() * (total[-1] + np.exp(floor / temperature))
+    drawn = draw * (total[-1] + np.exp(floor / temperature))
     return int(total.searchsorted(drawn, side="right")) if drawn < total[-1] else None
 
 

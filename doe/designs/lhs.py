@@ -16,7 +16,7 @@ from ..merit.places import axis_centres
 from ..space import Space
 from .base import Design
 from .criterion import Kernel, Weights
-from .exchange import DirectSurface, Landscape, TableSurface, anneal
+from .exchange import DirectSurface, Landscape, anneal, anneal_tabulated
 from .shares import cut_hypercube, level_counts, repaired
 
 Floats = NDArray[np.float64]
@@ -126,8 +126,8 @@ def _started(task: _Task, levels: Ids, sign: float, landscape: Landscape, rng: n
         for axis, size in enumerate(task.sizes)
     ]
     start = cut_hypercube(shares, task.n, rng)
-    surface = TableSurface(landscape, _numbers(task.space, start))
-    found = anneal(surface, start, task.sizes, task.steps or _steps(start.size, _MOST_STEPS), rng)
+    steps = task.steps or _steps(start.size, _MOST_STEPS)
+    found = anneal_tabulated(landscape, start, task.sizes, steps, rng)
     return repaired(_numbers(task.space, found), task.pool, levels, shares)
 
 

@@ -13,7 +13,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pyroshock.doe.designs.augment import augment
 from pyroshock.doe.designs.criterion import Kernel, Weights, least_squares
-from pyroshock.doe.designs.exchange import DirectSurface, Landscape, TableSurface, anneal, strides_of, swaps_of
+from pyroshock.doe.designs.exchange import (
+    DirectSurface,
+    Landscape,
+    anneal,
+    anneal_tabulated,
+    strides_of,
+    swaps_of,
+)
 from pyroshock.doe.designs.lhs import balanced
 from pyroshock.doe.designs.shares import cut_hypercube, level_counts, repaired
 from pyroshock.doe.factors import Factor, Requirement
@@ -224,9 +231,14 @@ def test_criterion_holds_the_discrepancies(weight: str, method: str, constant: f
     assert _total(_kernel(50, **none), rows) / 50**2 + constant == pytest.approx(expected, rel=1e-10)
 
 
-def _surface(rows: Levels, kernel: Kernel) -> TableSurface:
-    ids, nothing = rows @ strides_of(SIZES), np.zeros(GUN.size)
-    return TableSurface(Landscape(kernel, GUN.all_treatments(), nothing, 1.0, nothing), ids)
+def _surface(rows: Levels, kernel: Kernel) -> DirectSurface:
+    ids = rows @ strides_of(SIZES)
+    return DirectSurface(kernel, SIZES, ids, ids[:0])
+
+
+def _landscape(kernel: Kernel) -> Landscape:
+    nothing = np.zeros(GUN.size)
+    return Landscape(kernel, GUN.all_treatments(), nothing, 1.0, nothing)
 
 
 def test_swaps_change_the_criterion_as_they_say() -> None:
@@ -244,15 +256,24 @@ def test_swaps_change_the_criterion_as_they_say() -> None:
         assert swaps.become[:, partner, axis].tolist() == (after[[3, partner]] @ strides).tolist()
 
 
-def test_both_surfaces_agree() -> None:
+def test_replaced_runs_are_those_of_the_field() -> None:
     rows = _rng(3).permutation(GUN.all_treatments())[:30]
-    kernel, strides = _kernel(30), strides_of(SIZES)
-    ids = rows @ strides
-    surfaces = [_surface(rows, kernel), DirectSurface(kernel, SIZES, ids, ids[:0])]
-    for surface in surfaces:
-        surface.replace(ids[:2], np.array([700, 701]))
-    one, other = (surface.field(np.arange(GUN.size)) for surface in surfaces)
+    kernel, ids = _kernel(30), rows @ strides_of(SIZES)
+    changed = _surface(rows, kernel)
+    changed.replace(ids[:2], np.array([700, 701]))
+    fresh = _surface(np.vstack([rows[2:], GUN.all_treatments()[[700, 701]]]), kernel)
+    one, other = (surface.field(np.arange(GUN.size)) for surface in (changed, fresh))
     np.testing.assert_allclose(one, other, rtol=1e-9)
+
+
+@pytest.mark.parametrize("steps", [1, 7, 60])
+def test_compiled_steps_are_those_of_the_criterion(steps: int) -> None:
+    """The table holds what the criterion says: the same draws make the same swaps."""
+    rows, kernel = _rng(6).permutation(GUN.all_treatments())[:20], _kernel(20)
+    compiled = anneal_tabulated(_landscape(kernel), rows, SIZES, steps, _rng(7))
+    plain = anneal(_surface(rows, kernel), rows, SIZES, steps, _rng(7), partners=20)
+    assert compiled.tolist() == plain.tolist()
+    assert compiled.tolist() != rows.tolist()
 
 
 def test_leaving_out_has_the_criterion_of_what_stays() -> None:
@@ -267,7 +288,7 @@ def test_leaving_out_has_the_criterion_of_what_stays() -> None:
 
 def test_annealing_keeps_level_counts() -> None:
     rows = _rng(4).permutation(GUN.all_treatments())[:25]
-    found = anneal(_surface(rows, _kernel(25)), rows, SIZES, 300, _rng(4))
+    found = anneal_tabulated(_landscape(_kernel(25)), rows, SIZES, 300, _rng(4))
     for axis in range(6):
         assert np.bincount(found[:, axis]).tolist() == np.bincount(rows[:, axis]).tolist()
     assert _total(_kernel(25), found) < _total(_kernel(25), rows)

@@ -252,3 +252,12 @@ def test_endless_space_is_not_listed() -> None:
     assert space.size == math.prod([30] * 10)
     with pytest.raises(ValueError, match="expected at most 1000000 to list"):
         space.all_treatments()
+
+
+def test_level_stands_for_its_velocity() -> None:
+    level = next(factor for factor in gun_space().factors if factor.unit == "m/s")
+    assert level.values is not None
+    found = [gun_space().velocity_m_s({level.column: word}) for word in level.levels]
+    assert found == list(level.values)
+    assert gun_space().velocity_m_s({level.column: "never heard of"}) is None
+    assert hammer_space().velocity_m_s({"hammer_speed": "low"}) is None
