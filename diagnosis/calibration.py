@@ -47,15 +47,11 @@ class CalibrationMap:
 
     def scores(self, names: Sequence[str], logs: Floats) -> Floats:
         """(n,)"""
-        margin = self.slope * np.arcsinh((logs - logs.max()) / _LINEAR)
-        return np.asarray(margin + np.array([self._intercept(name) for name in names]))
+        return self.slope * _margins(logs) + self._intercepts()[_kinds(names)]
 
-    def _intercept(self, name: str) -> float:
-        if name == NONE:
-            return self.none
-        if name == UNKNOWN:
-            return self.unknown
-        return self.pair if "+" in name else 0.0
+    def _intercepts(self) -> Floats:
+        """(4,), in the order of `_kinds`."""
+        return np.array([0.0, self.none, self.unknown, self.pair])
 
     def as_json(self) -> dict[str, float | str]:
         return asdict(self)
@@ -81,23 +77,38 @@ class CalibrationMap:
         if not useful:
             raise ValueError("no campaign whose true cause is among the hypotheses: nothing to learn from")
 
-        weight = _weights([truth for _, _, truth in useful], shares)
+        weight = np.array(_weights([truth for _, _, truth in useful], shares))
         start = np.zeros(4)
         if towards is not None:
             start = np.array([np.log(towards.slope), towards.none, towards.unknown, towards.pair])
 
+        margins = np.concatenate([_margins(logs) for _, logs, _ in useful])
+        kinds = np.concatenate([_kinds(names) for names, _, _ in useful])
+        sizes = np.array([len(names) for names, _, _ in useful])
+        begins = np.concatenate([[0], sizes.cumsum()[:-1]])
+        true = begins + np.array([names.index(truth) for names, _, truth in useful])
+
         def loss(theta: Floats) -> float:
             one = cls(float(np.exp(theta[0])), float(theta[1]), float(theta[2]), float(theta[3]))
-            total = 0.5 * float((theta - start) @ (theta - start))
-            for (names, logs, truth), counts in zip(useful, weight, strict=True):
-                scores = one.scores(names, logs)
-                likely = scores[names.index(truth)] - np.log(np.exp(scores - scores.max()).sum()) - scores.max()
-                total -= counts * float(likely)
-            return total
+            scores = one.slope * margins + one._intercepts()[kinds]
+            highest = np.maximum.reduceat(scores, begins)
+            sums = np.add.reduceat(np.exp(scores - highest.repeat(sizes)), begins)
+            likely = scores[true] - np.log(sums) - highest
+            return 0.5 * float((theta - start) @ (theta - start)) - float(weight @ likely)
 
         best = minimize(loss, start, method="Nelder-Mead", options={"maxiter": 2000, "xatol": 1e-3, "fatol": 1e-4})
         slope, none, unknown, pair = (float(value) for value in best.x)
         return cls(float(np.exp(slope)), none, unknown, pair, source)
+
+
+def _margins(logs: Floats) -> Floats:
+    """Behind the likeliest, compressed."""
+    return np.asarray(np.arcsinh((logs - logs.max()) / _LINEAR))
+
+
+def _kinds(names: Sequence[str]) -> NDArray[np.int64]:
+    """A single effect 0, none 1, unknown 2, a pair 3."""
+    return np.array([1 if name == NONE else 2 if name == UNKNOWN else 3 if "+" in name else 0 for name in names])
 
 
 def _weights(truths: Sequence[str], shares: Mapping[str, float] | None) -> list[float]:
