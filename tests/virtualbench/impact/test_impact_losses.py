@@ -125,6 +125,7 @@ def test_loss_is_largest_where_relaxation_and_contact_are_as_long() -> None:
     assert loss(duration / 3) > 2 * max(loss(duration / 30), loss(duration * 10))
 
 
+@pytest.mark.slow
 def test_historical_soft_layer_kept_its_momentum() -> None:
     """A light blow on a very soft layer once took steps too long for it: force rattled, and 99 % of it was missed."""
     strong = {"viscous_loss": 10.0, "plastic_yield": 2.0, "layer_compliance": 10.0, "tip_geometry": 5.0}
