@@ -43,7 +43,7 @@ def _stores(measured: Measured) -> Iterator[str]:
     small, large = measured["crowds"]
     yield (
         f"PostgreSQL {measured['server']} with its own settings, the client on the same machine "
-        f"({measured['machine']}), which had other work at the time. Times are median (least to largest) of repeats in "
+        f"({measured['machine']}). Times are median (least to largest) of repeats in "
         "turn, all warm."
     )
     yield f"The large store has {_told(large)}; the small one {_told(small)}."
@@ -192,10 +192,7 @@ def _ingest(measured: Measured) -> Iterator[str]:
     against = ratio(ingest["full"], ingest["new"])
     yield f"The large store takes {against.text()} times as many a second as the new one."
     spent = Spread.of(ingest["full_processor_s"])
-    yield (
-        f"Of the client's processor an impact costs {spent.text(' ms', 1e3)}, which other work on the machine raises, "
-        "too, but less than it lowers the rates."
-    )
+    yield f"Of the client's processor an impact costs {spent.text(' ms', 1e3)}."
     yield f"{_count(TARGET)} cost {TARGET * spent.median / 3600:.3g} hours of one processor, which several share."
 
 
