@@ -36,7 +36,9 @@ def test_other_laws_are_definite(other: object) -> None:
     assert loose_relaxation([other], np.ones((2, len(NAMES)))) is None  # type: ignore[list-item]
 
 
-@pytest.mark.parametrize(("lean", "loss", "stiffening"), [(0.3, 0.45, 0.8), (-0.5, 0.3, 0.5)])
+@pytest.mark.parametrize(
+    ("lean", "loss", "stiffening"), [pytest.param(0.3, 0.45, 0.8, marks=pytest.mark.slow), (-0.5, 0.3, 0.5)]
+)
 def test_relaxation_is_found_whatever_the_pulse_leans_by(lean: float, loss: float, stiffening: float) -> None:
     """A loss whose pulses lean by less than the law's one time of relaxation says. A law that is taken at its word is
     refused for it, and another cause named."""

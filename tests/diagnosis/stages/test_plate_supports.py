@@ -39,7 +39,7 @@ def stage(bench: ModalPlate, seed: int = 1, *effects: Effect) -> PlateStage:
     return PlateStage(replace(record, plate=plate()))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(more, marks=pytest.mark.slow) for more in (2, 3))])
 def test_supports_somewhere_are_found(seed: int) -> None:
     """Modes turn into each other, and rise more or less than on even springs: still no unknown cause."""
     one = stage(on_supports(110.0, seed))
@@ -49,7 +49,7 @@ def test_supports_somewhere_are_found(seed: int) -> None:
     assert next(iter(found.probability)) == "plate.boundary"
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_a_gain_is_found_beside_supports_somewhere(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A pair has what the laws of its members leave open, as each has alone. Without, supports alone are likelier."""
     one = stage(on_supports(110.0, seed), seed, GAIN)
@@ -86,7 +86,7 @@ def test_other_laws_are_definite() -> None:
         assert one.loose([effect(name)], nothing) is None
 
 
-@pytest.mark.parametrize("seed", [4, 5])
+@pytest.mark.parametrize("seed", [pytest.param(4, marks=pytest.mark.slow), 5])
 def test_free_plate_is_not_held(seed: int) -> None:
     one = stage(plate(), seed)
     found = weighing.weigh(

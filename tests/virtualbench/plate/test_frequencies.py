@@ -128,8 +128,9 @@ def test_wavenumber_of_a_simply_supported_mode() -> None:
 
 def test_the_mesh_is_fine_enough_at_its_limit() -> None:
     plate = PlateBuild(STEEL, 0.01, _plate(0.01).outline_m, (), (), (0.005,) * 400)
-    coarse = modes(plate, Effects.none(), max_frequency_hz=2000).frequencies_hz
-    fine = modes(plate, Effects.none(), max_frequency_hz=4000).frequencies_hz[: coarse.size]
+    coarse = modes(plate, Effects.none(), max_frequency_hz=1000).frequencies_hz
+    fine = modes(plate, Effects.none(), max_frequency_hz=2000).frequencies_hz[: coarse.size]
+    assert coarse.size > 8
     assert coarse[3:] == pytest.approx(fine[3:], rel=3e-3)
     assert np.all(coarse[3:] > fine[3:] * (1 - 1e-6))
 
