@@ -1,0 +1,30 @@
+"""Fig. 5.4: the cost of eq. 5.4 at each test, for the two trained models and the three pulses of physics."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pyroshock.training.judging import Judged
+from pyroshock.training.metrics.errors import PulseErrors
+from pyroshock.training.plots.by_test import by_test
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: The thesis's coregional process, and its pulses.
+COMPARED = ("coregional-gp", "hann", "hunter", "reed")
+#: Its tuned network, or in its place one that learns in seconds.
+NETWORKS = ("nn-ga", "nn-trilayer", "nn-medium")
+
+
+def five(judged: Judged) -> dict[str, PulseErrors]:
+    """Errors of the models of Table 5.2, as far as they were trained."""
+    network = next((name for name in NETWORKS if name in judged.errors), None)
+    return {name: judged.errors[name] for name in (*COMPARED, network) if name in judged.errors}
+
+
+def draw(judged: Judged, metric: str = "cost") -> Figure:
+    """A panel a model, the best on top; a point a test, in the colour of its tip."""
+    figure = by_test(judged.pulses, five(judged), metric)
+    figure.supxlabel("Virtual campaign: not the thesis's recordings", fontsize=9)
+    return figure

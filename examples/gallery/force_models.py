@@ -1,0 +1,18 @@
+"""Fig. 4.10: NRMSE of every force model at every test."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pyroshock.training.judging import Judged
+from pyroshock.training.plots.heat_map import heat_map
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def draw(judged: Judged) -> Figure:
+    """The models from the best to the worst; the colour is logarithmic."""
+    figure = heat_map(judged.pulses, judged.errors)
+    figure.suptitle("Virtual campaign: not the thesis's recordings", fontsize=9)
+    return figure

@@ -1,0 +1,17 @@
+"""Fig. 5.5: the relative error of the predicted impulse at each test."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pyroshock.training.judging import Judged
+
+from . import cost_by_test
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def draw(judged: Judged) -> Figure:
+    """As Fig. 5.4, of another metric."""
+    return cost_by_test.draw(judged, "impulse_error")

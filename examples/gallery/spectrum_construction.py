@@ -1,0 +1,65 @@
+"""Fig. 1.1: a shock response spectrum, built from the responses of oscillators to one record."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pyroshock.app.plots import MEASURED, MODEL, QUIET, new_figure
+from pyroshock.ingest.channel import Channel
+from pyroshock.ingest.folder import read_campaign_file
+from pyroshock.ingest.processing import read_channels
+from pyroshock.twin.srs.grid import octave_grid
+from pyroshock.twin.srs.oscillator import oscillator_response
+from pyroshock.twin.srs.spectrum import shock_response_spectrum
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FOLDER = Path(__file__).resolve().parents[1] / "modal-hammer-hit"
+#: Natural frequencies of the oscillators that are drawn: lines of the spectrum.
+OSCILLATORS_HZ = (200.0, 800.0, 3200.0)
+_SHOWN_S = 0.02
+
+
+def recorded() -> Channel:
+    """The acceleration of a structure under a hit, as it was recorded and ships with the software."""
+    channels, _ = read_channels(FOLDER / "recordings" / "acceleration.lvm", read_campaign_file(FOLDER).sensors)
+    return next(channel for channel in channels if channel.quantity == "acceleration")
+
+
+def draw() -> Figure:
+    """Base, responses of three oscillators with their largest values, and the spectrum that these are points of."""
+    base = recorded()
+    spectrum = shock_response_spectrum(base.si, base.sampling_rate_hz, octave_grid(100.0, 5000.0, 6))
+    figure = new_figure(10.0, 5.0)
+    left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1))
+    panels = left.subplots(1 + len(OSCILLATORS_HZ), 1, sharex=True)
+    _draw_series(panels[0], base, base.si, "base", QUIET)
+    axes: Any = right.subplots()
+    axes.loglog(spectrum.frequency_hz, spectrum.maximax, color="black", lw=1.2, label="maximax spectrum")
+    for panel, frequency in zip(panels[1:], OSCILLATORS_HZ, strict=True):
+        response = oscillator_response(base.si, base.sampling_rate_hz, frequency).absolute_acceleration_m_s2
+        largest = int(np.argmax(np.abs(response)))
+        _draw_series(panel, base, response, f"{frequency:g} Hz", MEASURED)
+        panel.plot(_time_ms(base)[largest], response[largest], "o", color=MODEL, ms=4)
+        axes.plot(frequency, abs(response[largest]), "o", color=MODEL)
+    panels[-1].set_xlabel("time (ms)")
+    left.supylabel("acceleration (m/s²)", fontsize=10)
+    axes.set_xlabel("natural frequency (Hz)")
+    axes.set_ylabel(f"largest absolute acceleration, Q = {spectrum.q:g} (m/s²)")
+    axes.grid(which="both", color=QUIET, alpha=0.25, lw=0.5)
+    axes.legend(frameon=False)
+    return figure
+
+
+def _time_ms(base: Channel) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return 1e3 * np.arange(base.si.size) / base.sampling_rate_hz
+
+
+def _draw_series(axes: Any, base: Channel, values: np.ndarray[Any, np.dtype[np.float64]], name: str, ink: str) -> None:
+    shown = slice(0, round(_SHOWN_S * base.sampling_rate_hz))
+    axes.plot(_time_ms(base)[shown], values[shown], color=ink, lw=0.9)
+    axes.set_title(name, loc="left", fontsize=8, pad=2)
+    axes.tick_params(labelsize=7)
