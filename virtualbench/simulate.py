@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from .campaigns.hammer import set_up as set_up_hammer
 from .effects import Effects
 from .recorder import RECORDING_FORMATS, CampaignCard, write_card, write_recording, write_runs
 from .seal import Seal, folder_hash, seal_path, write_seal
+from .whole_folder import whole_folder
 
 #: Called with (done, total, what) after each recording.
 Progress = Callable[[int, int, str], None]
@@ -61,8 +61,8 @@ def simulate(
     """Play every row of a plan `repetitions` times into the campaign folder `out`, and seal the truth beside it.
 
     A hammer's row gives one recording with that many hits, a gun's row that many recordings. The files depend on the
-    arguments other than `jobs` (processes; None: one per processor, four at most) and on nothing else. campaign.toml
-    comes last: a campaign that was interrupted is no campaign.
+    arguments other than `jobs` (processes; None: one per processor, four at most) and on nothing else. The folder
+    is there when all of it is: after a kill a repeat begins anew.
 
     Raises `ValueError` for what cannot be played, and for a folder that is not empty, before anything is written.
     """
@@ -70,35 +70,24 @@ def simulate(
 
     _check(plan_rows, kind, out, seed, repetitions, suffix)
     # One thread of linear algebra for each process: more get into each other's way, and change the last bits.
-    with threadpool_limits(limits=1), _whole_folder(out):
+    with threadpool_limits(limits=1), whole_folder(out) as partial:
         sequence = np.random.SeedSequence(seed)
         bench = KINDS[kind](plan_rows, effects, np.random.default_rng(sequence.spawn(1)[0]))
         tasks = bench.tasks(plan_rows, repetitions)
         seeds = sequence.spawn(len(tasks))
         crew = Crew(jobs=min(jobs or min(4, os.cpu_count() or 1), len(tasks)))
         found: dict[str, list[Truth]] = {}
-        with closing(mapped(crew, _make, zip(tasks, seeds, strict=True), shared=(bench, out, suffix))) as made:
+        with closing(mapped(crew, _make, zip(tasks, seeds, strict=True), shared=(bench, partial, suffix))) as made:
             for (task, _), truth in made:
                 found[task.name] = truth
                 if progress:
                     progress(len(found), len(tasks), _path(task, suffix))
         truths = [found[task.name] for task in tasks]
-        write_runs(out, [{**task.cells, "recording": _path(task, suffix)} for task in tasks])
-        write_card(out, CampaignCard(name or out.name, kind, date, bench.sensors, _DESCRIPTION, bench.stages()))
+        write_runs(partial, [{**task.cells, "recording": _path(task, suffix)} for task in tasks])
+        write_card(partial, CampaignCard(name or out.name, kind, date, bench.sensors, _DESCRIPTION, bench.stages()))
         runs = [{**_key(t), "recording": _path(t, suffix), "hits": h} for t, h in zip(tasks, truths, strict=True)]
-        seal = write_seal(out, Seal(kind, seed, effects.as_json(), runs, folder_hash(out)))
-        return SimulatedCampaign(out, seal, len(tasks), sum(len(hits) for hits in truths))
-
-
-@contextmanager
-def _whole_folder(out: Path) -> Iterator[None]:
-    """Make the folder; what was half written goes with an error, such as a full disk's, so that a repeat may begin."""
-    out.mkdir(parents=True, exist_ok=True)
-    try:
-        yield
-    except BaseException:
-        shutil.rmtree(out)
-        raise
+        write_seal(partial, Seal(kind, seed, effects.as_json(), runs, folder_hash(partial)))
+    return SimulatedCampaign(out, seal_path(out), len(tasks), sum(len(hits) for hits in truths))
 
 
 def _check(rows: Sequence[Row], kind: str, out: Path, seed: int, repetitions: int, suffix: str) -> None:

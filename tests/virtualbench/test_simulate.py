@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -275,3 +279,44 @@ def test_folder_in_use_is_refused(hammer, tmp_path):
     with pytest.raises(ValueError, match="there is a seal already"):
         played(tmp_path / "other", Effects.none())
     assert json.loads(copy.read_text())["seed"] == SEED
+
+
+KILLED = """
+import json, os, signal, sys
+from pathlib import Path
+from pyroshock.virtualbench.campaigns import plates
+from pyroshock.virtualbench.effects import Effects
+from pyroshock.virtualbench.simulate import simulate
+
+plates.MAX_FREQUENCY_HZ = 500.0
+out, rows = Path(sys.argv[1]), json.loads(sys.argv[2])
+die = lambda *_: os.kill(os.getpid(), signal.SIGKILL)
+simulate(rows, "hammer", out, seed=1, effects=Effects.none(), repetitions=1, jobs=1, progress=die)
+"""
+
+
+def test_killed_campaign_is_begun_anew_by_a_repeat(tmp_path):
+    """A folder half full bore the campaign's name before, and the repeat was refused for it."""
+    lab = tmp_path / "lab"
+    lab.mkdir()
+    killed = subprocess.run([sys.executable, "-c", KILLED, lab / "c", json.dumps(HAMMER_ROWS)], check=False)
+    assert killed.returncode == -signal.SIGKILL
+    (left,) = lab.iterdir()
+    assert list(left.rglob("*.npz"))
+    played(lab / "c", Effects.none(), repetitions=1, seed=1)
+    assert sorted(path.name for path in lab.iterdir()) == ["c", "c.sealed.json"]
+    assert open_seal(seal_path(lab / "c")).belongs_to(lab / "c")
+
+
+def test_campaign_that_another_process_plays_is_left_alone(tmp_path):
+    """Of its own name and still alive: its parent's is."""
+    theirs = tmp_path / f".c.{os.getppid()}.part"
+    theirs.mkdir()
+    played(tmp_path / "c", Effects.none(), HAMMER_ROWS[:1], repetitions=1)
+    assert theirs.is_dir()
+
+
+def test_empty_folder_is_filled(tmp_path):
+    (tmp_path / "c").mkdir()
+    played(tmp_path / "c", Effects.none(), HAMMER_ROWS[:1], repetitions=1)
+    assert (tmp_path / "c" / "campaign.toml").is_file()
