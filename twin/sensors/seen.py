@@ -8,23 +8,40 @@ from ..sampling import sampled
 from ..strikes import Floats, Pulses
 from .chain import SensorChain
 
-#: Steps to the shortest contact; how many longest contacts a series covers; where a pulse ends, over its peak.
-_STEPS, _ROOM, _END = 256, 3.0, 0.005
+#: Least steps to a contact; how many longest contacts a series covers; where a pulse ends, over its peak.
+_STEPS, _ROOM, _END = 256, 3, 0.005
 
 
 def seen_pulses(chain: SensorChain, pulses: Pulses) -> Pulses:
     """Pulses (n, p) as measured, again at p phases; a filter's tail lengthens the contact, to 0.5 % of the peak.
 
-    Where no effect changes the force they are the same object.
+    Contacts of one octave are seen together, in steps of the shortest: one of seconds beside one of microseconds would
+    take gigabytes. Where no effect changes the force they are the same object.
     """
     if not chain.effects:
         return pulses
-    step = float(pulses.contact_time_s.min()) / _STEPS
-    force = sampled(pulses, step)
-    room = np.zeros((len(force), int(_ROOM * force.shape[1])))
+    time, force, turn = (x.copy() for x in (pulses.contact_time_s, pulses.force_n, pulses.compression_time_s))
+    octaves = np.floor(np.log2(pulses.contact_time_s))
+    changed = False
+    for octave in np.unique(octaves):
+        rows = np.flatnonzero(octaves == octave)
+        step = float(pulses.contact_time_s[rows].min()) / _STEPS
+        room = _with_room(pulses, step)  # all rows: an effect may have a value for each
+        measured = chain.measured_force_n(room, step)[rows]
+        if not np.array_equal(measured, room[rows]):
+            seen = _cut(measured, step, Pulses(time[rows], force[rows], turn[rows]))
+            time[rows], force[rows], turn[rows] = seen.contact_time_s, seen.force_n, seen.compression_time_s
+            changed = True
+    return Pulses(time, force, turn) if changed else pulses
+
+
+def _with_room(pulses: Pulses, step: float) -> Floats:
+    """Forces in these steps and zeros after them, three times what the octave's longest takes; longer ones are cut."""
+    longest = 2 * _STEPS + 2
+    force = sampled(pulses, step, longest)
+    room = np.zeros((len(force), _ROOM * longest))
     room[:, : force.shape[1]] = force
-    measured = chain.measured_force_n(room, step)
-    return pulses if np.array_equal(measured, room) else _cut(measured, step, pulses)
+    return room
 
 
 def _cut(force: Floats, step: float, pulses: Pulses) -> Pulses:

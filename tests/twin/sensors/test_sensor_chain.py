@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from pyroshock.twin.effects import effect
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.seen import seen_pulses
-from pyroshock.twin.strikes import Strikes
+from pyroshock.twin.strikes import Pulses, Strikes
 from twin_parts import HalfSine, setting
 
 
@@ -57,3 +59,34 @@ def test_low_pass_lengthens_the_contact_and_keeps_the_impulse():
     assert np.all(seen.contact_time_s > 1.1 * given.contact_time_s)
     assert np.all(seen.peak_force_n < 0.995 * given.peak_force_n)
     np.testing.assert_allclose(seen.impulse_n_s, given.impulse_n_s, rtol=2e-3)
+
+
+LOW_PASS = SensorChain.of([effect("sensor.force_bandwidth", time_constant_s=2e-5)])
+
+
+def of_lengths(*contact_time_s):
+    one, times = pulses(), np.array(contact_time_s)
+    return Pulses(times, np.repeat(one.force_n[:1], len(times), axis=0), times / 2)
+
+
+def test_contact_of_seconds_takes_no_room_of_microseconds():
+    """The series had steps of the shortest and the length of the longest: gigabytes for a hundred draws."""
+    tracemalloc.start()
+    seen = seen_pulses(LOW_PASS, of_lengths(5e-5, *[5.0] * 100))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 50e6
+    np.testing.assert_allclose(seen.contact_time_s[1:], 5.0, rtol=1e-2)
+    assert seen.contact_time_s[0] > 1.5 * 5e-5
+
+
+def test_a_pulse_is_seen_alike_whatever_is_beside_it():
+    alone, beside = (seen_pulses(LOW_PASS, of_lengths(*times)) for times in ((3e-4,), (5e-5, 3e-4, 2e-3)))
+    np.testing.assert_array_equal(beside.force_n[1], alone.force_n[0])
+    assert beside.contact_time_s[1] == alone.contact_time_s[0]
+
+
+def test_a_gain_for_each_shot_meets_its_own_pulse():
+    gains = SensorChain.of([effect("sensor.force_gain", gain=np.array([1.0, 2.0]))])
+    given = of_lengths(1e-4, 1e-2)
+    np.testing.assert_allclose(seen_pulses(gains, given).peak_force_n, [1, 2] * given.peak_force_n, rtol=1e-3)
