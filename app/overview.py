@@ -13,7 +13,7 @@ from ..schema.impacts import Impact
 from ..schema.listings import list_impacts_page, list_shots_page
 from ..schema.materials import Material
 from ..schema.quality import SEVERITIES, QualityFinding
-from ..schema.recordings import Recording
+from ..schema.recordings import SET_ASIDE, Recording
 from ..schema.shots import Shot
 from .achieved import achieved_settings
 from .coverage import level_coverage, plan_coverage
@@ -93,14 +93,12 @@ def _counts(session: Session, key: int) -> dict[str, int]:
         "impacts": of(Impact),
         "shots": of(Shot),
         "recordings": statuses.get("stored", 0),
-        "recordings_set_aside": statuses.get("set aside", 0),
+        "recordings_set_aside": statuses.get(SET_ASIDE, 0),
     }
 
 
 def _set_aside(session: Session, key: int) -> list[dict[str, Any]]:
-    query = select(Recording.path, Recording.reason).where(
-        Recording.campaign_id == key, Recording.status == "set aside"
-    )
+    query = select(Recording.path, Recording.reason).where(Recording.campaign_id == key, Recording.status == SET_ASIDE)
     return [
         {"recording": path, "reason": reason}
         for path, reason in session.execute(query.order_by(Recording.id).limit(FIRST_ROWS))

@@ -13,7 +13,7 @@ from ..ingest.stored import list_channels, read_channel
 from ..schema.campaigns import Campaign
 from ..schema.care.checks.series import damages
 from ..schema.listings import get_campaign_id
-from ..schema.recordings import RecordedChannel, Recording
+from ..schema.recordings import STORED, RecordedChannel, Recording
 from ..schema.series import SeriesError, iter_chunks
 
 
@@ -38,7 +38,7 @@ def series_batches(
 
 
 def _recordings(session: Session, campaign: str | None, recording: str | None) -> list[tuple[int, str, str]]:
-    query = select(Recording.id, Recording.path, Campaign.name).join(Campaign).where(Recording.status == "stored")
+    query = select(Recording.id, Recording.path, Campaign.name).join(Campaign).where(Recording.status == STORED)
     if campaign is not None:
         query = query.where(Recording.campaign_id == get_campaign_id(session, campaign))
     if recording is not None:

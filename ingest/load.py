@@ -16,6 +16,7 @@ from pathlib import Path
 from ..schema.levels import MaterialNames
 from ..schema.materials import material_names
 from ..schema.session import Store
+from .aside import Damaged
 from .errors import IngestError
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile, read_campaign_file
@@ -29,7 +30,7 @@ from .readers.guard import one_line
 from .report import IngestReport
 from .runs import FILE, RunRow, read_runs
 from .settings import ExtractionSettings
-from .store import CampaignStore, Damaged
+from .store import CampaignStore
 
 #: Called with (done, total, what) after each recording.
 Progress = Callable[[int, int, str], None]

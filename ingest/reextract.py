@@ -9,11 +9,11 @@ from functools import partial
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ..compute.crew import LOCAL, Crew
+from ..compute.crew import HERE, LOCAL, Crew
 from ..compute.mapping import mapped
 from ..schema.campaigns import Campaign
 from ..schema.listings import get_campaign_id
-from ..schema.recordings import Recording
+from ..schema.recordings import STORED, Recording
 from ..schema.series import SeriesError
 from ..schema.session import Store
 from ..schema.turns import take_turn
@@ -21,8 +21,6 @@ from .channel import Channel
 from .recut import Cut, add_versions, cut, cut_of, force_channels, impacts_of, put_in_use, versions
 from .settings import ExtractionSettings
 
-STORED = "stored"
-HERE = Crew()
 #: Recordings under way at a time: a cluster of some dozen workers has enough to do.
 _ON_A_CLUSTER = 64
 

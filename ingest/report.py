@@ -5,6 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from ..schema.campaigns import Campaign
+from ..schema.impacts import Impact
+from ..schema.quality import QualityFinding
+from ..schema.recordings import STORED, Recording
+from ..schema.shots import Shot
+
 
 @dataclass
 class IngestReport:
@@ -28,3 +37,19 @@ class IngestReport:
             "set_aside": self.set_aside,
             "findings": self.findings,
         }
+
+    def sum_up(self, session: Session) -> None:
+        """Totals and findings as they stand in the store."""
+        campaign = session.scalar(select(Campaign.id).where(Campaign.name == self.campaign))
+        stored = select(func.count()).where(Recording.campaign_id == campaign, Recording.status == STORED)
+        self.recordings = session.scalar(stored) or 0
+        self.impacts = session.scalar(select(func.count()).where(Impact.campaign_id == campaign)) or 0
+        self.shots = session.scalar(select(func.count()).where(Shot.campaign_id == campaign)) or 0
+        query = (
+            select(Recording.path, QualityFinding.check, QualityFinding.severity, QualityFinding.message)
+            .join(Recording, QualityFinding.recording_id == Recording.id)
+            .where(Recording.campaign_id == campaign)
+            .order_by(QualityFinding.id)
+        )
+        keys = ("recording", "check", "severity", "message")
+        self.findings = [dict(zip(keys, row, strict=True)) for row in session.execute(query)]

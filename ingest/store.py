@@ -6,57 +6,36 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from sqlalchemy import delete, func, select
+from sqlalchemy import select
 from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
 from ..schema.configurations import configuration_ids
 from ..schema.impacts import Impact
-from ..schema.keys import get_or_add
-from ..schema.quality import QualityFinding
-from ..schema.recordings import Recording
+from ..schema.recordings import SET_ASIDE, STORED, Recording
 from ..schema.series import write_series
 from ..schema.session import Store
 from ..schema.shots import Shot
+from .aside import Damaged, forget_aside, keep_aside
 from .errors import IngestError
 from .folder import CampaignFile
+from .hit_values import finding_row, impact_values, shot_values
 from .known import (
     KnownRecording,
     KnownRow,
     known_recordings,
     known_rows,
     refuse_other_modes,
-    reported_uncertainty,
     row_content,
 )
 from .matching import Hit
 from .modes import ModalTableFile
 from .processing import ProcessedRecording
-from .quality.base import Finding
-from .readers import reader_for
 from .report import IngestReport
-from .rows import (
-    campaign_row,
-    channel_row,
-    pulse_row,
-    refuse_other_campaign,
-    settings_id,
-)
+from .rows import campaign_row, channel_row, pulse_row, refuse_other_campaign, settings_id
 from .runs import FILE, RunRow
 from .settings import ExtractionSettings
-
-STORED, SET_ASIDE = "stored", "set aside"
-
-
-@dataclass(frozen=True)
-class Damaged:
-    """A recording that could not be read whole, and why."""
-
-    path: str
-    sha256: str
-    size_bytes: int
-    reason: str
 
 
 @dataclass(frozen=True)
@@ -143,7 +122,7 @@ class CampaignStore:
 
     def report(self) -> IngestReport:
         """Totals and findings of the campaign as it stands now."""
-        self._store.read(self._sum_up)
+        self._store.read(self._report.sum_up)
         return self._report
 
     def _stored(self, session: Session) -> tuple[dict[str, KnownRecording], dict[tuple[int, int], KnownRow]]:
@@ -161,22 +140,6 @@ class CampaignStore:
             for table in (Impact, Shot)
         )
 
-    def _sum_up(self, session: Session) -> None:
-        campaign = session.scalar(select(Campaign.id).where(Campaign.name == self._file.name))
-        report = self._report
-        stored = select(func.count()).where(Recording.campaign_id == campaign, Recording.status == STORED)
-        report.recordings = session.scalar(stored) or 0
-        report.impacts = session.scalar(select(func.count()).where(Impact.campaign_id == campaign)) or 0
-        report.shots = session.scalar(select(func.count()).where(Shot.campaign_id == campaign)) or 0
-        query = (
-            select(Recording.path, QualityFinding.check, QualityFinding.severity, QualityFinding.message)
-            .join(Recording, QualityFinding.recording_id == Recording.id)
-            .where(Recording.campaign_id == campaign)
-            .order_by(QualityFinding.id)
-        )
-        keys = ("recording", "check", "severity", "message")
-        report.findings = [dict(zip(keys, row, strict=True)) for row in session.execute(query)]
-
     def _write_rows(self, what: str, add: Callable[[Session], Added]) -> Added:
         """Rows have numbers of their own, by which they are found when they are written again."""
         try:
@@ -191,8 +154,8 @@ class CampaignStore:
     def _write_set_aside(self, session: Session, damaged: Sequence[Damaged]) -> None:
         campaign = campaign_row(session, self._file, self._modes)
         for item in sorted(damaged, key=lambda item: item.path):
-            _forget_set_aside(session, campaign, item.path)
-            _set_aside(session, campaign, self._file, item)
+            forget_aside(session, campaign, item.path)
+            keep_aside(session, campaign, self._file, item)
 
     def _refuse_changed_rows(self) -> None:
         for row in self._rows:
@@ -213,7 +176,7 @@ class CampaignStore:
 
     def _write(self, session: Session, done: ProcessedRecording, hits: list[Hit]) -> Added:
         campaign = campaign_row(session, self._file, self._modes)
-        _forget_set_aside(session, campaign, done.path)
+        forget_aside(session, campaign, done.path)
         recording = Recording(
             campaign_id=campaign.id,
             path=done.path,
@@ -229,7 +192,7 @@ class CampaignStore:
         for series in done.series:
             write_series(session, channels[series.channel.name], series.encoded.frames, self._store.written_by(session))
         added, impacts = self._add_hits(session, campaign, hits, recording, done)
-        session.add_all(_finding_row(f, recording.id, channels, impacts) for f in done.findings)
+        session.add_all(finding_row(f, recording.id, channels, impacts) for f in done.findings)
         return replace(added, recordings=1)
 
     def _add_hits(
@@ -255,7 +218,7 @@ class CampaignStore:
             if impact is not None and hit.pulse is not None:
                 impacts[hit.pulse] = impact
             if self._file.kind == "gun":
-                session.add(Shot(**common, impact_id=impact, **_shot_values(hit.row, done)))
+                session.add(Shot(**common, impact_id=impact, **shot_values(hit.row, done)))
             added = added.with_hit(impact is not None, self._file.kind == "gun")
         return added, impacts
 
@@ -265,7 +228,7 @@ class CampaignStore:
         """Key of a hit's impact, with its pulse; None for a shot that met no force channel."""
         if self._file.kind == "gun" and not (done and done.has_force) and hit.row.impact_velocity_m_s is None:
             return None
-        impact = Impact(**common, **_impact_velocity(hit.row, hit, done))
+        impact = Impact(**common, **impact_values(hit.row, hit, done))
         session.add(impact)
         session.flush()
         if done and hit.pulse is not None:
@@ -285,83 +248,3 @@ class CampaignStore:
             )
         )
         return session.scalar(query) is not None
-
-
-def _impact_velocity(row: RunRow, hit: Hit, done: ProcessedRecording | None) -> dict[str, object]:
-    if row.impact_velocity_m_s is not None:
-        return {
-            "impact_velocity_m_s": row.impact_velocity_m_s,
-            "impact_velocity_u_m_s": row.impact_velocity_u_m_s,
-            "velocity_source": "reported",
-        }
-    speed = done.speeds[hit.pulse] if done and hit.pulse is not None and done.speeds else None
-    if speed is None:
-        return {}
-    return {
-        "impact_velocity_m_s": speed.velocity_m_s,
-        "impact_velocity_u_m_s": speed.velocity_u_m_s,
-        "velocity_source": "integrated",
-    }
-
-
-def _shot_values(row: RunRow, done: ProcessedRecording | None) -> dict[str, object]:
-    values: dict[str, object] = {
-        "tank_pressure_pa": row.number("tank_pressure"),
-        "bullet_mass_kg": row.number("bullet_mass"),
-        "bullet_length_m": row.bullet_length_m,
-    }
-    shot = done.shot if done else None
-    if shot and shot.tank_pressure_pa is not None:
-        values |= {"recorded_pressure_pa": shot.tank_pressure_pa, "recorded_pressure_u_pa": shot.tank_pressure_u_pa}
-    if row.measured_velocity_m_s is not None:
-        values |= {
-            "measured_velocity_m_s": row.measured_velocity_m_s,
-            "measured_velocity_u_m_s": reported_uncertainty(row),
-            "velocity_source": "reported",
-        }
-    elif shot and shot.velocity_m_s is not None:
-        values |= {
-            "measured_velocity_m_s": shot.velocity_m_s,
-            "measured_velocity_u_m_s": shot.velocity_u_m_s,
-            "velocity_source": "laser",
-        }
-    return values
-
-
-def _finding_row(
-    finding: Finding, recording_id: int, channels: dict[str, int], impacts: dict[int, int]
-) -> QualityFinding:
-    return QualityFinding(
-        recording_id=recording_id,
-        channel_id=channels.get(finding.channel),
-        impact_id=impacts.get(finding.contact) if finding.contact is not None else None,
-        check=finding.check,
-        severity=finding.severity,
-        message=finding.message,
-        evidence=finding.evidence,
-    )
-
-
-def _set_aside(session: Session, campaign: Campaign, file: CampaignFile, item: Damaged) -> None:
-    """Add the row that says why, unless another process has."""
-    get_or_add(
-        session,
-        Recording,
-        {"campaign_id": campaign.id, "path": item.path},
-        {
-            "sha256": item.sha256,
-            "size_bytes": item.size_bytes,
-            "format": reader_for(file.folder / item.path).format,
-            "status": SET_ASIDE,
-            "reason": item.reason,
-        },
-    )
-
-
-def _forget_set_aside(session: Session, campaign: Campaign, path: str) -> None:
-    """A recording that was set aside and has been mended makes room for its better self."""
-    session.execute(
-        delete(Recording).where(
-            Recording.campaign_id == campaign.id, Recording.path == path, Recording.status == SET_ASIDE
-        )
-    )

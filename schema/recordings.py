@@ -11,9 +11,9 @@ from typing import Any
 from sqlalchemy import CheckConstraint, ForeignKey, Index, LargeBinary, UniqueConstraint
 from sqlalchemy.orm import Mapped, mapped_column, relationship
 
-from .base import Base, HasId, Written, one_of, positive
+from .base import LONG, Base, HasId, Written, one_of, positive
 
-STATUSES = ("stored", "set aside")
+STORED, SET_ASIDE = STATUSES = ("stored", "set aside")
 
 
 class Recording(HasId, Written, Base):
@@ -32,7 +32,7 @@ class Recording(HasId, Written, Base):
     campaign_id: Mapped[int] = mapped_column(ForeignKey("campaigns.id"))
     path: Mapped[str]  # relative to the campaign folder
     sha256: Mapped[str]  # of the file
-    size_bytes: Mapped[int]
+    size_bytes: Mapped[int] = mapped_column(LONG)
     format: Mapped[str]
     status: Mapped[str]
     reason: Mapped[str | None]

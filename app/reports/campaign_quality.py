@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from ...schema.impacts import Impact
 from ...schema.quality import SEVERITIES, QualityFinding
-from ...schema.recordings import RecordedChannel, Recording
+from ...schema.recordings import SET_ASIDE, RecordedChannel, Recording
 from ..overview import count_findings
 from .document import Block, Paragraph, Section, Table
 
@@ -59,6 +59,6 @@ def _doubts(session: Session, campaign_id: int) -> list[list[Any]]:
 
 def _set_aside(session: Session, campaign_id: int) -> list[list[Any]]:
     query = select(Recording.path, Recording.reason).where(
-        Recording.campaign_id == campaign_id, Recording.status == "set aside"
+        Recording.campaign_id == campaign_id, Recording.status == SET_ASIDE
     )
     return [list(row) for row in session.execute(query.order_by(Recording.path))]

@@ -10,7 +10,7 @@ from sqlalchemy import and_, func, or_, select
 from sqlalchemy.orm import Session
 
 from ...schema.quality import QualityFinding
-from ...schema.recordings import RecordedChannel, Recording
+from ...schema.recordings import SET_ASIDE, RecordedChannel, Recording
 from ..record import Floats
 from .hits import Hit
 
@@ -63,7 +63,7 @@ def read_doubts(session: Session, campaign_id: int) -> Doubts:
 
 def count_set_aside(session: Session, campaign_id: int) -> int:
     """Recordings that could not be read; their rows of the table hold no hit."""
-    mine = (Recording.campaign_id == campaign_id, Recording.status == "set aside")
+    mine = (Recording.campaign_id == campaign_id, Recording.status == SET_ASIDE)
     return session.scalar(select(func.count()).select_from(Recording).where(*mine)) or 0
 
 

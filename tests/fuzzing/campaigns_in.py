@@ -23,6 +23,8 @@ _INGEST = (
     "ingest/load.py",
     "ingest/processing.py",
     "ingest/store.py",
+    "ingest/hit_values.py",
+    "ingest/aside.py",
     "ingest/rows.py",
     "ingest/matching.py",
     "ingest/parallel.py",

@@ -11,6 +11,7 @@ from pyroshock.schema.impacts import Impact
 from pyroshock.schema.keys import get_or_add
 from pyroshock.schema.materials import Material
 from pyroshock.schema.provenance import Provenance
+from pyroshock.schema.recordings import Recording
 from pyroshock.schema.session import Store, StoreError, Writer, count_rows, make_engine, open_store
 from sqlalchemy import select
 from sqlalchemy.exc import IntegrityError, StatementError
@@ -174,3 +175,14 @@ def test_password_is_not_shown():
     with pytest.raises(StoreError) as caught:
         open_store("postgresql+psycopg://someone:secret@127.0.0.1:1/none", WRITER)
     assert "secret" not in str(caught.value)
+
+
+def test_recording_of_gigabytes_has_its_size(store):
+    """PostgreSQL's integers end at 2 GB: such a file was refused there, and stored on SQLite."""
+    with store.writing() as session:
+        session.add(of := campaign())
+        session.flush()
+        large = {"path": "day.tdms", "sha256": "0" * 64, "size_bytes": 5_000_000_000, "format": "tdms"}
+        session.add(Recording(campaign_id=of.id, status="stored", **large))
+    with store.reading() as session:
+        assert session.scalars(select(Recording.size_bytes)).one() == 5_000_000_000

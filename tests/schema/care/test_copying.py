@@ -116,10 +116,10 @@ def test_a_row_written_meanwhile_is_in_no_copy(care_copy, tmp_path):
 
 @pytest.mark.slow
 def test_what_the_other_engine_cannot_hold_is_named(care_copy, postgres_database, tmp_path):
-    execute(care_copy, "UPDATE recordings SET size_bytes = 5000000000 WHERE id = 1")
-    with pytest.raises(StoreError, match=r"recordings\.size_bytes holds a number beyond"):
+    execute(care_copy, "UPDATE impacts SET repetition = 5000000000 WHERE id = 1")
+    with pytest.raises(StoreError, match=r"impacts\.repetition holds a number beyond"):
         copied(care_copy, postgres_database)
-    execute(care_copy, "UPDATE recordings SET size_bytes = 5 WHERE id = 1")
+    execute(care_copy, "UPDATE impacts SET repetition = 50 WHERE id = 1")
     copied(care_copy, postgres_database)
     execute(postgres_database, "UPDATE pulses SET spline_nrmse = 'NaN' WHERE id = 2")
     with pytest.raises(StoreError, match=r"pulses\.spline_nrmse holds NaN in 1 rows, which sqlite cannot keep"):

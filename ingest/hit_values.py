@@ -1,0 +1,65 @@
+"""Velocities, pressures and findings of a hit as rows hold them: the lab's own word before what its record gives."""
+
+from __future__ import annotations
+
+from ..schema.quality import QualityFinding
+from .known import reported_uncertainty
+from .matching import Hit
+from .processing import ProcessedRecording
+from .quality.base import Finding
+from .runs import RunRow
+
+
+def impact_values(row: RunRow, hit: Hit, done: ProcessedRecording | None) -> dict[str, object]:
+    if row.impact_velocity_m_s is not None:
+        return {
+            "impact_velocity_m_s": row.impact_velocity_m_s,
+            "impact_velocity_u_m_s": row.impact_velocity_u_m_s,
+            "velocity_source": "reported",
+        }
+    speed = done.speeds[hit.pulse] if done and hit.pulse is not None and done.speeds else None
+    if speed is None:
+        return {}
+    return {
+        "impact_velocity_m_s": speed.velocity_m_s,
+        "impact_velocity_u_m_s": speed.velocity_u_m_s,
+        "velocity_source": "integrated",
+    }
+
+
+def shot_values(row: RunRow, done: ProcessedRecording | None) -> dict[str, object]:
+    values: dict[str, object] = {
+        "tank_pressure_pa": row.number("tank_pressure"),
+        "bullet_mass_kg": row.number("bullet_mass"),
+        "bullet_length_m": row.bullet_length_m,
+    }
+    shot = done.shot if done else None
+    if shot and shot.tank_pressure_pa is not None:
+        values |= {"recorded_pressure_pa": shot.tank_pressure_pa, "recorded_pressure_u_pa": shot.tank_pressure_u_pa}
+    if row.measured_velocity_m_s is not None:
+        values |= {
+            "measured_velocity_m_s": row.measured_velocity_m_s,
+            "measured_velocity_u_m_s": reported_uncertainty(row),
+            "velocity_source": "reported",
+        }
+    elif shot and shot.velocity_m_s is not None:
+        values |= {
+            "measured_velocity_m_s": shot.velocity_m_s,
+            "measured_velocity_u_m_s": shot.velocity_u_m_s,
+            "velocity_source": "laser",
+        }
+    return values
+
+
+def finding_row(
+    finding: Finding, recording_id: int, channels: dict[str, int], impacts: dict[int, int]
+) -> QualityFinding:
+    return QualityFinding(
+        recording_id=recording_id,
+        channel_id=channels.get(finding.channel),
+        impact_id=impacts.get(finding.contact) if finding.contact is not None else None,
+        check=finding.check,
+        severity=finding.severity,
+        message=finding.message,
+        evidence=finding.evidence,
+    )
