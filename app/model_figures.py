@@ -11,6 +11,7 @@ from ..training.floors import SCOPES
 from ..training.listing import finite, newest, of_dataset
 from ..training.metrics.errors import METRICS
 from ..training.metrics.reconstruct import figures, reconstruct
+from ..training.whole import damages
 from .comparing import comparisons_of, rows_of
 from .model_tables import json_row
 
@@ -48,10 +49,12 @@ def listed_versions(
 
 
 def version_rows(registry: Registry, versions: Sequence[Version]) -> list[dict[str, Any]]:
-    """A row each, with what repetitions allow on its split."""
+    """A row each, with what repetitions allow on its split, and `damaged`: what is wrong with its files, or None."""
     grounds = dict.fromkeys((version.dataset.hash, version.seed) for version in versions)
     floors = {ground: registry.floors(*ground) for ground in grounds}
-    return [version_row(version, floors[version.dataset.hash, version.seed]) for version in versions]
+    wrong = damages(registry, versions)
+    rows = (version_row(version, floors[version.dataset.hash, version.seed]) for version in versions)
+    return [row | {"damaged": wrong.get(row["label"])} for row in rows]
 
 
 def version_row(version: Version, floors: Mapping[str, str]) -> dict[str, Any]:

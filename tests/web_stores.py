@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -106,16 +106,11 @@ def _plan_and_diagnose(store: Store) -> None:
 def quick_plates() -> Iterator[None]:
     """A plate of two modes in closed form: a solved one takes ten seconds."""
     from pyroshock.app import twins
-    from twin_parts import ringing_plate
-
-    def solved(drawing: Any, material: Any, highest_hz: float, folder: Path) -> Any:
-        plate, points = ringing_plate(), tuple(drawing.impact_points)[:2]
-        shapes = plate.shape_impact[: len(points)]
-        return replace(plate, impact_points=points, shape_impact=shapes, sensors=tuple(drawing.sensors))
+    from twin_parts import unsolved
 
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("MLFLOW_TRACKING_URI", raising=False)
-        patch.setattr(twins, "solved", solved)
+        patch.setattr(twins, "solved", unsolved)
         yield
 
 

@@ -20,7 +20,7 @@ from pyroshock.schema.session import Store
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.effects import Effect, catalogue, effect
 from stores import ingested, opened, pyroshock
-from twin_parts import ringing_plate
+from twin_parts import unsolved
 
 VALVE = effect("gun.valve_flow")
 GAIN = effect("sensor.velocity_gain", gain=1.05)
@@ -178,12 +178,7 @@ def quick(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
 
-    def solved(drawing, material, highest_hz, folder):  # type: ignore[no-untyped-def]
-        plate, points = ringing_plate(), tuple(drawing.impact_points)[:2]
-        shapes = plate.shape_impact[: len(points)]
-        return replace(plate, impact_points=points, shape_impact=shapes, sensors=tuple(drawing.sensors))
-
-    monkeypatch.setattr(twins, "solved", solved)
+    monkeypatch.setattr(twins, "solved", unsolved)
 
 
 @pytest.mark.usefixtures("quick")

@@ -155,3 +155,17 @@ def test_pulses_that_are_gone_are_said(trained):
     )
     with pytest.raises(ValueError, match="60 held-out pulses are in no dataset of the store"):
         held_out_figures(trained[0], version_of(trained, "tree@1"), lambda _: table)
+
+
+def test_version_whose_files_are_damaged_is_marked(trained):
+    registry, _ = trained
+    with registry._model_of(version_of(trained, "hann@1")) as folder:
+        file = folder / "model.json"
+    kept = file.read_bytes()
+    file.write_bytes(b"{}")
+    try:
+        wrong = {row["label"]: row["damaged"] for row in listed_versions(registry)}
+    finally:
+        file.write_bytes(kept)
+    assert [label for label, what in wrong.items() if what] == ["hann@1"]
+    assert "model.json" in wrong["hann@1"]

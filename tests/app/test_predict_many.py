@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-from dataclasses import replace
 
 import pandas as pd
 import pytest
@@ -13,7 +12,7 @@ from pyroshock.app import twins
 from pyroshock.app.cli.main import main
 from pyroshock.app.cli.predict import predict
 from pyroshock.app.shot_rows import assumed, rows_of_file
-from twin_parts import ringing_plate
+from twin_parts import unsolved
 
 TABLE = """run,repetition,tip_material,tip_radius_mm,bullet_mass_kg,tank_pressure_bar,anvil_material
 1,1,steel,45,0.5,2,none
@@ -35,13 +34,7 @@ def lab(tmp_path, monkeypatch):
     for name in ("MLFLOW_TRACKING_URI", "PYROSHOCK_DB"):
         monkeypatch.delenv(name, raising=False)
 
-    def solved(drawing, material, highest_hz, folder):  # type: ignore[no-untyped-def]
-        plate, points = ringing_plate(), tuple(drawing.impact_points)[:2]
-        return replace(
-            plate, impact_points=points, shape_impact=plate.shape_impact[: len(points)], sensors=tuple(drawing.sensors)
-        )
-
-    monkeypatch.setattr(twins, "solved", solved)
+    monkeypatch.setattr(twins, "solved", unsolved)
     (tmp_path / "shots.csv").write_text(TABLE, encoding="utf-8")
     return tmp_path
 

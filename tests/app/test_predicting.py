@@ -26,7 +26,7 @@ from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.srs.grid import octave_grid
-from twin_parts import ringing_plate
+from twin_parts import unsolved
 
 LINES = tuple(octave_grid(200.0, 4000.0, 3).tolist())
 
@@ -38,12 +38,7 @@ def bench(tmp_path, monkeypatch):
     for name in ("MLFLOW_TRACKING_URI", "PYROSHOCK_DB"):
         monkeypatch.delenv(name, raising=False)
 
-    def solved(drawing, material, highest_hz, folder):  # type: ignore[no-untyped-def]
-        plate, points = ringing_plate(), tuple(drawing.impact_points)[:2]
-        shapes = plate.shape_impact[: len(points)]
-        return replace(plate, impact_points=points, shape_impact=shapes, sensors=tuple(drawing.sensors))
-
-    monkeypatch.setattr(twins, "solved", solved)
+    monkeypatch.setattr(twins, "solved", unsolved)
     return twin_of(None, "sqlite:///none.db", TwinRequest(frequency_hz=LINES))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import replace
+from functools import partial
 
 import pytest
 from pyroshock.app import twins
@@ -13,7 +13,7 @@ from pyroshock.app.twins import TwinRequest
 from pyroshock.doe.space import shipped_factors, space_from_text
 from pyroshock.twin.srs.target_csv import read_target
 from stores import opened
-from twin_parts import ringing_plate
+from twin_parts import unsolved
 
 
 class StopError(Exception):
@@ -26,12 +26,7 @@ def session(tmp_path, monkeypatch) -> TuningSession:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
 
-    def solved(drawing, material, highest_hz, folder):  # type: ignore[no-untyped-def]
-        plate = ringing_plate()
-        return replace(plate, impact_points=("#1",), shape_impact=plate.shape_impact[:1],
-                       sensors=tuple(drawing.sensors))  # fmt: skip
-
-    monkeypatch.setattr(twins, "solved", solved)
+    monkeypatch.setattr(twins, "solved", partial(unsolved, points=1))
     text = shipped_factors("gun").replace('levels = ["PLA", "aluminum", "steel"]', 'levels = ["PLA", "steel"]')
     text = text.replace("levels = [30, 45, 60]", "levels = [30, 60]")
     (tmp_path / "spec.csv").write_text("frequency_hz,level_g\n200,20\n800,300\n")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -22,7 +22,7 @@ from pyroshock.schema.materials import Material
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.response import PlateResponse
 from stores import opened
-from twin_parts import ringing_plate
+from twin_parts import unsolved
 
 FEW = (200.0, 400.0, 800.0)
 
@@ -33,12 +33,7 @@ def quick(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
 
-    def solved(drawing, material, highest_hz, folder):  # type: ignore[no-untyped-def]
-        plate, points = ringing_plate(), tuple(drawing.impact_points)[:2]
-        shapes = plate.shape_impact[: len(points)]
-        return replace(plate, impact_points=points, shape_impact=shapes, sensors=tuple(drawing.sensors))
-
-    monkeypatch.setattr(twins, "solved", solved)
+    monkeypatch.setattr(twins, "solved", unsolved)
     return f"sqlite:///{tmp_path / 'lab.db'}"
 
 

@@ -319,6 +319,17 @@ def test_a_model_is_promoted_and_a_worse_one_refused(filled: Lab) -> None:
     assert 0 < page.index("for a try") < page.index("the first one")
 
 
+def test_a_model_whose_files_are_damaged_is_marked(filled: Lab) -> None:
+    file = min(filled.folder.rglob("model.json"))
+    mark, kept = '<strong class="bad">damaged</strong>', file.read_bytes()
+    file.write_bytes(b"{}")
+    try:
+        marked = filled.client.get("/models").text.count(mark)
+    finally:
+        file.write_bytes(kept)
+    assert (marked, filled.client.get("/models").text.count(mark)) == (1, 0)
+
+
 def test_a_campaign_is_diagnosed(filled: Lab) -> None:
     before = filled.rows()
     job = done(filled, post(filled.client, "/diagnoses", {"campaign": GUN, "gun": "2", "seed": "1"}))
