@@ -2,38 +2,21 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_args
 
-from sqlalchemy import select
-
 from ..doe.designs.base import Design
-from ..doe.guards import planned_shots, pressures_for_levels, refuse_unsafe
-from ..doe.limits.bench import read_limits
-from ..doe.limits.contact_force import Elastic
+from ..doe.designs.methods import Wanted, way_of
 from ..doe.plans import StoredPlan, add_plan, extend_plan, read_plan
 from ..doe.space import Kind, Space, shipped_factors, space_from_text
-from ..ingest.folder import GunPart, read_campaign_file
-from ..schema.columns import BY_COLUMN, parse_number
-from ..schema.materials import Material, material_names
-from ..schema.outputs import whole_file
 from ..schema.session import Store
-from ..twin.gun.nominal import GunBench, tank_pressure_for
+from ..twin.gun.nominal import GunBench
+from .plan_settings import gun_bench, numbered, run_settings
 
 if TYPE_CHECKING:
     import numpy as np
-
-#: The bench of the shipped shots: the thesis's gun.
-SHIPPED_BENCH = Path(__file__).resolve().parent.parent / "examples" / "first-shots"
-VELOCITY_LEVEL, MASS = "velocity_level", "bullet_mass_kg"
-
-Rows = Sequence[Mapping[str, str]]
-
-#: How a plan can be made from nothing.
-METHODS = ("lhs", "factorial", "import")
 
 
 @dataclass(frozen=True)
@@ -69,9 +52,9 @@ def draft_plan(
 ) -> Draft:
     """Make a design, to be stored as plan `name`. The search for a balanced one takes seconds to minutes.
 
-    `method` is one of `METHODS`: "lhs" takes the number of `runs`, "import" a CSV `table`. `factors` is the text of a
-    factors file, else the shipped one of `kind`; `gun` a campaign folder whose gun fires the plan. Without a `seed` one
-    is drawn, which the plan keeps. Raises `ValueError` for what the method does not take.
+    `method` is one of `doe.designs.methods.METHODS`: "lhs" takes the number of `runs`, "import" a CSV `table`.
+    `factors` is the text of a factors file, else the shipped one of `kind`; `gun` a campaign folder whose gun fires the
+    plan. Without a `seed` one is drawn, which the plan keeps. Raises `ValueError` for what the method lacks.
     """
     if not name.strip():
         raise ValueError("the plan has no name; expected one")
@@ -112,79 +95,14 @@ def _design(
 
     import numpy as np
 
+    from ..doe.designs.imported import ImportedDesign
+
     drawn = seed if seed is not None else secrets.randbelow(2**31)
     if drawn < 0:
         raise ValueError(f"seed is {drawn}; expected 0 or more")
-    if method == "lhs":
-        if runs is None or runs < 1:
-            raise ValueError(f"runs of a Latin hypercube is {runs}; expected 1 or more")
-        return balanced_design(space, runs, drawn), None
-    if method == "factorial":
-        from ..doe.designs.factorial import factorial
-
-        return in_order(factorial(space), np.random.default_rng(drawn), drawn), None
-    if method == "import":
-        from ..doe.designs.imported import read_table
-
-        if table is None:
-            raise ValueError("no table to import; expected a CSV file with a column per factor")
-        read = read_table(table, space)
-        return read, read.runs
-    raise ValueError(f"method is {method!r}; expected one of {', '.join(METHODS)}")
-
-
-def gun_bench(folder: Path | None) -> GunBench:
-    """The gun of a campaign folder's campaign.toml; of the shipped shots where none is named."""
-    file = read_campaign_file(folder or SHIPPED_BENCH)
-    if file.gun is None:
-        raise ValueError(f"{folder}: its campaign.toml has no [bench.gun] to plan tank pressures with")
-    return _bench(file.gun)
-
-
-def _bench(part: GunPart) -> GunBench:
-    return GunBench(**vars(part))
-
-
-def run_settings(store: Store, space: Space, rows: Rows, gun: GunBench) -> list[dict[str, float]]:
-    """What follows from each treatment: a gun's tank pressure. Every run is held against the bench.
-
-    Raises `doe.guards.UnsafeRunError` with the numbers where a run is beyond it, and `ValueError` for a gun's factors
-    without velocity levels, or without a mass.
-    """
-    if space.kind != "gun":
-        return [{} for _ in rows]
-    velocities = _velocities(space)
-    masses = sorted({parse_number(row[MASS]) for row in rows})
-    pressures = pressures_for_levels(velocities, masses, lambda v, m: float(tank_pressure_for(gun, v, m)))
-    shots = planned_shots(rows, velocities, pressures, _elastic(store, space))
-    refuse_unsafe(shots, read_limits(space.bench))
-    return [{"tank_pressure_bar": float(f"{shot.tank_pressure_pa / 1e5:.4g}")} for shot in shots]
-
-
-def _numbered(rows: Rows, numbers: Sequence[int]) -> list[dict[str, str]]:
-    """The rows with their run numbers, by which a refusal names them."""
-    return [{"run": str(number), **row} for number, row in zip(numbers, rows, strict=True)]
-
-
-def _velocities(space: Space) -> dict[str, float]:
-    by_column = {factor.column: factor for factor in space.factors}
-    level = by_column.get(VELOCITY_LEVEL)
-    if level is None or level.values is None or MASS not in by_column:
-        raise ValueError(
-            f"factors {space.name!r}: a gun's plan needs {MASS}, and {VELOCITY_LEVEL} as an ordered factor with values "
-            "in m/s"
-        )
-    return dict(zip(level.levels, level.values, strict=True))
-
-
-def _elastic(store: Store, space: Space) -> dict[str, Elastic]:
-    """Elastic constants of every material that a level names, under the level's own spelling."""
-    columns = [column for column, known in BY_COLUMN.items() if known.material]
-    named = {level for factor in space.factors if factor.column in columns for level in factor.levels}
-    with store.reading() as session:
-        names = material_names(session)
-        constants = {m.name: Elastic(m.youngs_modulus_pa, m.poisson_ratio) for m in session.scalars(select(Material))}
-    return {level: constants[name] for level in named if (name := names(level)) is not None}
+    rng = np.random.default_rng(drawn)
+    made = way_of(method).make(space, Wanted(runs, table, rng))
+    return (made, made.runs) if isinstance(made, ImportedDesign) else (in_order(made, rng, drawn), None)
 
 
 def store_design(
@@ -200,7 +118,7 @@ def store_design(
 ) -> None:
     """Store a design as a plan that can be fired; nothing is stored where a run is beyond the bench."""
     numbers = list(runs) if runs is not None else list(range(1, len(design.treatments) + 1))
-    settings = run_settings(store, design.space, _numbered(design.rows, numbers), gun)
+    settings = run_settings(store, design.space, numbered(design.rows, numbers), gun)
     add_plan(
         store,
         name,
@@ -211,16 +129,6 @@ def store_design(
         runs=numbers,
         description=description,
     )
-
-
-def balanced_design(space: Space, runs: int, seed: int) -> Design:
-    """A balanced Latin hypercube design in an order with few changeovers."""
-    import numpy as np
-
-    from ..doe.designs.lhs import balanced
-
-    rng = np.random.default_rng(seed)
-    return in_order(balanced(space, runs, rng), rng, seed)
 
 
 def in_order(design: Design, rng: np.random.Generator, seed: int | None) -> Design:
@@ -242,48 +150,5 @@ def augment_plan(store: Store, plan: StoredPlan, runs: int, repetitions: int, se
     design = augment(plan.space, kept, runs, lambda space, n, fixed: balanced(space, n, rng, fixed=fixed))
     rows = in_order(design, rng, seed).rows
     first = 1 + max((run.run for run in plan.runs), default=0)
-    settings = run_settings(store, plan.space, _numbered(rows, range(first, first + runs)), gun)
+    settings = run_settings(store, plan.space, numbered(rows, range(first, first + runs)), gun)
     return extend_plan(store, plan.name, rows, repetitions=repetitions, settings=settings)
-
-
-def plan_as_json(plan: StoredPlan) -> dict[str, Any]:
-    """A plan as the command line prints it: SI numbers, the unit in the key."""
-    return {
-        "name": plan.name,
-        "kind": plan.space.kind,
-        "method": plan.method,
-        "seed": plan.seed,
-        "runs": [
-            {
-                "run": run.run,
-                "position": run.position,
-                "status": run.status,
-                "repetitions": run.repetitions,
-                "recorded": run.recorded,
-                **_in_si({**run.row, **{key: repr(value) for key, value in run.settings.items()}}),
-                **({"reason": run.reason} if run.reason else {}),
-            }
-            for run in plan.runs
-        ],
-    }
-
-
-def _in_si(row: Mapping[str, str]) -> dict[str, Any]:
-    cells: dict[str, Any] = {}
-    for column, text in row.items():
-        known = BY_COLUMN.get(column)
-        if known is not None and known.si_unit is not None:
-            cells[f"{known.name}_{known.si_unit.lower()}"] = float(f"{parse_number(text) * known.scale:.12g}")
-        else:
-            cells[column] = text
-    return cells
-
-
-def write_table(plan: StoredPlan, path: Path) -> None:
-    """The plan's table as CSV: `run` and the factors' columns, in order of run, without what was discarded."""
-    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["run", *plan.space.columns])
-        for run in plan.runs:
-            if run.status != "discarded":
-                writer.writerow([run.run, *(run.row[column] for column in plan.space.columns)])

@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from ..doe.plans import UnknownPlanError, read_plan
-from ..doe.space import shipped_factors, space_from_text
 from ..ingest.load import ingest_folder
 from ..ingest.plan_link import link_campaign
 from ..schema.listings import iter_shots
 from ..schema.session import Store
 from ..virtualbench.effects import Effects
 from ..virtualbench.simulate import simulate
-from .planning import balanced_design, gun_bench, store_design
+from .planning import make_plan
 from .predictions import with_predictions
 from .simulation import rows_of
 
@@ -73,6 +72,4 @@ def _plan(store: Store) -> None:
             return
         except UnknownPlanError:
             pass
-    factors = shipped_factors("gun")
-    design = balanced_design(space_from_text(factors), RUNS, SEED)
-    store_design(store, NAME, factors, design, gun_bench(None), repetitions=REPETITIONS)
+    make_plan(store, "lhs", NAME, runs=RUNS, repetitions=REPETITIONS, seed=SEED)

@@ -46,7 +46,7 @@ def discriminate(
     for words in (*(each["why"] for each in report["next_runs"]), *left_out):
         note(words)
     note(f"plan {stored.name}: {len(stored.runs)} runs; pyroshock plan sheet {stored.name} --out {stored.name}.html")
-    from ..planning import plan_as_json, write_table
+    from ..plan_tables import plan_as_json, write_table
 
     if out is not None:
         with errors_as_one_line():

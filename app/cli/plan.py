@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from .common import db_option, errors_as_one_line, json_option, note, opened, print_table, write_json
+from .common import db_option, json_option, note, opened, print_table, write_json
+from .designs import augment, factorial, import_, lhs
 from .discriminate import discriminate
-
-if TYPE_CHECKING:
-    from ...doe.plans import StoredPlan
-    from ...schema.session import Store
-
-Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 @click.group(invoke_without_command=True)
@@ -41,137 +34,6 @@ def plan(ctx: click.Context, db: str, json_to: str | None) -> None:
         write_json(rows, json_to)
     else:
         print_table(rows, "no plans; make one: pyroshock plan lhs NAME --runs 105")
-
-
-def _making(function: Function) -> Function:
-    """Options of every command that makes a plan."""
-    for option in (
-        db_option,
-        json_option,
-        click.option("--repetitions", type=click.IntRange(1), default=10, show_default=True),
-        click.option(
-            "--seed", type=click.IntRange(0), default=None, help="The same seed, the same plan. [drawn, and told]"
-        ),
-        click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table as CSV."),
-        click.option("--kind", type=click.Choice(["gun", "hammer"]), default="gun", show_default=True),
-        click.option("--factors", type=click.Path(path_type=Path), help="Your own factors, a TOML file."),
-        click.option("--gun", "bench", type=click.Path(path_type=Path), help="A campaign folder whose gun fires it."),
-    ):
-        function = option(function)
-    return function
-
-
-@plan.command()
-@click.argument("name")
-@click.option("--runs", type=click.IntRange(1), required=True)
-@_making
-def lhs(name: str, runs: int, **given: Any) -> None:
-    """Balanced Latin hypercube: every level, and every pair of levels, as often as any other.
-
-    \b
-    Example:
-        pyroshock plan lhs spring --runs 105 --seed 1 --out spring.csv
-    """
-    _make(name, "lhs", given, runs=runs)
-
-
-@plan.command()
-@click.argument("name")
-@_making
-def factorial(name: str, **given: Any) -> None:
-    """Every feasible treatment, in an order with few changeovers.
-
-    \b
-    Example:
-        pyroshock plan factorial hammer --kind hammer
-    """
-    _make(name, "factorial", given)
-
-
-@plan.command("import")
-@click.argument("name")
-@click.argument("table", type=click.Path(path_type=Path))
-@_making
-def import_(name: str, table: Path, **given: Any) -> None:
-    """A design that somebody else has made: a CSV table, kept in its order.
-
-    \b
-    Example:
-        pyroshock plan import thesis table_a1_lhs_105_runs.csv
-    """
-    _make(name, "import", given, table=table)
-
-
-def _make(name: str, method: str, given: dict[str, Any], **own: Any) -> None:
-    from ...doe.toml_space import read_text
-    from ..planning import make_plan
-
-    with opened(given["db"], create=True) as store:
-        factors = read_text(given["factors"]) if given["factors"] else None
-        common = {key: given[key] for key in ("kind", "repetitions", "seed")}
-        stored = make_plan(store, method, name, factors=factors, gun=given["bench"], **common, **own)
-    told = f", seed {stored.seed}" if stored.seed is not None else ""
-    note(f"plan {name}: {len(stored.runs)} runs of {given['repetitions']} repetitions, {stored.method}{told}")
-    _tell(stored, given["json_to"], given["out"])
-
-
-def _read(store: Store, name: str) -> StoredPlan:
-    from ...doe.plans import read_plan
-
-    with store.reading() as session:
-        return read_plan(session, name)
-
-
-def _tell(stored: StoredPlan, json_to: str | None, out: Path | None) -> None:
-    from ..planning import plan_as_json, write_table
-
-    if out is not None:
-        with errors_as_one_line():
-            write_table(stored, out)
-        note(f"written: {out}")
-    if json_to is not None:
-        write_json(plan_as_json(stored), json_to)
-    elif out is None:
-        print_table(({"run": run.run, **run.row, **run.settings} for run in stored.runs), "no runs")
-
-
-@plan.command()
-@click.argument("name")
-@click.option("--runs", type=click.IntRange(1), default=None, help="How many to add. [as many as were discarded]")
-@click.option("--repetitions", type=click.IntRange(1), default=10, show_default=True)
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
-@click.option("--gun", "bench", type=click.Path(path_type=Path), help="A campaign folder whose gun fires it.")
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table as CSV.")
-@db_option
-@json_option
-def augment(
-    name: str,
-    runs: int | None,
-    repetitions: int,
-    seed: int,
-    bench: Path | None,
-    out: Path | None,
-    db: str,
-    json_to: str | None,
-) -> None:
-    """Add runs to a plan, the ones that balance best what was recorded and what is still to do.
-
-    \b
-    Example:
-        pyroshock plan discard spring 17 --reason "tip broke"
-        pyroshock plan augment spring
-    """
-    from ..planning import augment_plan, gun_bench
-
-    with opened(db) as store:
-        before = _read(store, name)
-        count = runs if runs is not None else sum(run.status == "discarded" for run in before.runs)
-        if not count:
-            raise ValueError(f"plan {name!r} has no discarded runs to replace; say how many to add: --runs N")
-        numbers = augment_plan(store, before, count, repetitions, seed, gun_bench(bench))
-        stored = _read(store, name)
-    note(f"plan {name}: added runs {', '.join(map(str, numbers))}")
-    _tell(stored, json_to, out)
 
 
 @plan.command()
@@ -222,10 +84,11 @@ def quality(name: str, against: str | None, plot: Path | None, db: str, json_to:
 @json_option
 def status(name: str, db: str, json_to: str | None) -> None:
     """What of a plan is done, to do, and discarded."""
-    with opened(db) as store:
-        stored = _read(store, name)
-    from ..planning import plan_as_json
+    from ...doe.plans import read_plan
+    from ..plan_tables import plan_as_json
 
+    with opened(db) as store, store.reading() as session:
+        stored = read_plan(session, name)
     if json_to is not None:
         write_json(plan_as_json(stored), json_to)
         return
@@ -246,7 +109,13 @@ def status(name: str, db: str, json_to: str | None) -> None:
 
 @plan.command()
 @click.argument("name")
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), required=True, metavar="FILE.html|.csv|.xlsx")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, dir_okay=False),
+    required=True,
+    metavar="FILE.html|.csv|.xlsx",
+    help="Its ending says as what.",
+)
 @db_option
 def sheet(name: str, out: Path, db: str) -> None:
     """The run sheet for the bench, in order of run, with a box to tick.
@@ -255,11 +124,13 @@ def sheet(name: str, out: Path, db: str) -> None:
     Example:
         pyroshock plan sheet spring --out spring.html
     """
+    from ...doe.plans import read_plan
     from ...doe.sheet import write_sheet
 
-    with opened(db) as store:
-        write_sheet(_read(store, name), out)
+    with opened(db) as store, store.reading() as session:
+        write_sheet(read_plan(session, name), out)
     note(f"written: {out}")
 
 
-plan.add_command(discriminate)
+for command in (lhs, factorial, import_, augment, discriminate):
+    plan.add_command(command)

@@ -45,8 +45,8 @@ class PlanArguments:
                 self.name,
                 kind=self.kind,
                 factors=self.factors or None,
-                runs=self.runs if self.method == "lhs" else None,
-                table=table if self.method == "import" else None,
+                runs=self.runs,
+                table=table,
                 repetitions=self.repetitions,
                 seed=self.seed,
                 description=self.description or None,
@@ -54,9 +54,10 @@ class PlanArguments:
 
 
 def _do(work: Work, asked: PlanArguments) -> Ending:
-    from ...planning import plan_as_json, store_draft
+    from ...plan_tables import plan_as_json
+    from ...planning import store_draft
 
-    work.step(0, 0, "searching for a balanced design" if asked.method == "lhs" else "making the design")
+    work.step(0, 0, "making the design")
     draft = asked.draft()
 
     def ending() -> Result:

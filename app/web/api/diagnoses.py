@@ -11,7 +11,7 @@ from ...adopting import adopt
 from ...discriminating import store_experiment
 from ...jobs.kinds.diagnose import DiagnoseArguments
 from ...kept_diagnoses import kept_report, kept_verdict, list_diagnoses
-from ...planning import plan_as_json
+from ...plan_tables import plan_as_json
 from ..asking import Key, OpenStore, Running, Text
 from ..diagnosing import diagnose_job
 

@@ -7,10 +7,11 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
+from ....doe.designs.methods import Method
 from ....doe.plans import list_plans, read_plan, tick_run
 from ...jobs.kinds.plan import PlanArguments
 from ...plan_quality import plan_page
-from ...planning import plan_as_json
+from ...plan_tables import plan_as_json
 from ..asking import Key, Name, OpenStore, Running, Text
 from ..making import MOST_RUNS, plan_job
 
@@ -21,7 +22,7 @@ class NewPlan(BaseModel):
     """`factors`: text of a factors file in TOML; `table`: text of a CSV to import. Empty: the shipped ones."""
 
     name: Text = Field(min_length=1, max_length=200)
-    method: Literal["lhs", "factorial", "import"] = "lhs"
+    method: Method = "lhs"
     kind: Literal["gun", "hammer"] = "gun"
     runs: Annotated[int, Field(ge=1, le=MOST_RUNS)] = 105
     repetitions: Annotated[int, Field(ge=1, le=1000)] = 10

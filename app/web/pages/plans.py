@@ -10,6 +10,7 @@ from fastapi import APIRouter, Form, HTTPException
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
+from ....doe.designs.methods import METHODS, Method
 from ....doe.plans import StoredPlan, list_plans, read_plan, tick_run
 from ....doe.sheet import sheet_of, write_sheet
 from ....doe.space import shipped_factors
@@ -40,7 +41,8 @@ def plans(request: Request, store: OpenStore) -> Response:
 
 @router.get("/plans/new")
 def new(request: Request, kind: Literal["gun", "hammer"] = "gun") -> Response:
-    return page(request, "plan_new.html", kind=kind, factors=shipped_factors(kind))
+    titles = [(name, way.title) for name, way in METHODS.items()]
+    return page(request, "plan_new.html", kind=kind, factors=shipped_factors(kind), methods=titles)
 
 
 @router.post("/plans")
@@ -48,7 +50,7 @@ def make(
     store: OpenStore,
     jobs: Running,
     name: Annotated[str, Form(min_length=1, max_length=200)],
-    method: Annotated[Literal["lhs", "factorial", "import"], Form()] = "lhs",
+    method: Annotated[Method, Form()] = "lhs",
     kind: Annotated[Literal["gun", "hammer"], Form()] = "gun",
     runs: Annotated[int, Form(ge=1)] = 105,
     repetitions: Annotated[int, Form(ge=1, le=1000)] = 10,
