@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
+from ..doe.space import Space, space_from_text
 from ..schema.campaigns import ConfigurationLevel, Factor, FactorLevel
 from ..schema.impacts import Impact
 from ..schema.plans import Plan, PlannedRun
@@ -92,34 +93,21 @@ def _planned(session: Session, keys: list[int]) -> Iterable[tuple[dict[str, Any]
         for key, factor, number in session.execute(numbers):
             if number is not None:
                 levels.setdefault(key, {}).update(dict.fromkeys(_PLANNED[factor], number))
-    velocities: dict[int, dict[str, dict[str, float]]] = {}
+    spaces: dict[int, Space | None] = {}
     for run, plan in sorted(runs, key=lambda pair: (pair[1].name, pair[0].run)):
-        if plan.id not in velocities:
-            velocities[plan.id] = _velocities(plan)
-        wanted = levels.get(run.id, {}) | _velocity(run, velocities[plan.id])
+        if plan.id not in spaces:
+            spaces[plan.id] = _space(plan)
+        space = spaces[plan.id]
+        speed = None if space is None else space.velocity_m_s(run.treatment)
+        wanted = levels.get(run.id, {}) | ({} if speed is None else {VELOCITY: speed})
         yield {"key": run.id, "plan": plan.name, "run": run.run}, wanted
 
 
-def _velocities(plan: Plan) -> dict[str, dict[str, float]]:
-    """Column -> level -> m/s, of a plan's factors whose words stand for velocities."""
-    from ..doe.space import space_from_text
-
+def _space(plan: Plan) -> Space | None:
     try:
-        factors = space_from_text(plan.factors).factors
+        return space_from_text(plan.factors)
     except ValueError:  # a plan that was stored without the factors that it was made from
-        return {}
-    return {
-        factor.column: dict(zip(factor.levels, factor.values, strict=True))
-        for factor in factors
-        if factor.values is not None and factor.unit == "m/s"
-    }
-
-
-def _velocity(run: PlannedRun, velocities: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
-    for column, values in velocities.items():
-        if run.treatment.get(column) in values:
-            return {VELOCITY: values[run.treatment[column]]}
-    return {}
+        return None
 
 
 def _of(rows: list[dict[str, Any]], quantity: str) -> list[dict[str, Any]]:

@@ -98,6 +98,13 @@ class Space:
     def columns(self) -> tuple[str, ...]:
         return tuple(factor.column for factor in self.factors)
 
+    def velocity_m_s(self, row: Mapping[str, str]) -> float | None:
+        """What the level of a row stands for, of a factor whose levels have values in m/s; None where there is none."""
+        for factor in self.factors:
+            if factor.unit == "m/s" and factor.values is not None and row.get(factor.column) in factor.levels:
+                return factor.values[factor.levels.index(row[factor.column])]
+        return None
+
     def all_treatments(self) -> NDArray[np.int64]:
         """Every feasible treatment, (size, axes), the last axis fastest. Raises `ValueError` beyond a million."""
         if self.size > _MOST_TREATMENTS:

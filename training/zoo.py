@@ -62,51 +62,55 @@ def models_of(names: str) -> list[str]:
     return chosen
 
 
+def _estimator(kind: str, **settings: Any) -> Estimator:
+    """A regression of `models.kinds.KINDS`, which alone says where its class stands."""
+    from .models.kinds import build
+
+    made = build({"kind": kind, "settings": settings})
+    assert isinstance(made, Estimator)
+    return made
+
+
 def _calibrated(model: ContactModel) -> ContactModel:
     from .models.calibrated import Calibrated
 
     return Calibrated(model)
 
 
-def _twice(make: Callable[[], Estimator], scaling: str = "none") -> Entry:
+def _twice(kind: str, scaling: str = "none", **settings: Any) -> Entry:
     """One family for force and for time, as Table 4.4 pairs them; `scaling` as in `models.pair.SCALINGS`."""
 
     def model(_making: Making) -> ContactModel:
         from .models.pair import Pair
 
-        return _calibrated(Pair(make(), make(), scaling))
+        return _calibrated(Pair(_estimator(kind, **settings), _estimator(kind, **settings), scaling))
 
     return Entry(model)
 
 
-def _with_time_process(make: Callable[[Making], Estimator], scaling: str = "none", searches: bool = False) -> Entry:
+def _with_time_process(kind: str, scaling: str = "none", **settings: Any) -> Entry:
     """A force model beside the contact-time process of section 4.4; `scaling` as in `models.pair.SCALINGS`."""
 
     def model(making: Making) -> ContactModel:
-        from .estimators.contact_time import ContactTimeProcess
-        from .models.pair import Pair
+        return _beside_time_process(_estimator(kind, **settings), making, scaling)
 
-        return _calibrated(Pair(make(making), ContactTimeProcess(tuned=making.tuned_time), scaling))
-
-    return Entry(model, shares_time=True, searches=searches)
+    return Entry(model, shares_time=True)
 
 
-def _network(*layers: int) -> Entry:
-    def estimator(_making: Making) -> Estimator:
-        from .estimators.network import Network
+def _beside_time_process(force: Estimator, making: Making, scaling: str) -> ContactModel:
+    from .estimators.contact_time import ContactTimeProcess
+    from .models.pair import Pair
 
-        return Network(layers=layers)
-
-    return _with_time_process(estimator)
+    return _calibrated(Pair(force, ContactTimeProcess(tuned=making.tuned_time), scaling))
 
 
-def _genetic(making: Making) -> Estimator:
+def _genetic(making: Making) -> ContactModel:
     from .estimators.genetic_network import GeneticNetwork
 
     full = {"population": 50, "generations": 50} if making.budget == "full" else {}
     network = GeneticNetwork(**full)
     network.journal, network.progress, network.crew = making.journal, making.tell, making.crew
-    return network
+    return _beside_time_process(network, making, "none")
 
 
 def _law(name: str) -> Entry:
@@ -116,60 +120,6 @@ def _law(name: str) -> Entry:
         return Analytic(name)
 
     return Entry(model)
-
-
-def _tree() -> Estimator:
-    from .estimators.tree import DecisionTree
-
-    return DecisionTree()
-
-
-def _ensemble() -> Estimator:
-    from .estimators.ensemble import TreeEnsemble
-
-    return TreeEnsemble()
-
-
-def _svr() -> Estimator:
-    from .estimators.svr import SupportVectors
-
-    return SupportVectors()
-
-
-def _svr_kernel() -> Estimator:
-    from .estimators.svr_kernel import SupportVectorKernel
-
-    return SupportVectorKernel()
-
-
-def _kernel_ridge() -> Estimator:
-    from .estimators.kernel_ridge import KernelRidge
-
-    return KernelRidge()
-
-
-def _linear() -> Estimator:
-    from .estimators.linear import LinearPowers
-
-    return LinearPowers()
-
-
-def _pls() -> Estimator:
-    from .estimators.pls import PartialLeastSquares
-
-    return PartialLeastSquares()
-
-
-def _single_outputs(_making: Making) -> Estimator:
-    from .estimators.single_outputs import SingleOutputs
-
-    return SingleOutputs()
-
-
-def _coregional(_making: Making) -> Estimator:
-    from .estimators.coregional import Coregional
-
-    return Coregional()
 
 
 def _single_pass(_making: Making) -> ContactModel:
@@ -191,23 +141,23 @@ ZOO: dict[str, Entry] = {
     "hann": _law("hann"),
     "hertz": _law("hertz"),
     "hunt-crossley": _law("hunt-crossley"),
-    "linear": _twice(_linear),
-    "pls": _twice(_pls),
-    "tree": _twice(_tree),
-    "ensemble": _twice(_ensemble),
-    "kernel-ridge": _twice(_kernel_ridge),
-    "svr": _twice(_svr),
-    "svr-kernel": _twice(_svr_kernel),
+    "linear": _twice("linear"),
+    "pls": _twice("pls"),
+    "tree": _twice("tree"),
+    "ensemble": _twice("ensemble"),
+    "kernel-ridge": _twice("kernel-ridge"),
+    "svr": _twice("svr"),
+    "svr-kernel": _twice("svr-kernel"),
     # A process has one noise level for all pulses, so it learns force in a unit that makes their noise alike; the
     # thesis's other families learn newtons, as there, and do without the impactor's mass.
-    "coregional-gp": _with_time_process(_coregional, "momentum"),
-    "gp": _with_time_process(_single_outputs, "momentum"),
+    "coregional-gp": _with_time_process("coregional", "momentum"),
+    "gp": _with_time_process("single-outputs", "momentum"),
     "hybrid": Entry(_hybrid),
     "single-pass": Entry(_single_pass),
-    "nn-narrow": _network(10),
-    "nn-medium": _network(25),
-    "nn-wide": _network(100),
-    "nn-bilayer": _network(10, 10),
-    "nn-trilayer": _network(10, 10, 10),
-    "nn-ga": _with_time_process(_genetic, searches=True),
+    "nn-narrow": _with_time_process("network", layers=(10,)),
+    "nn-medium": _with_time_process("network", layers=(25,)),
+    "nn-wide": _with_time_process("network", layers=(100,)),
+    "nn-bilayer": _with_time_process("network", layers=(10, 10)),
+    "nn-trilayer": _with_time_process("network", layers=(10, 10, 10)),
+    "nn-ga": Entry(_genetic, shares_time=True, searches=True),
 }

@@ -49,7 +49,7 @@ def achieved_settings(session: Session, campaign: Campaign, plans: Sequence[Stor
     found: _Found = defaultdict(list)
     table: type[Impact] | type[Shot] = Shot if campaign.kind == "gun" else Impact
     velocity = Shot.measured_velocity_m_s if campaign.kind == "gun" else Impact.impact_velocity_m_s
-    wanted = {(plan.name, run.run): speed for plan in plans for run in plan.runs if (speed := _speed(plan, run.row))}
+    wanted = {(p.name, run.run): speed for p in plans for run in p.runs if (speed := p.space.velocity_m_s(run.row))}
     columns = (table.run, table.repetition, velocity, table.configuration_id, PlannedRun.configuration_id, Plan.name)
     query = (
         select(*columns)
@@ -74,14 +74,6 @@ def achieved_settings(session: Session, campaign: Campaign, plans: Sequence[Stor
 def _achieved(key: str, source: str, pairs: Sequence[tuple[float, float, str]]) -> Achieved:
     planned, achieved, where = zip(*pairs, strict=True)
     return Achieved(key, source, np.array(planned, dtype=np.float64), np.array(achieved, dtype=np.float64), where)
-
-
-def _speed(plan: StoredPlan, row: Mapping[str, str]) -> float | None:
-    """The velocity (m/s) that a treatment's level stands for."""
-    for factor in plan.space.factors:
-        if factor.unit == "m/s" and factor.values is not None and factor.column in row:
-            return dict(zip(factor.levels, factor.values, strict=True)).get(row[factor.column])
-    return None
 
 
 def _pressures(session: Session, campaign: Campaign, numbers: Mapping[int, Mapping[str, float]], found: _Found) -> None:

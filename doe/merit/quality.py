@@ -21,16 +21,16 @@ Sense = Literal["less", "more", "neither"]
 class Quality:
     """Figures of one design; deviations are counts minus balanced shares, in runs."""
 
-    runs: int
-    distinct: int
+    runs: int  #: of the design
+    distinct: int  #: different treatments among them
     level_counts: Mapping[str, Mapping[str, int]]  #: axis to level to runs
-    worst_level: float
-    worst_pair: float
-    worst_triple: float
-    rms_triple: float
+    worst_level: float  #: largest deviation of a level
+    worst_pair: float  #: of a cell of two axes
+    worst_triple: float  #: of a cell of three axes
+    rms_triple: float  #: root of the mean square over all cells of three axes
     uneven_triples: int  #: cells of three axes a whole run or more off their share
-    centred_discrepancy: float
-    wrap_around_discrepancy: float
+    centred_discrepancy: float  #: squared, as in `scipy.stats.qmc`
+    wrap_around_discrepancy: float  #: likewise
     minimum_distance: float  #: in the unit cube; 0 with repeats, infinite for one run
     fewest_differences: int  #: axes in which the two most similar runs differ
     largest_correlation: float  #: canonical, between two axes

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from blind_rows import DRAG, LEAK, label, says
 from pyroshock.diagnosis.blind.journal import Journal
-from pyroshock.diagnosis.blind.pictures import draw_reliability
 from pyroshock.diagnosis.blind.report import Report, table
 from pyroshock.diagnosis.blind.rows import Row, Said
 from pyroshock.diagnosis.blind.score import Figures, figures
@@ -56,8 +55,3 @@ def test_journal_goes_on_after_a_kill(tmp_path: Path) -> None:
 def test_journal_without_a_place_keeps_nothing() -> None:
     Journal(None).add({"case": "a"})
     assert Journal(None).read() == {}
-
-
-def test_reliability_is_drawn(tables: tuple[Figures, ...], tmp_path: Path) -> None:
-    draw_reliability({"diagnosis": tables[0]}, tmp_path / "r.svg")
-    assert "<svg" in (tmp_path / "r.svg").read_text(encoding="utf-8")

@@ -9,7 +9,6 @@ from pyroshock.diagnosis.shrinkage.folds import by_configuration, corner
 from pyroshock.diagnosis.shrinkage.gaps import Gaps
 from pyroshock.diagnosis.shrinkage.interval import Unsure, fraction, fraction_interval
 from pyroshock.diagnosis.shrinkage.measure import shrinkage
-from pyroshock.diagnosis.shrinkage.oracle import oracle
 from toy_bench import (
     Design,
     Scatter,
@@ -29,6 +28,11 @@ _BACKGROUND = Scatter(background=(0.005, 0.015, 0.25))
 
 def _toy(effects, seed=0, **other):
     return stages_of(campaign(effects, np.random.default_rng(seed), **other))
+
+
+def oracle(stages, kinds, rng, scales=None):
+    """What the right effects achieve: it knows their kinds, and fits their parameters on the same folds."""
+    return shrinkage(stages, Fitter.of(stages, kinds).fit, rng, scales, pulses=False)
 
 
 @pytest.mark.parametrize("effect", [ToyMass(1.25), ToyLeak(0.1), ToyLayer(0.3), ToyDamping(3.0)], ids=lambda e: e.id)
