@@ -1,0 +1,103 @@
+"""What CONTRIBUTING.md names is there, and the lists that its recipes have one write into are whole."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from fuzzing.readers import READERS as FUZZED
+from pyroshock.doe.designs.methods import METHODS
+from pyroshock.ingest.readers import READERS
+from pyroshock.training.models.kinds import KINDS
+from pyroshock.training.zoo import ZOO
+from recipes import RECIPES
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+#: What a recipe leaves to whoever follows it.
+_PLACEHOLDER = re.compile(r"NAME|STAGE|NNNN|ADDRESS")
+QUOTED = re.findall(r"`([^`\n]+)`", re.sub(r"```.*?```", "", PAGE, flags=re.DOTALL))
+FILES = sorted({word for word in QUOTED if re.fullmatch(r"[\w./-]+\.(py|md|toml|txt)", word) and "/" in word})
+
+
+def source(path: str) -> str:
+    return (ROOT / path).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", FILES)
+def test_files_are_there(path: str) -> None:
+    whole = _PLACEHOLDER.search(path) is None
+    known = ROOT / path if whole else ROOT / _PLACEHOLDER.split(path)[0].rpartition("/")[0]
+    assert known.is_file() if whole else known.is_dir()
+
+
+def test_enough_is_named_to_be_looked_for() -> None:
+    assert len(FILES) > 60
+
+
+PAIRS = [
+    *re.findall(r"`([\w./-]+\.py)` \(`(\w+)`\)", PAGE),
+    *((path, name) for name, path in re.findall(r"`(\w+)`\s+(?:of|in)\s+`([\w./-]+\.py)`", PAGE)),
+]
+
+
+@pytest.mark.parametrize(("path", "name"), PAIRS)
+def test_names_stand_in_their_files(path: str, name: str) -> None:
+    assert re.search(rf"^\s*(def|class) {name}\b|^{name}\b.*=", source(path), re.MULTILINE)
+
+
+def test_every_step_of_a_pulse_has_its_function() -> None:
+    way = PAGE[PAGE.index("### One pulse's way") : PAGE.index("## Rules")]
+    rows = [line for line in way.splitlines() if line.startswith("| `")]
+    assert len(rows) > 10
+    assert all(re.match(r"\| `[\w/]+\.py` \(`\w+`\) \|", row) for row in rows)
+
+
+def test_make_targets_are_there() -> None:
+    named = set(re.findall(r"`make ([a-z-]+)", PAGE)) | set(re.findall(r"^make ([a-z-]+)", PAGE, re.MULTILINE))
+    known = set(re.findall(r"^([a-z-]+):", source("Makefile"), re.MULTILINE))
+    assert {"setup", "check", "coverage"} <= named <= known
+
+
+def test_rooms_are_those_that_the_import_rules_hold() -> None:
+    (layers,) = (rule for rule in PROJECT["tool"]["importlinter"]["contracts"] if rule["type"] == "layers")
+    rooms = {room for floor in layers["layers"] for room in floor.split(" | ")}
+    house = PAGE[PAGE.index("## The house") : PAGE.index("### One pulse's way")]
+    assert set(re.findall(r"^\| `(\w+)/` \|", house, re.MULTILINE)) == rooms
+
+
+# --- lists that a recipe has one write into ---
+
+
+def test_every_reader_has_a_recipe_and_is_fuzzed() -> None:
+    written = {suffix for suffix, _ in RECIPES.values()}
+    fuzzed = {target.name.split()[0].replace("mat5", "mat").replace("mat73", "mat") for target in FUZZED}
+    for reader in READERS:
+        assert written & set(reader.suffixes), f"{reader.format}: no recipe in recipes.py"
+        assert reader.format in fuzzed, f"{reader.format}: no target in fuzzing/readers.py"
+
+
+def test_every_model_has_a_row() -> None:
+    rows = re.findall(r"^\| (`.*?) \|", source("docs/registry.md").split("## Training")[0], re.MULTILINE)
+    named = {name for row in rows for name in re.findall(r"`([\w-]+)`", row)}
+    assert named == set(ZOO)
+
+
+def test_every_estimator_is_held_to_the_promises_of_all() -> None:
+    suites = [path.read_text(encoding="utf-8") for path in (ROOT / "tests/training/estimators").glob("test_*.py")]
+    listed = [text for text in suites if "estimator_checks" in text]
+    for kind, (module, name) in KINDS.items():
+        if module.startswith("estimators."):
+            assert any(f"{name}(" in text for text in listed), f"{kind}: {name} is in no list of members"
+
+
+def test_every_design_has_a_row_and_a_command() -> None:
+    from pyroshock.app.cli.plan import plan
+
+    ways = source("docs/plans.md").split("## Ways to make one")[1].split("\n## ")[0]
+    for method in METHODS:
+        assert re.search(rf"^\| `plan {method} ", ways, re.MULTILINE), f"{method}: no row in docs/plans.md"
+        assert method in plan.commands, f"{method}: no command in app/cli/plan.py"
