@@ -1,0 +1,63 @@
+"""The table of `make coverage`, on figures made by hand and on a count of a small program."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tools.covered import Covered, below, by_file, by_room, floor_text, page_text
+
+FILES = [
+    Covered("ingest/units.py", 100, 90, 40, 38),
+    Covered("ingest/readers/csv.py", 50, 50, 10, 10),
+    Covered("twin/ode.py", 20, 5, 0, 0),
+    Covered("__init__.py", 1, 1, 0, 0),
+]
+
+
+def test_rooms_are_the_sums_of_their_files() -> None:
+    ingest, twin, everything = by_room(FILES)
+    assert (ingest.name, ingest.statements, ingest.statements_run, ingest.branches_run) == ("ingest", 150, 140, 48)
+    assert ingest.percent == pytest.approx(100 * 188 / 200)
+    assert (twin.name, twin.percent) == ("twin", 25.0)
+    assert (everything.name, everything.statements) == ("all", 171)
+
+
+def test_room_below_its_floor_or_without_one_is_named() -> None:
+    rooms = by_room(FILES)
+    assert list(below(rooms, {"ingest": 94.0, "twin": 25.0, "all": 80.0})) == []
+    low, unknown = below(rooms, {"ingest": 94.1, "all": 80.0})
+    assert low == "ingest: 94.00 % covered, under its floor of 94.1 %"
+    assert unknown.startswith("twin: no floor")
+
+
+def test_floor_is_a_point_below_what_was_counted() -> None:
+    floor = tomllib.loads(floor_text(by_room(FILES)))
+    assert floor == {"ingest": 93.0, "twin": 24.0, "all": 86.8}
+    assert list(below(by_room(FILES), floor)) == []
+
+
+def test_page_keeps_its_words_and_renews_its_table() -> None:
+    page = "# Coverage\n<!-- rooms: written by make coverage -->\nold\n<!-- end of rooms -->\nend\n"
+    once = page_text(page, by_room(FILES), "2026-11-22")
+    assert once.startswith("# Coverage\n") and once.endswith("-->\nend\n") and "old" not in once
+    assert "| `ingest` | 140 of 150 | 48 of 50 | 94.0 % |" in once
+    assert page_text(once, by_room(FILES), "2026-11-22") == once
+    with pytest.raises(ValueError, match="expected <!-- rooms"):
+        page_text("# Coverage\n", by_room(FILES), "2026-11-22")
+
+
+def test_report_of_coverage_py_is_read(tmp_path: Path) -> None:
+    """One branch of two, and three statements of four, of a program that is run."""
+    pytest.importorskip("coverage", reason="no coverage.py: it comes with pyroshock[dev]")
+    (tmp_path / "room").mkdir()
+    (tmp_path / "room" / "one.py").write_text("import sys\nx = 1\nif len(sys.argv) > 5:\n    x = 2\n")
+    for words in (["run", "--branch", "room/one.py"], ["json", "-q", "-o", "out.json"]):
+        subprocess.run([sys.executable, "-m", "coverage", *words], cwd=tmp_path, check=True)
+    (file,) = by_file(json.loads((tmp_path / "out.json").read_text()))
+    assert file == Covered("room/one.py", 4, 3, 2, 1)
