@@ -10,12 +10,17 @@ export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := $(PIP_CONSTRAINT)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_ROOT_USER_ACTION := ignore
+# Where it is set, each of the hundreds of processes that tests start would compile the sources for itself.
+export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test fuzz test-clients test-faults test-slow test-browser screenshots bench bench-models bench-tuning bench-scale blind-check check format format-check lint types imports licences audit clean
+.PHONY: help setup demo test fuzz mutants test-clients test-faults test-slow test-browser screenshots gallery bench bench-full bench-models bench-tuning bench-scale blind-check coverage check format format-check lint types imports licences audit docs links docs-links clean
 
 help: ## list these commands
 	@grep -hE '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)/make \1	\2/' | expand -t 18
+
+setup: .venv/.pyroshock-dev ## everything to develop with, and the commit hooks (CONTRIBUTING.md)
+	@$(BIN)/pre-commit install -c .pre-commit-config.yaml >/dev/null && echo "ready: make test"
 
 demo: .venv/.pyroshock-run ## the product from end to end, in a few minutes
 	@$(BIN)/pyroshock demo
@@ -27,6 +32,9 @@ test: .venv/.pyroshock-test ## the default tests: no slow ones, no benchmarks; W
 	@$(PYTEST) -m "not slow and not bench" -n $(WORKERS) --dist loadfile
 
 ROUNDS ?= 5
+
+mutants: .venv/.pyroshock-test ## one change at a time in MODULES, and whether a test notices: hours for all; docs/mutation.md
+	@$(BIN)/python -m tools.mutation $(foreach each,$(MODULES),'$(each)') --jobs $(WORKERS)
 
 test-clients: .venv/.pyroshock-test ## a whole laboratory at once, ROUNDS times on each engine: half an hour
 	@PYROSHOCK_ROUNDS=$(ROUNDS) $(PYTEST) tests/clients tests/training/test_shared_registry.py --durations=20
@@ -50,7 +58,13 @@ test-browser: .venv/.pyroshock-test ## every page in headless Chromium (apt-get 
 screenshots: .venv/.pyroshock-test ## the same, and the pages' pictures in docs/images made anew
 	@PYROSHOCK_SCREENSHOTS=docs/images $(PYTEST) -m slow $(filter-out %_pages.py,$(BROWSER))
 
-bench: .venv/.pyroshock-test ## measurements against peers
+gallery: .venv/.pyroshock-test ## the thesis's figures that the software can draw, anew into docs/images/gallery: some minutes
+	@$(BIN)/python -m examples.gallery --out docs/images/gallery
+
+bench: .venv/.pyroshock-bench ## everything beside its peers, in a quarter of an hour, into docs/benchmarks.md
+	@$(BIN)/python -m benchmarks
+
+bench-full: .venv/.pyroshock-bench ## every promise at full size: 180 recordings, a million impacts; two hours
 	@$(PYTEST) -m bench --timeout=0 tests $(wildcard benchmarks)
 
 bench-models: .venv/.pyroshock-test ## every model on three virtual campaigns: half an hour
@@ -68,7 +82,17 @@ SEED ?= 1
 blind-check: .venv/.pyroshock-test ## diagnoses of CASES sealed campaigns a tier, from SEED: 400 take a night; goes on where it stopped
 	@$(BIN)/pyroshock blind-check --cases $(CASES) --seed $(SEED) --folder results/blind-check-$(CASES)-$(SEED)
 
-check: format-check lint types imports licences audit test ## what CI runs: format, lint, types, import rules, licences, audit, tests
+TESTS ?= tests
+COUNTED := $(CURDIR)/.cache/coverage/counted
+
+# Some tests alone have no floor, and no page.
+coverage: .venv/.pyroshock-dev ## the default tests (or TESTS), statements and branches counted by room; fails below the floor
+	@rm -rf $(dir $(COUNTED)) && mkdir -p $(dir $(COUNTED))
+	@export COVERAGE_FILE=$(COUNTED); status=0; \
+	$(BIN)/coverage run -m pytest -m "not slow and not bench" --timeout=600 --hypothesis-profile=ci -n $(WORKERS) --dist loadfile $(TESTS) || status=1; \
+	$(BIN)/coverage combine -q && $(BIN)/python -m tools.covered $(if $(filter tests,$(TESTS)),--floor --page) || status=1; exit $$status
+
+check: format-check lint types imports licences audit docs test ## what CI runs: format, lint, types, import rules, licences, audit, documentation, tests
 
 format: .venv/.pyroshock-dev ## rewrite the sources to the project's format
 	@$(BIN)/ruff check -q --fix-only .
@@ -86,6 +110,16 @@ types: .venv/.pyroshock-dev .cache/mypy/pyroshock
 licences: .venv/.pyroshock-dev ## every installed package's licence is one that we may use (tools/licences.toml)
 	@$(BIN)/python -m tools.licences
 
+docs: .venv/.pyroshock-dev ## the documentation as a site, docs/_build/html/index.html; a warning is an error; no network
+	@$(BIN)/python -m sphinx -W --keep-going -q -E -j auto -d docs/_build/doctrees docs docs/_build/html
+	@echo "docs: docs/_build/html/index.html"
+
+links: .venv/.pyroshock-dev ## every link of the Markdown within the repository leads to a file and its heading
+	@$(BIN)/python -m tools.links
+
+docs-links: .venv/.pyroshock-dev ## links of the documentation to other hosts still lead somewhere; needs a network
+	@$(BIN)/python -m sphinx -b linkcheck -q -E -d docs/_build/doctrees-links docs docs/_build/links
+
 audit: .venv/.pyroshock-dev ## installed packages with a published vulnerability; says so where nobody can be asked
 	@$(BIN)/python -m tools.audit
 
@@ -93,7 +127,7 @@ imports: .venv/.pyroshock-dev
 	@$(BIN)/lint-imports --no-cache --no-logo
 
 clean: ## remove the virtual environment, caches and results of builds
-	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis build dist *.egg-info
+	rm -rf .venv .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis build dist docs/_build *.egg-info
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # mypy finds a package by the name of its folder, and the clone's folder may be called anything.
@@ -113,6 +147,19 @@ clean: ## remove the virtual environment, caches and results of builds
 
 .venv/.pyroshock-test: .venv/.pyroshock-run
 	@$(PIP) install -e '.[test]'
+	@touch $@
+
+# What does not go with our packages has an environment of its own: QCoDeS brings notebooks, endaq a package named `tests`.
+# A peer that cannot be had is no reason to measure none.
+PEERS := qcodes endaq
+MISSING := echo "bench: not every peer could be installed; the rows say which are missing" >&2
+
+.venv/.pyroshock-bench: .venv/.pyroshock-test $(PEERS:%=benchmarks/environments/%.txt)
+	@$(PIP) install -e '.[bench]' || $(MISSING)
+	@for peer in $(PEERS); do \
+	  $(PYTHON) -m venv .venv/peers/$$peer && PIP_CONSTRAINT= PIP_BUILD_CONSTRAINT= \
+	    .venv/peers/$$peer/bin/python -m pip -qq install -r benchmarks/environments/$$peer.txt || $(MISSING); \
+	done
 	@touch $@
 
 .venv/.pyroshock-fuzz: .venv/.pyroshock-test

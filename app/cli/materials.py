@@ -54,7 +54,7 @@ def materials(ctx: click.Context, db: str, json_to: str | None) -> None:
 @click.argument("name")
 @db_option
 @click.option("--youngs-modulus", required=True, metavar="QUANTITY", help="Such as 69.9GPa.")
-@click.option("--poisson-ratio", required=True, type=float)
+@click.option("--poisson-ratio", required=True, type=float, help="Such as 0.33.")
 @click.option("--density", required=True, metavar="QUANTITY", help="Such as 2700kg/m3.")
 @click.option("--yield-strength", required=True, metavar="QUANTITY", help="Such as 276MPa.")
 @click.option("--source", required=True, help="Where the values come from.")

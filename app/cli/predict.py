@@ -23,13 +23,23 @@ if TYPE_CHECKING:
 _SET = (
     click.option("--tank-pressure", metavar="5bar", default=None, help="Gauge. [5bar]"),
     click.option("--velocity", metavar="20m/s", default=None, help="Of impact, in place of the gun."),
-    click.option("--bullet-mass", metavar="0.5kg", default="0.5kg", show_default=True),
-    click.option("--tip", metavar="MATERIAL", default="steel", show_default=True),
-    click.option("--tip-radius", metavar="45mm", default="45mm", show_default=True),
-    click.option("--plate", metavar="MATERIAL", default=None, help="[the bench's]"),
-    click.option("--anvil", metavar="MATERIAL|none", default="none", show_default=True),
-    click.option("--insulator", type=click.Choice(("none", "polymeric")), default="none", show_default=True),
-    click.option("--impact-position", metavar="'#1'", default="#1", show_default=True),
+    click.option("--bullet-mass", metavar="0.5kg", default="0.5kg", show_default=True, help="Of the projectile."),
+    click.option("--tip", metavar="MATERIAL", default="steel", show_default=True, help="What the tip is made of."),
+    click.option("--tip-radius", metavar="45mm", default="45mm", show_default=True, help="Of the ball."),
+    click.option("--plate", metavar="MATERIAL", default=None, help="What the plate is made of. [the bench's]"),
+    click.option(
+        "--anvil", metavar="MATERIAL|none", default="none", show_default=True, help="What it strikes on the plate."
+    ),
+    click.option(
+        "--insulator",
+        type=click.Choice(("none", "polymeric")),
+        default="none",
+        show_default=True,
+        help="On the anvil, which it needs.",
+    ),
+    click.option(
+        "--impact-position", metavar="'#1'", default="#1", show_default=True, help="Where it strikes the plate."
+    ),
 )
 _MADE_OF = (
     click.option("--campaign", metavar="NAME", default=None, help="Whose bench. [the newest of a gun]"),
@@ -40,7 +50,13 @@ _MADE_OF = (
     click.option("--no-adopted", is_flag=True, help="Without the effects that diagnoses have left to the bench."),
     click.option("--impact-at", multiple=True, metavar="X,Y", help="Point #1, #2... of the outline, in m: repeat."),
     click.option("--sensor-at", multiple=True, metavar="X,Y", help="acceleration_1, acceleration_2..., in m: repeat."),
-    click.option("--q", type=click.FloatRange(0.5, min_open=True), default=10.0, show_default=True),
+    click.option(
+        "--q",
+        type=click.FloatRange(0.5, min_open=True),
+        default=10.0,
+        show_default=True,
+        help="Of the spectrum's oscillators.",
+    ),
     click.option("--frequencies", metavar="LOW:HIGH:PER_OCTAVE", default=None, help="Lines, Hz. [100:10000:6]"),
 )
 
@@ -58,7 +74,7 @@ def _with(options: tuple[Any, ...]) -> Callable[[Function], Function]:
 @_with(_SET)
 @_with(_MADE_OF)
 @click.option("--draws", type=click.IntRange(0), default=64, show_default=True, help="Random shots for the bands.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the draws.")
 @click.option(
     "--plot", type=click.Path(path_type=Path), default=None, metavar="FILE", help="Draw it: .png, .svg, .pdf."
 )

@@ -22,7 +22,11 @@ _HOPELESS = 0.01
 
 @click.command()
 @click.option(
-    "--target", type=click.Path(exists=True, dir_okay=False, path_type=Path), required=True, metavar="SPEC.csv"
+    "--target",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    required=True,
+    metavar="SPEC.csv",
+    help="The prescribed spectrum.",
 )
 @click.option(
     "--tolerance", default=None, metavar="6dB", help="Such as 6dB or +9/-6dB. [the file's, else NASA-STD-7003's]"
@@ -59,7 +63,7 @@ _HOPELESS = 0.01
     help="Of the lines that must lie within.",
 )
 @click.option("--extrapolate", is_flag=True, help="Propose settings outside of the model's domain, too.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the search and its draws.")
 @click.option(
     "--avoid", type=click.Path(dir_okay=False, path_type=Path), help="Write settings to avoid to FILE, as JSON."
 )

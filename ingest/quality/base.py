@@ -32,6 +32,8 @@ class Finding:
 
 
 class Check(Protocol):
+    """A function of a channel and its contacts, which ascend in time, to what it finds; none where all is well."""
+
     def __call__(self, channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]: ...
 
 

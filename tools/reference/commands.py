@@ -1,0 +1,64 @@
+"""Every command with its options, as click knows them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+import click
+from pyroshock.app.cli.main import main
+
+from .markdown import code, escaped, joined, prose, table
+
+#: A default that is no value stands at the end of an option's help: "[drawn, and told]".
+_TOLD = re.compile(r"\s*\[([^\]]+)\]$")
+
+
+def commands() -> Iterator[tuple[click.Context, click.Command]]:
+    """Every command and subcommand, each after the group that it is of."""
+    yield from _below(click.Context(main, info_name="pyroshock"), main)
+
+
+def page() -> str:
+    """A section a command: usage, what it does, its options."""
+    return joined(*(_section(context, command) for context, command in commands() if context.parent is not None))
+
+
+def options_of(command: click.Command) -> list[click.Option]:
+    """Its options in the order of its help, without `--help`."""
+    return [each for each in command.params if isinstance(each, click.Option) and not each.hidden]
+
+
+def _below(context: click.Context, command: click.Command) -> Iterator[tuple[click.Context, click.Command]]:
+    yield context, command
+    if isinstance(command, click.Group):
+        for name in command.list_commands(context):
+            part = command.get_command(context, name)
+            assert part is not None
+            yield from _below(click.Context(part, info_name=name, parent=context), part)
+
+
+def _section(context: click.Context, command: click.Command) -> str:
+    level = "#" * (len(context.command_path.split()))
+    usage = " ".join([context.command_path, *command.collect_usage_pieces(context)])
+    rows = [_row(context, option) for option in options_of(command)]
+    options = table(["option", "default", "what it does"], rows)
+    return joined(f"{level} {context.command_path}", f"```\n{usage}\n```", prose(command.help), options)
+
+
+def _row(context: click.Context, option: click.Option) -> tuple[str, str, str]:
+    record, extra = option.get_help_record(context), option.get_help_extra(context)
+    assert record is not None
+    words = option.help or ""
+    told = _TOLD.search(words)
+    default = "required" if option.required else code(extra["default"]) if "default" in extra else ""
+    if not default and told:
+        words, default = words[: told.start()], escaped(told[1])
+    notes = [words and escaped(words)]
+    if option.multiple and "repeat" not in words:
+        notes.append("May be repeated.")
+    if "range" in extra:
+        notes.append(f"{code(extra['range'])}.")
+    if extra.get("envvars"):
+        notes.append(f"Or the variable {', '.join(code(name) for name in extra['envvars'])}.")
+    return code(record[0]), default, " ".join(note for note in notes if note)

@@ -1,0 +1,88 @@
+"""Every reader of recordings: suffixes, the library below it, rules and limits."""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from types import ModuleType
+
+from pyroshock.ingest import readers, units
+from pyroshock.ingest.readers import READERS, base, contents
+from pyroshock.ingest.readers.base import Reader
+
+from .comments import source_of
+from .markdown import code, joined, prose, table
+from .values import constants_table
+
+
+def page() -> str:
+    """A section a reader; then what holds for all of them."""
+    return joined(*(_section(reader) for reader in READERS), _limits(), _rates(), _units())
+
+
+def libraries(reader: Reader) -> list[str]:
+    """The packages that its file and those beside it import for it, but for numpy where there is another."""
+    own = import_module(type(reader).__module__)
+    found = dict.fromkeys(name for module in (own, *_beside(own)) for name in _packages(module))
+    return [name for name in found if name != "numpy"] or ["numpy"]
+
+
+def _section(reader: Reader) -> str:
+    kind = type(reader)
+    facts = [
+        f"- suffixes: {', '.join(map(code, reader.suffixes))}",
+        f"- library: {', '.join(map(code, libraries(reader)))}",
+        f"- class: {code(f'{kind.__module__}.{kind.__name__}')}",
+    ]
+    about = import_module(kind.__module__).__doc__
+    return joined(f"## {reader.format}", prose(about), prose(kind.__doc__), "\n".join(facts))
+
+
+def _limits() -> str:
+    crash = prose(readers.may_crash.__doc__)
+    return joined("## Limits of all readers", constants_table(base), prose(base.refuse_bomb.__doc__), crash)
+
+
+def _rates() -> str:
+    rows = [
+        ("the sampling rate", _words(contents.RATE_NAMES), _words(contents.RATE_UNITS)),
+        ("time", "`t`, `time`, `t_ms` and their like", _words(contents.TIME_UNITS)),
+    ]
+    return joined("## Where the rate comes from", table(["what a file gives", "names", "units"], rows))
+
+
+def _units() -> str:
+    rows = [(quantity, code(unit)) for quantity, unit in units.SI_UNITS.items()]
+    spellings = [(code(ours) if ours else "(nothing)", code(units.spelled(ours))) for ours in units._SPELLINGS]
+    return joined(
+        "## Units",
+        prose(units.__doc__),
+        table(["quantity", "SI unit"], rows),
+        "Written otherwise than pint has it:",
+        table(["in the file or in campaign.toml", "read as"], spellings),
+    )
+
+
+def _words(names: object) -> str:
+    assert isinstance(names, dict | frozenset)
+    return ", ".join(code(name) for name in sorted(names) if name)
+
+
+def _beside(module: ModuleType) -> Iterator[ModuleType]:
+    for node in ast.walk(source_of(module.__name__).tree):
+        if isinstance(node, ast.ImportFrom) and node.level == 1 and node.module:
+            yield import_module(f".{node.module}", module.__package__)
+
+
+def _packages(module: ModuleType) -> list[str]:
+    """Packages of others that a file imports, wherever it does."""
+    found = []
+    for node in ast.walk(source_of(module.__name__).tree):
+        if isinstance(node, ast.Import):
+            found += [each.name for each in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            found.append(node.module)
+    names = dict.fromkeys(name.split(".")[0] for name in found)
+    return [name for name in names if name not in sys.stdlib_module_names]

@@ -1,0 +1,62 @@
+"""What a user of the library imports, room by room: the modules whose names the reference tells.
+
+The rest is how these do it. Rows of the store are not here: the page of tables tells their columns.
+"""
+
+from __future__ import annotations
+
+ROOMS: dict[str, tuple[str, ...]] = {
+    "schema": (
+        "session", "engine", "addresses", "listings", "conditions", "series", "columns", "configurations", "materials",
+        "outputs", "migrate", "roles", "care.checking", "care.findings", "care.copying", "carry.export",
+        "carry.importing",
+    ),
+    "compute": ("crew", "mapping"),
+    "ingest": (
+        "load", "report", "errors", "folder", "runs", "settings", "units", "channel", "contact", "readers",
+        "readers.base", "quality", "quality.base", "segmentation", "pulses", "spline", "transfer_function",
+        "deconvolution", "delay", "deceleration", "impact_speed", "laser", "tank_pressure", "gunshot", "processing",
+        "stored", "reextract", "repair", "plan_link",
+    ),
+    "doe": (
+        "factors", "space", "designs.base", "designs.lhs", "designs.factorial", "designs.imported", "designs.augment",
+        "order", "changeovers", "guards", "limits.bench", "limits.ballistic", "limits.bolts", "limits.contact_force",
+        "limits.suspension", "merit.quality", "merit.balance", "merit.spread", "plans", "sheet",
+    ),
+    "dataset": (
+        "predictors", "sources", "table", "selection", "snapshot", "catalog", "splits", "domain", "correlation",
+        "trace", "stored_bench",
+    ),
+    "training": (
+        "zoo", "session", "estimators.base", "models.base", "models.kinds", "models.pack", "metrics.errors",
+        "metrics.summary", "metrics.cost", "metrics.reconstruct", "metrics.significance", "floor", "comparison",
+        "difference", "judging", "groups", "promotion", "records", "place", "registry.registry", "listing",
+        "contact_stage", "thesis", "gp.kernels", "gp.kronecker", "gp.posterior",
+    ),
+    "twin": (
+        "chain", "setting", "prediction", "bands", "materials", "configuration", "effects", "launch", "strikes",
+        "plates", "gun.bench", "gun.nominal", "gun.shot", "gun.shots", "gun.effect", "gun.inverse", "gun.measured",
+        "gun.leakage", "gun.calibration", "contact.bodies", "contact.pulse", "contact.laws", "contact.hertz",
+        "contact.hunt_crossley", "contact.hunter", "contact.reed", "contact.von_hann", "contact.impact",
+        "contact.impacts", "contact.effect", "contact.stage", "contact.unloading", "contact.yielding",
+        "contact.restitution.base", "contact.restitution.zener", "contact.restitution.weir_tallon",
+        "contact.restitution.measured", "plate.build", "plate.damping", "plate.edges", "plate.modes", "plate.modal",
+        "plate.table", "plate.respond", "plate.response", "plate.cache", "plate.effect", "sensors.chain",
+        "sensors.effect", "srs.spectrum", "srs.record", "srs.grid", "srs.iso_filter", "srs.oscillator", "srs.moments",
+        "srs.target", "srs.target_csv", "srs.tolerance", "srs.checks", "srs.checks.base", "tune.space", "tune.goal",
+        "tune.forward", "tune.tuner", "tune.probability", "tune.search",
+    ),
+    "diagnosis": (
+        "diagnose", "options", "record", "reading.campaign", "reading.folder", "plausibility.verdict",
+        "plausibility.finding", "chain", "stages.base", "stages.gun", "stages.contact", "stages.model",
+        "stages.plate", "gap", "metric", "noise", "hypotheses", "evidence.weighing", "calibration", "confusion",
+        "next_runs", "verdict", "kept", "shrinkage.measure", "shrinkage.rating", "localisation.shapley", "blind.run",
+        "blind.report",
+    ),
+    "virtualbench": (
+        "simulate", "effects", "recorder", "seal", "gun.build", "gun.fire", "gun.truth", "gun.quick", "impact.build",
+        "impact.impactors", "impact.materials", "impact.strike", "plate.build", "plate.resonant", "plate.modes",
+        "plate.respond", "plate.table", "sensors.build", "sensors.chain", "withheld.case", "withheld.draw",
+        "withheld.record", "withheld.sealing",
+    ),
+}  # fmt: skip
