@@ -1,29 +1,83 @@
-"""`python -m benchmarks [THEME…]`: measure and tell each figure as it comes; all themes make docs/benchmarks.md."""
+"""`python -m benchmarks [--full] [THEME…]`: measure, and tell each figure; all themes together make the page.
+
+Without --full the page is docs/benchmarks.md with its two pictures, with it docs/benchmarks-full.md. Each theme has a
+fresh process: what another one imported, compiled or left in memory does not count. The exit code is 1 where a promise
+is lost or a theme failed.
+"""
 
 from __future__ import annotations
 
+import json
 import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
 
-from .figures import DOCUMENT, Figure, write
-from .themes import THEMES, work_folder
+from . import picture
+from .figures import Figure
+from .fresh import in_fresh_process
+from .measuring import ROOT
+from .page import FULL_COMMAND, QUICK_COMMAND, page
+from .themes import FULL, THEMES, work_folder
+
+DOCS = ROOT / "docs"
+PICTURES = ("images/benchmarks.png", "images/benchmarks-growth.png")
 
 
-def main(names: list[str]) -> int:
-    unknown = sorted(set(names) - set(THEMES))
+def measured(name: str, full: bool, folder: Path) -> list[Figure]:
+    """A theme's figures from a process of its own; of one that fails, a figure that does not hold."""
+    try:
+        return in_fresh_process(name, full, folder)
+    except Exception as error:  # noqa: BLE001  # whatever it is, the other themes' minutes are not lost with it
+        sys.stderr.write(f"{name}: {error!r}\n")
+        return [Figure(name, "the measurement itself", f"failed: {type(error).__name__}", "—", None, limit=1.0)]
+
+
+def main(words: Sequence[str]) -> int:
+    full, names = "--full" in words, [word for word in words if word != "--full"]
+    known = {**THEMES, **FULL} if full else THEMES
+    unknown = sorted(set(names) - set(known))
     if unknown:
-        sys.stderr.write(f"unknown: {', '.join(unknown)}; known: {', '.join(THEMES)}\n")
+        sys.stderr.write(f"unknown: {', '.join(unknown)}; known: --full, {', '.join(known)}\n")
         return 2
-    figures: list[Figure] = []
+    begin, figures = time.monotonic(), list[Figure]()
     with work_folder() as folder:
-        for name in names or THEMES:
-            for figure in THEMES[name](folder):
-                figures.append(figure)
-                sys.stdout.write(figure.row() + "\n")
-                sys.stdout.flush()
-    if not names:
-        write(figures)
-        sys.stdout.write(f"written: {DOCUMENT}\n")
-    return 0 if all(figure.holds for figure in figures if figure.binding) else 1
+        for name in names or known:
+            started = time.monotonic()
+            found = measured(name, full, folder)
+            figures += found
+            rows = "".join(f"{one.row()}\n" for one in found)
+            sys.stdout.write(f"{rows}{name}: {time.monotonic() - started:.0f} s\n")
+            sys.stdout.flush()
+        if not names:
+            write(figures, full, (time.monotonic() - begin) / 60, folder)
+    lost = [figure for figure in figures if figure.binding and not figure.holds]
+    sys.stdout.write(f"{len(figures)} figures, promises lost: {'; '.join(one.name for one in lost) or 'none'}\n")
+    return 1 if lost else 0
+
+
+def write(figures: Sequence[Figure], full: bool, minutes: float, folder: Path, docs: Path = DOCS) -> Path:
+    """The page and, for the quick sizes, its pictures in `docs`."""
+    if full:
+        path = docs / "benchmarks-full.md"
+        path.write_text(page(figures, FULL_COMMAND, minutes), encoding="utf-8")
+        return path
+    picture.draw(figures, docs / PICTURES[0])
+    drawn = [PICTURES[0], *_growth(folder, docs)]
+    path = docs / "benchmarks.md"
+    path.write_text(page(figures, QUICK_COMMAND, minutes, drawn), encoding="utf-8")
+    return path
+
+
+def _growth(folder: Path, docs: Path) -> list[str]:
+    """The second picture, from what the theme "growth" left in `folder`."""
+    points = folder / "growth.json"
+    if not points.is_file():
+        return []
+    from .growth_plot import draw
+
+    draw(json.loads(points.read_text(encoding="utf-8")), docs / PICTURES[1])
+    return [PICTURES[1]]
 
 
 if __name__ == "__main__":

@@ -1,138 +1,228 @@
-"""`python -m benchmarks.coregional [--full]`: the coregional likelihood from our peers and from us, as Markdown.
+"""`python -m benchmarks.coregional [--full]`: the coregional Gaussian process beside GPyTorch, BoTorch and GPy.
 
-Each way runs alone in a fresh process that may hold 24 GB, peers for at most `LIMIT_S`. Without `--full` the peers are
-asked for 45, 90, 180 and 720 pulses of 20 outputs; with it for 1,440 too. The exit code is 1 where a promise is not
-kept. BoTorch is no dependency: without it, its row says so (`pip install botorch`).
+Loss with gradient, and predictions with spread, of the same pulses and parameters; every way in a process of its
+own, asked in turn. Beside them what one would write first, two eigendecompositions; and as the limit one Cholesky
+factorisation of a matrix of pulses by pulses, which no exact likelihood does without. `--full` goes on to sizes at
+which the peers take minutes and 12 GB.
 """
 
 from __future__ import annotations
 
 import json
-import resource
-import statistics
 import subprocess
 import sys
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
 from typing import Any
 
-from .coregional_ways import OUTPUTS, PREDICTED, TRAINING, WAYS
-from .measuring import ROOT, Spread
+import numpy as np
 
-LIMIT_S, LIMIT_BYTES = 180.0, 24 * 10**9
-SMALL, PULSES = (45, 90, 180, 720), 1440
-PEERS = ("GPyTorch MultitaskKernel", "BoTorch KroneckerMultiTaskGP")
-YARDSTICKS = ("one Cholesky factorisation", "one Cholesky factorisation, one core")
+from . import coregional_full
+from .apart import Answer, Apart, ApartError, in_turn, interpreter_with
+from .coregional_ways import CHOLESKY, ONE_CORE_CHOLESKY, OUTPUTS, PREDICTED, TRAINING, written
+from .figures import Figure, missing
+from .measuring import ROOT, Spread, ratio
+from .peers import ABSENT
+
+THEME = "Coregional Gaussian process, 20 outputs, 13 predictors"
+OURS, PLAIN = "pyroshock", "plain eigendecomposition"
+YARDSTICKS = (CHOLESKY, ONE_CORE_CHOLESKY)
+#: A peer's name, the module it needs, and in a word.
+PEERS = (
+    ("GPyTorch MultitaskKernel", "gpytorch", "GPyTorch"),
+    ("BoTorch KroneckerMultiTaskGP", "botorch", "BoTorch"),
+    ("GPy coregionalized regression", "GPy", "GPy"),
+)
+#: Its predictions' spreads are near the exact ones only; all else agrees to the digits that can be asked for.
+INEXACT = "BoTorch KroneckerMultiTaskGP"
+#: Pulses, and how often each way is timed: a peer's likelihood of 180 takes seconds.
+SIZES: Mapping[int, int] = {45: 7, 90: 5, 180: 2}
+FULL_SIZES: Mapping[int, int] = SIZES | {720: 1}
+LARGE, LARGE_REPEATS = 1440, 9
+ASKED = 20
+#: Promised: times faster than GPyTorch and BoTorch from 180 pulses on; factorisations, seconds and bytes at 1,440.
+FASTER, FACTORISATIONS, FIT_S, PREDICT_S, BYTES, FIT_BYTES = 200.0, 4.0, 60.0, 2.0, 1e9, 2e9
 
 
-@dataclass(frozen=True)
-class Found:
-    """What a process told; where it told nothing, `why`."""
+@dataclass
+class Way:
+    """A program that answers, or `why` it ended; `files` hold each size's pulses for one that knows nothing of ours."""
 
-    told: Mapping[str, Any] = field(default_factory=dict)
+    program: Apart
+    files: Mapping[int, Path] = field(default_factory=dict)
     why: str = ""
 
-    @property
-    def seconds(self) -> float:
-        return statistics.median(self.told["seconds"]) if self.told else float("inf")
+    def ask(self, what: str, n: int) -> Answer:
+        if self.files:
+            return self.program.ask(what=what, file=str(self.files[n]))
+        return self.program.ask(what=what, n=n, asked=ASKED)
 
-    def cells(self, reference: float | None) -> list[str]:
-        """`reference` is the likelihood to compare with; None where a way computes none."""
-        if not self.told:
-            return [self.why, "—", "—"]
-        apart = "—" if reference is None else f"{abs(self.told['value'] - reference):.1g}"
-        peak = f"{self.told['peak_bytes'] / 1e6:,.0f} MB"
-        return [Spread.of(self.told["seconds"]).text(" ms", 1e3), apart, peak]
+    def seconds(self, what: str, n: int) -> float:
+        return float(self.ask(what, n)["seconds"])
 
 
-def asked(way: str, n: int, repeats: int, limit_s: float = LIMIT_S) -> Found:
-    """Of a fresh process."""
-    command = [sys.executable, "-m", "benchmarks.coregional_ways", way, str(n), str(repeats)]
-    try:
-        done = subprocess.run(
-            command, cwd=ROOT, capture_output=True, text=True, timeout=limit_s, preexec_fn=_limit_memory, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return Found(why=f"killed after {limit_s:g} s")
-    if done.returncode:
-        return Found(why=_reason(done.stderr, done.returncode))
-    return Found(json.loads(done.stdout.splitlines()[-1]))
+def measure_coregional(
+    folder: Path, full: bool = False, sizes: Mapping[int, int] | None = None, large: int = LARGE
+) -> Iterator[Figure]:
+    """All of it; pulses for GPy go to `folder`."""
+    sizes = sizes or (FULL_SIZES if full else SIZES)
+    files = {n: written(folder / f"pulses-{n}.npz", n, ASKED) for n in sizes}
+    with ExitStack() as open_ones:
+        ways = {name: open_ones.enter_context(_own(name)) for name in (OURS, PLAIN, *YARDSTICKS)}
+        programs = {name: Way(program) for name, program in ways.items()}
+        for name, module, _ in PEERS:
+            if python := interpreter_with(module):
+                by_file = files if module == "GPy" else {}
+                limits = {"python": python, "limit_bytes": coregional_full.LIMIT_BYTES}
+                peer = Apart("-m", "benchmarks.gpy_peer", **limits) if by_file else _own(name)
+                programs[name] = Way(open_ones.enter_context(peer), by_file)
+        for n, repeats in sizes.items():
+            yield from _likelihoods(programs, n, repeats, n == max(sizes))
+        yield from _predictions(programs, max(sizes))
+        yield from _alone(programs, large)
+    yield from _training(large)
 
 
-def _limit_memory() -> None:
-    resource.setrlimit(resource.RLIMIT_AS, (LIMIT_BYTES, LIMIT_BYTES))
+def _own(name: str) -> Apart:
+    return Apart("-m", "benchmarks.coregional_ways", name, limit_bytes=coregional_full.LIMIT_BYTES)
 
 
-def _reason(said: str, code: int) -> str:
-    if "No module named" in said:
-        return "not installed"
-    wanted_more = any(word in said.lower() for word in ("memory", "allocate"))
-    return f"needs more than {LIMIT_BYTES / 1e9:g} GB" if wanted_more else f"failed ({code})"
+def _answers(ways: Mapping[str, Way], what: str, n: int) -> dict[str, Answer]:
+    """A first answer of each that can give one."""
+    found = {}
+    for name, way in ways.items():
+        try:
+            if not way.why:
+                found[name] = way.ask(what, n)
+        except ApartError as error:
+            way.why = str(error)
+    return found
 
 
-def likelihoods(n: int, ways: tuple[str, ...]) -> tuple[list[str], list[str]]:
-    """Rows of a table for n pulses, and the promises broken."""
-    found = {way: asked(way, n, repeats(way, n)) for way in ways}
-    reference = found["pyroshock"].told["value"]
-    rows = [
-        f"| {n} | {' | '.join([way, *one.cells(None if way in YARDSTICKS else reference)])} |"
-        for way, one in found.items()
-    ]
-    apart = [
-        f"{way} at {n}: another likelihood"
-        for way, one in found.items()
-        if way not in YARDSTICKS and one.told and abs(one.told["value"] - reference) > 1e-6 * n * OUTPUTS
-    ]
-    slow = [f"{way} at {n}: less than 200 times slower" for way in PEERS if not _far_behind(found, way, n)]
-    return rows, apart + slow + (_promises(found) if n == PULSES else [])
+def _timed(ways: Mapping[str, Way], names: Sequence[str], what: str, n: int, repeats: int) -> dict[str, list[float]]:
+    return in_turn({name: partial(ways[name].seconds, what, n) for name in names}, repeats)
 
 
-def _far_behind(found: Mapping[str, Found], way: str, n: int) -> bool:
-    return way not in found or n < 180 or found[way].seconds >= 200 * found["pyroshock"].seconds
+def _likelihoods(ways: Mapping[str, Way], n: int, repeats: int, last: bool) -> Iterator[Figure]:
+    first = _answers(ways, "likelihood", n)
+    values = {name: [answer["value"]] for name, answer in first.items() if name not in YARDSTICKS}
+    _agree(values, 1e-5 * abs(first[OURS]["value"]))
+    taken = _timed(ways, list(first), "likelihood", n, repeats)
+    limit = _quicker(taken)
+    nature = f"one Cholesky factorisation of {n} x {n}"
+    for name, _, short in (*PEERS, (PLAIN, "", "eigendecomposition")):
+        what = f"loss and gradient, {n} pulses, beside {name}"
+        question = f"a coregional GP's loss and gradient, {n} pulses" if last else ""
+        if name not in taken:
+            yield missing(THEME, what, _why(ways, name), ours=_ms(taken[OURS]), question=question, rival=short)
+            continue
+        binds = name in coregional_full.PEERS and n >= 180
+        yield Figure(
+            THEME, what, _ms(taken[OURS]), _ms(taken[name]), ratio(taken[name], taken[OURS]), "at least",
+            FASTER if binds else 1.0, nature, binding=binds, near=ratio(taken[OURS], limit), question=question,
+            rival=short,
+        )  # fmt: skip
 
 
-def _promises(found: Mapping[str, Found]) -> list[str]:
-    ours, yardstick = found["pyroshock"], min(found[way].seconds for way in YARDSTICKS)
-    broken = ["more than 4 Cholesky factorisations"] * (ours.seconds > 4 * yardstick)
-    return broken + ["an evaluation of more than 1 GB"] * (ours.told["peak_bytes"] > 1e9)
+def _predictions(ways: Mapping[str, Way], n: int) -> Iterator[Figure]:
+    them = {name: way for name, way in ways.items() if name != PLAIN}
+    first = _answers(them, "prediction", n)
+    means, spreads = ({name: np.ravel(told[kind]) for name, told in first.items()} for kind in ("mean", "spread"))
+    apart = {name: float(np.max(np.abs(spread - spreads[OURS]))) for name, spread in spreads.items()}
+    _agree({name: mean for name, mean in means.items() if name not in YARDSTICKS}, 1e-5)
+    _agree({name: spread for name, spread in spreads.items() if name not in (*YARDSTICKS, INEXACT)}, 1e-5)
+    taken = _timed(them, list(first), "prediction", n, 9)
+    limit = _quicker(taken)
+    products = f"two products of {ASKED} x {n} with {n} x {OUTPUTS}"
+    for name, _, short in PEERS:
+        what = f"{ASKED} predictions with spread, {n} pulses learned, beside {name}"
+        if name not in taken:
+            yield missing(THEME, what, _why(ways, name), ours=_ms(taken[OURS]), rival=short)
+            continue
+        nature = products + (f"; its spreads are {apart[name]:.1g} off the exact ones" if name == INEXACT else "")
+        yield Figure(
+            THEME, what, _ms(taken[OURS]), _ms(taken[name]), ratio(taken[name], taken[OURS]), "at least", 1.0, nature,
+            binding=False, near=ratio(taken[OURS], limit), question="a coregional GP's predictions", rival=short,
+        )  # fmt: skip
 
 
-def repeats(way: str, n: int) -> int:
-    """Peers at 720 take a minute each."""
-    return 1 if way in PEERS and n > 180 else 3 if way in PEERS else 9
+def _alone(ways: Mapping[str, Way], n: int) -> Iterator[Figure]:
+    """Ours and its limit at a size at which the peers have no room."""
+    mine = {name: ways[name] for name in (OURS, PLAIN, *YARDSTICKS)}
+    peak = _answers(mine, "likelihood", n)[OURS]["peak_bytes"]
+    taken = _timed(mine, list(mine), "likelihood", n, LARGE_REPEATS)
+    limit = _quicker(taken)
+    ours, near = taken[OURS], ratio(taken[OURS], limit)
+    yield Figure(
+        THEME, f"loss and gradient, {n:,} pulses, over one Cholesky factorisation", _ms(ours), _ms(limit), near,
+        "at most", FACTORISATIONS, "the loss alone takes one; the gradient is products of the same size", near=near,
+        of="bound",
+    )  # fmt: skip
+    yield Figure(
+        THEME, f"loss and gradient, {n:,} pulses, beside {PLAIN}", _ms(ours), _ms(taken[PLAIN]),
+        ratio(taken[PLAIN], ours), "at least", 1.0, "as above", near=near, rival="eigendecomposition",
+    )  # fmt: skip
+    yield _bound(f"peak memory of a likelihood of {n:,} pulses, GB", peak / 1e9, BYTES / 1e9, "pulses by pulses, twice")
 
 
-def training() -> tuple[str, list[str]]:
-    told = asked(TRAINING, PULSES, 1).told
-    sentence = (
-        f"Training on {PULSES} x 13 inputs and {OUTPUTS} outputs: {told['fit_s']:.1f} s, {told['evaluations']} "
-        f"evaluations, converged: {told['converged']}, at most {told['bound']:.1g} lost of the likelihood, peak "
-        f"{told['peak_bytes'] / 1e6:,.0f} MB; {PREDICTED} pulses with spread: {told['predict_s']:.2f} s."
+def _training(n: int) -> Iterator[Figure]:
+    told = trained(n)
+    steps = f"{told['evaluations']} evaluations, converged: {told['converged']}"
+    yield _bound(f"training on {n:,} pulses, s", told["fit_s"], FIT_S, steps)
+    yield _bound(
+        "peak memory of that training, GB", told["peak_bytes"] / 1e9, FIT_BYTES / 1e9, "pulses by pulses, twice"
     )
-    broken = ["training over 60 s"] * (told["fit_s"] > 60) + ["not converged"] * (not told["converged"])
-    broken += ["training over 2 GB"] * (told["peak_bytes"] > 2e9)
-    return sentence, broken + ["prediction over 2 s"] * (told["predict_s"] > 2)
+    yield _bound(f"{PREDICTED:,} predictions with spread, s", told["predict_s"], PREDICT_S, f"{n:,} pulses learned")
+
+
+def trained(n: int) -> dict[str, Any]:
+    """In a fresh process, what `coregional_ways.trained` tells. Raises `CalledProcessError`."""
+    command = [sys.executable, "-m", "benchmarks.coregional_ways", TRAINING, str(n)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    return dict(json.loads(done.stdout.splitlines()[-1]))
+
+
+def _bound(name: str, value: float, most: float, nature: str) -> Figure:
+    share = Spread.of([value / most])
+    return Figure(THEME, name, f"{value:.3g}", f"promised {most:g}", share, "at most", 1.0, nature, of="bound")
+
+
+def _quicker(taken: Mapping[str, Sequence[float]]) -> Sequence[float]:
+    """The yardstick on one core or on all, whichever is quicker at this size."""
+    return min((taken[name] for name in YARDSTICKS), key=lambda values: Spread.of(values).median)
+
+
+def _why(ways: Mapping[str, Way], name: str) -> str:
+    return ways[name].why if name in ways else ABSENT
+
+
+def _ms(seconds: Sequence[float]) -> str:
+    return Spread.of(seconds).text(" ms", 1e3)
+
+
+def _agree(found: Mapping[str, Any], apart: float) -> None:
+    """Raises `ValueError` where a way gives other numbers than ours: it would be another model that is timed."""
+    for name, numbers in found.items():
+        worst = float(np.max(np.abs(np.subtract(numbers, found[OURS]))))
+        if not worst <= apart:
+            raise ValueError(f"{name}: {worst:.2g} from ours; expected at most {apart:.1g}")
 
 
 def main(arguments: list[str]) -> int:
-    say = sys.stdout.write
-    say("| pulses | way | loss and gradient | likelihood apart | peak memory |\n| ---: | --- | --- | --- | --- |\n")
-    broken: list[str] = []
-    for n in (*SMALL, PULSES):
-        ways = tuple(way for way in WAYS if _wanted(way, n, "--full" in arguments))
-        rows, missed = likelihoods(n, ways)
-        say("\n".join(rows) + "\n")
-        sys.stdout.flush()
-        broken += missed
-    sentence, missed = training()
-    say(f"\n{sentence}\n\nnot kept: {'; '.join(broken + missed) or 'nothing'}\n")
-    return 1 if broken + missed else 0
-
-
-def _wanted(way: str, n: int, full: bool) -> bool:
-    if way in YARDSTICKS:
-        return n == PULSES
-    return n < PULSES or full or way not in PEERS
+    if "--full" in arguments:
+        return coregional_full.main()
+    lost = []
+    with tempfile.TemporaryDirectory() as folder:
+        for figure in measure_coregional(Path(folder)):
+            sys.stdout.write(figure.row() + "\n")
+            sys.stdout.flush()
+            lost += [figure.name] * (figure.binding and not figure.holds)
+    sys.stdout.write(f"\nnot kept: {'; '.join(lost) or 'nothing'}\n")
+    return 1 if lost else 0
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
-"""One way of computing a coregional likelihood, alone in its process.
+"""Ways of computing a coregional likelihood and its predictions, each alone in its process.
 
-`python -m benchmarks.coregional_ways WAY N REPEATS` prints what it found as one line of JSON. Every way has the same
-data and parameters (B = W W' + diag(kappa), one noise for each output, a squared exponential with a lengthscale for
-each predictor) and gives loss and gradient, no priors.
+`python -m benchmarks.coregional_ways WAY` answers what it is asked (`apart`): a likelihood or a prediction of so many
+pulses; `python -m benchmarks.coregional_ways training N` trains once and prints what it found as a line of JSON. Every
+way has the same data and parameters (B = W W' + diag(kappa), one noise for each output, a squared exponential with a
+lengthscale for each predictor); a likelihood is loss and gradient, without priors.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,11 +22,16 @@ from numpy.typing import NDArray
 from pyroshock.training.gp.kernels import kernel_matrix, lengthscale_gradient
 from pyroshock.training.gp.one_core import one_core
 from pyroshock.training.gp.parameters import Parameters
+from pyroshock.training.gp.posterior import posterior
 from pyroshock.training.gp.search import evaluate
+
+from .apart import Answer, answering
 
 Floats = NDArray[np.float64]
 #: Gives the negative log likelihood, after computing its gradient.
 Evaluate = Callable[[], float]
+#: Gives means and standard deviations (asked x outputs) of new measurements, by a process that knows its data.
+Predict = Callable[[], tuple[Floats, Floats]]
 
 OUTPUTS, RANK = 20, 6
 
@@ -41,6 +48,11 @@ def pulses(n: int) -> tuple[Floats, Floats]:
     shape = np.sin(np.pi * np.clip(phase, 0.02, 0.98)) ** (1 + 0.2 * tip + 0.1 * (layer > 2))[:, None]
     y = shape * (speed * np.exp(0.03 * rng.standard_normal(n)))[:, None] + 0.01 * rng.standard_normal((n, OUTPUTS))
     return (x - x.mean(axis=0)) / x.std(axis=0), (y - y.mean(axis=0)) / y.std(axis=0)
+
+
+def new_pulses(count: int) -> Floats:
+    """Predictors (count x 13) of others, at most 500."""
+    return pulses(500)[0][:count]
 
 
 def parameters() -> Parameters:
@@ -79,62 +91,6 @@ def _plain(x: Floats, y: Floats, at: Parameters) -> float:
 LOG_2PI = float(np.log(2 * np.pi))
 
 
-def bridged(n: int) -> Evaluate:
-    """A GPyTorch model with our likelihood."""
-    import torch
-    from pyroshock.training.gp.gpytorch_bridge import log_likelihood, multitask_model, set_parameters
-
-    x, y = (torch.tensor(one) for one in pulses(n))
-    model, likelihood = multitask_model(x, y, RANK)
-    set_parameters(model, likelihood, parameters())
-    return _backward(model, lambda: -y.numel() * log_likelihood(likelihood, model(x), y))
-
-
-def gpytorch(n: int) -> Evaluate:
-    import torch
-    from pyroshock.training.gp.gpytorch_bridge import multitask_model, set_parameters
-
-    x, y = (torch.tensor(one) for one in pulses(n))
-    model, likelihood = multitask_model(x, y, RANK)
-    set_parameters(model, likelihood, parameters())
-    return _exact(lambda: -likelihood(model(x)).log_prob(y), model)
-
-
-def botorch(n: int) -> Evaluate:
-    import torch
-    from botorch.models import KroneckerMultiTaskGP
-    from gpytorch.kernels import RBFKernel
-    from pyroshock.training.gp.gpytorch_bridge import multitask_model, set_parameters
-
-    x, y = (torch.tensor(one) for one in pulses(n))
-    likelihood = multitask_model(x, y, RANK)[1]
-    model = KroneckerMultiTaskGP(x, y, likelihood=likelihood, data_covar_module=RBFKernel(ard_num_dims=13), rank=RANK)
-    model.double().train()
-    set_parameters(model, likelihood, parameters())
-    return _exact(lambda: -likelihood(model(x)).log_prob(y), model)
-
-
-def _exact(loss: Callable[[], Any], model: Any) -> Evaluate:
-    """Without conjugate gradients and random probes, whose likelihood is an estimate."""
-    from gpytorch import settings
-
-    def evaluate_exactly() -> float:
-        with settings.fast_computations(log_prob=False, covar_root_decomposition=False):
-            return _backward(model, loss)()
-
-    return evaluate_exactly
-
-
-def _backward(model: Any, loss: Callable[[], Any]) -> Evaluate:
-    def evaluate_once() -> float:
-        model.zero_grad()
-        value = loss()
-        value.backward()
-        return float(value.detach())
-
-    return evaluate_once
-
-
 def cholesky(n: int) -> Evaluate:
     """The yardstick: one factorisation of K + I."""
     from scipy.linalg import cholesky as factorised
@@ -144,36 +100,88 @@ def cholesky(n: int) -> Evaluate:
     return lambda: float(factorised(k, lower=True, check_finite=False)[0, 0])
 
 
-WAYS: dict[str, Callable[[int], Evaluate]] = {
-    "pyroshock": ours,
-    "pyroshock in a GPyTorch model": bridged,
-    "plain eigendecomposition": plain,
-    "GPyTorch MultitaskKernel": gpytorch,
-    "BoTorch KroneckerMultiTaskGP": botorch,
-    "one Cholesky factorisation": cholesky,
-    "one Cholesky factorisation, one core": cholesky,
-}
+def ours_predicts(n: int, asked: int) -> Predict:
+    (x, y), at = pulses(n), parameters()
+    known, new = posterior("rbf", x, y, at), new_pulses(asked) / at.lengthscales
+    return lambda: known.predict("rbf", new)
+
+
+def product(n: int, asked: int) -> Predict:
+    """The yardstick: the products of (asked x n) with (n x outputs) that a mean takes, and as much for the spread."""
+    h, weights = np.ones((asked, n)), np.ones((n, OUTPUTS))
+    return lambda: (h @ weights, h @ weights)
+
+
+def peers() -> dict[str, Callable[[int], Evaluate]]:
+    from . import coregional_peers as them
+
+    return {
+        "pyroshock in a GPyTorch model": them.bridged,
+        "GPyTorch MultitaskKernel": them.gpytorch,
+        "BoTorch KroneckerMultiTaskGP": them.botorch,
+    }
+
+
+def ways() -> dict[str, Callable[[int], Evaluate]]:
+    own = {"pyroshock": ours, "plain eigendecomposition": plain, CHOLESKY: cholesky, ONE_CORE_CHOLESKY: cholesky}
+    return own | peers()
+
+
+def predictions() -> dict[str, Callable[[int, int], Predict]]:
+    from . import coregional_peers as them
+
+    return {
+        "pyroshock": ours_predicts,
+        "GPyTorch MultitaskKernel": them.gpytorch_predicts,
+        "BoTorch KroneckerMultiTaskGP": them.botorch_predicts,
+        CHOLESKY: product,
+        ONE_CORE_CHOLESKY: product,
+    }
+
+
+CHOLESKY, ONE_CORE_CHOLESKY = "one Cholesky factorisation", "one Cholesky factorisation, one core"
 #: `Coregional` trains on one core, so that its sums are the same each time; peers may use all.
-ONE_CORE = ("pyroshock", "pyroshock in a GPyTorch model", "one Cholesky factorisation, one core")
+ONE_CORE = ("pyroshock", "pyroshock in a GPyTorch model", ONE_CORE_CHOLESKY)
 TRAINING = "training"
 PREDICTED = 10_000
+
+
+def written(file: Path, n: int, asked: int) -> Path:
+    """The same pulses and parameters as a file, for a program that imports nothing of ours."""
+    (x, y), at = pulses(n), parameters()
+    np.savez(file, x=x, y=y, asked=new_pulses(asked), lengthscales=at.lengthscales, **vars(at))
+    return file
 
 
 def peak_bytes() -> int:
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
-def timed(way: str, n: int, repeats: int) -> dict[str, Any]:
-    evaluate_once = WAYS[way](n)
-    seconds, value = [], 0.0
-    with one_core() if way in ONE_CORE else nullcontext():
-        if repeats > 1:
-            evaluate_once()  # imports and first pages
-        for _ in range(repeats):
+class Way:
+    """One way in this process; what it is asked for twice is prepared once."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._known: dict[tuple[Any, ...], Callable[[], Any]] = {}
+
+    def answer(self, request: Answer) -> Answer:
+        """{"what": "likelihood", "n"} or {"what": "prediction", "n", "asked"} to seconds, value and peak memory."""
+        key = (request["what"], request["n"], request.get("asked"))
+        with one_core() if self._name in ONE_CORE else nullcontext():
+            if key not in self._known:
+                self._known[key] = self._prepared(*key)
             begin = time.perf_counter()
-            value = evaluate_once()
-            seconds.append(time.perf_counter() - begin)
-    return {"value": value, "seconds": seconds, "peak_bytes": peak_bytes()}
+            found = self._known[key]()
+            seconds = time.perf_counter() - begin
+        told = {"seconds": seconds, "peak_bytes": peak_bytes()}
+        if key[0] == "likelihood":
+            return told | {"value": found}
+        return told | {"mean": found[0].tolist(), "spread": found[1].tolist()}
+
+    def _prepared(self, what: str, n: int, asked: int | None) -> Callable[[], Any]:
+        if what == "likelihood":
+            return ways()[self._name](n)
+        return predictions()[self._name](n, asked or 1)
 
 
 def trained(n: int) -> dict[str, Any]:
@@ -192,6 +200,12 @@ def trained(n: int) -> dict[str, Any]:
     return told | {"fit_s": between - begin, "predict_s": done - between, "peak_bytes": peak_bytes()}
 
 
+def main(arguments: list[str]) -> None:
+    if arguments[0] == TRAINING:
+        sys.stdout.write(json.dumps(trained(int(arguments[1]))) + "\n")
+    else:
+        answering(Way(arguments[0]).answer)
+
+
 if __name__ == "__main__":
-    _way, _n, _repeats = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
-    sys.stdout.write(json.dumps(trained(_n) if _way == TRAINING else timed(_way, _n, _repeats)) + "\n")
+    main(sys.argv[1:])

@@ -24,6 +24,7 @@ from pyroshock.doe.merit.balance import cell_counts
 from pyroshock.doe.space import Space, gun_space
 
 from .measuring import ROOT
+from .peers import has
 
 Levels = NDArray[np.int64]
 Make = Callable[[Space, int, np.random.Generator], Levels]
@@ -74,6 +75,14 @@ def by_scipy(space: Space, n: int, rng: np.random.Generator) -> Levels:
     from scipy.stats import qmc
 
     return rounded(qmc.LatinHypercube(len(space.axes), optimization="random-cd", rng=rng).random(n), space)
+
+
+def by_smt(space: Space, n: int, rng: np.random.Generator) -> Levels:
+    """SMT's best: enhanced stochastic evolution (Jin, Chen and Sudjianto, J. Stat. Plan. Inference 134, 2005)."""
+    from smt.sampling_methods import LHS
+
+    box = np.array([[0.0, 1.0]] * len(space.axes))
+    return rounded(LHS(xlimits=box, criterion="ese", seed=int(rng.integers(2**31)))(n), space)
 
 
 def by_plain_anneal(space: Space, n: int, rng: np.random.Generator) -> Levels:
@@ -148,11 +157,13 @@ def by_us(space: Space, n: int, rng: np.random.Generator) -> Levels:
     return balanced(space, n, rng).treatments
 
 
+PLAIN, OURS = f"plain exchange anneal, {ANNEAL_S:g} s", "pyroshock"
 WAYS: dict[str, Make] = {
     "pyDOE3 maximin LHS, rounded": by_pydoe,
     "scipy random-CD LHS, rounded": by_scipy,
-    f"plain exchange anneal, {ANNEAL_S:g} s": by_plain_anneal,
-    "pyroshock": by_us,
+    **({"SMT ESE LHS, rounded": by_smt} if has("smt") else {}),
+    PLAIN: by_plain_anneal,
+    OURS: by_us,
 }
 
 

@@ -1,91 +1,86 @@
-"""A measured figure, and the document that shows them all."""
+"""A measured figure: what ours and the peer's took, their ratio with its spread, and what bounds it."""
 
 from __future__ import annotations
 
-import datetime as dt
-import platform
-from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
 from operator import ge, le
-from pathlib import Path
 from typing import Literal
 
-from .measuring import ROOT, Spread
+from .measuring import Spread
 
-DOCUMENT = ROOT / "docs" / "benchmarks.md"
-_PACKAGES = ("numpy", "scipy", "h5py", "numcodecs", "SQLAlchemy", "psycopg")
+#: What a value is a ratio of, and what is said where ours is above the peer's. "growth" is ours with more over ours
+#: with less, "bound" ours over a promise that has no peer: neither has anyone to lose to.
+BEHIND = {"time": "slower", "memory": "more", "room": "more", "quality": "worse", "growth": "", "bound": ""}
+Kind = Literal["time", "memory", "room", "quality", "growth", "bound"]
 
 
 @dataclass(frozen=True)
 class Figure:
     """`value` is measured and promised to be `sense` `limit` (None: told, not promised).
 
-    `ours` and `peer` are what it is the ratio of; `nature` names what bounds it, and how near we come.
+    `ours` and `peer` are what it is the ratio of: ours over the peer's where it is promised to be at most something,
+    the peer's over ours where at least. No value: the peer is missing or gave nothing, and `peer` says why. `nature`
+    names what bounds ours, and how near we come; `near` is ours over that bound where both were measured.
     """
 
     theme: str
     name: str
     ours: str
     peer: str
-    value: Spread
+    value: Spread | None
     sense: Literal["at most", "at least"] = "at most"
     limit: float | None = None
     nature: str = ""
     #: Whether losing it fails `make bench`. What does not bind is shown all the same, and as lost where it is.
     binding: bool = True
+    near: Spread | None = None
+    #: What it answers in the first table, which shows of each question the figure that is worst for us; "": details.
+    question: str = ""
+    of: Kind = "time"
+    #: Which peer it is, in a word or two: the picture's label.
+    rival: str = ""
 
     @property
     def holds(self) -> bool:
-        return self.limit is None or {"at most": le, "at least": ge}[self.sense](self.value.median, self.limit)
+        if self.limit is None:
+            return True
+        return self.value is not None and {"at most": le, "at least": ge}[self.sense](self.value.median, self.limit)
+
+    @property
+    def over(self) -> Spread | None:
+        """Ours over the peer's, whichever way it is promised: below 1 we are ahead."""
+        return self.value.inverse() if self.value and self.sense == "at least" else self.value
+
+    @property
+    def behind(self) -> str:
+        """In which way ours is behind its peer, as a word; "" where it is not, or has none."""
+        return BEHIND[self.of] if self.over and self.over.median > 1 else ""
 
     @property
     def promise(self) -> str:
         if self.limit is None:
             return "—"
-        return f"{self.sense} {self.limit:g}: {'holds' if self.holds else '**lost**'}"
+        most = self.limit if self.sense == "at most" else 1 / self.limit
+        kept = "holds" if self.holds else "**lost**" if self.value else "**not measured**"
+        return f"at most {most:.3g}: {kept}"
+
+    @property
+    def ratio(self) -> str:
+        """As the tables show it, with a word where we lose."""
+        if self.over is None:
+            return "—"
+        by_chance = ", within the spread" if self.over.low <= 1 else ""
+        return self.over.text() + (f" **{self.behind}**{by_chance}" if self.behind else "")
 
     def row(self) -> str:
-        cells = (self.name, self.ours, self.peer, self.value.text(), self.promise, self.nature)
-        return "| " + " | ".join(cells) + " |"
+        near = self.near.text() if self.near else "—"
+        return table_row(self.name, self.ours, self.peer, self.ratio, self.promise, self.nature or "—", near)
 
 
-def document(figures: Sequence[Figure]) -> str:
-    """The page of all figures, by theme."""
-    parts = ["# Benchmarks", "", *_preface()]
-    for theme in dict.fromkeys(figure.theme for figure in figures):
-        rows = [figure.row() for figure in figures if figure.theme == theme]
-        head = "| figure | ours | peer | ratio | promised | what bounds it |"
-        parts += ["", f"## {theme}", "", head, "| --- " * 6 + "|", *rows]
-    return "\n".join(parts) + "\n"
+def missing(theme: str, name: str, why: str, *, ours: str = "—", question: str = "", rival: str = "") -> Figure:
+    """The row of a peer that cannot be measured: not installed, out of memory, out of time."""
+    return Figure(theme, name, ours, why, None, question=question, rival=rival)
 
 
-def write(figures: Sequence[Figure], path: Path = DOCUMENT) -> None:
-    path.write_text(document(figures), encoding="utf-8")
-
-
-def _preface() -> list[str]:
-    versions = ", ".join(f"{name} {version(name)}" for name in _PACKAGES)
-    return [
-        "Written by `python -m benchmarks`; `make bench` measures the same and fails where a promise is lost.",
-        "Ratios are ours over the peer's in the same run, the repeats of both interleaved: median (least to largest).",
-        'A ratio "at least" is the peer\'s time over ours. Where we lose, the table says so.',
-        "",
-        f"On {dt.datetime.now(dt.UTC):%Y-%m-%d}: {machine()}; Python {platform.python_version()}, {versions}.",
-    ]
-
-
-def machine() -> str:
-    """Processor, cores that may be used, and system."""
-    import os
-
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return f"{_processor()}, {cores} cores, {platform.system()}"
-
-
-def _processor() -> str:
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        return platform.processor() or platform.machine()
-    return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())
+def table_row(*cells: str) -> str:
+    return f"| {' | '.join(cells)} |"

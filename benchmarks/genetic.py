@@ -103,7 +103,7 @@ WAYS: dict[str, Callable[[Sequence[Fold], Sequence[tuple[int, ...]]], list[list[
 }
 
 
-def _keep(
+def keep(
     kept: dict[str, list[list[Floats]]], name: str, folds: Sequence[Fold], candidates: Sequence[tuple[int, ...]]
 ) -> None:
     kept[name] = WAYS[name](folds, candidates)
@@ -133,7 +133,7 @@ def main() -> int:
     slower = False
     for candidates in (*((layers,) * CORES for layers in CANDIDATES), CANDIDATES):
         kept: dict[str, list[list[Floats]]] = {}
-        taken = interleaved({name: partial(_keep, kept, name, folds, candidates) for name in WAYS}, REPEATS)
+        taken = interleaved({name: partial(keep, kept, name, folds, candidates) for name in WAYS}, REPEATS)
         rates = {name: Spread.of([60 * len(candidates) / s for s in seconds]) for name, seconds in taken.items()}
         ours, theirs = taken.values()
         gain = ratio(theirs, ours)

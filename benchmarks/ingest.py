@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import shutil
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,11 @@ from .measuring import Child, Spread, interleaved, ratio, run_child
 from .recordings import hammer_record, write_campaign
 
 RECORDINGS, LIMIT = 180, 1.5
-THEME = "Ingest of 180 recordings (10 s, two channels at 51.2 kHz, ten impacts each), extraction included"
+THEME = "Ingest of {} recordings (10 s, two channels at 51.2 kHz, ten impacts each), extraction included"
+QUESTION = "a campaign into the store"
 MEMORY_THEME = "Peak memory of the ingest, all its processes together"
+#: Imports what the command does, and stays long enough for its memory to be seen.
+_LIBRARIES = "import pyroshock.app.cli.ingest, pyroshock.ingest.load, time; time.sleep(0.2)"
 _COMMAND = ("-c", "from pyroshock.app.cli.main import main; main()")
 _FORMATS = {".mat": "MATLAB 5, uncompressed", ".npz": "NumPy .npz"}
 
@@ -31,18 +35,19 @@ def campaign(folder: Path, recordings: int, suffix: str) -> Path:
     return made
 
 
-def measure_ingest(folder: Path, repeats: int = 3) -> Iterator[Figure]:
+def measure_ingest(folder: Path, recordings: int = RECORDINGS, repeats: int = 3) -> Iterator[Figure]:
     """Time of the command, by its default of processes and by one, over the peer's."""
     for suffix, what in _FORMATS.items():
-        source = campaign(folder, RECORDINGS, suffix)
+        source = campaign(folder, recordings, suffix)
         runs: dict[str, list[Child]] = {"peer": [], "default": [], "one": []}
         for _ in range(repeats):
             runs["peer"].append(_peer(source, folder))
             runs["default"].append(ingest_once(source, folder))
             runs["one"].append(ingest_once(source, folder, jobs=1))
-        floor = _floor_s() * RECORDINGS
-        yield _time_figure(what, runs["default"], runs["peer"], LIMIT, _nature(runs["default"], floor))
-        yield _time_figure(f"{what}, --jobs 1", runs["one"], runs["peer"], None, _nature(runs["one"], floor))
+        floor = [recordings * seconds for seconds in _floor_s()]
+        figure = partial(_time_figure, THEME.format(recordings), peer=runs["peer"], floor=floor)
+        yield figure(what, runs["default"], limit=LIMIT, question=QUESTION)
+        yield figure(f"{what}, --jobs 1", runs["one"])
 
 
 def ingest_once(source: Path, folder: Path, *, jobs: int | None = None, watch_memory: bool = False) -> Child:
@@ -58,18 +63,27 @@ def _peer(source: Path, folder: Path) -> Child:
     return run_child(["-m", "benchmarks.peer", source, folder / "peer.h5"])
 
 
-def _time_figure(name: str, ours: list[Child], peer: list[Child], limit: float | None, nature: str) -> Figure:
+def _time_figure(
+    theme: str,
+    name: str,
+    ours: list[Child],
+    *,
+    peer: list[Child],
+    floor: list[float],
+    limit: float | None = None,
+    question: str = "",
+) -> Figure:
     walls, peers = [run.wall_s for run in ours], [run.wall_s for run in peer]
     texts = [Spread.of(values).text(" s") for values in (walls, peers)]
-    return Figure(THEME, name, *texts, ratio(walls, peers), "at most", limit, nature)
+    nature = f"hashing and compressing the same bytes on one processor: {Spread.of(floor).text(' s')}"
+    near = Spread.of([wall / Spread.of(floor).median for wall in walls])
+    return Figure(
+        theme, name, *texts, ratio(walls, peers), "at most", limit, nature, near=near, question=question,
+        rival="h5py, the series alone",
+    )  # fmt: skip
 
 
-def _nature(runs: list[Child], floor_s: float) -> str:
-    times = Spread.of([run.wall_s for run in runs]).median / floor_s
-    return f"hashing and compressing the same bytes: {floor_s:.3g} s of one processor; we are at {times:.2g} times that"
-
-
-def _floor_s() -> float:
+def _floor_s() -> list[float]:
     """Seconds per recording for what no ingest can leave out: two hashes (file, series) and the compression."""
     channels = hammer_record(np.random.default_rng(7))
     content = b"".join(channel.tobytes() for channel in channels)
@@ -79,19 +93,27 @@ def _floor_s() -> float:
         for channel in channels:
             encode_series(channel)
 
-    return Spread.of(interleaved({"floor": work}, 15)["floor"]).median
+    return interleaved({"floor": work}, 15)["floor"]
 
 
-def measure_memory(folder: Path, repeats: int = 3) -> Iterator[Figure]:
+def measure_memory(folder: Path, recordings: int = RECORDINGS, repeats: int = 3) -> Iterator[Figure]:
     """Peak memory of larger and larger campaigns over that of the smallest, which is long enough for all to be busy."""
+    libraries = [run_child(["-c", _LIBRARIES], watch_memory=True).peak_bytes for _ in range(repeats)]
     for jobs in (1, 2):
-        sizes = (RECORDINGS // 4, RECORDINGS // 2, RECORDINGS)
+        sizes = (recordings // 4, recordings // 2, recordings)
         peaks = {count: [_peak(folder, count, jobs) for _ in range(repeats)] for count in sizes}
         for count in sizes[1:]:
             texts = [Spread.of(peaks[size]).text(" MiB", 2.0**-20) for size in (count, sizes[0])]
             name = f"{count} recordings against {sizes[0]}, --jobs {jobs}"
-            nature = f"recordings in flight ({2 * jobs if jobs > 1 else 1} at most, 4 MiB each), and the libraries"
-            yield Figure(MEMORY_THEME, name, *texts, ratio(peaks[count], peaks[sizes[0]]), "at most", 1.1, nature)
+            flight = f"at most {2 * jobs if jobs > 1 else 1} x 4 MiB of recordings in flight"
+            nature = (
+                f"one process that only loads the libraries, {Spread.of(libraries).text(' MiB', 2.0**-20)}; {flight}"
+            )
+            yield Figure(
+                MEMORY_THEME, name, *texts, ratio(peaks[count], peaks[sizes[0]]), "at most", 1.1, nature,
+                near=ratio(peaks[count], libraries), question="memory of an ingest as the campaign grows", of="growth",
+                rival=f"ours with {sizes[0]} recordings",
+            )  # fmt: skip
 
 
 def _peak(folder: Path, recordings: int, jobs: int) -> int:

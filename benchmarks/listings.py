@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -14,9 +15,11 @@ from pyroshock.schema.session import Store, Writer, open_store
 from .crowded import RARE, campaign_name, fill
 from .figures import Figure
 from .measuring import Spread, interleaved, ratio
+from .postgres import SERVER_VARIABLE, empty_databases
 
 SMALL, LARGE, LIMIT = 10_000, 1_000_000, 2.0
-THEME = "Filtered listings with 1,000,000 impacts against 10,000"
+THEME = "Filtered listings with {:,} impacts against {:,}"
+QUESTION = "a filtered listing as the store grows"
 
 
 @dataclass(frozen=True)
@@ -28,9 +31,9 @@ class Listing:
     where: tuple[Condition, ...] = ()
     rows: int | None = None
 
-    def count(self, store: Store) -> int:
+    def keys(self, store: Store) -> list[int]:
         with store.reading() as session:
-            return sum(1 for _ in islice(iter_impacts(session, self.campaign, self.where), self.rows))
+            return [row["id"] for row in islice(iter_impacts(session, self.campaign, self.where), self.rows)]
 
 
 _STEEL = Condition("tip_material", "=", "steel")
@@ -48,12 +51,20 @@ LISTINGS = (
 )
 
 
-def measure_listings(folder: Path, repeats: int = 15) -> Iterator[Figure]:
+def measure_listings(folder: Path, large: int = LARGE, repeats: int = 15) -> Iterator[Figure]:
     """Every listing on two SQLite stores in `folder`, made where they are not there yet."""
-    yield from compare(*(_filled(folder, impacts) for impacts in (SMALL, LARGE)), repeats)
+    yield from compare(*(filled(folder, impacts) for impacts in (SMALL, large)), large, repeats)
 
 
-def _filled(folder: Path, impacts: int) -> str:
+def measure_listings_on_postgres(_folder: Path, large: int = LARGE, repeats: int = 15) -> Iterator[Figure]:
+    """The same on the server that `TEST_DATABASE_URL` names."""
+    with empty_databases(os.environ[SERVER_VARIABLE], 2) as urls:
+        for url, impacts in zip(urls, (SMALL, large), strict=True):
+            fill(url, impacts)
+        yield from compare(urls[0], urls[1], large, repeats)
+
+
+def filled(folder: Path, impacts: int) -> str:
     path = folder / f"impacts-{impacts}.db"
     if not path.exists():
         unfinished = folder / f"unfinished-{impacts}.db"
@@ -64,19 +75,35 @@ def _filled(folder: Path, impacts: int) -> str:
     return f"sqlite:///{path}"
 
 
-def compare(small_url: str, large_url: str, repeats: int) -> Iterator[Figure]:
+def compare(small_url: str, large_url: str, impacts: int, repeats: int) -> Iterator[Figure]:
     """Every listing on both stores. Raises `ValueError` when one gives another number of rows."""
     writer = Writer("benchmark", "0")
     with open_store(small_url, writer) as small, open_store(large_url, writer) as large:
         kind = small.engine.dialect.name
         for listing in LISTINGS:
-            counts = listing.count(small), listing.count(large)
+            keys = listing.keys(small), listing.keys(large)
+            counts = len(keys[0]), len(keys[1])
             if counts[0] != counts[1] or not counts[0]:
                 raise ValueError(f"{listing.name}: {counts[0]} and {counts[1]} rows; expected the same, and some")
-            taken = interleaved(
-                {"small": partial(listing.count, small), "large": partial(listing.count, large)}, repeats
-            )
+            ways = {
+                "small": partial(listing.keys, small),
+                "large": partial(listing.keys, large),
+                "rows": partial(_rows_by_key, large, keys[1]),
+            }
+            taken = interleaved(ways, repeats)
             texts = [Spread.of(taken[key]).text(" ms", 1e3) for key in ("large", "small")]
-            times = ratio(taken["large"], taken["small"])
-            nature = f"{counts[0]} rows either way"
-            yield Figure(THEME, f"{kind}, {listing.name}", *texts, times, "at most", LIMIT, nature)
+            plain = Spread.of(taken["rows"]).text(" ms", 1e3)
+            yield Figure(
+                THEME.format(impacts, SMALL), f"{kind}, {listing.name}", *texts, ratio(taken["large"], taken["small"]),
+                "at most", LIMIT, f"the driver's own fetch of the {counts[0]} rows by their keys: {plain}",
+                near=ratio(taken["large"], taken["rows"]), question=QUESTION, of="growth",
+                rival=f"ours with {SMALL:,} impacts",
+            )  # fmt: skip
+
+
+def _rows_by_key(store: Store, keys: list[int]) -> int:
+    """The same impacts and pulses as tuples, whose keys are known already: neither searched, nor named, nor judged."""
+    listed = ",".join(map(str, keys))
+    with store.reading() as session:
+        statement = f"SELECT * FROM impacts AS i JOIN pulses AS p ON p.impact_id = i.id WHERE i.id IN ({listed})"  # noqa: S608  # keys of ours
+        return len(session.connection().exec_driver_sql(statement).fetchall())

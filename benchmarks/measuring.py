@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import statistics
 import subprocess
 import sys
@@ -27,6 +28,10 @@ class Spread:
     @classmethod
     def of(cls, values: Sequence[float]) -> Spread:
         return cls(statistics.median(values), min(values), max(values))
+
+    def inverse(self) -> Spread:
+        """Of the values' inverses; that of nothing is infinite."""
+        return Spread(*(1 / value if value else float("inf") for value in (self.median, self.high, self.low)))
 
     def text(self, unit: str = "", scale: float = 1.0) -> str:
         low, median, high = (f"{scale * x:.3g}" for x in (self.low, self.median, self.high))
@@ -61,9 +66,18 @@ def ratio(ours: Sequence[float], peers: Sequence[float]) -> Spread:
 
 def run_child(arguments: Sequence[str | Path], *, watch_memory: bool = False) -> Child:
     """`python ARGUMENTS` in a fresh process, from the root of the repository. Raises `CalledProcessError`."""
+    return run_program([sys.executable, *arguments], watch_memory=watch_memory)
+
+
+def run_program(words: Sequence[str | Path], *, watch_memory: bool = False) -> Child:
+    """A program and its arguments, as `run_child`."""
     begin = time.perf_counter()
-    command = [sys.executable, *map(str, arguments)]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+    command = [*map(str, words)]
+    # Where it is set, each process would compile what it imports.
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    with subprocess.Popen(
+        command, cwd=ROOT, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    ) as process:
         watch = _MemoryWatch(process.pid) if watch_memory else None
         _, said = process.communicate()
         peak = watch.stop() if watch else 0

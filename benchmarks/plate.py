@@ -15,12 +15,12 @@ import numpy as np
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plate.build import PlateBuild, places
 from pyroshock.twin.plate.cache import cached_plate
-from pyroshock.twin.plate.modal import ModalPlate
+from pyroshock.twin.plate.modal import Floats, ModalPlate
 from pyroshock.twin.plate.modes import solve_plate
 from pyroshock.twin.plate.respond import respond
 from pyroshock.twin.plate.response import PlateResponse
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.plate.modes import modes
+from pyroshock.virtualbench.plate.modes import PlateModes, modes
 from pyroshock.virtualbench.plate.resonant import OUTLINE_M, resonant_plate
 
 from benchmarks.measuring import Spread, interleaved
@@ -50,9 +50,21 @@ def cached_s() -> float:
         return time.perf_counter() - began
 
 
+def bench_modes() -> PlateModes:
+    """The virtual bench's own: Mindlin elements of degree eight."""
+    return modes(resonant_plate("aluminum", "free", np.random.default_rng(0)), Effects.none(), max_frequency_hz=20e3)
+
+
+def pulses() -> Floats:
+    """Half-sines (PULSES, SAMPLES) at the beginning of each row."""
+    force = np.zeros((PULSES, SAMPLES))
+    force[:, :WIDTH] = np.sin(np.pi * np.arange(WIDTH) / WIDTH) * np.linspace(1, 2, PULSES)[:, None]
+    return force
+
+
 def distances(plate: ModalPlate) -> str:
     """From the bench's frequencies, corrected and not, by band."""
-    peer = modes(resonant_plate("aluminum", "free", np.random.default_rng(0)), Effects.none(), max_frequency_hz=20e3)
+    peer = bench_modes()
     bare = solve_plate(BUILD, 20e3, thickness_correction=False)
     rows = [
         "| modes up to, Hz | number | corrected, % at most | mean | Kirchhoff alone, % at most |",
@@ -68,8 +80,7 @@ def distances(plate: ModalPlate) -> str:
 
 
 def times(plate: ModalPlate) -> dict[str, Spread]:
-    force = np.zeros((PULSES, SAMPLES))
-    force[:, :WIDTH] = np.sin(np.pi * np.arange(WIDTH) / WIDTH) * np.linspace(1, 2, PULSES)[:, None]
+    force = pulses()
     response = PlateResponse.of(plate, "#1", None, STEP_S, SAMPLES)
     taken = interleaved(
         {

@@ -22,7 +22,7 @@ from sqlalchemy.orm import Session
 
 from . import scale_ingest
 from .crowded import Crowd, fill
-from .figures import machine
+from .machine import machine
 from .measuring import ROOT, interleaved
 from .postgres import empty_databases, kept_database, server
 from .sampled import ingested_sample

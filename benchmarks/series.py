@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Callable, Iterator
+import os
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from sqlalchemy import func, select
 
 from .figures import Figure
 from .measuring import Spread, interleaved, ratio
+from .postgres import SERVER_VARIABLE, empty_databases
 from .recordings import FULL_SCALE_N, NOISE_STEPS, hit_force, stepped
 
 THEME = "A stored series against h5py with gzip and shuffle"
@@ -42,12 +44,24 @@ def _record(sampling_rate_hz: float, bits: int, noise_steps: float = NOISE_STEPS
     return stepped(force, FULL_SCALE_N, rng, bits, noise_steps)
 
 
-def measure_series(url: str, folder: Path, repeats: int = 15) -> Iterator[Figure]:
-    """All figures of all kinds in an empty store at `url`; the peer's files go to `folder`."""
+def measure_series_on_sqlite(folder: Path, only: Collection[str] = (), repeats: int = 15) -> Iterator[Figure]:
+    for old in folder.glob("series.db*"):
+        old.unlink()
+    return measure_series(f"sqlite:///{folder / 'series.db'}", folder, only, repeats)
+
+
+def measure_series_on_postgres(folder: Path, only: Collection[str] = (), repeats: int = 15) -> Iterator[Figure]:
+    """On the server that `TEST_DATABASE_URL` names."""
+    with empty_databases(os.environ[SERVER_VARIABLE], 1) as (url,):
+        yield from measure_series(url, folder, only, repeats)
+
+
+def measure_series(url: str, folder: Path, only: Collection[str] = (), repeats: int = 15) -> Iterator[Figure]:
+    """All figures of `only` these kinds (none: of all) in an empty store at `url`; the peer's files go to `folder`."""
     with open_store(url, Writer("benchmark", "0"), create=True) as store:
         kind = store.engine.dialect.name
-        for name, make in kinds().items():
-            for figure in _measure_one(store, f"{kind}, {name}", make(), folder, repeats):
+        for name in only or kinds():
+            for figure in _measure_one(store, f"{kind}, {name}", kinds()[name](), folder, repeats):
                 yield replace(figure, binding=figure.binding and kind == "sqlite")
 
 
@@ -58,8 +72,9 @@ def _measure_one(store: Store, name: str, samples: Samples, folder: Path, repeat
     assert ours.read(0, samples.size).tobytes() == samples.tobytes()
     part = samples.size // 100
     at = samples.size // 3
-    taken = interleaved({"ours": ours.write, "peer": peer.write}, max(5, repeats // 3))
-    yield _faster(f"writing, {name}", taken["ours"], taken["peer"], ours.write_nature())
+    taken = interleaved({"ours": ours.write, "peer": peer.write, "hash": ours.hash}, max(5, repeats // 3))
+    nature = f"the SHA-256 of the samples: {_ms(taken['hash'])}; {ours.write_nature()}"
+    yield _faster(f"writing, {name}", taken, "hash", nature, "writing a raw series")
     taken = interleaved(
         {
             "ours": lambda: ours.read(0, samples.size),
@@ -73,9 +88,9 @@ def _measure_one(store: Store, name: str, samples: Samples, folder: Path, repeat
         },
         repeats,
     )
-    decode, copy = (Spread.of(taken[key]).text(" ms", 1e3) for key in ("decode", "copy"))
-    yield _faster(f"reading, {name}", taken["ours"], taken["peer"], f"decoding {decode}, copying {copy}")
-    yield _room(name, ours.stored_bytes(), peer.stored_bytes())
+    nature = f"copying as many bytes: {_ms(taken['copy'])}; decoding {_ms(taken['decode'])}"
+    yield _faster(f"reading, {name}", taken, "copy", nature, "reading a raw series")
+    yield _room(name, ours.stored_bytes(), peer.stored_bytes(), _noise_bytes(samples))
     hundred = [0.01 * value for value in taken["slices"]]
     peers = ratio([0.01 * value for value in taken["peer slices"]], taken["peer"])
     nature = f"a chunk is decoded whole; h5py, its file open: {peers.text()}"
@@ -85,19 +100,39 @@ def _measure_one(store: Store, name: str, samples: Samples, folder: Path, repeat
     yield _slice(f"1 % over the whole, each in its own session, {name}", taken["slice"], taken["ours"], None, nature)
 
 
-def _faster(name: str, ours: list[float], peer: list[float], nature: str) -> Figure:
-    texts = [Spread.of(values).text(" ms", 1e3) for values in (ours, peer)]
-    return Figure(THEME, name, *texts, ratio(peer, ours), "at least", FASTER, nature)
+def _ms(seconds: list[float]) -> str:
+    return Spread.of(seconds).text(" ms", 1e3)
 
 
-def _room(name: str, ours: int, peer: int) -> Figure:
+def _faster(name: str, taken: dict[str, list[float]], bound: str, nature: str, question: str) -> Figure:
+    ours, peer = taken["ours"], taken["peer"]
+    return Figure(
+        THEME, name, _ms(ours), _ms(peer), ratio(peer, ours), "at least", FASTER, nature,
+        near=ratio(ours, taken[bound]), question=question, rival="h5py, gzip and shuffle",
+    )  # fmt: skip
+
+
+def _room(name: str, ours: int, peer: int, noise: float) -> Figure:
     texts = [f"{size / 1e6:.3g} MB" for size in (ours, peer)]
-    return Figure(THEME, f"room, {name}", *texts, Spread.of([ours / peer]), "at most", 1.0, "noise: it does not pack")
+    return Figure(
+        THEME, f"room, {name}", *texts, Spread.of([ours / peer]), "at most", 1.0,
+        f"the entropy of the recorder's noise, which no packing loses: {noise / 1e6:.3g} MB",
+        near=Spread.of([ours / noise]), question="room of a raw series", of="room", rival="h5py, gzip and shuffle",
+    )  # fmt: skip
+
+
+def _noise_bytes(samples: Samples) -> float:
+    """Of normal noise as it is before the first hit, in steps of the converter: log2(sigma sqrt(2 pi e)) a sample.
+
+    (Cover and Thomas, Elements of Information Theory, theorem 8.3.1 and example 8.1.2.)
+    """
+    quiet = samples[: samples.size // 50].astype(np.float64)
+    step = np.diff(np.unique(quiet)).min()
+    return float(samples.size * np.log2(quiet.std() / step * np.sqrt(2 * np.pi * np.e)) / 8)
 
 
 def _slice(name: str, slices: list[float], whole: list[float], limit: float | None, nature: str) -> Figure:
-    texts = [Spread.of(values).text(" ms", 1e3) for values in (slices, whole)]
-    return Figure(THEME, name, *texts, ratio(slices, whole), "at most", limit, nature)
+    return Figure(THEME, name, _ms(slices), _ms(whole), ratio(slices, whole), "at most", limit, nature, of="growth")
 
 
 class _Stored:
@@ -136,11 +171,10 @@ class _Stored:
             self._key = channel.id
 
     def write_nature(self) -> str:
-        taken = interleaved({"encode": lambda: encode_series(self._samples), "hash": self._hash}, 5)
-        encode, digest = (Spread.of(taken[key]).text(" ms", 1e3) for key in ("encode", "hash"))
-        return f"encoding {encode}, of which the SHA-256 {digest}"
+        taken = interleaved({"encode": lambda: encode_series(self._samples)}, 5)
+        return f"encoding {_ms(taken['encode'])}"
 
-    def _hash(self) -> None:
+    def hash(self) -> None:
         series_hash(self._samples)
 
     def read(self, start: int, stop: int) -> Samples:

@@ -2,10 +2,9 @@
 
 50,000 samples of noise at 100 kHz, 80 lines from 10 Hz to 10 kHz, Q = 10. Ours are whole spectra: both signs, primary,
 residual and pseudo velocity. The peers give the maximax while the record lasts, which is less work; pyyeti also with
-more processes and as it comes, which raises the sampling rate for all lines. endaq gives another number: its filter
-takes the base for constant in a step. Compiling is left out: the first call of each is not counted. The exit code is 1
-where a peer's record is not the same to 1e-9, or pyyeti at its fastest is less than 8 times slower. endaq is no
-dependency: without it, its row says so (`pip install endaq-calc`).
+more processes and as it comes, which raises the sampling rate for all lines. Compiling is left out: the first call of
+each is not counted. The exit code is 1 where a peer's record is not the same to 1e-9, or pyyeti at its fastest is less
+than 8 times slower. `spectra.py` gives the same as figures, and endaq beside it.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from functools import partial
-from importlib.util import find_spec
 
 import numpy as np
 from pyroshock.twin.srs.grid import octave_grid
@@ -28,6 +26,7 @@ SAMPLES, RATE_HZ, LINES, Q, REPEATS = 50_000, 1e5, 80, 10.0, 15
 PROMISED, PROCESSORS = 8.0, 2
 #: Ways that are the same to the last digits, of which the fastest is to be beaten.
 SAME = ("pyyeti", "pyyeti, processes")
+APART = 1e-9
 
 Way = Callable[[], Floats]
 
@@ -47,7 +46,6 @@ def ways(record: Floats, lines: Floats) -> Mapping[str, Way]:
         "pyyeti, processes": partial(plain, rolloff="none", parallel="yes"),
         "pyyeti, as it comes": plain,
         "scipy lfilter": partial(filtered, record, lines),
-        **({"endaq": endaq(record, lines)} if find_spec("endaq") else {}),
     }
 
 
@@ -57,14 +55,6 @@ def filtered(record: Floats, lines: Floats) -> Floats:
 
     printed = absolute_acceleration(2 * np.pi * lines, 1 / RATE_HZ, 1 / (2 * Q))
     return np.array([np.abs(lfilter(b, a, record)).max() for b, a in zip(printed.b.T, printed.a.T, strict=True)])
-
-
-def endaq(record: Floats, lines: Floats) -> Way:
-    import pandas as pd
-    from endaq.calc.shock import shock_spectrum
-
-    table = pd.DataFrame({"a": record}, index=pd.Index(np.arange(record.size) / RATE_HZ, name="time"))
-    return lambda: shock_spectrum(table, lines, damp=1 / (2 * Q), mode="srs")["a"].to_numpy()
 
 
 def row(name: str, taken: Mapping[str, list[float]], apart: float) -> str:
@@ -83,7 +73,7 @@ def broken(taken: Mapping[str, list[float]], apart: Mapping[str, float]) -> list
     fastest = min(Spread.of(taken[name]).median for name in SAME)
     times = fastest / Spread.of(taken["pyroshock"]).median
     slow = [f"pyyeti at its fastest takes {times:.1f} times as long, not {PROMISED:g}"] * (times < PROMISED)
-    return slow + [f"{name} is {apart[name]:.1g} apart" for name in (*SAME, "scipy lfilter") if apart[name] > 1e-9]
+    return slow + [f"{name} is {apart[name]:.1g} apart" for name in (*SAME, "scipy lfilter") if apart[name] > APART]
 
 
 def batch() -> str:
@@ -94,18 +84,25 @@ def batch() -> str:
     return f"64 records of 10,000 samples, {lines.size} lines: {spread.text(' ms', 1e3)}."
 
 
-def main() -> int:
-    say = sys.stdout.write
+def differences(every: Mapping[str, Way]) -> dict[str, float]:
+    """The largest of each way's lines from ours, relative."""
+    ours = every["pyroshock"]()
+    return {name: float(np.abs(way() / ours - 1).max()) for name, way in every.items()}
+
+
+def two_processors() -> None:
     if processors() > PROCESSORS and hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:PROCESSORS])
+
+
+def main() -> int:
+    say = sys.stdout.write
+    two_processors()
     every = ways(noise((SAMPLES,)), np.geomspace(10, 1e4, LINES))
-    taken, ours = interleaved(every, REPEATS), every["pyroshock"]()
-    apart = {name: float(np.abs(way() / ours - 1).max()) for name, way in every.items()}
+    taken, apart = interleaved(every, REPEATS), differences(every)
     say("| way | 50,000 samples, 80 lines | 1e9 oscillator steps a second | times ours | apart |\n")
     say("| --- | --- | ---: | --- | ---: |\n")
     say("\n".join(row(name, taken, apart[name]) for name in every) + "\n")
-    if "endaq" not in every:
-        say("| endaq | not installed | — | — | — |\n")
     lost = broken(taken, apart)
     say(f"\n{batch()}\n\nnot kept: {'; '.join(lost) or 'nothing'}\n")
     return 1 if lost else 0

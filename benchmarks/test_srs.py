@@ -1,4 +1,4 @@
-"""The promised speed of spectra, measured: `make bench`."""
+"""The promised speed of spectra, measured: `make bench-full`."""
 
 from __future__ import annotations
 
