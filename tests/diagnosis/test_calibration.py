@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.diagnosis.calibration import CalibrationMap, shipped
+from scipy.optimize import brentq
 
 STAGES = (("gun",), ("contact",), ("plate",), ("gun", "contact", "plate"), ("contact", "plate"))
 PLAIN = CalibrationMap(1.0, 0.0, 0.0, 0.0)
@@ -94,3 +95,31 @@ def test_the_shipped_maps_tell_their_source(stages: tuple[str, ...]) -> None:
 def test_one_stage_has_a_map_of_its_own() -> None:
     assert len({shipped((stage,)).slope for stage in ("gun", "contact", "plate")}) == 3
     assert shipped(("contact", "plate")) == shipped(("gun", "contact", "plate"))
+
+
+def test_probability_is_the_logit_of_the_compressed_margin() -> None:
+    """exp(slope asinh(margin / 2) + intercept) in proportion; asinh(-1) and asinh(-3/4) have closed forms."""
+    one = CalibrationMap(2.0, none=0.5, unknown=-0.5, pair=1.0)
+    found = one({"a": 7.0, "b": 5.0, "none": 5.5, "unknown": 7.0, "a+b": 7.0})
+    back, less = np.sqrt(2) - 1, 0.5
+    weights = {"a": 1.0, "b": back**2, "none": less**2 * np.exp(0.5), "unknown": np.exp(-0.5), "a+b": np.exp(1.0)}
+    assert found == pytest.approx({name: weight / sum(weights.values()) for name, weight in weights.items()})
+    assert list(found) == ["a+b", "a", "unknown", "none", "b"]
+
+
+def test_equal_hypotheses_stay_in_their_order() -> None:
+    assert list(PLAIN({"b": 1.0, "c": 2.0, "a": 1.0})) == ["c", "b", "a"]
+
+
+def test_learned_intercept_is_where_likelihood_and_prior_balance() -> None:
+    """Two hypotheses alike: t = w_none - sum(w) / (1 + exp(-t)) by the derivative of loss and prior."""
+
+    def balance(none: float, both: float) -> float:
+        return float(brentq(lambda t: none - both / (1 + np.exp(-t)) - t, -5, 5))
+
+    logs = {"none": 3.0, "gun.blow_by": 3.0}
+    one = CalibrationMap.learned([(logs, "none")], "one")
+    assert (one.none, one.slope) == (pytest.approx(balance(1, 1), abs=2e-3), pytest.approx(1, abs=2e-3))
+    shares = {"none": 0.3, "single": 0.1, "unknown": 0.5, "pair": 0.1}
+    two = CalibrationMap.learned([(logs, "none"), (logs, "gun.blow_by")], "two", shares=shares)
+    assert two.none == pytest.approx(balance(1.5, 2), abs=2e-3)

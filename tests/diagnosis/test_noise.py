@@ -80,3 +80,90 @@ def test_covariance_is_one(seed: int, shared: float, configurations: int, lost: 
     assert np.all(np.abs(found) <= 1 + 1e-9)
     if lost == 0:
         assert np.linalg.eigvalsh(found).min() > -1e-9
+
+
+def plain(*floors: float, frequency_hz: float | None = None) -> list[Observable]:
+    return [Observable(f"{i}", "plate", "force", "dB", 1.0, floor, frequency_hz) for i, floor in enumerate(floors)]
+
+
+def test_variance_is_drawn_to_the_data_sheet() -> None:
+    """(nu s^2 + 3 f^2) / (nu + 3), of runs that are there."""
+    deviations = np.array([[1.0, 2.0], [-1.0, np.nan], [0.5, -2.0], [-0.5, np.nan], [np.nan, np.nan]])
+    noise = Noise.of(deviations, np.array([0, 0, 1, 1, 2]), plain(0.5, 0.1))
+    assert noise.freedom.tolist() == [2.0, 0.0]
+    assert np.diag(noise.covariance) == pytest.approx([(2.5 + 3 * 0.25) / 5, (8 + 3 * 0.01) / 3])
+    assert not noise.assumed
+
+
+def test_without_repetitions_the_data_sheet_stands_alone() -> None:
+    noise = Noise.of(np.zeros((3, 2)), np.arange(3), plain(0.5, 0.1))
+    assert noise.assumed
+    assert noise.covariance == pytest.approx(np.diag([0.25, 0.01]))
+
+
+PAIRS = np.array([0, 0, 1, 1, 2, 2, 3, 3])
+
+
+def mirrored(*rows: list[float]) -> np.ndarray:
+    """Deviations of two runs to a configuration: each row, and its negative."""
+    return np.array([each for row in rows for each in (row, [-x for x in row])])
+
+
+def test_correlations_of_single_observables_are_drawn_to_none() -> None:
+    """nu / (nu + D) of it, and as much of the rest again: here two thirds of r = 0.6 and two thirds of a third."""
+    noise = Noise.of(mirrored([2, 2], [1, -1], [0, 0], [0, 0]), PAIRS, plain(0.1, 0.1))
+    assert noise.freedom.tolist() == [4.0, 4.0]
+    assert correlation(noise)[0, 1] == pytest.approx(0.6 * 2 / 3 * 4 / 3)
+
+
+def test_one_repetition_says_something() -> None:
+    """nu = 1: a third of r = 1, and a third of the other two thirds."""
+    noise = Noise.of(np.array([[1.0, 2.0], [-1.0, -2.0]]), np.zeros(2, dtype=np.intp), plain(0.1, 0.1))
+    assert not noise.assumed
+    assert correlation(noise)[0, 1] == pytest.approx(5 / 9)
+
+
+def test_correlations_of_lines_are_drawn_to_their_mean() -> None:
+    """nu = 4, three lines, one channel: 4/7 of their own, 3/7 of the mean, of which 1/5 is drawn to none."""
+    noise = Noise.of(
+        mirrored([2, 2, 2], [1, -1, 1], [0, 0, 0], [0, 0, 0]), PAIRS, plain(*[0.1] * 3, frequency_hz=400.0)
+    )
+    mean = (0.6 + 1.0 + 0.6) / 3
+    expected = [4 / 7 * own + 3 / 7 * 0.8 * mean for own in (0.6, 1.0, 0.6)]
+    found = correlation(noise)
+    assert [found[0, 1], found[0, 2], found[1, 2]] == pytest.approx(expected)
+
+
+def test_lines_that_oppose_each_other_have_no_mean() -> None:
+    noise = Noise.of(mirrored([2, -2], [1, 1], [0, 0], [0, 0]), PAIRS, plain(0.1, 0.1, frequency_hz=400.0))
+    assert correlation(noise)[0, 1] == pytest.approx(-0.6 * 2 / 3)
+
+
+def test_means_that_no_covariance_has_are_drawn_to_one_that_is() -> None:
+    """Two lines that oppose each other and go both with a third: of [[1, c], [c, 0]] the positive part is left."""
+    single = Observable("u", "gun", "velocity", "1", 1.0, 0.1)
+    noise = Noise.of(
+        mirrored([1, 1, -0.2], [1, -0.2, 1], [0, 0, 0], [0, 0, 0]),
+        PAIRS,
+        [single, *plain(0.1, 0.1, frequency_hz=400.0)],
+    )
+    with_third, apart = 0.8 / np.sqrt(2 * 1.04), -0.4 / 1.04
+    c = with_third * 4 / 6
+    root = (1 + np.sqrt(1 + 4 * c**2)) / 2
+    part = root / (root**2 + c**2) * np.array([[root**2, root * c], [root * c, c**2]])
+    cross, within_lines = part[0, 1] / np.sqrt(part[0, 0]), part[1, 1]
+    found = correlation(noise)
+    assert found[0, 1:] == pytest.approx(4 / 7 * with_third + 3 / 7 * cross)
+    assert found[1, 2] == pytest.approx(4 / 7 * apart + 3 / 7 * within_lines)
+
+
+def test_channels_share_what_their_lines_do_on_the_mean() -> None:
+    """nu = 4, four lines of two channels: half of their own, half of the mean of which 1/3 is drawn to none."""
+    lines = [Observable(f"{c} {f}", "plate", c, "dB", 1.0, 0.1, f) for c in ("a", "b") for f in (100.0, 200.0)]
+    noise = Noise.of(mirrored([2, 2, 2, 2], [1, 1, -1, -1], [0, 1, 0, 0], [0, 0, 0, 0]), PAIRS, lines)
+    a, between = 5 / np.sqrt(30), (3 / 5 + 3 / np.sqrt(30)) / 2  # of the norms: 5, 6 and twice 5
+    found = correlation(noise)
+    assert found[0, 1] == pytest.approx(a / 2 + a * 2 / 3 / 2)
+    assert found[0, 2:] == pytest.approx(0.6 / 2 + between * 2 / 3 / 2)
+    assert found[1, 2:] == pytest.approx(3 / np.sqrt(30) / 2 + between * 2 / 3 / 2)
+    assert found[2, 3] == pytest.approx(1 / 2 + 2 / 3 / 2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.spline import smoothing_spline
+from pyroshock.ingest.spline import nrmse, smoothing_spline
 
 
 @pytest.mark.parametrize("samples", [5, 6, 7, 30, 400])
@@ -33,3 +33,15 @@ def test_few_samples_are_interpolated(samples):
 def test_straight_line_is_left_as_it_is():
     values = 3.0 * np.arange(50.0) - 7.0
     np.testing.assert_allclose(smoothing_spline(values, 0.01)(np.array([0.5, 48.25])), [-5.5, 137.75], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("samples", "smoothing", "power"), [(2, 0.5, 1), (3, 0.5, 2), (4, 0.5, 3), (9, 1.0, 3)])
+def test_interpolation_is_of_the_highest_order_up_to_a_cubic(samples, smoothing, power):
+    spline = smoothing_spline(np.arange(float(samples)) ** power, smoothing)
+    between = np.arange(samples - 1) + 0.5
+    np.testing.assert_allclose(spline(between), between**power, rtol=1e-9)
+
+
+def test_error_is_over_the_range_of_the_values():
+    assert nrmse(np.array([5.0, 5.5]), np.array([5.05, 5.45])) == pytest.approx(0.1)
+    assert nrmse(np.full(4, 7.0), np.full(4, 8.0)) == 0.0

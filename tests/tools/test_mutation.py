@@ -68,15 +68,15 @@ def the(operator: str, becomes: str) -> Mutant:
 
 
 @pytest.mark.parametrize(
-    ("mutant", "what", "by"),
+    ("mutant", "what", "by", "limit_s"),
     [
-        (the(MUL, "return mass / speed**2 / 2"), "killed", "tests/test_law.py::test_law"),
-        (the(GT, "return a if a >= b else b"), "survived", ""),
-        (the(SUB, "n = n + 1"), "timed out", ""),
+        (the(MUL, "return mass / speed**2 / 2"), "killed", "tests/test_law.py::test_law", 60.0),
+        (the(GT, "return a if a >= b else b"), "survived", "", 60.0),
+        (the(SUB, "n = n + 1"), "timed out", "", 2.0),
     ],
 )
-def test_what_becomes_of_a_mutant(pool: Pool, toy: Path, mutant: Mutant, what: str, by: str) -> None:
-    one = session.Trial(mutant, plan.Target("law.py", ("tests/test_law.py",), None), limit_s=5.0)
+def test_what_becomes_of_a_mutant(pool: Pool, toy: Path, mutant: Mutant, what: str, by: str, limit_s: float) -> None:
+    one = session.Trial(mutant, plan.Target("law.py", ("tests/test_law.py",), None), limit_s)
     ((_, outcome),) = session.outcomes(pool, [one])
     assert (outcome.what, outcome.by) == (what, by)
     assert (toy / "law.py").read_text(encoding="utf-8") == LAW

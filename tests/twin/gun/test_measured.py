@@ -52,9 +52,26 @@ def test_a_leakage_above_one_is_refused():
         corner_velocity_ratio([0.5, 1.2])
 
 
+def test_the_first_share_outside_is_named():
+    with pytest.raises(ValueError, match=r"leakage = -0\.5: expected 0 to 1"):
+        corner_velocity_ratio([0.5, -0.5, 1.2])
+    with pytest.raises(ValueError, match=r"velocity_ratio = 1\.5: expected 0 to 1"):
+        corner_leakage([1.0, 1.5])
+
+
 def test_the_spread_of_known_ratios_is_theirs():
     spread = velocity_spread(10 * np.exp([0.1, 0.2, 0.3]), np.full(3, 10.0))
     assert (spread.log_mean, spread.log_sd, spread.shots) == (pytest.approx(0.2), pytest.approx(0.1), 3)
+
+
+def test_shots_that_stay_in_either_are_left_out():
+    found = velocity_spread([0.0, 0.2, 8.0, 9.0, 5.0], [4.0, 0.1, 0.5, 0.0, 2.5])
+    assert found.shots == 3
+    assert found.log_mean == pytest.approx(np.log(2 * 16 * 2) / 3)
+    pair = velocity_spread([2.0, 8.0], [1.0, 1.0])
+    assert (pair.shots, pair.log_sd) == (2, pytest.approx(np.log(4) / np.sqrt(2)))
+    with pytest.raises(ValueError, match="1 shots with both velocities"):
+        velocity_spread([2.0, 0.0], [1.0, 1.0])
 
 
 def test_the_shipped_spread_is_that_of_the_five_shots():

@@ -153,6 +153,27 @@ def test_trajectory_says_how_it_ended(fraction: float, status: str) -> None:
     assert math.isnan(shot.exit_time_s) == (status != "left")
 
 
+def test_trajectory_of_constant_push_is_that_of_constant_acceleration() -> None:
+    bench = replace(BENCH, tank_volume_m3=1e9)
+    push = 4e5 * bench.projectile_area_m2 / 0.5 - bench.friction_coefficient * STANDARD_GRAVITY_M_S2
+    shot = trajectory(bench, 4e5, 0.5)
+    assert shot.exit_time_s == pytest.approx(math.sqrt(2 * bench.travel_m / push), rel=1e-8)
+    assert (len(shot.time_s), shot.time_s[0], shot.time_s[-1]) == (200, 0.0, shot.exit_time_s)
+    np.testing.assert_allclose(shot.velocity_m_s, push * shot.time_s, rtol=1e-8, atol=1e-9)
+    assert shot.muzzle_velocity_m_s == pytest.approx(0.5 * push * shot.exit_time_s)
+
+
+def test_trajectory_that_does_not_leave_has_no_muzzle_velocity() -> None:
+    bench = replace(BENCH, tank_volume_m3=0.005, friction_coefficient=1.0)
+    least = float(tank_pressure_for(bench, 0.0, 0.5))
+    still, stopped = trajectory(bench, 0.5 * least, 0.5), trajectory(bench, 0.97 * least, 0.5)
+    assert (still.muzzle_velocity_m_s, stopped.muzzle_velocity_m_s) == (0.0, 0.0)
+    assert [still.time_s.tolist(), still.position_m.tolist(), still.velocity_m_s.tolist()] == [[0.0]] * 3
+    assert still.pressure_pa.tolist() == [0.5 * least]
+    assert stopped.velocity_m_s[-1] == pytest.approx(0, abs=1e-6)
+    assert 0 < stopped.position_m[-1] < bench.travel_m
+
+
 def test_trajectory_ends_at_the_vent_holes() -> None:
     shot = trajectory(BENCH, 3e5, 0.5)
     assert shot.position_m[-1] == pytest.approx(BENCH.travel_m, rel=1e-9)
@@ -197,6 +218,18 @@ def test_ten_thousand_shots_in_one_call() -> None:
 def test_unphysical_bench_is_refused_by_name(field: str, value: float) -> None:
     with pytest.raises(ValueError, match=f"{field} = {value!r}"):
         replace(BENCH, **{field: value})
+
+
+def test_the_first_value_out_of_range_is_named_with_what_is_expected() -> None:
+    with pytest.raises(ValueError, match=r"tank_pressure_pa = -2\.0: expected not negative and finite"):
+        muzzle_velocity(BENCH, [1e5, -2.0, -3.0], 0.5)
+    with pytest.raises(ValueError, match=r"bullet_mass_kg = 0\.0: expected positive and finite"):
+        muzzle_velocity(BENCH, 1e5, [0.5, 0.0, -1.0])
+
+
+def test_limits_of_a_bench_are_allowed() -> None:
+    tight = replace(BENCH, bore_diameter_m=0.048, efficiency=1.0, friction_coefficient=0.0, heat_capacity_ratio=1.0)
+    assert float(muzzle_velocity(tight, 1e5, 0.5)) > 0
 
 
 @pytest.mark.parametrize(("pressure", "mass", "name"), [(-1.0, 0.5, "tank_pressure_pa"), (1e5, 0.0, "bullet_mass_kg")])

@@ -1,4 +1,4 @@
-"""The promise of speed: `make bench`."""
+"""The promise of speed: `make bench-full`."""
 
 from __future__ import annotations
 

@@ -1,0 +1,170 @@
+"""Rest, events and contacts of records whose every sample is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pyroshock.ingest.segmentation import Level, delimit, find_events, local_baseline, orientation, rest_level, segment
+from pyroshock.ingest.settings import ExtractionSettings
+from scipy.stats import norm
+
+QUIET = Level(0.0, 0.0)
+#: At the threshold of a tenth: first sample above it is 3, last is 6.
+CONTACT = np.array([0.0, 0.0, 1.0, 5.0, 10.0, 6.0, 2.0, 0.5, 0.0])
+
+
+def tenth(**other):
+    return ExtractionSettings(threshold=0.1, **other)
+
+
+@pytest.mark.parametrize("samples", [999, 400_001])
+def test_rest_is_median_and_deviation_of_normal_noise(samples):
+    noise = norm.ppf((np.arange(samples) + 0.5) / samples)
+    force = 7.0 + 3.0 * np.random.default_rng(0).permutation(noise)
+    force[5::100] = np.nan
+    level = rest_level(force)
+    assert (level.baseline, level.noise) == (pytest.approx(7.0, abs=0.15), pytest.approx(3.0, rel=0.04))
+
+
+def test_record_of_gaps_rests_at_zero():
+    assert rest_level(np.full(10, np.nan)) == QUIET
+
+
+@pytest.mark.parametrize(
+    ("force", "sign"), [([0, 5, -4], 1), ([0, 4, -5], -1), ([0, 5, -5], 1), ([3, 8, 0], 1), ([3, 5, -2], -1)]
+)
+def test_orientation_is_that_of_the_largest_excursion(force, sign):
+    level = Level(3.0 if force[0] else 0.0, 0.0)
+    assert orientation(np.array(force, dtype=float), level) == sign
+
+
+@pytest.mark.parametrize(
+    ("first", "rate", "expected"),
+    [
+        (1000, 51_200.0, 867.5),  # 5 ms are 256 samples: 740 to 995
+        (1000, 1000.0, 987.5),  # 5 samples are too few: 980 to 995
+        (20, 51_200.0, 7.5),  # all that there is: 0 to 15
+        (19, 51_200.0, -1.0),  # 15 samples: the record's rest
+        (2, 51_200.0, -1.0),  # none
+    ],
+)
+def test_local_rest_is_the_stretch_that_ends_four_samples_earlier(first, rate, expected):
+    level = local_baseline(np.arange(2000.0), first, Level(-1.0, 0.25), rate)
+    assert level == Level(expected, 0.25)
+
+
+def test_gap_before_a_contact_is_passed_over():
+    force = np.arange(2000.0)
+    force[500:996:2] = np.nan
+    assert local_baseline(force, 1000, QUIET, 51_200.0).baseline == 868.0
+    force[500:] = np.nan
+    assert local_baseline(force, 1000, Level(-1.0, 0.0), 51_200.0).baseline == -1.0
+
+
+def test_contact_of_known_samples():
+    found = segment(CONTACT, np.array([4]), QUIET, tenth())
+    assert (found.walk, found.mask, found.threshold) == ((2, 7), (2, 6), 1.0)
+    assert found.difference == pytest.approx(0.2)
+    assert (found.contact.first, found.contact.peak, found.contact.last) == (2, 4, 7)
+    assert not found.raised and not found.truncated and found.extra_hits == 0
+    by_mask = segment(CONTACT, np.array([4]), QUIET, tenth(segmentation="mask"))
+    assert (by_mask.contact.first, by_mask.contact.last) == (2, 6)
+
+
+def test_contact_ends_at_the_first_sample_that_does_not_exceed_the_threshold():
+    found = segment(CONTACT[::-1], np.array([4]), QUIET, tenth())
+    assert (found.walk, found.mask) == ((1, 6), (1, 5))
+
+
+def test_threshold_counts_from_the_rest():
+    found = segment(CONTACT + 100.0, np.array([4]), Level(100.0, 0.0), tenth())
+    assert (found.walk, found.threshold) == ((2, 7), 101.0)
+
+
+def test_noise_raises_the_threshold_above_its_share():
+    noisy = segment(CONTACT, np.array([4]), Level(0.0, 1.25), tenth())
+    assert (noisy.walk, noisy.threshold, noisy.raised) == ((2, 6), 2.5, True)
+    assert not segment(CONTACT, np.array([4]), Level(0.0, 0.5), tenth()).raised  # both are 1: nothing is raised
+
+
+@pytest.mark.parametrize("cut", [slice(3, None), slice(None, 7)], ids=["begin", "end"])
+def test_record_inside_a_contact_is_truncated_at_its_own_end(cut):
+    force = CONTACT[cut]
+    found = segment(force, np.array([int(np.argmax(force))]), QUIET, tenth())
+    assert found.truncated
+    assert found.walk == ((0, 4) if cut.start else (2, 6))
+    assert found.mask == ((0, 3) if cut.start else (2, 6))
+
+
+def test_gap_ends_a_contact():
+    force = CONTACT.copy()
+    force[6] = np.nan
+    assert segment(force, np.array([4]), QUIET, tenth()).walk == (2, 6)
+
+
+@pytest.mark.parametrize("samples", [40, 64, 65, 300, 5000])
+def test_contact_of_any_length_is_walked(samples):
+    force = np.concatenate([np.zeros(7000), np.ones(samples), [2.0], np.ones(samples), np.zeros(7000)])
+    found = segment(force, np.array([7000 + samples]), QUIET, tenth())
+    assert found.walk == (6999, 7000 + 2 * samples + 1)
+    assert found.mask == (6999, 7000 + 2 * samples)
+
+
+def test_peaks_outside_of_the_contact_are_further_hits():
+    force = np.concatenate([CONTACT, CONTACT / 2])
+    assert segment(force, np.array([4, 13]), QUIET, tenth()).extra_hits == 1
+    assert segment(force, np.array([4, 5]), QUIET, tenth()).extra_hits == 0
+    ends = segment(force, np.array([4, 2, 7]), QUIET, tenth())  # on the contact's own ends
+    assert ends.extra_hits == 0
+
+
+def test_contacts_a_separation_apart_are_two_events():
+    force = np.zeros(100)
+    force[[10, 21, 40]] = 5.0, 8.0, 6.0
+    # of the first two, ten samples lie between the fall and the next rise
+    one = find_events(force, QUIET, 10.0, ExtractionSettings(separation_s=1.1))
+    assert [each.tolist() for each in one] == [[21, 10], [40]]
+    two = find_events(force, QUIET, 10.0, ExtractionSettings(separation_s=1.0))
+    assert [each.tolist() for each in two] == [[10], [21], [40]]
+
+
+def test_separation_counts_from_the_contact_before():
+    force = np.zeros(100)
+    force[[10, 40, 45]] = 5.0, 8.0, 6.0
+    found = find_events(force, QUIET, 10.0, ExtractionSettings(separation_s=1.0))
+    assert [each.tolist() for each in found] == [[10], [40, 45]]
+
+
+def test_without_a_separation_every_run_is_an_event():
+    force = np.zeros(20)
+    force[[10, 12]] = 5.0, 8.0
+    found = find_events(force, QUIET, 10.0, ExtractionSettings(separation_s=0.0))
+    assert [each.tolist() for each in found] == [[10], [12]]
+
+
+def test_empty_record_has_no_event():
+    assert find_events(np.zeros(0), QUIET, 10.0, ExtractionSettings()) == []
+
+
+def test_events_exceed_share_and_noise_both():
+    force = np.zeros(100)
+    force[[10, 30, 50]] = 100.0, 10.0, 11.0
+    far = ExtractionSettings(separation_s=0.0)
+    assert [each.tolist() for each in find_events(force, QUIET, 1.0, far)] == [[10], [50]]
+    assert [each.tolist() for each in find_events(force, Level(0.0, 1.05), 1.0, far)] == [[10], [50]]
+    assert [each.tolist() for each in find_events(force, Level(0.0, 1.1), 1.0, far)] == [[10]]
+    assert find_events(force, Level(0.0, 10.1), 1.0, far) == []
+    assert [each.tolist() for each in find_events(force + 50, Level(50.0, 0.0), 1.0, far)] == [[10], [50]]
+
+
+def test_contacts_at_the_ends_of_a_record_are_events():
+    force = np.zeros(50)
+    force[[0, 49]] = 9.0, 10.0
+    assert [each.tolist() for each in find_events(force, QUIET, 1.0, ExtractionSettings())] == [[0], [49]]
+
+
+def test_drift_between_hits_does_not_tilt_the_threshold():
+    force = np.concatenate([np.zeros(400), np.full(400, 0.5), CONTACT + 0.5, np.full(50, 0.5)])
+    rest, found = delimit(force, np.array([804]), QUIET, 51_200.0, tenth())
+    assert rest.baseline == 0.5
+    assert found.walk == (802, 807)

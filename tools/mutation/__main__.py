@@ -1,0 +1,100 @@
+"""Changes one thing at a time in the physics and the evidence code, and looks whether a test notices: `make mutants`.
+
+python -m tools.mutation                        # what plan.toml says and the rows lack
+python -m tools.mutation 'twin/gun/*' --jobs 2  # of these modules
+python -m tools.mutation --again survived       # what survived, once more
+python -m tools.mutation --page                 # only the tables of docs/mutation.md
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+
+from . import page, plan, session, verdicts
+from .mutants import Mutant, holds, mutants_of, on_lines, sample, spots
+from .rows import Row, Rows
+
+ROOT = Path(__file__).resolve().parents[2]
+KEPT = ROOT / "docs" / "mutation"
+PAGE = ROOT / "docs" / "mutation.md"
+#: Trials between two writings of the rows.
+_OFTEN = 20
+
+
+def main(words: list[str]) -> int:
+    """0: every trial was made, whatever came of it."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # so that the workers end as well, and their copies go
+    asked = _asked(words)
+    rows = Rows(KEPT / "rows.csv")
+    if not asked.page:
+        _run(asked, rows)
+    said = verdicts.read(KEPT / "verdicts.toml")
+    kept = list(rows)
+    tables = {"modules": page.counted(kept, said), "survivors": page.survivors(kept, said)}
+    page.written(PAGE, tables)
+    print(tables["modules"].splitlines()[-1])
+    return 0
+
+
+def _asked(words: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m tools.mutation", description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("modules", nargs="*", help="patterns of paths; all of plan.toml without")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--again", choices=("survived", "killed", "timed out", "all"), help="of the rows that are kept")
+    parser.add_argument("--whole", action="store_true", help="every mutant, not a sample")
+    parser.add_argument("--page", action="store_true", help="only write the page's tables")
+    return parser.parse_args(words)
+
+
+def _run(asked: argparse.Namespace, rows: Rows) -> None:
+    planned = plan.read(ROOT)
+    targets = planned.chosen(tuple(asked.modules))
+    todo: list[tuple[Mutant, plan.Target]] = []
+    of: dict[str, int] = {}
+    for target in targets:
+        source = (ROOT / target.module).read_text(encoding="utf-8")
+        every = spots(source, planned.operators, planned.chosen_arguments)
+        of[target.module] = len(every)
+        size = None if asked.whole or asked.again else target.sample
+        places = sample(every, size, f"{planned.seed} {target.module}")
+        if asked.again:
+            again = [row.before for row in rows if row.module == target.module and asked.again in ("all", row.now)]
+            places = on_lines(source, places, again)
+        drawn = mutants_of(target.module, source, places)
+        rows.keep_only(target.module, lambda before, source=source: holds(source, before), len(every))
+        todo += [(each, target) for each in drawn if _due(rows.find(each.key), asked.again)]
+    needed = list({target.module: target for _, target in todo}.values())
+    print(f"{len(todo)} mutants of {len(needed)} modules", flush=True)
+    if not todo:
+        return
+    with session.workers(ROOT, planned.warm, planned.warm_own, asked.jobs) as pool:
+        limit = session.limits(pool, needed)
+        trials = [session.Trial(mutant, target, limit[target.module]) for mutant, target in todo]
+        for count, (mutant, outcome) in enumerate(session.outcomes(pool, trials), 1):
+            rows.add(_row(mutant, outcome, of[mutant.module]))
+            print(
+                f"{count} {outcome.what} {outcome.seconds:.1f} s {mutant.module}:{mutant.line} {mutant.after}",
+                flush=True,
+            )
+            if count % _OFTEN == 0 or count == len(trials):
+                rows.write()
+
+
+def _due(row: Row | None, again: str | None) -> bool:
+    if again is None:
+        return row is None
+    return row is not None and again in ("all", row.now)
+
+
+def _row(mutant: Mutant, outcome: session.trial.Outcome, of: int) -> Row:
+    today = datetime.now(tz=UTC).date().isoformat()
+    what = outcome.what
+    return Row(*mutant.key, mutant.line, mutant.operator, what, what, outcome.by, today, of)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
