@@ -8,14 +8,13 @@ from pathlib import Path
 
 import pytest
 import sealed_table
-from click.testing import CliRunner
+from doc_pages.running import place_in
 from hammer_stores import full_campaign
-from pyroshock.app.cli import serve
-from pyroshock.app.cli.main import COMMANDS, main
+from pyroshock.app.cli.main import COMMANDS
 from pyroshock.ingest.quality import CHECKS
 from pyroshock.ingest.readers import READERS
 from pyroshock.schema.tables import metadata
-from registries import fresh_registry, without_figures
+from registries import fresh_registry
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
@@ -30,29 +29,15 @@ def test_every_command_has_a_row():
     assert rows == list(COMMANDS)
 
 
-def test_examples_of_the_commands_run(tmp_path, monkeypatch, coarse_plates):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
-    (tmp_path / "examples").symlink_to(ROOT / "examples")
+def test_examples_of_the_commands_run(tmp_path, request):
     examples = re.findall(r"\| `pyroshock ([^`]+)` \|$", page("commands.md"), re.MULTILINE)
     assert len(examples) == len(COMMANDS)
-    runner = CliRunner()
-    full_campaign(tmp_path / "small", "small")
-    fresh_registry(tmp_path)
-    without_figures(monkeypatch)
-    monkeypatch.setattr(serve, "_listen", _first_page)
-    known = runner.invoke(main, ["ingest", "examples/modal-hammer-hit", "small", "--db", "sqlite:///lab.db"])
-    assert known.exit_code == 0, known.stderr
-    for example in examples:
-        result = runner.invoke(main, shlex.split(example))
-        assert result.exit_code == 0, (example, result.stderr)
-
-
-def _first_page(app, *_):
-    """Ask the window for its first page, where `serve` would listen until it is stopped."""
-    from starlette.testclient import TestClient
-
-    assert TestClient(app, base_url="http://127.0.0.1").get("/campaigns").status_code == 200
+    with place_in(tmp_path, request) as place:
+        full_campaign(tmp_path / "small", "small")
+        fresh_registry(tmp_path)
+        place.pyroshock("ingest", "examples/modal-hammer-hit", "small", "--db", "sqlite:///lab.db")
+        for example in examples:
+            place.pyroshock(*shlex.split(example))
 
 
 def test_every_reader_has_a_row():
