@@ -24,7 +24,7 @@ from pyroshock.training.estimators.perceptron import answers, one_thread, starte
 from pyroshock.training.estimators.standard import Standard
 from pyroshock.training.tuning.folds import grouped_folds
 
-from tests.pulse_tables import held_out, pulse_table
+from tests.support.records.pulse_tables import held_out, pulse_table
 
 from .measuring import Spread, interleaved, ratio
 

@@ -18,8 +18,8 @@ from pyroshock.twin.plates import PlateStage
 from pyroshock.twin.setting import Setting
 from pyroshock.twin.strikes import ContactStage
 
-from tests.pulse_tables import PREDICTORS, pulse_table
-from tests.twin_parts import BENCH, ringing_plate, setting
+from tests.support.records.pulse_tables import PREDICTORS, pulse_table
+from tests.support.records.twin_parts import BENCH, ringing_plate, setting
 
 from .measuring import Spread
 

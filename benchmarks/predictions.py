@@ -14,7 +14,7 @@ import numpy as np
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact
 
-from tests.twin_parts import setting
+from tests.support.records.twin_parts import setting
 
 from .figures import Figure
 from .measuring import Spread, interleaved, ratio

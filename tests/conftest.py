@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-pytest_plugins = ["databases", "care_fixtures", "web_stores"]
+pytest_plugins = ["support.stores.databases", "support.stores.care_fixtures", "support.stores.web_stores"]
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from postgres_server import NoServerError, installations, running_server
 from sqlalchemy import Engine, create_engine, inspect, make_url, text
+from support.stores.postgres_server import NoServerError, installations, running_server
 
 
 @contextmanager

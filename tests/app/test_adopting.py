@@ -10,8 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-import verdicts
-from campaigns import GUN_TOML, gun_campaign, hammer_campaign
 from pyroshock.app import adopting, diagnosing, tuning_session, twins
 from pyroshock.app.adopting import acts_at, adopt, adopted_for, fitted, taken_up
 from pyroshock.app.twins import TwinRequest
@@ -19,8 +17,10 @@ from pyroshock.diagnosis.verdict import Verdict
 from pyroshock.schema.session import Store
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.effects import Effect, catalogue, effect
-from stores import ingested, opened, pyroshock
-from twin_parts import unsolved
+from support.records import verdicts
+from support.records.campaigns import GUN_TOML, gun_campaign, hammer_campaign
+from support.records.twin_parts import unsolved
+from support.stores.stores import ingested, opened, pyroshock
 
 VALVE = effect("gun.valve_flow")
 GAIN = effect("sensor.velocity_gain", gain=1.05)

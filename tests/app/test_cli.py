@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from campaigns import hammer_campaign, recording_name
 from click.testing import CliRunner
 from pyroshock import __version__
 from pyroshock.app.cli.main import COMMANDS, main
 from pyroshock.app.filters import parse_where
 from pyroshock.schema.listings import Condition
+from support.records.campaigns import hammer_campaign, recording_name
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from blind_rows import LEAK, label, says
 from pyroshock.diagnosis.blind import run as blind
 from pyroshock.diagnosis.blind.kept import SCORED, write_rows
-from stores import pyroshock
+from support.records.blind_rows import LEAK, label, says
+from support.stores.stores import pyroshock
 
 
 class MadeUp:

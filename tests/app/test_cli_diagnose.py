@@ -9,13 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-import verdicts
-from campaigns import gun_campaign
 from click.testing import Result
 from pyroshock.app import diagnosing, twins
 from pyroshock.app.diagnosing import Asked, record_of
 from pyroshock.diagnosis.verdict import Cause, Verdict
-from stores import counts, ingested, pyroshock
+from support.records import verdicts
+from support.records.campaigns import gun_campaign
+from support.stores.stores import counts, ingested, pyroshock
 
 Diagnose = Callable[..., Result]
 

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from pulse_tables import PREDICTORS, pulse_table
 from pyroshock.app import twins
 from pyroshock.app.cli.predict import parse_effect, predict
 from pyroshock.app.demo import ingest_examples
@@ -18,8 +17,9 @@ from pyroshock.dataset.domain import Domain
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version
 from pyroshock.twin.gun.nominal import muzzle_velocity
-from stores import opened
-from twin_parts import BENCH, unsolved
+from support.records.pulse_tables import PREDICTORS, pulse_table
+from support.records.twin_parts import BENCH, unsolved
+from support.stores.stores import opened
 
 MODES = """mode,frequency_hz,damping_ratio,shape_impact,shape_impact_2,shape_a
 1,400,0.01,0.3,0.1,0.4

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from stores import pyroshock
+from support.stores.stores import pyroshock
 
 SPEC = "frequency_hz,level_g\n100,20\n1000,400\n4000,400\n"
 

@@ -9,10 +9,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from hammer_stores import HITS, copied, filled_store, full_campaign
 from pyroshock.app.cli.dataset import dataset
 from pyroshock.dataset.snapshot import read_snapshot
-from stores import opened
+from support.stores.hammer_stores import HITS, copied, filled_store, full_campaign
+from support.stores.stores import opened
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from stores import pyroshock
+from support.stores.stores import pyroshock
 
 DISCLOSED = {
     "gun-valve-flow": "gun.valve_flow",

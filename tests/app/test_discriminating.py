@@ -7,15 +7,15 @@ import shutil
 from pathlib import Path
 
 import pytest
-import verdicts
-from campaigns import gun_campaign, gun_rows, hammer_campaign, write_runs
 from click.testing import Result
 from pyroshock.app import diagnosing
 from pyroshock.app.diagnosing import keep
 from pyroshock.app.discriminating import factors_toml
 from pyroshock.diagnosis.verdict import NextRun
 from pyroshock.doe.space import space_from_text
-from stores import ingested, opened, pyroshock
+from support.records import verdicts
+from support.records.campaigns import gun_campaign, gun_rows, hammer_campaign, write_runs
+from support.stores.stores import ingested, opened, pyroshock
 
 NEXT = NextRun("separates A from B", {"tank_pressure_bar": 0.45, "bullet_mass_kg": 0.1428}, 4)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-import verdicts
 from pyroshock.app.adopting import adopt
 from pyroshock.app.demo import ingest_examples
 from pyroshock.app.diagnosing import keep, past_diagnoses, report_json
@@ -11,7 +10,8 @@ from pyroshock.app.kept_diagnoses import kept_report, kept_verdict, list_diagnos
 from pyroshock.app.reports.diagnosis import page
 from pyroshock.schema.diagnoses import Diagnosis
 from sqlalchemy import event
-from stores import opened
+from support.records import verdicts
+from support.stores.stores import opened
 
 CAMPAIGN = "first-shots"
 

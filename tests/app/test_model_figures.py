@@ -6,7 +6,6 @@ import json
 
 import numpy as np
 import pytest
-from pulse_tables import held_out, pulse_table
 from pyroshock.app.model_figures import LEVELS, held_out_figures, listed_versions, side_by_side, version_row
 from pyroshock.app.model_tables import json_row
 from pyroshock.training.judging import Judged
@@ -15,7 +14,8 @@ from pyroshock.training.metrics.errors import METRICS
 from pyroshock.training.models.base import ContactPrediction
 from pyroshock.training.promotion import promote
 from pyroshock.training.session import train
-from registries import fresh_registry, ground_in, without_figures
+from support.records.pulse_tables import held_out, pulse_table
+from support.stores.registries import fresh_registry, ground_in, without_figures
 
 
 @pytest.fixture(scope="module")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 
 import pytest
-from campaigns import hammer_campaign
-from dask_clusters import dask_cluster
-from stores import content, ingested, pyroshock
+from support.processes.dask_clusters import dask_cluster
+from support.records.campaigns import hammer_campaign
+from support.stores.stores import content, ingested, pyroshock
 
 pytest.importorskip("distributed")
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]

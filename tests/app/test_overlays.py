@@ -13,7 +13,7 @@ from pyroshock.schema.levels import Level
 from pyroshock.schema.listings import Condition
 from pyroshock.schema.series import encode
 from pyroshock.schema.session import Writer, open_store
-from recorded import WHEN, pulse_row
+from support.stores.recorded import WHEN, pulse_row
 
 #: tip radius (m; None: not recorded), peak (N), contact time (s)
 MADE = (

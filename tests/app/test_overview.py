@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from campaigns import gun_campaign, hammer_campaign, write_runs
 from pyroshock.app.overview import campaign_overview, count_findings
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.plan_link import link_campaign
@@ -16,6 +15,7 @@ from pyroshock.schema.quality import QualityFinding
 from pyroshock.schema.recordings import Recording
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import select
+from support.records.campaigns import gun_campaign, hammer_campaign, write_runs
 
 FACTORS = """
 name = "gun"

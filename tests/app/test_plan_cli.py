@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 
 import pytest
-from campaigns import gun_campaign, write_runs
-from stores import pyroshock
+from support.records.campaigns import gun_campaign, write_runs
+from support.stores.stores import pyroshock
 
 COLUMNS = (
     "run", "plate_material", "anvil_material", "insulator", "tip_material", "tip_radius_mm", "bullet_mass_kg",

@@ -10,7 +10,7 @@ from pyroshock.app.planning import make_plan
 from pyroshock.doe.designs.methods import METHODS
 from pyroshock.doe.plans import PlanExistsError, add_plan, discard_run, read_plan, tick_run
 from pyroshock.doe.space import gun_space, shipped_factors
-from stores import opened
+from support.stores.stores import opened
 
 
 @pytest.fixture

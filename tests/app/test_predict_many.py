@@ -12,7 +12,7 @@ from pyroshock.app import twins
 from pyroshock.app.cli.main import main
 from pyroshock.app.cli.predict import predict
 from pyroshock.app.shot_rows import assumed, rows_of_file
-from twin_parts import unsolved
+from support.records.twin_parts import unsolved
 
 TABLE = """run,repetition,tip_material,tip_radius_mm,bullet_mass_kg,tank_pressure_bar,anvil_material
 1,1,steel,45,0.5,2,none

@@ -9,7 +9,6 @@ from datetime import UTC, datetime
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from pulse_tables import PREDICTORS, pulse_table
 from pyroshock.app import twins
 from pyroshock.app.benches import shipped_bench
 from pyroshock.app.cli.predict import predict
@@ -26,7 +25,8 @@ from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.srs.grid import octave_grid
-from twin_parts import unsolved
+from support.records.pulse_tables import PREDICTORS, pulse_table
+from support.records.twin_parts import unsolved
 
 LINES = tuple(octave_grid(200.0, 4000.0, 3).tolist())
 

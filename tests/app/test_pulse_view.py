@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from campaigns import FS_HZ, blows, hammer_campaign, write_recording
 from pyroshock.app.pulse_view import pulse_view
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.reextract import preview_impacts, reextract_recording
@@ -14,6 +13,7 @@ from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.series import as_floats
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import select
+from support.records.campaigns import FS_HZ, blows, hammer_campaign, write_recording
 
 OTHER = ExtractionSettings(threshold=0.2)
 REST_N = -40.0

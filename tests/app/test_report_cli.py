@@ -6,15 +6,15 @@ import shutil
 from pathlib import Path
 
 import pytest
-import verdicts
-from campaigns import gun_campaign
 from click.testing import Result
 from pyroshock.app.diagnosing import keep
 from pyroshock.app.reports import any as any_module
 from pyroshock.training.session import train
-from registries import fresh_registry, ground_in, without_figures
-from stores import counts, ingested, opened, pyroshock
-from well_formed import Page, needs_nothing
+from support.checks.well_formed import Page, needs_nothing
+from support.records import verdicts
+from support.records.campaigns import gun_campaign
+from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.stores import counts, ingested, opened, pyroshock
 
 
 @pytest.fixture(scope="module")

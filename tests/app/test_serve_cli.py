@@ -16,8 +16,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from campaigns import gun_campaign
-from stores import CLI, assert_whole, counts, ingested, pyroshock
+from support.records.campaigns import gun_campaign
+from support.stores.stores import CLI, assert_whole, counts, ingested, pyroshock
 
 #: Starting imports much, on a machine that may be busy.
 PATIENCE_S = 60.0

@@ -8,7 +8,7 @@ from pyroshock.app.signals import channel_window, list_signals
 from pyroshock.ingest import stored
 from pyroshock.ingest.channel import Sensor
 from pyroshock.schema.session import Writer, open_store
-from recorded import add_recording
+from support.stores.recorded import add_recording
 
 RATE, START_S, SAMPLES = 100_000.0, -0.25, 300_000
 G = 9.80665

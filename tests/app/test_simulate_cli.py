@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from stores import pyroshock
+from support.stores.stores import pyroshock
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from pyroshock.schema.session import Writer, open_store
 from pyroshock.twin.chain import default_lines
 from pyroshock.twin.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.srs.target import ramps
-from recorded import add_recording, pulse_row
+from support.stores.recorded import add_recording, pulse_row
 
 RATE, SAMPLES = 50_000.0, 5000
 PLATE = Sensor("plate", "acceleration", "m/s2", position="plate")

@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 from click import Command
 from click.testing import CliRunner, Result
-from hammer_stores import filled_store, full_campaign
-from pulse_tables import PREDICTORS, pulse_table
 from pyroshock.app.cli.compare import compare
 from pyroshock.app.cli.dataset import dataset
 from pyroshock.app.cli.models import models
@@ -21,8 +19,10 @@ from pyroshock.app.cli.train import train
 from pyroshock.dataset.predictors import shipped
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.metrics.errors import METRICS
-from registries import fresh_registry, without_figures
-from stores import opened
+from support.records.pulse_tables import PREDICTORS, pulse_table
+from support.stores.hammer_stores import filled_store, full_campaign
+from support.stores.registries import fresh_registry, without_figures
+from support.stores.stores import opened
 
 COMMANDS = {"train": train, "models": models, "compare": compare, "promote": promote}
 HASH = "5" * 64

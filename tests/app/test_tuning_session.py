@@ -12,8 +12,8 @@ from pyroshock.app.tuning_session import Ask, TuningSession, session_of
 from pyroshock.app.twins import TwinRequest
 from pyroshock.doe.space import shipped_factors, space_from_text
 from pyroshock.twin.srs.target_csv import read_target
-from stores import opened
-from twin_parts import unsolved
+from support.records.twin_parts import unsolved
+from support.stores.stores import opened
 
 
 class StopError(Exception):

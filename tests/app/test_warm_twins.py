@@ -11,7 +11,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import verdicts
 from pyroshock.app import twin_stamps, twins, warm_twins
 from pyroshock.app.adopting import adopt
 from pyroshock.app.demo import ingest_examples
@@ -21,8 +20,9 @@ from pyroshock.app.warm_twins import TwinShelf
 from pyroshock.schema.materials import Material
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.response import PlateResponse
-from stores import opened
-from twin_parts import unsolved
+from support.records import verdicts
+from support.records.twin_parts import unsolved
+from support.stores.stores import opened
 
 FEW = (200.0, 400.0, 800.0)
 

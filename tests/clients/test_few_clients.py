@@ -10,9 +10,6 @@ from typing import TypeVar
 
 import numpy as np
 import pytest
-import verdicts
-from campaigns import gun_campaign, hammer_campaign
-from crowd import complaints, together
 from pyroshock.app.adopting import adopt
 from pyroshock.doe.designs.base import Design
 from pyroshock.doe.plans import PlanExistsError, add_plan, extend_plan, read_plan, tick_run
@@ -28,7 +25,10 @@ from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.schema.shots import Shot
 from pyroshock.schema.twins import TwinVersion
 from sqlalchemy import func, select
-from stores import assert_whole, content, counts, ingested, opened
+from support.processes.crowd import complaints, together
+from support.records import verdicts
+from support.records.campaigns import gun_campaign, hammer_campaign
+from support.stores.stores import assert_whole, content, counts, ingested, opened
 
 CLIENTS = 6
 Came = TypeVar("Came")

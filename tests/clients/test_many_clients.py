@@ -13,14 +13,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from campaigns import gun_campaign, hammer_campaign
-from crowd import COMMANDS, MODELS, Command, complaints, together
-from databases import _execute
-from hammer_stores import full_campaign
 from pyroshock.training.place import place_beside
 from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url
-from stores import content, counts
+from support.processes.crowd import COMMANDS, MODELS, Command, complaints, together
+from support.records.campaigns import gun_campaign, hammer_campaign
+from support.stores.databases import _execute
+from support.stores.hammer_stores import full_campaign
+from support.stores.stores import content, counts
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 

@@ -6,13 +6,13 @@ import os
 import signal
 import time
 
-import chores
 import numpy as np
 import pytest
-from dask_clusters import dask_cluster
 from pyroshock.compute import cluster
 from pyroshock.compute.crew import HERE, Crew
 from pyroshock.compute.mapping import mapped
+from support.processes import chores
+from support.processes.dask_clusters import dask_cluster
 
 pytest.importorskip("distributed")
 

@@ -10,12 +10,12 @@ import threading
 import time
 from pathlib import Path
 
-import chores
 import numpy as np
 import psutil
 import pytest
 from pyroshock.compute.crew import HERE, Crew
 from pyroshock.compute.mapping import mapped
+from support.processes import chores
 
 TWO = Crew(jobs=2)
 TESTS = Path(__file__).resolve().parent.parent
@@ -104,7 +104,7 @@ def test_window_bounds_what_is_drawn_and_draws_here():
 SCRIPT = """
 import sys
 from pathlib import Path
-import chores
+from support.processes import chores
 from pyroshock.compute.crew import Crew
 from pyroshock.compute.mapping import mapped
 for found in mapped(Crew(jobs=2), chores.process, range(100_000)):

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import chores
 import numpy as np
 import pytest
 from pyroshock.compute.crew import HERE, Crew
 from pyroshock.compute.mapping import mapped
+from support.processes import chores
 
 pytest.importorskip("ray", reason="Ray is not among the extras: pip install ray")
 pytestmark = [
@@ -19,7 +19,7 @@ pytestmark = [
 
 @pytest.fixture(autouse=True)
 def workers_find_chores(monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", str(Path(chores.__file__).parent))
+    monkeypatch.setenv("PYTHONPATH", str(Path(chores.__file__).parents[2]))
 
 
 @pytest.mark.parametrize(("function", "shared"), [(chores.product, ()), (chores.scaled, (np.ones(300_000), 7))])

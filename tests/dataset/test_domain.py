@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pulse_tables import MATERIALS, PREDICTORS, inputs_at, pulse_table
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.splits import split_of
 from pyroshock.dataset.table import Inputs, Predictor
+from support.records.pulse_tables import MATERIALS, PREDICTORS, inputs_at, pulse_table
 
 TABLE = pulse_table(np.random.default_rng(3))
 DOMAIN = Domain.of(TABLE)

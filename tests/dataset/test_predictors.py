@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 
 import pytest
-from pulse_tables import MATERIALS, PREDICTORS
 from pyroshock.dataset.predictors import SHIPPED, from_json, parse, predictors_named, shipped
 from pyroshock.dataset.rows import polygon_area
 from pyroshock.dataset.sources import PROPERTIES, Case, read_number
+from support.records.pulse_tables import MATERIALS, PREDICTORS
 
 STORE = {
     name: dict(zip((column for column, _ in PROPERTIES.values()), values, strict=True))

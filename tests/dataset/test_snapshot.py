@@ -8,9 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from campaigns import blows, gun_campaign, with_cell
-from hammer_stores import HITS, copied, filled_store, full_campaign, rows_of, velocity
-from pulse_tables import MATERIALS
 from pyroshock.dataset.catalog import list_snapshots
 from pyroshock.dataset.identity import IMPACT_DIGITS
 from pyroshock.dataset.predictors import parse, shipped
@@ -24,7 +21,10 @@ from pyroshock.schema.recordings import RecordedChannel
 from pyroshock.schema.session import count_rows
 from sqlalchemy import delete, select, update
 from sqlalchemy.exc import IntegrityError
-from stores import ingested, opened, pyroshock
+from support.records.campaigns import blows, gun_campaign, with_cell
+from support.records.pulse_tables import MATERIALS
+from support.stores.hammer_stores import HITS, copied, filled_store, full_campaign, rows_of, velocity
+from support.stores.stores import ingested, opened, pyroshock
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pulse_tables import pulse_table
 from pyroshock.dataset.splits import expand, split_of
 from pyroshock.dataset.table import concatenate
+from support.records.pulse_tables import pulse_table
 
 TABLE = pulse_table(np.random.default_rng(5), positions=3)
 TWO = concatenate([TABLE, pulse_table(np.random.default_rng(6), campaign="autumn")])

@@ -5,15 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from campaigns import gun_campaign
-from plate_folders import plate_campaign, small_plate
 from pyroshock.dataset.stored_bench import gun_bench, modal_plate, stored_materials
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.benches import Gun, ModalTable
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.materials import THESIS
 from sqlalchemy import select
-from stores import opened
+from support.records.campaigns import gun_campaign
+from support.records.plate_folders import plate_campaign, small_plate
+from support.stores.stores import opened
 
 
 def test_gun_and_modal_table_come_back(tmp_path: Path) -> None:

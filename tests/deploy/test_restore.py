@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from campaigns import hammer_campaign
-from postgres_server import NoServerError, installations, running_server
 from pyroshock.schema import migrate
 from pyroshock.schema.engine import make_engine
 from sqlalchemy import make_url
-from stores import content, counts, ingested, pyroshock
+from support.records.campaigns import hammer_campaign
+from support.stores.postgres_server import NoServerError, installations, running_server
+from support.stores.stores import content, counts, ingested, pyroshock
 
 ROOT = Path(__file__).resolve().parents[2]
 DEPLOY = ROOT / "deploy"

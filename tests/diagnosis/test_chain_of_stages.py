@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from contact_campaigns import hammer_record
-from plate_records import played
 from pyroshock.diagnosis.chain import stages_of
 from pyroshock.diagnosis.options import Options
+from support.records.contact_campaigns import hammer_record
+from support.records.plate_records import played
 
 
 def test_plate_without_a_modal_table_says_how_to_give_one() -> None:

@@ -7,7 +7,6 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-import verdicts
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -16,6 +15,7 @@ from pyroshock.app.reports.diagnosis import page
 from pyroshock.diagnosis.kept import verdict_from_json, verdict_to_json
 from pyroshock.diagnosis.pictures import CurvePicture, Pictures, ResidualPicture
 from pyroshock.diagnosis.verdict import Cause, Fitted, GapSize, Region, Shrinkage, Verdict
+from support.records import verdicts
 
 NAN, INF = float("nan"), float("inf")
 

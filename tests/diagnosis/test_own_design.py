@@ -15,7 +15,7 @@ from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.hypotheses import Priors
 from pyroshock.diagnosis.options import Options
 from pyroshock.diagnosis.own_design import own_map, simulated, with_gap
-from toy_bench import ToyLayer, ToyLeak, ToyLoss, ToyMass, campaign, stages_of
+from support.records.toy_bench import ToyLayer, ToyLeak, ToyLoss, ToyMass, campaign, stages_of
 
 KINDS = (ToyLoss, ToyLeak, ToyMass, ToyLayer)
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from contact_campaigns import hammer_record
-from plate_records import played
 from pyroshock.diagnosis.drawing import pictures_of
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.pictures import residual_pictures
@@ -15,7 +13,9 @@ from pyroshock.diagnosis.stages.gun import GunStage
 from pyroshock.diagnosis.stages.plate import PlateStage
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.nominal import muzzle_velocity
-from twin_parts import BENCH
+from support.records.contact_campaigns import hammer_record
+from support.records.plate_records import played
+from support.records.twin_parts import BENCH
 
 
 def observable(name: str, tolerance: float = 0.01, unit: str = "1") -> Observable:

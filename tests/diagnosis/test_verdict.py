@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-import verdicts
+from support.records import verdicts
 
 #: Key to what it holds, as the form of the answer was agreed.
 CONTRACT = {

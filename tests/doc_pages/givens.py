@@ -10,11 +10,11 @@ import shutil
 from collections.abc import Callable
 
 import numpy as np
-from campaigns import replace_in, write_runs
-from hammer_stores import full_campaign
-from plate_folders import small_plate, write_modes
-from registries import fresh_registry
-from stores import opened
+from support.records.campaigns import replace_in, write_runs
+from support.records.plate_folders import small_plate, write_modes
+from support.stores.hammer_stores import full_campaign
+from support.stores.registries import fresh_registry
+from support.stores.stores import opened
 
 from .parsing import ROOT
 from .running import Place
@@ -99,7 +99,7 @@ def plan_table(place: Place, name: str) -> None:
 
 def window(place: Place, address: str) -> None:
     """The pages and the API, really served, under the address that the page writes."""
-    from browsers import served
+    from support.processes.browsers import served
 
     lab = served(_address(place, "pyroshock.db"), place.folder)
     place.names[address] = place.open_until_the_end.enter_context(lab).origin
@@ -142,7 +142,7 @@ def modal_table(place: Place, name: str) -> None:
 
 def databases(place: Place, *names: str) -> None:
     """Empty ones on the tests' PostgreSQL server, under the addresses that pages write: USER@server/NAME."""
-    from databases import fresh_database
+    from support.stores.databases import fresh_database
 
     server = place.request.getfixturevalue("postgres_url")
     for name in names:
@@ -153,7 +153,7 @@ def databases(place: Place, *names: str) -> None:
 
 def cluster(place: Place, address: str) -> None:
     """A Dask scheduler with two workers, which stands for the one at this address."""
-    from dask_clusters import dask_cluster
+    from support.processes.dask_clusters import dask_cluster
 
     home = place.folder / "cluster"
     home.mkdir()

@@ -20,7 +20,7 @@ from pyroshock.app.cli import serve
 from pyroshock.app.cli.main import main
 from pyroshock.app.jobs.worker import Worker
 from pyroshock.virtualbench.campaigns import plates
-from registries import without_figures
+from support.stores.registries import without_figures
 
 from .blocks import PYTHON, Block
 from .parsing import ROOT, check

@@ -12,7 +12,7 @@ from pyroshock.doe.designs.methods import METHODS
 from pyroshock.ingest.readers import READERS
 from pyroshock.training.models.kinds import KINDS
 from pyroshock.training.zoo import ZOO
-from recipes import RECIPES
+from support.records.recipes import RECIPES
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")

@@ -7,14 +7,14 @@ import shlex
 from pathlib import Path
 
 import pytest
-import sealed_table
 from doc_pages.running import place_in
-from hammer_stores import full_campaign
 from pyroshock.app.cli.main import COMMANDS
 from pyroshock.ingest.quality import CHECKS
 from pyroshock.ingest.readers import READERS
 from pyroshock.schema.tables import metadata
-from registries import fresh_registry
+from support.records import sealed_table
+from support.stores.hammer_stores import full_campaign
+from support.stores.registries import fresh_registry
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"

@@ -5,14 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from campaigns import hammer_campaign
 from pyroshock.benchmarks.crowded import Crowd, fill
 from pyroshock.benchmarks.sampled import sample_of
 from pyroshock.benchmarks.scale_page import MARK
 from pyroshock.benchmarks.scale_questions import QUESTIONS
 from pyroshock.schema.impacts import Impact
 from sqlalchemy import func, select
-from stores import ingested, opened
+from support.records.campaigns import hammer_campaign
+from support.stores.stores import ingested, opened
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "scale.md"
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from many_databases import Databases, Files, on_server
-from striking import HEADER, TALLIES, Forge
+from support.processes.striking import HEADER, TALLIES, Forge
+from support.stores.many_databases import Databases, Files, on_server
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

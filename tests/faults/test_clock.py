@@ -6,9 +6,6 @@ import json
 from datetime import UTC, datetime, timedelta
 
 import pytest
-import verdicts
-from campaigns import hammer_campaign
-from hammer_stores import full_campaign
 from pyroshock.app.comparing import versions_named
 from pyroshock.app.demo import ingest_examples
 from pyroshock.app.diagnosing import keep
@@ -19,8 +16,11 @@ from pyroshock.training.listing import chosen, in_order, newest
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.promotion import promote
 from pyroshock.training.session import Progress, train
-from registries import fresh_registry, ground_in, without_figures
-from stores import content, ingested, opened, pyroshock
+from support.records import verdicts
+from support.records.campaigns import hammer_campaign
+from support.stores.hammer_stores import full_campaign
+from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.stores import content, ingested, opened, pyroshock
 
 time_machine = pytest.importorskip("time_machine")
 

@@ -14,8 +14,8 @@ from pyroshock.training.records import DatasetName, Version
 from pyroshock.training.registry.registry import Registry
 from pyroshock.training.session import Progress, train
 from pyroshock.training.whole import damages
-from registries import at_its_place, fresh_registry, ground_in, without_figures
-from stores import opened, pyroshock
+from support.stores.registries import at_its_place, fresh_registry, ground_in, without_figures
+from support.stores.stores import opened, pyroshock
 
 MODELS = ["hann", "hertz", "linear"]
 SPLITS = ["repetitions"]

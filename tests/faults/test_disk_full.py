@@ -7,18 +7,18 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from campaigns import hammer_campaign
 from click.testing import Result
-from databases import _execute
-from many_databases import OnServer, on_server
-from postgres_server import _account
 from pyroshock.app.user_errors import words_of
 from pyroshock.training.registry.connection import RegistryError
 from pyroshock.training.session import train
 from pyroshock.training.whole import damages
-from registries import fresh_registry, ground_in, without_figures
-from small_disks import SmallDisk, small_disk
-from stores import assert_whole, content, ingest, ingested, opened, pyroshock
+from support.processes.small_disks import SmallDisk, small_disk
+from support.records.campaigns import hammer_campaign
+from support.stores.databases import _execute
+from support.stores.many_databases import OnServer, on_server
+from support.stores.postgres_server import _account
+from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.stores import assert_whole, content, ingest, ingested, opened, pyroshock
 
 HITS = 2
 

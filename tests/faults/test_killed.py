@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from many_databases import Databases, Files
 from pyroshock.schema import migrate
-from striking import Forge, Place, strike
-from struck_places import ingest_places, migrate_places, promote_places, train_places
+from support.processes.striking import Forge, Place, strike
+from support.processes.struck_places import ingest_places, migrate_places, promote_places, train_places
+from support.stores.many_databases import Databases, Files
 
 SEED = int(os.environ.get("PYROSHOCK_FAULTS_SEED", "8"))
 #: In the long run, over both engines.

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
-from many_databases import Databases, Files
 from pyroshock.app.cli.main import COMMANDS
 from pyroshock.schema import migrate
 from pyroshock.schema.engine import make_engine
 from sqlalchemy import MetaData, Table, event, update
-from stores import content, opened, pyroshock, start_cli
-from struck_places import dump, old_store
+from support.processes.struck_places import dump, old_store
+from support.stores.many_databases import Databases, Files
+from support.stores.stores import content, opened, pyroshock, start_cli
 
 OLD = migrate.known_revisions()[:-1]
 

@@ -6,13 +6,13 @@ import json
 from collections.abc import Iterator
 
 import pytest
-from campaigns import hammer_campaign
-from postgres_server import NoServerError, _Server, own_server
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.settings import ExtractionSettings
 from sqlalchemy import event
-from stores import assert_whole, content, ingested, opened, pyroshock
-from web_client import window
+from support.processes.web_client import window
+from support.records.campaigns import hammer_campaign
+from support.stores.postgres_server import NoServerError, _Server, own_server
+from support.stores.stores import assert_whole, content, ingested, opened, pyroshock
 
 HITS = 2
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fuzzing import seeds
 from fuzzing.mutations import folders
-from stores import start_cli
+from support.stores.stores import start_cli
 
 #: On a machine that has other work; the limits of the ingest are of processor time.
 _PATIENCE_S = 300

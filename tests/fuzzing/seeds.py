@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from campaigns import GUN_TOML, HAMMER_TOML
 from fuzzing.mutations import folders
 from numpy.typing import NDArray
 from pyroshock.doe.space import shipped_factors
-from recipes import RECIPES, Truth, base_truth
+from support.records.campaigns import GUN_TOML, HAMMER_TOML
+from support.records.recipes import RECIPES, Truth, base_truth
 
 _REPOSITORY = Path(__file__).resolve().parents[2]
 RATE_HZ = 10_000.0

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from campaigns import gun_campaign, hammer_campaign
-from stores import counts, ingest, ingested
+from support.records.campaigns import gun_campaign, hammer_campaign
+from support.stores.stores import counts, ingest, ingested
 
 Refused = Callable[..., str]
 

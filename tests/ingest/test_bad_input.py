@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from campaigns import gun_rows, hammer_rows, recording_name, replace_in, with_cell, write_runs
-from stores import counts, ingested
+from support.records.campaigns import gun_rows, hammer_rows, recording_name, replace_in, with_cell, write_runs
+from support.stores.stores import counts, ingested
 
 Refused = Callable[..., str]
 
@@ -153,7 +153,7 @@ def test_zip_bomb(hammer_folder: Path, refused: Refused) -> None:
 
 
 def test_store_in_a_missing_folder(hammer_folder: Path, tmp_path: Path) -> None:
-    from stores import ingest
+    from support.stores.stores import ingest
 
     result = ingest(f"sqlite:///{tmp_path}/nowhere/lab.db", hammer_folder)
     assert (result.exit_code, len(result.stderr.splitlines())) == (2, 1)

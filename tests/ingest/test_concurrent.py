@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from campaigns import gun_campaign, hammer_campaign
-from stores import assert_whole, content, ingested, start_cli
+from support.records.campaigns import gun_campaign, hammer_campaign
+from support.stores.stores import assert_whole, content, ingested, start_cli
 
 
 def run_together(*commands):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
-from campaigns import (
+from support.records.campaigns import (
     gun_campaign,
     gun_rows,
     hammer_campaign,
@@ -15,7 +15,7 @@ from campaigns import (
     with_cell,
     write_runs,
 )
-from stores import content, counts, ingest, ingested, pyroshock
+from support.stores.stores import content, counts, ingest, ingested, pyroshock
 
 
 def test_same_folder_twice_adds_no_row(database_url, hammer_folder, tmp_path):

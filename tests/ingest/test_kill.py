@@ -6,9 +6,9 @@ import time
 
 import numpy as np
 import pytest
-from campaigns import hammer_campaign
 from numpy.typing import NDArray
-from stores import assert_whole, content, ingested, start_cli
+from support.records.campaigns import hammer_campaign
+from support.stores.stores import assert_whole, content, ingested, start_cli
 
 HITS = 2
 KILLS_PER_STORE = 3

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from campaigns import gun_campaign, hammer_campaign, hammer_rows, with_cell
 from pyroshock.ingest.errors import IngestError
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.plan_link import link_campaign
@@ -14,6 +13,7 @@ from pyroshock.schema.materials import material_names
 from pyroshock.schema.plans import Plan, PlannedRun
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import select
+from support.records.campaigns import gun_campaign, hammer_campaign, hammer_rows, with_cell
 
 COLUMNS = ("tip_material", "tip_radius_mm", "hammer_speed")
 

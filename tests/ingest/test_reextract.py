@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from campaigns import hammer_campaign
 from pyroshock.compute.crew import Crew
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.reextract import preview_impacts, reextract, reextract_recording
@@ -14,7 +13,8 @@ from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
 from pyroshock.schema.series import as_floats
 from pyroshock.schema.session import Writer, count_rows, open_store
 from sqlalchemy import delete, func, select
-from stores import content
+from support.records.campaigns import hammer_campaign
+from support.stores.stores import content
 
 OTHER = ExtractionSettings(segmentation="mask", threshold=0.05, smoothing=0.9)
 #: So high a share of the largest that the smaller hit of two is none.

@@ -6,7 +6,10 @@ import json
 
 import numpy as np
 import pytest
-from campaigns import (
+from pyroshock.schema.impacts import Impact
+from pyroshock.schema.recordings import RecordedChannel, Recording
+from sqlalchemy import select
+from support.records.campaigns import (
     FS_HZ,
     blows,
     force_record,
@@ -16,10 +19,7 @@ from campaigns import (
     write_recording,
     write_runs,
 )
-from pyroshock.schema.impacts import Impact
-from pyroshock.schema.recordings import RecordedChannel, Recording
-from sqlalchemy import select
-from stores import assert_whole, content, counts, ingest, ingested, opened, pyroshock
+from support.stores.stores import assert_whole, content, counts, ingest, ingested, opened, pyroshock
 
 
 def cut(path, share=0.6):

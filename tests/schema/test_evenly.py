@@ -12,7 +12,7 @@ from pyroshock.schema.impacts import ExtractionSettings, Impact
 from pyroshock.schema.levels import Level
 from pyroshock.schema.listings import Condition
 from pyroshock.schema.session import Writer, open_store
-from recorded import WHEN, pulse_row
+from support.stores.recorded import WHEN, pulse_row
 
 IMPACTS = 97
 

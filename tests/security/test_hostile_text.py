@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from campaigns import hammer_campaign, hammer_rows, with_cell, write_runs
 from pyroshock.doe.plans import list_plans
 from pyroshock.schema.session import count_rows
-from stores import ingested, opened, pyroshock
-from web_stores import FACTORS
+from support.records.campaigns import hammer_campaign, hammer_rows, with_cell, write_runs
+from support.stores.stores import ingested, opened, pyroshock
+from support.stores.web_stores import FACTORS
 
 HOSTILE = [
     "'; DROP TABLE impacts; --",

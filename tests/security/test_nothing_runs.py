@@ -19,8 +19,8 @@ from pyroshock.ingest.readers import RecordingError, open_recording
 from pyroshock.training.fitting import fitted, task_of
 from pyroshock.training.records import Version
 from pyroshock.training.registry.registry import Registry
-from registries import fresh_registry, ground_in, without_figures
 from scipy.io import savemat
+from support.stores.registries import fresh_registry, ground_in, without_figures
 
 FS_HZ = 51200.0
 WAVE = np.sin(np.arange(4096) / 50)

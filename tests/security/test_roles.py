@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from campaigns import hammer_campaign, recording_name
 from pyroshock.app.jobs.kinds.extract import EXTRACT, ExtractArguments
 from pyroshock.app.jobs.queue import ask
 from pyroshock.app.jobs.tidying import stop
@@ -19,11 +18,12 @@ from pyroshock.schema.role_care import ensure_roles
 from pyroshock.schema.roles import act_as_owner
 from pyroshock.schema.session import StoreError, count_rows
 from pyroshock.schema.tables import metadata
-from roled_servers import ADMIN, NOBODY, OPERATOR, PLAN, READER, Server, roled_server
 from sqlalchemy import text
 from sqlalchemy.exc import ProgrammingError
-from stores import counts, opened, pyroshock
-from web_stores import FACTORS
+from support.records.campaigns import hammer_campaign, recording_name
+from support.stores.roled_servers import ADMIN, NOBODY, OPERATOR, PLAN, READER, Server, roled_server
+from support.stores.stores import counts, opened, pyroshock
+from support.stores.web_stores import FACTORS
 
 
 @pytest.fixture(scope="module")
@@ -275,7 +275,7 @@ def test_two_stores_of_one_server_make_a_role_at_once(server: Server) -> None:
 
 def test_pages_for_a_reader(server: Server) -> None:
     """Seen, and a write refused in words: 403 with the role, and nothing is stored."""
-    from web_client import post, post_json, window
+    from support.processes.web_client import post, post_json, window
 
     with window(server.address(READER)) as (client, store):
         before = count_rows(store)

@@ -10,18 +10,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from campaigns import hammer_campaign
 from click.testing import CliRunner, Result
-from databases import _execute
-from hammer_stores import full_campaign
 from pyroshock.app.cli import serve
 from pyroshock.app.cli.main import main
 from pyroshock.schema.engine import make_engine
 from pyroshock.schema.tables import metadata
 from sqlalchemy import MetaData, create_engine, make_url, select
-from stores import opened
-from web_client import post_json, window
-from web_stores import FACTORS
+from support.processes.web_client import post_json, window
+from support.records.campaigns import hammer_campaign
+from support.stores.databases import _execute
+from support.stores.hammer_stores import full_campaign
+from support.stores.stores import opened
+from support.stores.web_stores import FACTORS
 
 SECRET = "Zq7sEcReT"
 

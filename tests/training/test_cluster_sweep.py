@@ -8,13 +8,13 @@ import time
 
 import numpy as np
 import pytest
-from dask_clusters import dask_cluster
-from pulse_tables import pulse_table
 from pyroshock.compute.crew import HERE, Crew
 from pyroshock.training.fitting import task_of
 from pyroshock.training.outcomes import outcomes
 from pyroshock.training.session import Progress, train
-from registries import fresh_registry, ground_in, without_figures
+from support.processes.dask_clusters import dask_cluster
+from support.records.pulse_tables import pulse_table
+from support.stores.registries import fresh_registry, ground_in, without_figures
 
 pytest.importorskip("distributed")
 
@@ -48,7 +48,9 @@ def test_sweep_outlives_a_killed_worker_and_is_that_of_one_process(tmp_path, mon
                 os.kill(held[0][1], signal.SIGKILL)
                 (tmp_path / "released").touch()
 
-    with dask_cluster(tmp_path, 2, "--preload", "watched_worker", WATCHED=str(tmp_path), HELD=HELD) as cluster:
+    with dask_cluster(
+        tmp_path, 2, "--preload", "support.processes.watched_worker", WATCHED=str(tmp_path), HELD=HELD
+    ) as cluster:
         crew = Crew("dask", scheduler=cluster.address)
         session = train(registry, ground, MODELS, SPLITS, crew=crew, progress=Progress(tell=kill))
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pulse_tables import PREDICTORS, pulse_table
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.predictors import shipped
 from pyroshock.training.contact_stage import RegisteredContact
@@ -22,7 +21,8 @@ from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plates import PlateStage
 from pyroshock.twin.setting import Setting
 from pyroshock.twin.strikes import Strikes
-from twin_parts import ringing_plate
+from support.records.pulse_tables import PREDICTORS, pulse_table
+from support.records.twin_parts import ringing_plate
 
 TABLE = pulse_table(np.random.default_rng(0), repetitions=2)
 

@@ -7,10 +7,10 @@ from typing import Literal
 
 import numpy as np
 import pytest
-from pulse_tables import held_out, pulse_table
 from pyroshock.dataset.table import PulseTable, concatenate
 from pyroshock.training.floor import repeatability_floor
 from pyroshock.training.metrics.errors import METRICS
+from support.records.pulse_tables import held_out, pulse_table
 
 NOISE = 0.02
 #: Mean of |error| of the log-normal time.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pulse_tables import pulse_table
 from pyroshock.training.groups import comparison_groups, level_names, speed_terciles
+from support.records.pulse_tables import pulse_table
 
 TABLE = pulse_table(np.random.default_rng(0), repetitions=2)
 

@@ -13,8 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from databases import _execute
-from pulse_tables import inputs_at, pulse_table
 from pyroshock.training.fitting import Ground, fitted, task_of
 from pyroshock.training.models.pack import ModelFileError, unpack
 from pyroshock.training.place import place_beside
@@ -22,8 +20,10 @@ from pyroshock.training.promotion import promote
 from pyroshock.training.records import DatasetName, Trained
 from pyroshock.training.registry.connection import RegistryError
 from pyroshock.training.registry.registry import Registry
-from registries import fresh_registry, ground_in, without_figures
 from sqlalchemy import make_url
+from support.records.pulse_tables import inputs_at, pulse_table
+from support.stores.databases import _execute
+from support.stores.registries import fresh_registry, ground_in, without_figures
 
 
 @pytest.fixture

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pulse_tables import pulse_table
 from pyroshock.compute.crew import Crew
 from pyroshock.training import errands, outcomes, tasks, time_search
 from pyroshock.training.fitting import Failure, task_of
@@ -20,7 +19,8 @@ from pyroshock.training.locks import locked
 from pyroshock.training.registry.registry import Registry
 from pyroshock.training.session import Progress, train
 from pyroshock.training.zoo import ZOO, Making, entry_of, models_of
-from registries import fresh_registry, ground_in, without_figures
+from support.records.pulse_tables import pulse_table
+from support.stores.registries import fresh_registry, ground_in, without_figures
 
 MODELS = ["hann", "hertz", "linear"]
 SPLITS = ["repetitions", "configurations"]
@@ -36,7 +36,7 @@ import mlflow
 from pyroshock.training import fitting, session
 from pyroshock.training.place import place_beside
 from pyroshock.training.registry.registry import Registry
-from registries import ground_in
+from support.stores.registries import ground_in
 fitting._figures = lambda *_: {"pulses.png": b"drawn"}
 session.summary_figures = lambda *_: {}
 register, left = mlflow.register_model, [int(os.environ.get("KILL", "-1"))]

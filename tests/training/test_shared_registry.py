@@ -8,17 +8,17 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from crowd import MODELS, complaints, together
-from databases import _execute
 from pyroshock.schema.session import make_engine
 from pyroshock.training.fitting import fitted, task_of
 from pyroshock.training.locks import turn
 from pyroshock.training.place import Place, place_beside
 from pyroshock.training.promotion import promote
 from pyroshock.training.registry.registry import Registry
-from registries import ground_in, without_figures
 from sqlalchemy import make_url, text
-from stores import opened
+from support.processes.crowd import MODELS, complaints, together
+from support.stores.databases import _execute
+from support.stores.registries import ground_in, without_figures
+from support.stores.stores import opened
 
 
 @pytest.fixture(scope="module")

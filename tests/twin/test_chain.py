@@ -19,7 +19,7 @@ from pyroshock.twin.plates import PlateSpread, PlateStage
 from pyroshock.twin.sampling import MeasuredForce, sampled
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.strikes import Pulses, Strikes
-from twin_parts import BENCH, HalfSine, rigid_plate, ringing_plate, setting
+from support.records.twin_parts import BENCH, HalfSine, rigid_plate, ringing_plate, setting
 
 #: What nobody doubts.
 SURE = PlateSpread(0.0, 0.0, 0)

@@ -15,7 +15,7 @@ from pyroshock.twin.gun.nominal import muzzle_velocity
 from pyroshock.twin.launch import GunStage
 from pyroshock.twin.plates import PlateSpread, PlateStage
 from pyroshock.twin.sensors.chain import SensorChain
-from twin_parts import BENCH, HalfSine, ringing_plate, setting
+from support.records.twin_parts import BENCH, HalfSine, ringing_plate, setting
 
 SOURCES = {
     "gun.travel_m": Source("fitted", "Table 5.1"),

@@ -17,7 +17,7 @@ from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plates import PlateSpread, PlateStage
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.effect import SensorEffect
-from twin_parts import BENCH, ringing_plate, setting
+from support.records.twin_parts import BENCH, ringing_plate, setting
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "effects.md"
 

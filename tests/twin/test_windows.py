@@ -10,7 +10,7 @@ from pyroshock.twin.plate.respond import respond
 from pyroshock.twin.srs.grid import octave_grid
 from pyroshock.twin.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.windows import BLOCK, ringing_spectra
-from twin_parts import ringing_plate
+from support.records.twin_parts import ringing_plate
 
 RATE_HZ, LINES = 100_000.0, octave_grid(100, 10_000, 6)
 

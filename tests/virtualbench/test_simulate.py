@@ -20,7 +20,7 @@ from pyroshock.virtualbench.effects import CATALOGUE, Effects
 from pyroshock.virtualbench.seal import open_seal, seal_path
 from pyroshock.virtualbench.simulate import simulate
 from sqlalchemy import select
-from stores import opened
+from support.stores.stores import opened
 
 HAMMER_ROWS = [
     {

@@ -7,13 +7,13 @@ import shutil
 from types import SimpleNamespace
 
 import pytest
-from care_stores import GUN, HAMMER, execute, flip
-from hammer_stores import url_of
 from pyroshock.app.care.models import damaged_models
 from pyroshock.schema import migrate
 from pyroshock.schema.engine import make_engine
-from stores import opened, pyroshock
-from web_client import window
+from support.processes.web_client import window
+from support.stores.care_stores import GUN, HAMMER, execute, flip
+from support.stores.hammer_stores import url_of
+from support.stores.stores import opened, pyroshock
 
 CHUNK = "channel_id = 1 AND number = 1"
 SAID = "test-01.npz, force: channel 1: chunk 1 is damaged"
@@ -162,7 +162,7 @@ def test_damage_is_named_by_exports_and_left_out_on_request(damaged, tmp_path):
 def test_a_changed_sample_without_a_checksum_is_found_by_its_hash(care_copy, tmp_path):
     """A store that was filled before frames had one: a slice is read, the whole is not taken for what was recorded."""
     from pyroshock.schema.series import encode
-    from stores import metadata
+    from support.stores.stores import metadata
 
     with opened(care_copy) as store:
         with store.reading() as session:

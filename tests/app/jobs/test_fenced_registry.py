@@ -7,7 +7,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from odd_jobs import Odd, claimed, hand, odd
 from pyroshock.app.jobs.claims import running, take_over
 from pyroshock.app.jobs.fenced import FencedStore
 from pyroshock.app.jobs.fenced_registry import FencedRegistry
@@ -15,7 +14,8 @@ from pyroshock.app.jobs.lease import Lease, LeaseLostError
 from pyroshock.app.jobs.work import Work
 from pyroshock.schema.session import Store
 from pyroshock.training.registry.registry import Registry
-from stores import opened
+from support.processes.odd_jobs import Odd, claimed, hand, odd
+from support.stores.stores import opened
 
 __all__ = ["odd"]
 

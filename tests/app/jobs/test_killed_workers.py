@@ -10,7 +10,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from campaigns import gun_campaign, hammer_campaign
 from pyroshock.app.jobs.kinds.diagnose import DIAGNOSE, DiagnoseArguments
 from pyroshock.app.jobs.kinds.extract import EXTRACT, ExtractArguments
 from pyroshock.app.jobs.kinds.ingest import INGEST, IngestArguments
@@ -23,8 +22,9 @@ from pyroshock.schema.plans import Plan
 from pyroshock.schema.recordings import Recording
 from pyroshock.schema.session import Store
 from sqlalchemy import func, select
-from stores import content, ingested, opened, pyroshock, start_cli
-from web_stores import FACTORS
+from support.records.campaigns import gun_campaign, hammer_campaign
+from support.stores.stores import content, ingested, opened, pyroshock, start_cli
+from support.stores.web_stores import FACTORS
 
 #: A process imports for seconds, on a machine that may be busy.
 PATIENCE_S = 60.0

@@ -10,9 +10,6 @@ from datetime import datetime, timedelta, tzinfo
 from pathlib import Path
 
 import pytest
-from campaigns import hammer_campaign
-from databases import fresh_database
-from odd_jobs import LEASE_S, Odd, claimed, hand, odd, work_off, working
 from pyroshock.app.jobs import claims, doing, heart, queue, steps
 from pyroshock.app.jobs.claims import Claimed, Sighting, running, take_over
 from pyroshock.app.jobs.doing import Bench, attempt
@@ -31,9 +28,12 @@ from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
 from pyroshock.schema.plans import Plan
 from pyroshock.schema.session import Store
 from sqlalchemy import func, select
-from stores import ingested, opened
-from verdicts import verdict
-from web_stores import FACTORS
+from support.processes.odd_jobs import LEASE_S, Odd, claimed, hand, odd, work_off, working
+from support.records.campaigns import hammer_campaign
+from support.records.verdicts import verdict
+from support.stores.databases import fresh_database
+from support.stores.stores import ingested, opened
+from support.stores.web_stores import FACTORS
 
 __all__ = ["odd"]
 

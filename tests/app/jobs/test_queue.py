@@ -8,14 +8,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from odd_jobs import Odd, odd, work_off, working
 from pyroshock.app.jobs.queue import JobView, UnknownJobError, get_job, list_jobs
 from pyroshock.app.jobs.tidying import stop
 from pyroshock.app.jobs.work import NotHereError, Result, Work
 from pyroshock.app.training import MissingExtraError
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
 from pyroshock.schema.session import Store
-from stores import opened
+from support.processes.odd_jobs import Odd, odd, work_off, working
+from support.stores.stores import opened
 
 __all__ = ["odd"]
 

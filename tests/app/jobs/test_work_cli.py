@@ -7,11 +7,11 @@ import zlib
 from pathlib import Path
 
 import pytest
-from campaigns import gun_campaign
 from pyroshock.app.jobs.kinds.extract import EXTRACT, ExtractArguments
 from pyroshock.app.jobs.kinds.ingest import INGEST, IngestArguments
 from pyroshock.app.jobs.queue import ask, get_job, list_jobs
-from stores import opened, pyroshock
+from support.records.campaigns import gun_campaign
+from support.stores.stores import opened, pyroshock
 
 
 @pytest.fixture

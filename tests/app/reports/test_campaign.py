@@ -7,8 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from campaigns import gun_campaign, write_runs
-from hammer_stores import CONFIGURATIONS, HITS, copied, filled_store, full_campaign, rows_of
 from pyroshock.app.planning import make_plan
 from pyroshock.app.predictions import with_predictions
 from pyroshock.app.reports.campaign import campaign_document
@@ -27,8 +25,10 @@ from pyroshock.schema.recordings import Recording
 from pyroshock.schema.session import Store
 from pyroshock.schema.shots import Shot
 from sqlalchemy import select
-from stores import ingested, opened
-from well_formed import Page, needs_nothing
+from support.checks.well_formed import Page, needs_nothing
+from support.records.campaigns import gun_campaign, write_runs
+from support.stores.hammer_stores import CONFIGURATIONS, HITS, copied, filled_store, full_campaign, rows_of
+from support.stores.stores import ingested, opened
 
 RUNS, FIRED, REPETITIONS = 6, 4, 2
 #: Achieved over planned: of the tank's pressure as written down, of the velocity.

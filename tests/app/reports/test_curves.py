@@ -10,7 +10,7 @@ from pyroshock.app.reports.curves import MOST_POINTS, Cloud, Curve, agreement_ch
 from pyroshock.app.reports.inks import SERIES, css, inks, light
 from pyroshock.app.reports.pdf_drawing import drawing_of
 from pyroshock.app.reports.style import STYLE
-from well_formed import Page
+from support.checks.well_formed import Page
 
 X = np.linspace(0.0, 1.0, 11)
 

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import verdicts
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.app.reports.diagnosis import page, waterfall, write_page
 from pyroshock.diagnosis.pictures import Pictures
 from pyroshock.diagnosis.verdict import GapSize, StageShare, Where
-from well_formed import Page
+from support.checks.well_formed import Page
+from support.records import verdicts
 
 HOSTILE = "<script>alert('x')</script>&\"quoted\""
 

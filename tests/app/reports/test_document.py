@@ -7,7 +7,6 @@ import re
 
 import numpy as np
 import pytest
-from pdf_text import pages, pdf_text
 from pyroshock.app.reports import pdf as pdf_module
 from pyroshock.app.reports.curves import Curve, line_chart, line_keys
 from pyroshock.app.reports.document import (
@@ -25,7 +24,8 @@ from pyroshock.app.reports.document import (
 from pyroshock.app.reports.page import html_of
 from pyroshock.app.reports.pdf import MissingPdfError, pdf_of
 from pyroshock.app.reports.pdf_tables import column_widths, needed_width
-from well_formed import Page, needs_nothing
+from support.checks.pdf_text import pages, pdf_text
+from support.checks.well_formed import Page, needs_nothing
 
 HOSTILE = "<script>alert('x')</script>&\"quoted\" <b> \x00\x1b ]]>"
 

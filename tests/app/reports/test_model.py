@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from pulse_tables import pulse_table
 from pyroshock.app.reports.curves import MOST_POINTS
 from pyroshock.app.reports.document import Block, Document, Figures, Paragraph, Table
 from pyroshock.app.reports.model import model_document, of_all_splits
@@ -18,8 +17,9 @@ from pyroshock.training.listing import chosen
 from pyroshock.training.promotion import promote
 from pyroshock.training.registry.registry import Registry
 from pyroshock.training.session import train
-from registries import fresh_registry, ground_in, without_figures
-from well_formed import Page, needs_nothing
+from support.checks.well_formed import Page, needs_nothing
+from support.records.pulse_tables import pulse_table
+from support.stores.registries import fresh_registry, ground_in, without_figures
 
 Read = Callable[[str], PulseTable]
 

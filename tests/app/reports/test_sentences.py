@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-import verdicts
 from pyroshock.app.reports.sentences import (
     effect_title,
     next_run_line,
@@ -17,6 +16,7 @@ from pyroshock.app.reports.sentences import (
 )
 from pyroshock.diagnosis.verdict import Cause
 from pyroshock.twin.effects import catalogue
+from support.records import verdicts
 
 
 def with_first(*effects: str, probability: float = 0.9) -> str:

@@ -6,9 +6,6 @@ import json
 from dataclasses import replace
 
 import pytest
-import verdicts
-from campaigns import gun_campaign
-from pdf_text import pdf_text
 from pyroshock.app.diagnosing import keep, report_json
 from pyroshock.app.reports.document import Bars, Figures, Paragraph
 from pyroshock.app.reports.page import html_of
@@ -17,8 +14,11 @@ from pyroshock.app.reports.sentences import verdict_sentence
 from pyroshock.app.reports.stored_diagnosis import diagnosis_document, document_of, verdict_of
 from pyroshock.diagnosis.pictures import Pictures
 from pyroshock.schema.diagnoses import Diagnosis
-from stores import ingested, opened
-from well_formed import Page, needs_nothing
+from support.checks.pdf_text import pdf_text
+from support.checks.well_formed import Page, needs_nothing
+from support.records import verdicts
+from support.records.campaigns import gun_campaign
+from support.stores.stores import ingested, opened
 
 HOSTILE = "<script>alert('x')</script>&\"quoted\""
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from browsers import Lab, browser, chromium, served
 from pyroshock.app.diagnosing import keep
-from stores import opened, pyroshock
-from verdicts import verdict
+from support.processes.browsers import Lab, browser, chromium, served
+from support.records.verdicts import verdict
+from support.stores.stores import opened, pyroshock
 
 __all__ = ["browser", "demo_store", "lab"]
 

@@ -12,9 +12,9 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from pyroshock.app.kept_diagnoses import kept_report
 from pyroshock.twin.srs.spectrum import shock_response_spectrum
-from stores import pyroshock
-from web_client import ADDRESS, post_json, token
-from web_stores import GUN, HAMMER, IMPACTS, PLAN, SHOTS, Lab
+from support.processes.web_client import ADDRESS, post_json, token
+from support.stores.stores import pyroshock
+from support.stores.web_stores import GUN, HAMMER, IMPACTS, PLAN, SHOTS, Lab
 
 #: Filling a store imports much; on a busy machine that is slow.
 pytestmark = pytest.mark.timeout(600)

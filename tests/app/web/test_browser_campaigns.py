@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browsers import Lab, asked, at, ended, page_of, screenshot
-from campaigns import hammer_campaign
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.recordings import Recording
 from sqlalchemy import func, select
+from support.processes.browsers import Lab, asked, at, ended, page_of, screenshot
+from support.records.campaigns import hammer_campaign
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from browsers import asked, at, drawn, page_of, screenshot, wait_drawn
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Impact, Pulse
 from sqlalchemy import func, select
+from support.processes.browsers import asked, at, drawn, page_of, screenshot, wait_drawn
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 

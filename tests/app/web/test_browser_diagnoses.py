@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 
 import pytest
-from browsers import Lab, asked, at, ended, page_of, screenshot
 from pyroshock.app.kept_diagnoses import kept_report
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.twins import TwinVersion
 from sqlalchemy import func, select
+from support.processes.browsers import Lab, asked, at, ended, page_of, screenshot
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from browsers import Lab, at, drawn, page_of, screenshot, wait_drawn
 from pyroshock.app.demo import HIT
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.recordings import RecordedChannel
 from pyroshock.schema.series import layout_of, read_slice
 from sqlalchemy import select
+from support.processes.browsers import Lab, at, drawn, page_of, screenshot, wait_drawn
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
@@ -105,7 +105,7 @@ def test_preview_left_alone_keeps_the_version_in_use(browser, lab):
 
 
 def test_conditions_narrow_the_list_as_the_api_does(browser, lab):
-    from browsers import asked
+    from support.processes.browsers import asked
 
     with page_of(browser, lab) as page:
         at(page, "/impacts")

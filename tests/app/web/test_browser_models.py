@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from browsers import Lab, asked, at, drawn, page_of, screenshot
 from pyroshock.app.training import registry_of
+from support.processes.browsers import Lab, asked, at, drawn, page_of, screenshot
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from browsers import SLOW, Lab, at, page_of, until
 from pyroshock.app.demo import HIT
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Impact
 from sqlalchemy import select
+from support.processes.browsers import SLOW, Lab, at, page_of, until
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 

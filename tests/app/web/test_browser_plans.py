@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from browsers import Lab, at, drawn, ended, page_of, screenshot, wait_drawn
 from pyroshock.doe.plans import StoredPlan, UnknownPlanError, read_plan
+from support.processes.browsers import Lab, at, drawn, ended, page_of, screenshot, wait_drawn
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browsers import SLOW, asked, at, drawn, ended, page_of, screenshot, wait_drawn
+from support.processes.browsers import SLOW, asked, at, drawn, ended, page_of, screenshot, wait_drawn
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(1800)]
 

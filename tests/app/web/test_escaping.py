@@ -11,8 +11,6 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
-import verdicts
-from campaigns import hammer_campaign, replace_in
 from pyroshock.app.diagnosing import keep
 from pyroshock.app.planning import make_plan
 from pyroshock.doe.plans import read_plan
@@ -23,8 +21,10 @@ from pyroshock.schema.plans import Plan
 from pyroshock.schema.quality import QualityFinding
 from pyroshock.schema.recordings import RecordedChannel, Recording
 from sqlalchemy import select, update
-from web_client import ended, post, post_json, sqlite, window
-from web_stores import FACTORS, GUN, PLAN, Lab
+from support.processes.web_client import ended, post, post_json, sqlite, window
+from support.records import verdicts
+from support.records.campaigns import hammer_campaign, replace_in
+from support.stores.web_stores import FACTORS, GUN, PLAN, Lab
 
 #: Filling a store imports much; on a busy machine that is slow.
 pytestmark = pytest.mark.timeout(600)

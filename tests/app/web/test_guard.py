@@ -9,7 +9,7 @@ import pytest
 from pyroshock.app.web.settings import Settings, SettingsError
 from pyroshock.schema.session import Store, count_rows
 from starlette.testclient import TestClient
-from web_client import post_json, sqlite, token, token_in, window
+from support.processes.web_client import post_json, sqlite, token, token_in, window
 
 WORD = "a-token-of-enough-characters"
 

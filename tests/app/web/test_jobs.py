@@ -11,14 +11,14 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from campaigns import gun_campaign
-from odd_jobs import Odd, claimed, odd, work_off
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.jobs.scratch import discard, is_scratch, make_scratch
 from pyroshock.app.jobs.work import Work
 from pyroshock.schema.jobs import DONE, WAITING
 from starlette.testclient import TestClient
-from web_client import ended, post, post_json, sqlite, window
+from support.processes.odd_jobs import Odd, claimed, odd, work_off
+from support.processes.web_client import ended, post, post_json, sqlite, window
+from support.records.campaigns import gun_campaign
 
 __all__ = ["odd"]
 

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from many_impacts import IMPACTS, fill_many
-from web_client import window
+from support.processes.web_client import window
+from support.stores.many_impacts import IMPACTS, fill_many
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 #: What the issue allows.

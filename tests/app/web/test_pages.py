@@ -9,15 +9,15 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
-from campaigns import gun_campaign
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.provenance import Provenance
 from pyroshock.schema.twins import TwinVersion
 from sqlalchemy import select
-from web_client import ended, post, post_json
-from web_stores import DATASET, FACTORS, GUN, HAMMER, PLAN, Lab
+from support.processes.web_client import ended, post, post_json
+from support.records.campaigns import gun_campaign
+from support.stores.web_stores import DATASET, FACTORS, GUN, HAMMER, PLAN, Lab
 
 AT = quote(PLAN, safe="")
 #: Filling a store imports much; on a busy machine that is slow.

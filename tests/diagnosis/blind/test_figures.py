@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 import pytest
-from blind_rows import DRAG, LAYER, LEAK, label, says, stranger, verdict
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.diagnosis.blind.places import f1
@@ -18,6 +17,7 @@ from pyroshock.diagnosis.blind.rows import Row, Said
 from pyroshock.diagnosis.blind.score import figures
 from pyroshock.diagnosis.blind.stage_names import stages_of
 from pyroshock.twin.effects import catalogue
+from support.records.blind_rows import DRAG, LAYER, LEAK, label, says, stranger, verdict
 
 
 def test_wilson_is_the_published_one() -> None:

@@ -6,12 +6,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from blind_rows import DRAG, LAYER, LEAK, label, says, stranger, verdict
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.diagnosis.blind.kept import SCORED, pooled, read_rows, write_rows
 from pyroshock.diagnosis.blind.rows import Label, Row, Said
 from pyroshock.diagnosis.blind.scoring import tables
+from support.records.blind_rows import DRAG, LAYER, LEAK, label, says, stranger, verdict
 
 ROWS = [
     says(label(LEAK, stages=("gun",)), {LEAK: 0.7, DRAG: 0.2, "none": 0.1}),

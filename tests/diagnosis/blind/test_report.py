@@ -6,11 +6,11 @@ import json
 from pathlib import Path
 
 import pytest
-from blind_rows import DRAG, LEAK, label, says
 from pyroshock.diagnosis.blind.journal import Journal
 from pyroshock.diagnosis.blind.report import Report, table
 from pyroshock.diagnosis.blind.rows import Row, Said
 from pyroshock.diagnosis.blind.score import Figures, figures
+from support.records.blind_rows import DRAG, LEAK, label, says
 
 ROWS = [says(label(LEAK), {LEAK: 0.9, DRAG: 0.1}), says(label(), {"none": 0.8, LEAK: 0.2})]
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from blind_rows import DRAG, LAYER, LEAK, label, stranger, verdict
 from pyroshock.diagnosis.blind.rows import Said
+from support.records.blind_rows import DRAG, LAYER, LEAK, label, stranger, verdict
 
 
 def test_group_s_probability_is_split_between_its_labels() -> None:

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from blind_rows import LEAK, verdict
 from pyroshock.compute.crew import Crew
 from pyroshock.diagnosis.blind import answering, run, tasks
 from pyroshock.virtualbench.seal import SealError
+from support.records.blind_rows import LEAK, verdict
 
 CASES = 3
 

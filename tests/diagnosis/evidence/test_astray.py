@@ -16,7 +16,7 @@ from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.stages.base import Stage
 from pyroshock.diagnosis.verdict import UNKNOWN
 from pyroshock.twin.effects import Effect
-from toy_bench import (
+from support.records.toy_bench import (
     ToyDamping,
     ToyForceGain,
     ToyLayer,

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from contact_campaigns import hammer_record
-from plate_records import plate, played
 from pyroshock.diagnosis.evidence.background import BANK, PLATE_BANK, Background, Kernels, bank, under
 from pyroshock.diagnosis.evidence.cells import Cells
 from pyroshock.diagnosis.evidence.whitening import Whitening
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.stages.contact import ContactStage
 from pyroshock.diagnosis.stages.plate import PlateStage
+from support.records.contact_campaigns import hammer_record
+from support.records.plate_records import plate, played
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,17 @@ from pyroshock.diagnosis.evidence.weighing import weigh
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.record import CampaignRecord
 from pyroshock.diagnosis.verdict import NONE, UNKNOWN
-from toy_bench import Design, Scatter, ToyLayer, ToyLeak, ToyLoss, ToyMass, ToyVelocityGain, campaign, stages_of
+from support.records.toy_bench import (
+    Design,
+    Scatter,
+    ToyLayer,
+    ToyLeak,
+    ToyLoss,
+    ToyMass,
+    ToyVelocityGain,
+    campaign,
+    stages_of,
+)
 
 KINDS = (ToyLoss, ToyLeak, ToyMass, ToyLayer, ToyVelocityGain)
 TIME = np.linspace(0, 1, 96)  # of the toy bench's runs

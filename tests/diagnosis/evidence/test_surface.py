@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from gun_shots import shots, tables
 from pyroshock.diagnosis.evidence.surface import POINTS, Surface, basis
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.stages.gun import GunStage
+from support.records.gun_shots import shots, tables
 
 
 @cache

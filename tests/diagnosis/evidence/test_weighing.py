@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from gun_shots import shots, tables
 from pyroshock.diagnosis import confusion
 from pyroshock.diagnosis.causes import causes
 from pyroshock.diagnosis.confusion import NEAR, distance, groups
 from pyroshock.diagnosis.evidence.scene import Scene
 from pyroshock.diagnosis.evidence.weighing import Weighed, weigh
 from pyroshock.twin.effects import Effect, effect
+from support.records.gun_shots import shots, tables
 
 _, SURFACES, STAGE = tables(shots())
 

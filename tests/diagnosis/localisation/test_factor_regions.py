@@ -9,7 +9,7 @@ import pytest
 from pyroshock.diagnosis.localisation.factors import factor_regions
 from pyroshock.diagnosis.localisation.search import benjamini_hochberg
 from pyroshock.diagnosis.verdict import Region
-from toy_bench import Scatter, ToyLayer, ToyLoss, ToyMass, campaign, stages_of
+from support.records.toy_bench import Scatter, ToyLayer, ToyLoss, ToyMass, campaign, stages_of
 
 _BACKGROUND = Scatter(background=(0.005, 0.015, 0.25))
 

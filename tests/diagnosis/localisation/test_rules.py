@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.diagnosis.localisation.rules import holds, rules, short_between
 from pyroshock.diagnosis.record import Configuration
-from toy_bench import Design
+from support.records.toy_bench import Design
 
 CONFIGURATIONS = Design().configurations()
 

@@ -7,7 +7,7 @@ import pytest
 from pyroshock.diagnosis.localisation.drift import drift
 from pyroshock.diagnosis.localisation.spans import spans
 from pyroshock.diagnosis.localisation.windows import amplitude_residual_db, frequency_bands, time_windows
-from toy_bench import Scatter, ToyGun, campaign, stages_of
+from support.records.toy_bench import Scatter, ToyGun, campaign, stages_of
 
 CONFIGURATION = np.repeat(np.arange(12), 3)
 

@@ -9,7 +9,7 @@ import pytest
 from pyroshock.diagnosis.localisation.interfaces import chain_of
 from pyroshock.diagnosis.localisation.shapley import shapley
 from pyroshock.diagnosis.localisation.stages import stage_notes, stage_shares
-from toy_bench import (
+from support.records.toy_bench import (
     Design,
     Scatter,
     ToyDamping,

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plate_folders import CHANNELS, plate_record, small_plate
 from pyroshock.diagnosis.plausibility import Finding, implausible
 from pyroshock.diagnosis.plausibility.early import early_fits
 from pyroshock.diagnosis.record import CampaignRecord, Series
+from support.records.plate_folders import CHANNELS, plate_record, small_plate
 
 Accelerations = Mapping[str, Series]
 

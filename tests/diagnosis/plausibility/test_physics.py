@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
-from contact_campaigns import hammer_record
-from plate_folders import plate_record, small_plate
 from pyroshock.diagnosis.plausibility.channels import channel_findings
 from pyroshock.diagnosis.plausibility.units import unit_findings
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run, Series
@@ -19,6 +17,8 @@ from pyroshock.twin.effects import Effect, catalogue
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.plate.effect import PlateEffect
 from pyroshock.twin.sensors.effect import SensorEffect
+from support.records.contact_campaigns import hammer_record
+from support.records.plate_folders import plate_record, small_plate
 
 SETTINGS = [(p, m) for p in (0.6e5, 4.8e5) for m in (0.25, 1.0)]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from plate_folders import plate_record, small_plate
 from pyroshock.diagnosis.plausibility.settings import setting_findings
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
 from pyroshock.twin.gun.bench import GunBench
+from support.records.plate_folders import plate_record, small_plate
 
 BENCH = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 1.0)
 RUN = Run(0, 1, 1, 0, 0.6e5, 0.5, 12.0)

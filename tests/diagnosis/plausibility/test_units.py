@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contact_campaigns import hammer_record
 from pyroshock.diagnosis.plausibility import Finding, ImplausibleRecordError, check, implausible
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
 from pyroshock.diagnosis.stages.contact import ContactStage
@@ -21,6 +20,7 @@ from pyroshock.twin.gun.effects.blow_by import BlowBy
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
 from pyroshock.twin.gun.nominal import muzzle_velocity
 from pyroshock.twin.gun.shots import gun_velocity
+from support.records.contact_campaigns import hammer_record
 
 BENCH = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 1.0)
 MASSES_KG, PRESSURES_PA = (0.25, 0.5, 1.0), (0.6e5, 1.2e5, 2.4e5, 4.8e5)

@@ -7,10 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from campaigns import gun_campaign, hammer_campaign
 from hypothesis import given
 from hypothesis import strategies as st
-from plate_folders import plate_campaign
 from pyroshock.diagnosis.reading import read_campaign
 from pyroshock.diagnosis.reading.campaign import evenly_chosen
 from pyroshock.diagnosis.reading.doubts import Doubts
@@ -22,7 +20,9 @@ from pyroshock.schema.impacts import Impact
 from pyroshock.schema.session import Store
 from pyroshock.schema.shots import Shot
 from sqlalchemy import select, update
-from stores import opened
+from support.records.campaigns import gun_campaign, hammer_campaign
+from support.records.plate_folders import plate_campaign
+from support.stores.stores import opened
 
 
 @pytest.fixture

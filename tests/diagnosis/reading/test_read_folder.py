@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from campaigns import FS_HZ, gun_campaign, gun_rows, hammer_campaign, replace_in, write_runs
-from plate_folders import CHANNELS, plate_campaign, small_plate
 from pyroshock.diagnosis.reading import folder as folders
 from pyroshock.diagnosis.reading import read_folder
 from pyroshock.ingest.errors import IngestError
+from support.records.campaigns import FS_HZ, gun_campaign, gun_rows, hammer_campaign, replace_in, write_runs
+from support.records.plate_folders import CHANNELS, plate_campaign, small_plate
 
 
 def test_runs_are_the_hits_of_the_table_in_their_order(tmp_path: Path) -> None:

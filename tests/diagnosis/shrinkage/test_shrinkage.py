@@ -9,7 +9,7 @@ from pyroshock.diagnosis.shrinkage.folds import by_configuration, corner
 from pyroshock.diagnosis.shrinkage.gaps import Gaps
 from pyroshock.diagnosis.shrinkage.interval import Unsure, fraction, fraction_interval
 from pyroshock.diagnosis.shrinkage.measure import shrinkage
-from toy_bench import (
+from support.records.toy_bench import (
     Design,
     Scatter,
     ToyContact,

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from contact_campaigns import FOUR, MASS_KG, hammer_record, without
 from pyroshock.diagnosis.record import CampaignRecord, Series
 from pyroshock.diagnosis.stages.contact import ContactStage
 from pyroshock.diagnosis.stages.contact_features import NAMES, OBSERVABLES
 from pyroshock.twin.effects import Effect, catalogue, effect
 from pyroshock.twin.materials import THESIS
+from support.records.contact_campaigns import FOUR, MASS_KG, hammer_record, without
 
 EXAMPLE = Path(__file__).parents[4] / "shared" / "examples" / "hammer-effective-mass"
 TOLERANCE = np.array([one.tolerance for one in OBSERVABLES])

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from contact_bodies import impacts
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.diagnosis.record import Series
 from pyroshock.diagnosis.stages.contact_features import NAMES, OBSERVABLES, features, series_features, zeroed
 from pyroshock.twin.contact.hertz import hertz
 from pyroshock.virtualbench.sensors.filters import decimated
+from support.records.contact_bodies import impacts
 
 TOLERANCE = np.array([one.tolerance for one in OBSERVABLES])
 TIME_S, PEAK_N = 1e-3, 500.0

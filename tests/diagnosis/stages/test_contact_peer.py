@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contact_campaigns import MASS_KG, hammer_record
 from pyroshock.diagnosis.record import CampaignRecord, Series
 from pyroshock.diagnosis.stages.contact import ContactStage
 from pyroshock.diagnosis.stages.contact_features import OBSERVABLES
@@ -17,6 +16,7 @@ from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.impact.build import Impactor, Target, target
 from pyroshock.virtualbench.impact.materials import contact_material
 from pyroshock.virtualbench.impact.strike import STEP_S, strike_many
+from support.records.contact_campaigns import MASS_KG, hammer_record
 
 TOLERANCE = np.array([one.tolerance for one in OBSERVABLES])
 RATE_HZ = 102_400.0

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contact_campaigns import hammer_record
 from pyroshock.diagnosis.evidence.scene import Scene
 from pyroshock.diagnosis.evidence.surface import Surface, surfaces
 from pyroshock.diagnosis.evidence.weighing import weigh
@@ -16,6 +15,7 @@ from pyroshock.diagnosis.stages.contact import ContactStage
 from pyroshock.diagnosis.stages.contact_features import NAMES
 from pyroshock.diagnosis.stages.contact_relaxing import loose_relaxation
 from pyroshock.twin.effects import catalogue, effect
+from support.records.contact_campaigns import hammer_record
 
 LEANING = np.isin(NAMES, ("rise_share", "skew", "shape_3"))
 RELAXES = effect("contact.viscous_loss", loss_s_m=0.0, relaxing_loss=0.15, relaxing_stiffening=0.5)

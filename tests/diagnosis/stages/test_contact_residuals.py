@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contact_campaigns import hammer_record, without
 from pyroshock.diagnosis.stages.contact import ContactStage
 from pyroshock.diagnosis.stages.contact_residuals import pulse_residuals
 from pyroshock.twin.effects import effect
+from support.records.contact_campaigns import hammer_record, without
 
 HEAVY = effect("contact.effective_mass", mass_factor=1.3)
 RECORD = hammer_record([HEAVY], repetitions=1)

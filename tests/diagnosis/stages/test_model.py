@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contact_campaigns import MASS_KG, hammer_record
-from pulse_tables import pulse_table
 from pyroshock.dataset.predictors import shipped
 from pyroshock.diagnosis.record import CampaignRecord
 from pyroshock.diagnosis.stages.contact import ContactStage
@@ -21,6 +19,8 @@ from pyroshock.twin.contact.effect import ContactEffect
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.effects import catalogue, effect
 from pyroshock.twin.strikes import Floats, Outside, Pulses, Strikes
+from support.records.contact_campaigns import MASS_KG, hammer_record
+from support.records.pulse_tables import pulse_table
 
 TOLERANCE = np.array([one.tolerance for one in OBSERVABLES])
 BARE = (("aluminum", 0.03, "none", "none"), ("delrin", 0.03, "steel", "polymeric"), ("steel", 0.02, "aluminum", "none"))

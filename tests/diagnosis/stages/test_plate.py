@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plate_records import plate, played
 from pyroshock.diagnosis.record import Run, Series
 from pyroshock.diagnosis.stages.plate import PlateStage
 from pyroshock.diagnosis.stages.plate_force import on_clock, true_force
 from pyroshock.twin.effects import Effect, catalogue, effect
+from support.records.plate_records import plate, played
 
 #: Each effect at a size that benches have, and one of the other sign or a harder one.
 PLANTED = [

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_records import RATE_HZ, played
 from pyroshock.diagnosis.stages.plate import PlateStage
 from pyroshock.diagnosis.stages.plate_window import RingingWindow
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.modal import ModalPlate
+from support.records.plate_records import RATE_HZ, played
 
 
 def dense() -> ModalPlate:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from plate_records import plate
 from pyroshock.diagnosis.stages.plate_match import Lines, matched
 from pyroshock.diagnosis.stages.plate_tried import tried_plates
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.effect import PlateEffect
 from pyroshock.twin.plate.modal import ModalPlate
+from support.records.plate_records import plate
 
 
 def lines(table: ModalPlate) -> Lines:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plate_records import played
 from pyroshock.diagnosis.stages.plate import PlateStage
 from pyroshock.diagnosis.stages.plate_residuals import plate_residuals
 from pyroshock.twin.effects import effect
+from support.records.plate_records import played
 
 GAIN = effect("sensor.acceleration_gain", gain=10 ** (4 / 20))
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plate_records import plate, played
 from pyroshock.diagnosis.evidence import weighing
 from pyroshock.diagnosis.evidence.scene import Scene
 from pyroshock.diagnosis.evidence.surface import surfaces
@@ -14,6 +13,7 @@ from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.stages.plate import PlateStage
 from pyroshock.twin.effects import Effect, catalogue, effect
 from pyroshock.twin.plate.modal import ModalPlate
+from support.records.plate_records import plate, played
 
 GAIN = effect("sensor.force_gain", gain=1.12)
 CONTACTS = [(2e-4 + 4e-5 * i, 900.0 + 300 * i) for i in range(5)]

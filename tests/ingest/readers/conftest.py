@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from recipes import RECIPES, Sample, Truth, base_truth, write_lvm, write_mat73, write_tdms, write_uff
+from support.records.recipes import RECIPES, Sample, Truth, base_truth, write_lvm, write_mat73, write_tdms, write_uff
 
 
 @pytest.fixture(scope="session", params=RECIPES)

@@ -6,11 +6,11 @@ import sqlite3
 from contextlib import closing
 
 import pytest
-from care_stores import GUN, HAMMER, execute, flip
-from hammer_stores import url_of
 from pyroshock.schema.care.checking import checks, iter_findings
 from pyroshock.schema.listings import get_campaign_id
-from stores import opened
+from support.stores.care_stores import GUN, HAMMER, execute, flip
+from support.stores.hammer_stores import url_of
+from support.stores.stores import opened
 
 FIRST = "recordings/test-01.npz"
 
@@ -90,7 +90,7 @@ def test_fast_counts_chunks_and_reads_none(care_store):
 
 @pytest.mark.slow
 def test_a_counter_behind_its_keys_is_found(care_copy, postgres_database):
-    from care_stores import copied
+    from support.stores.care_stores import copied
 
     copied(care_copy, postgres_database)
     execute(postgres_database, "SELECT setval('impacts_id_seq', 3)")

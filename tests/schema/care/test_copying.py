@@ -7,14 +7,14 @@ import sys
 from pathlib import Path
 
 import pytest
-from care_stores import copied, execute
-from hammer_stores import url_of
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.engine import StoreError, make_engine
 from pyroshock.schema.materials import Material
 from pyroshock.schema.tables import metadata
 from sqlalchemy import func, inspect, select, text
-from stores import content, opened
+from support.stores.care_stores import copied, execute
+from support.stores.hammer_stores import url_of
+from support.stores.stores import content, opened
 
 TESTS = Path(__file__).resolve().parents[2]
 
@@ -68,8 +68,8 @@ def test_a_killed_copy_leaves_an_empty_database(care_copy, postgres_database):
 
 def assert_empty_after_kills(source, target):
     steps = ["copying campaigns", "copying series_chunks", "verifying pulses"]
-    script = [sys.executable, str(TESTS / "killed_copies.py"), source, target, *steps]
-    done = subprocess.run(script, capture_output=True, text=True, check=False)
+    script = [sys.executable, "-m", "support.processes.killed_copies", source, target, *steps]
+    done = subprocess.run(script, cwd=TESTS, capture_output=True, text=True, check=False)
     assert done.stdout.splitlines() == [f"{step} True []" for step in steps], done.stderr
     assert copied(source, target)
 

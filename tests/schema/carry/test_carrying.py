@@ -5,8 +5,6 @@ from __future__ import annotations
 import shutil
 
 import pytest
-from care_stores import GUN, HAMMER, OTHER, care_folder, execute
-from hammer_stores import url_of
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.carry.export import export_campaign
 from pyroshock.schema.carry.foreign import opened_file
@@ -22,7 +20,9 @@ from pyroshock.schema.recordings import Recording
 from pyroshock.schema.session import count_rows
 from pyroshock.schema.tables import metadata
 from sqlalchemy import func, select, text
-from stores import content, ingested, opened
+from support.stores.care_stores import GUN, HAMMER, OTHER, care_folder, execute
+from support.stores.hammer_stores import url_of
+from support.stores.stores import content, ingested, opened
 
 #: What another laboratory's store has of its own, whatever it imports.
 _SEEDED = {"materials", "material_aliases", WRITERS}

@@ -7,13 +7,13 @@ import sqlite3
 from contextlib import closing
 
 import pytest
-from care_stores import HAMMER, execute, flip
-from hammer_stores import url_of
 from pyroshock.schema.carry.export import export_campaign
 from pyroshock.schema.carry.importing import import_file
 from pyroshock.schema.engine import StoreError
 from pyroshock.schema.session import count_rows
-from stores import opened
+from support.stores.care_stores import HAMMER, execute, flip
+from support.stores.hammer_stores import url_of
+from support.stores.stores import opened
 
 
 @pytest.fixture(scope="module")

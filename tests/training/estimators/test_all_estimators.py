@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from estimator_checks import CHECKS, check_learns_known_law, check_units_do_not_matter
 from pyroshock.training.estimators.base import Estimator
 from pyroshock.training.estimators.ensemble import TreeEnsemble
 from pyroshock.training.estimators.genetic_network import GeneticNetwork
@@ -16,6 +15,7 @@ from pyroshock.training.estimators.pls import PartialLeastSquares
 from pyroshock.training.estimators.svr import SupportVectors
 from pyroshock.training.estimators.svr_kernel import SupportVectorKernel
 from pyroshock.training.estimators.tree import DecisionTree
+from support.checks.estimator_checks import CHECKS, check_learns_known_law, check_units_do_not_matter
 
 #: With the NRMSE that each must reach on the known law. Neither powers nor components know that tips multiply speeds.
 ESTIMATORS: list[tuple[Estimator, float]] = [

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 
-import estimator_checks
 import numpy as np
 import pytest
-from estimator_checks import CHECKS, Rows, check_shapes, fitted, rebuilt
-from pulse_tables import held_out, pulse_table
 from pyroshock.training.estimators.base import Estimator
 from pyroshock.training.estimators.contact_time import SPACE, THESIS, ContactTimeProcess
+from support.checks import estimator_checks
+from support.checks.estimator_checks import CHECKS, Rows, check_shapes, fitted, rebuilt
+from support.records.pulse_tables import held_out, pulse_table
 
 pytest.importorskip("optuna", reason="the extra [models] is not installed")
 pytest.importorskip("torch", reason="the extra [models] is not installed")

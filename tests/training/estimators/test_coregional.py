@@ -7,13 +7,13 @@ from functools import cache
 
 import numpy as np
 import pytest
-from estimator_checks import CHECKS, check_learns_known_law, fitted, known_law
 from numpy.typing import NDArray
 from pyroshock.training.estimators.base import Estimator
 from pyroshock.training.estimators.components import principal, unturned
 from pyroshock.training.estimators.coregional import Coregional
 from pyroshock.training.estimators.single_outputs import SingleOutputs
 from pyroshock.training.gp.parameters import LEAST_LENGTHSCALE
+from support.checks.estimator_checks import CHECKS, check_learns_known_law, fitted, known_law
 
 Floats = NDArray[np.float64]
 #: Few steps: promises hold for whatever was learned.

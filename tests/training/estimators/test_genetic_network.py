@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from estimator_checks import Rows, assert_same, known_law
 from pyroshock.training.estimators.genetic_network import (
     LAYERS,
     NEURONS,
@@ -18,6 +17,7 @@ from pyroshock.training.estimators.genetic_network import (
 )
 from pyroshock.training.estimators.network import Network
 from pyroshock.training.tuning.folds import grouped_folds
+from support.checks.estimator_checks import Rows, assert_same, known_law
 
 SMALL = {"population": 4, "generations": 2, "folds": 2, "iterations": 15}
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from estimator_checks import fitted, known_law
 from pyroshock.training.estimators.expansion import gaussian_kernel
 from pyroshock.training.estimators.kernel_ridge import KernelRidge, left_out_errors
 from pyroshock.training.estimators.standard import Standard
@@ -11,6 +10,7 @@ from pyroshock.training.estimators.svr import SupportVectors
 from pyroshock.training.estimators.svr_kernel import SupportVectorKernel, _features
 from sklearn.kernel_ridge import KernelRidge as Ridge
 from sklearn.svm import SVR
+from support.checks.estimator_checks import fitted, known_law
 
 
 def standardised() -> tuple[np.ndarray, np.ndarray, np.ndarray, Standard]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from estimator_checks import fitted, known_law
 from pyroshock.training.estimators.linear import LinearPowers
 from pyroshock.training.estimators.pls import PartialLeastSquares
 from pyroshock.training.estimators.standard import Standard
 from sklearn.cross_decomposition import PLSRegression
+from support.checks.estimator_checks import fitted, known_law
 
 GROUPS = np.arange(400) // 4
 

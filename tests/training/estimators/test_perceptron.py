@@ -10,10 +10,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import torch
-from estimator_checks import fitted, known_law
 from pyroshock.training.estimators.network import PRESETS, Network
 from pyroshock.training.estimators.perceptron import _Errors, _layers, answers, one_thread, started, trained
 from sklearn.neural_network import MLPRegressor
+from support.checks.estimator_checks import fitted, known_law
 
 SIZES = (4, 6, 5, 3)
 

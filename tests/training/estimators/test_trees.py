@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from estimator_checks import fitted, known_law
 from pyroshock.training.estimators.ensemble import TreeEnsemble
 from pyroshock.training.estimators.tree import DecisionTree
 from sklearn.ensemble import RandomForestRegressor
 from sklearn.tree import DecisionTreeRegressor
+from support.checks.estimator_checks import fitted, known_law
 
 
 def seed() -> int:

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from estimator_checks import CHECKS, check_settings_rebuild, fitted, known_law
 from numpy.typing import NDArray
 from pyroshock.training.estimators.base import Estimator
 from pyroshock.training.estimators.coregional import Coregional
 from pyroshock.training.estimators.linear import LinearPowers
 from pyroshock.training.estimators.turned import Turned, repetition_covariance
 from pyroshock.training.models.kinds import build, describe
+from support.checks.estimator_checks import CHECKS, check_settings_rebuild, fitted, known_law
 
 NOISE = np.array([[1.0, 0.8, 0.0], [0.8, 1.0, 0.0], [0.0, 0.0, 0.25]])
 
@@ -35,7 +35,7 @@ def repeated(groups: int = 60, repetitions: int = 10) -> tuple[NDArray[Any], NDA
 
 @pytest.mark.parametrize("check", [c for c in CHECKS if c is not check_settings_rebuild], ids=lambda c: c.__name__)
 def test_promise(check: Callable[[Estimator], None], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("estimator_checks.rebuilt", remade)  # its settings hold another estimator
+    monkeypatch.setattr("support.checks.estimator_checks.rebuilt", remade)  # its settings hold another estimator
     check(Turned(LinearPowers()))
 
 

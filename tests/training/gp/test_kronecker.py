@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pulse_tables import pulse_table
 from pyroshock.training.gp.factor import factorise
 from pyroshock.training.gp.kernels import KERNELS, kernel_matrix
 from pyroshock.training.gp.kronecker import coregional_likelihood
 from pyroshock.training.gp.parameters import Parameters, penalty
 from pyroshock.training.gp.search import TRUNCATION, evaluate
+from support.records.pulse_tables import pulse_table
 
 Floats = NDArray[np.float64]
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pulse_tables import pulse_table
 from pyroshock.dataset.table import POINTS, PulseTable
 from pyroshock.training.metrics.errors import METRICS, pulse_errors
 from pyroshock.training.metrics.reconstruct import ELEMENTS
 from pyroshock.training.models.base import ContactPrediction
+from support.records.pulse_tables import pulse_table
 
 PHASE = np.linspace(0.0, 1.0, POINTS)
 

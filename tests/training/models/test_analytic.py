@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pulse_tables import MASS_KG, inputs_at, pulse_table
 from pyroshock.dataset.table import POINTS, Inputs, Predictor
 from pyroshock.training.estimators.base import NotFittedError
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.twin.contact.laws import LAWS, LOSSY
+from support.records.pulse_tables import MASS_KG, inputs_at, pulse_table
 
 TABLE = pulse_table(np.random.default_rng(0), repetitions=2)
 RNG = np.random.default_rng(1)

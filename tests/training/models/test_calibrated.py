@@ -8,7 +8,6 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pulse_tables import pulse_table
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.estimators.linear import LinearPowers
 from pyroshock.training.estimators.tree import DecisionTree
@@ -18,6 +17,7 @@ from pyroshock.training.models.difficulty import Difficulty, most_likely
 from pyroshock.training.models.pair import Pair
 from pyroshock.training.models.single_pass import SinglePass
 from pyroshock.training.tuning.folds import grouped_folds
+from support.records.pulse_tables import pulse_table
 
 CALIBRATED = {
     "own spread": Calibrated(SinglePass(LinearPowers())),

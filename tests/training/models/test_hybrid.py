@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pulse_tables import pulse_table
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training.estimators.linear import LinearPowers
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.models.hybrid import MARGIN, Hybrid
 from pyroshock.training.models.pulses import impulse
 from pyroshock.training.models.residual import Pulse, _jacobian, measured_outputs, pulses_of, spreads_of
+from support.records.pulse_tables import pulse_table
 
 
 @pytest.fixture(scope="module")

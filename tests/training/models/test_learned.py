@@ -8,8 +8,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from estimator_checks import through_a_file
-from pulse_tables import held_out, inputs_at, pulse_table
 from pyroshock.dataset.table import Inputs, PulseTable
 from pyroshock.training.estimators.base import NotFittedError
 from pyroshock.training.estimators.contact_time import THESIS, ContactTimeProcess
@@ -26,6 +24,8 @@ from pyroshock.training.models.kinds import build, describe
 from pyroshock.training.models.pair import Pair
 from pyroshock.training.models.pulses import impulse
 from pyroshock.training.models.single_pass import SinglePass
+from support.checks.estimator_checks import through_a_file
+from support.records.pulse_tables import held_out, inputs_at, pulse_table
 
 #: Some bend linearly, and so far outside that only a model's own rules hold a pulse together.
 MODELS: dict[str, ContactModel] = {

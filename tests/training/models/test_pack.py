@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pulse_tables import pulse_table
 from pyroshock.training.estimators.linear import LinearPowers
 from pyroshock.training.models.kinds import KINDS, UnknownKindError, build, describe
 from pyroshock.training.models.pack import ModelFileError, pack, read_model, unpack, write_model
 from pyroshock.training.models.pair import Pair
+from support.records.pulse_tables import pulse_table
 
 
 @pytest.fixture(scope="module")

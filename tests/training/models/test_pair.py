@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pulse_tables import held_out, pulse_table
 from pyroshock.training.estimators.linear import LinearPowers
 from pyroshock.training.models.pair import Pair
 from pyroshock.training.models.pulses import positive_pulses
+from support.records.pulse_tables import held_out, pulse_table
 
 
 def test_raw_is_the_two_regressions() -> None:

@@ -7,7 +7,6 @@ import io
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from pulse_tables import held_out, pulse_table
 from pyroshock.dataset.table import POINTS, PulseTable, concatenate
 from pyroshock.training.comparison import compare
 from pyroshock.training.groups import comparison_groups
@@ -20,6 +19,7 @@ from pyroshock.training.plots.difference import difference_figure
 from pyroshock.training.plots.heat_map import heat_map
 from pyroshock.training.plots.pulses import pulse_grid
 from pyroshock.training.plots.scatter import predicted_against_measured
+from support.records.pulse_tables import held_out, pulse_table
 
 
 @pytest.fixture(scope="module")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import chores
 import pytest
 from pyroshock.compute.crew import HERE, Crew
 from pyroshock.training.tuning.genetic import Search, searched
 from pyroshock.training.tuning.journal import Journal
+from support.processes import chores
 
 SEARCH = Search((4, 9, 7), population=6, generations=2)
 

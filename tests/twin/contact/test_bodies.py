@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contact_bodies import DELRIN, impacts
 from pyroshock.twin.contact.bodies import Bodies, MissingQuantityError
+from support.records.contact_bodies import DELRIN, impacts
 
 
 def test_numbers_broadcast_to_impacts() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from contact_bodies import impacts
 from pyroshock.twin.contact.bodies import MissingQuantityError
 from pyroshock.twin.contact.damping import restitution_of
 from pyroshock.twin.contact.effect import ContactEffect
@@ -18,6 +17,7 @@ from pyroshock.twin.contact.hertz import hertz
 from pyroshock.twin.contact.impact import impact
 from pyroshock.twin.contact.yielding import yield_load, yield_velocity
 from pyroshock.twin.effects import catalogue
+from support.records.contact_bodies import impacts
 
 EFFECTS = {name: kind for name, kind in catalogue().items() if issubclass(kind, ContactEffect)}
 every_effect = pytest.mark.parametrize("kind", EFFECTS.values(), ids=EFFECTS.keys())

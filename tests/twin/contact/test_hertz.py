@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from contact_bodies import impacts, impulse
 from pyroshock.doe.limits.contact_force import Elastic, hertz_contact
 from pyroshock.twin.contact.hertz import contact_time, hertz
 from scipy.integrate import solve_ivp
 from scipy.special import beta
+from support.records.contact_bodies import impacts, impulse
 
 BODIES = impacts(impact_velocity_m_s=np.linspace(0.1, 20, 7), impactor_mass_kg=np.linspace(0.05, 3, 7))
 MASS, VELOCITY = np.linspace(0.05, 3, 7), BODIES.impact_velocity_m_s

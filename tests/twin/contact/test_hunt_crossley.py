@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from contact_bodies import impacts, impulse
 from pyroshock.twin.contact.damping import low_loss_damping, matched_damping, restitution_of
 from pyroshock.twin.contact.hertz import hertz
 from pyroshock.twin.contact.hunt_crossley import hunt_crossley
 from pyroshock.twin.contact.restitution.base import constant
 from scipy.integrate import cumulative_trapezoid, solve_ivp
+from support.records.contact_bodies import impacts, impulse
 
 MASS, VELOCITY = 0.32, 1.2
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contact_bodies import any_impacts, ball, impacts, impulse
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.twin.contact.bodies import Bodies
@@ -19,6 +18,7 @@ from pyroshock.twin.contact.restitution.base import constant
 from pyroshock.twin.contact.restitution.zener import inelasticity, zener
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
+from support.records.contact_bodies import any_impacts, ball, impacts, impulse
 
 ONE = impacts()
 NOMINAL = Impacts.of(ONE)

@@ -6,11 +6,11 @@ import time
 
 import numpy as np
 import pytest
-from contact_bodies import impacts
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
 from pyroshock.twin.contact.impact import impact
+from support.records.contact_bodies import impacts
 
 
 def test_ten_thousand_in_one_call() -> None:

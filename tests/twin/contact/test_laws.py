@@ -7,12 +7,12 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from contact_bodies import any_impacts, impacts, impulse
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.laws import LAWS, LOSSY, RESTITUTIONS, contact_law
 from pyroshock.twin.contact.pulse import Law
+from support.records.contact_bodies import any_impacts, impacts, impulse
 
 ALL = {**LAWS, **{f"{law}, {e}": contact_law(law, e) for law in LOSSY for e in RESTITUTIONS}}
 every_law = pytest.mark.parametrize("law", ALL.values(), ids=ALL.keys())

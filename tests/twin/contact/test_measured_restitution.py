@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contact_bodies import impacts
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
@@ -20,6 +19,7 @@ from pyroshock.twin.contact.restitution.measured import (
     turn_of,
     wave_work,
 )
+from support.records.contact_bodies import impacts
 
 VELOCITY = np.array([0.5, 1.2, 3.0])
 BODIES = impacts(impact_velocity_m_s=VELOCITY)

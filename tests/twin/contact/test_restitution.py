@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from contact_bodies import ball, impacts
 from pyroshock.twin.contact.bodies import MissingQuantityError
 from pyroshock.twin.contact.restitution.base import LEAST, Restitution, constant
 from pyroshock.twin.contact.restitution.weir_tallon import weir_tallon
 from pyroshock.twin.contact.restitution.zener import inelasticity, zener
 from scipy.integrate import solve_ivp
+from support.records.contact_bodies import ball, impacts
 
 STEEL = {
     "impactor_youngs_modulus_pa": 200e9,

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from contact_bodies import impacts
 from pyroshock.twin.contact.hertz import hertz
 from pyroshock.twin.contact.impact import solve
 from pyroshock.twin.contact.impacts import Impacts
 from pyroshock.twin.contact.unloading import elastic_recovery, restitution_of_loop, returned_work, unloading_force
+from support.records.contact_bodies import impacts
 
 PEAK, DEEPEST, PERMANENT = np.array([800.0]), np.array([3e-4]), np.array([1e-4])
 

@@ -10,7 +10,7 @@ from pyroshock.twin.effects import effect
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.seen import seen_pulses
 from pyroshock.twin.strikes import Pulses, Strikes
-from twin_parts import HalfSine, setting
+from support.records.twin_parts import HalfSine, setting
 
 
 def test_order_given_does_not_matter():

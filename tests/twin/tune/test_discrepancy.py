@@ -10,7 +10,7 @@ from pyroshock.twin.tune.discrepancy import TERMS, Discrepancy, covariance
 from pyroshock.twin.tune.kernels import Coordinates
 from pyroshock.twin.tune.likelihood import fitted
 from scipy.stats import multivariate_normal
-from tuning_toy import SPACE
+from support.records.tuning_toy import SPACE
 
 LINES = 100 * 2.0 ** (np.arange(9) / 2)
 NOTHING = np.empty((0, LINES.size))

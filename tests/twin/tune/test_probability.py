@@ -11,7 +11,7 @@ from pyroshock.twin.tune.kernels import Coordinates, Everywhere, level, white
 from pyroshock.twin.tune.probability import proposals, root
 from pyroshock.twin.tune.search import Candidate, line_scores
 from scipy.stats import norm
-from tuning_toy import LINES, SPACE, Toy, spectrum
+from support.records.tuning_toy import LINES, SPACE, Toy, spectrum
 
 SETTING = SPACE.setting(next(SPACE.mounts()), 3e5, 0.5)
 NOTHING = np.empty((0, LINES.size))

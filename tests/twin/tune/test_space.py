@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from pyroshock.twin.tune.space import Levels, Range, mount_of, unlike
-from tuning_toy import SPACE
+from support.records.tuning_toy import SPACE
 
 
 def test_an_insulator_lies_on_an_anvil_only():

@@ -9,7 +9,7 @@ from pyroshock.twin.tune.goal import Goal
 from pyroshock.twin.tune.search import Effort
 from pyroshock.twin.tune.space import mount_of
 from pyroshock.twin.tune.tuner import Measured, tune
-from tuning_toy import LINES, SPACE, Toy, spectrum
+from support.records.tuning_toy import LINES, SPACE, Toy, spectrum
 
 HIDDEN = SPACE.setting(list(SPACE.mounts())[7], 3.3e5, 0.41)
 EFFORT = Effort(pressures=6, masses=3, finalists=12)

@@ -6,9 +6,9 @@ import hashlib
 
 import numpy as np
 import pytest
-from bench_shots import GUN_ROW, shot
 from pyroshock.virtualbench.campaigns import gun
 from pyroshock.virtualbench.effects import Effects
+from support.records.bench_shots import GUN_ROW, shot
 
 pytestmark = pytest.mark.usefixtures("coarse_plates")
 

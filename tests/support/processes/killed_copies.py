@@ -1,4 +1,4 @@
-"""Copies of a store that are killed on their way: `python killed_copies.py SOURCE TARGET WORD...`.
+"""Copies of a store that are killed on their way: `python -m support.processes.killed_copies SOURCE TARGET WORD...`.
 
 For each word a child copies, and kills itself when its progress names it; then what the target holds is printed.
 """
@@ -9,9 +9,10 @@ import os
 import signal
 import sys
 
-from care_stores import copied
 from pyroshock.schema.engine import make_engine
 from sqlalchemy import inspect
+
+from support.stores.care_stores import copied
 
 
 def killed_at(source: str, target: str, word: str) -> bool:

@@ -9,8 +9,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from postgres_server import NoServerError, running_server
 from sqlalchemy import URL, make_url
+
+from support.stores.postgres_server import NoServerError, running_server
 
 
 @pytest.fixture(scope="session")

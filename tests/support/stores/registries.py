@@ -11,7 +11,6 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from pulse_tables import pulse_table
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training import fitting
 from pyroshock.training.fitting import Ground
@@ -19,6 +18,8 @@ from pyroshock.training.place import place_beside
 from pyroshock.training.records import DatasetName
 from pyroshock.training.registry.connection import EXPERIMENT
 from pyroshock.training.registry.registry import Registry
+
+from support.records.pulse_tables import pulse_table
 
 
 def fresh_registry(folder: Path, store: str = "lab") -> Registry:

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Protocol
 from uuid import uuid4
 
-from databases import _execute, _text
 from sqlalchemy import URL, make_url
+
+from support.stores.databases import _execute, _text
 
 
 class Databases(Protocol):

@@ -6,8 +6,9 @@ import shutil
 from pathlib import Path
 
 import numpy as np
-from campaigns import HAMMER_TOML, blows, force_record, recording_name, write_recording, write_runs
-from stores import ingested
+
+from support.records.campaigns import HAMMER_TOML, blows, force_record, recording_name, write_recording, write_runs
+from support.stores.stores import ingested
 
 PLATE_TOML = """
 [bench.plate]

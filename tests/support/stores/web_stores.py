@@ -65,10 +65,11 @@ class Lab:
 @pytest.fixture(scope="session")
 def filled_lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a filled store, lab.db, and of the registry beside it."""
-    from hammer_stores import full_campaign
     from pyroshock.app.demo import ingest_examples
     from pyroshock.ingest.load import ingest_folder
-    from stores import opened
+
+    from support.stores.hammer_stores import full_campaign
+    from support.stores.stores import opened
 
     folder = tmp_path_factory.mktemp("window")
     with pytest.MonkeyPatch.context() as patch, opened(f"sqlite:///{folder}/lab.db", create=True) as store:
@@ -84,7 +85,8 @@ def _train(store: Store, folder: Path, patch: pytest.MonkeyPatch) -> None:
     from pyroshock.app.training import ground_of
     from pyroshock.dataset.snapshot import build_snapshot
     from pyroshock.training.session import train
-    from registries import fresh_registry, without_figures
+
+    from support.stores.registries import fresh_registry, without_figures
 
     without_figures(patch)
     build_snapshot(store, DATASET, [HAMMER])
@@ -94,9 +96,10 @@ def _train(store: Store, folder: Path, patch: pytest.MonkeyPatch) -> None:
 
 
 def _plan_and_diagnose(store: Store) -> None:
-    import verdicts
     from pyroshock.app.diagnosing import keep
     from pyroshock.app.planning import make_plan
+
+    from support.records import verdicts
 
     make_plan(store, "factorial", PLAN, kind="hammer", factors=FACTORS, repetitions=2, seed=1)
     keep(store, verdicts.verdict(campaign=GUN))
@@ -106,7 +109,8 @@ def _plan_and_diagnose(store: Store) -> None:
 def quick_plates() -> Iterator[None]:
     """A plate of two modes in closed form: a solved one takes ten seconds."""
     from pyroshock.app import twins
-    from twin_parts import unsolved
+
+    from support.records.twin_parts import unsolved
 
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("MLFLOW_TRACKING_URI", raising=False)
@@ -117,7 +121,7 @@ def quick_plates() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def filled(filled_lab: Path, quick_plates: None) -> Iterator[Lab]:
     """The window over the filled store; who writes counts rows before and after, for others have written, too."""
-    from web_client import sqlite, window
+    from support.processes.web_client import sqlite, window
 
     db = sqlite(filled_lab)
     with window(db, folders=(filled_lab / "campaigns",)) as (client, store):
@@ -127,7 +131,7 @@ def filled(filled_lab: Path, quick_plates: None) -> Iterator[Lab]:
 @pytest.fixture(scope="module")
 def empty(tmp_path_factory: pytest.TempPathFactory, quick_plates: None) -> Iterator[Lab]:
     """The window over a store of nothing."""
-    from web_client import sqlite, window
+    from support.processes.web_client import sqlite, window
 
     folder = tmp_path_factory.mktemp("empty")
     with window(sqlite(folder), folders=(folder,)) as (client, store):

@@ -11,19 +11,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from campaigns import hammer_campaign
-from hammer_stores import full_campaign
-from many_databases import Databases
 from pyroshock.schema import migrate
 from pyroshock.schema.session import StoreError, make_engine
 from pyroshock.training.place import VARIABLE, place_beside
 from pyroshock.training.registry.connection import EXPERIMENT
 from pyroshock.training.registry.registry import Registry
-from registries import fresh_registry
 from sqlalchemy import MetaData, Table, func, insert, select
-from stores import assert_whole, content, ingested, pyroshock
 
-STORED = Path(__file__).parent / "schema" / "stored"
+from support.records.campaigns import hammer_campaign
+from support.stores.hammer_stores import full_campaign
+from support.stores.many_databases import Databases
+from support.stores.registries import fresh_registry
+from support.stores.stores import assert_whole, content, ingested, pyroshock
+
+STORED = Path(__file__).resolve().parents[2] / "schema" / "stored"
 HITS = 2
 
 

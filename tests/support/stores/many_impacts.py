@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import verdicts
-from campaigns import hammer_campaign
 from pyroshock.app.planning import make_plan
 from pyroshock.benchmarks.crowded import campaign_name, fill
 from pyroshock.diagnosis.kept import verdict_to_json
@@ -21,8 +19,11 @@ from pyroshock.schema.series import encode
 from pyroshock.schema.session import Store
 from pyroshock.schema.shots import Shot
 from sqlalchemy import insert, select, update
-from stores import opened
-from web_stores import FACTORS
+
+from support.records import verdicts
+from support.records.campaigns import hammer_campaign
+from support.stores.stores import opened
+from support.stores.web_stores import FACTORS
 
 IMPACTS, SHOTS, DIAGNOSES, PLANS = 100_000, 20_000, 300, 30
 _WHEN = dt.datetime(2026, 11, 1, tzinfo=dt.UTC)

@@ -22,8 +22,9 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pulse_tables import held_out, pulse_table
 from pyroshock.training.estimators.base import Arrays, Estimator, NotFittedError
+
+from support.records.pulse_tables import held_out, pulse_table
 
 Floats = NDArray[np.float64]
 

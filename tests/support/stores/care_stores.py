@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from campaigns import blows, force_record, gun_campaign, hammer_campaign, recording_name, write_recording
-from hammer_stores import HITS, full_campaign, url_of
 from pyroshock.dataset.snapshot import build_snapshot
 from pyroshock.ingest.plan_link import link_campaign
 from pyroshock.ingest.reextract import reextract_recording
@@ -27,7 +25,17 @@ from pyroshock.schema.recordings import RecordedChannel, Recording
 from pyroshock.schema.session import Store
 from pyroshock.schema.twins import TwinVersion
 from sqlalchemy import select, text
-from stores import ingested, opened
+
+from support.records.campaigns import (
+    blows,
+    force_record,
+    gun_campaign,
+    hammer_campaign,
+    recording_name,
+    write_recording,
+)
+from support.stores.hammer_stores import HITS, full_campaign, url_of
+from support.stores.stores import ingested, opened
 
 HAMMER, GUN, OTHER = "spring", "gun", "autumn"
 RECORDINGS = 2

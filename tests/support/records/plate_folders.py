@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from campaigns import FS_HZ, Blow, Row, blows, force_record, write_recording, write_runs
 from numpy.typing import NDArray
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run, Series
 from pyroshock.twin.plate.modal import ModalPlate
 from pyroshock.twin.plate.respond import respond
+
+from support.records.campaigns import FS_HZ, Blow, Row, blows, force_record, write_recording, write_runs
 
 MODES_HZ = np.array([310.0, 640.0, 1130.0, 1900.0, 2800.0, 4100.0])
 CHANNELS = ("acceleration_1", "acceleration_2")

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from campaigns import hammer_campaign
-from postgres_server import NoServerError, running_server
 from pyroshock.app.demo import ingest_examples
 from pyroshock.app.planning import make_plan
 from sqlalchemy import make_url
-from stores import ingested, opened, pyroshock
-from web_stores import FACTORS
+
+from support.records.campaigns import hammer_campaign
+from support.stores.postgres_server import NoServerError, running_server
+from support.stores.stores import ingested, opened, pyroshock
+from support.stores.web_stores import FACTORS
 
 #: Logins of the store "lab"; `keeper` made it and may make roles, `plain` has a store of its own and may not.
 READER, OPERATOR, ADMIN, NOBODY = "rita", "olaf", "ada", "nora"

@@ -1,4 +1,4 @@
-"""Sealed figures as docs/diagnosis.md tables them: `PYTHONPATH=tests python -m sealed_table` prints them anew."""
+"""Sealed figures as docs/diagnosis.md tables them; `PYTHONPATH=tests python -m support.records.sealed_table` prints them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pyroshock.diagnosis.blind.rows import Row
 from pyroshock.diagnosis.blind.score import Figures, figures
 from pyroshock.diagnosis.blind.scoring import kinds
 
-FOLDER = Path(__file__).resolve().parents[1] / "docs" / "blind-check"
+FOLDER = Path(__file__).resolve().parents[3] / "docs" / "blind-check"
 #: Checks of one commit: those that the table is of.
 CHECKS = "6112*.jsonl"
 TIERS = ("strong", "middle", "two", "rough")

@@ -12,7 +12,7 @@ import pytest
 @pytest.fixture(scope="session")
 def care_source(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of the store `lab.db`, and of the campaign folders that it was filled from; tests only read it."""
-    from care_stores import fill
+    from support.stores.care_stores import fill
 
     folder = tmp_path_factory.mktemp("care")
     fill(folder)
@@ -29,7 +29,7 @@ def care_copy(care_source: Path, tmp_path: Path) -> str:
 @pytest.fixture
 def care_store(care_copy: str, database_url: str) -> str:
     """The same on either engine in turn."""
-    from care_stores import copied
+    from support.stores.care_stores import copied
 
     if database_url.startswith("sqlite"):
         return care_copy
@@ -40,7 +40,7 @@ def care_store(care_copy: str, database_url: str) -> str:
 @pytest.fixture
 def postgres_database(postgres_url: str) -> Iterator[str]:
     """An empty PostgreSQL database."""
-    from databases import fresh_database
+    from support.stores.databases import fresh_database
 
     with fresh_database(postgres_url) as url:
         yield url

@@ -1,0 +1,1 @@
+"""What tests share, by what it is; imported as `support.records.campaigns`."""

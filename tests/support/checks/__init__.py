@@ -1,0 +1,1 @@
+"""What a thing is held to: an estimator, a page, a PDF."""

@@ -1,0 +1,1 @@
+"""What runs beside a test: workers, clusters, crowds, browsers; kills and full disks."""

@@ -1,0 +1,1 @@
+"""What tests make up or play: benches, recordings, pulses, shots, campaigns, verdicts."""

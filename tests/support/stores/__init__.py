@@ -1,0 +1,1 @@
+"""Databases, and what lies in them: stores, registries, roles, damage."""
