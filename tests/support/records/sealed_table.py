@@ -1,4 +1,4 @@
-"""Sealed figures as docs/diagnosis.md tables them; `PYTHONPATH=tests python -m support.records.sealed_table` prints them."""
+"""Sealed figures as docs/diagnosis.md tables them: `PYTHONPATH=tests python -m support.records.sealed_table`."""
 
 from __future__ import annotations
 
