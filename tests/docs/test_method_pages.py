@@ -40,7 +40,7 @@ def test_each_equation_has_a_row() -> None:
     assert set().union(*(equations for equations, _, _ in rows())) == set(EQUATIONS)
 
 
-@pytest.mark.parametrize(("equations", "pages", "files"), rows(), ids=lambda value: str(value))
+@pytest.mark.parametrize(("equations", "pages", "files"), rows(), ids=lambda value: " ".join(sorted(value)))
 def test_row_leads_to_pages_that_have_it_and_code_that_names_some(
     equations: set[str], pages: list[str], files: list[str]
 ) -> None:
