@@ -254,7 +254,7 @@ def test_specification_of_the_page_reads(tmp_path):
 
 
 def test_worked_example_of_the_page_is_what_comes_out(monkeypatch):
-    command, shown = re.findall(r"```\n(.*?)```", PAGE[PAGE.index("## A worked example") :], re.DOTALL)
+    command, shown = re.findall(r"```\w*\n(.*?)```", PAGE[PAGE.index("## A worked example") :], re.DOTALL)
     monkeypatch.chdir(ROOT)
     printed = call(*shlex.split(command)[2:]).stdout.split()
     assert [_number(word) for word in printed] == [_value(word) for word in shown.split()]

@@ -29,6 +29,8 @@ def test_every_command_has_a_row():
     assert rows == list(COMMANDS)
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(600)
 def test_examples_of_the_commands_run(tmp_path, request):
     examples = re.findall(r"\| `pyroshock ([^`]+)` \|$", page("commands.md"), re.MULTILINE)
     assert len(examples) == len(COMMANDS)

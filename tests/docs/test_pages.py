@@ -28,12 +28,14 @@ SLOW = {
     "docs/how-to/diagnose.md",
     "docs/how-to/ingest.md",
     "docs/how-to/plan.md",
+    "docs/plans.md",
     "docs/registry.md",
     "docs/start.md",
     "docs/studies.md",
     "docs/tuning.md",
     "docs/twin.md",
     "docs/virtual-bench.md",
+    "docs/web.md",
 }
 #: How many blocks may have a reason for not being run: one more is a choice that somebody makes here.
 NOT_RUN = 2

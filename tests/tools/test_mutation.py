@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from multiprocessing.pool import Pool
 from pathlib import Path
 
 import pytest
+from support.processes.mutating import limits_alone, tried_alone
 
 from tools.mutation import page, plan, session, verdicts
 from tools.mutation.__main__ import KEPT, PAGE, ROOT
@@ -53,12 +52,6 @@ def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return root
 
 
-@pytest.fixture(scope="module")
-def pool(toy: Path) -> Iterator[Pool]:
-    with session.workers(toy, (), (), 1) as pool:
-        yield pool
-
-
 def mutants(*operators: str) -> list[Mutant]:
     return mutants_of("law.py", LAW, spots(LAW, operators))
 
@@ -75,16 +68,16 @@ def the(operator: str, becomes: str) -> Mutant:
         (the(SUB, "n = n + 1"), "timed out", "", 2.0),
     ],
 )
-def test_what_becomes_of_a_mutant(pool: Pool, toy: Path, mutant: Mutant, what: str, by: str, limit_s: float) -> None:
+def test_what_becomes_of_a_mutant(toy: Path, mutant: Mutant, what: str, by: str, limit_s: float) -> None:
     one = session.Trial(mutant, plan.Target("law.py", ("tests/test_law.py",), None), limit_s)
-    ((_, outcome),) = session.outcomes(pool, [one])
+    (outcome,) = tried_alone(toy, [one])
     assert (outcome.what, outcome.by) == (what, by)
     assert (toy / "law.py").read_text(encoding="utf-8") == LAW
 
 
-def test_code_that_fails_its_tests_unchanged_is_refused(pool: Pool) -> None:
+def test_code_that_fails_its_tests_unchanged_is_refused(toy: Path) -> None:
     with pytest.raises(RuntimeError, match=r"law.py as it is: killed exit 4"):
-        session.limits(pool, [plan.Target("law.py", ("tests/test_absent.py",), None)])
+        limits_alone(toy, [plan.Target("law.py", ("tests/test_absent.py",), None)])
 
 
 def test_annotations_are_no_mutants() -> None:
