@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from statistics import mode
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -95,7 +96,9 @@ def _make(name: str, method: str, given: dict[str, Any], **own: Any) -> None:
 @click.command()
 @click.argument("name")
 @click.option("--runs", type=click.IntRange(1), default=None, help="How many to add. [as many as were discarded]")
-@click.option("--repetitions", type=click.IntRange(1), default=10, show_default=True, help="Hits or shots of each run.")
+@click.option(
+    "--repetitions", type=click.IntRange(1), default=None, help="Hits or shots of each run. [as most runs of the plan]"
+)
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same runs.")
 @click.option("--gun", "bench", type=click.Path(path_type=Path), help="A campaign folder whose gun fires it.")
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write the table as CSV.")
@@ -104,7 +107,7 @@ def _make(name: str, method: str, given: dict[str, Any], **own: Any) -> None:
 def augment(
     name: str,
     runs: int | None,
-    repetitions: int,
+    repetitions: int | None,
     seed: int,
     bench: Path | None,
     out: Path | None,
@@ -128,7 +131,8 @@ def augment(
         count = runs if runs is not None else sum(run.status == "discarded" for run in before.runs)
         if not count:
             raise ValueError(f"plan {name!r} has no discarded runs to replace; say how many to add: --runs N")
-        numbers = augment_plan(store, before, count, repetitions, seed, gun_bench(bench))
+        each = repetitions or mode(run.repetitions for run in before.runs)
+        numbers = augment_plan(store, before, count, each, seed, gun_bench(bench))
         with store.reading() as session:
             stored = read_plan(session, name)
     note(f"plan {name}: added runs {', '.join(map(str, numbers))}")

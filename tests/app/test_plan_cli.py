@@ -7,8 +7,9 @@ import json
 from pathlib import Path
 
 import pytest
+from pyroshock.doe.plans import read_plan
 from support.records.campaigns import gun_campaign, write_runs
-from support.stores.stores import pyroshock
+from support.stores.stores import opened, pyroshock
 
 COLUMNS = (
     "run", "plate_material", "anvil_material", "insulator", "tip_material", "tip_radius_mm", "bullet_mass_kg",
@@ -146,6 +147,14 @@ def test_nothing_to_replace_is_said(url, tmp_path):
     done("import", "p", table(tmp_path / "in.csv"), "--db", url)
     result = plan("augment", "p", "--db", url)
     assert result.exit_code == 2 and "--runs N" in result.stderr
+
+
+def test_added_runs_are_repeated_as_the_plans(url, tmp_path):
+    done("import", "p", table(tmp_path / "in.csv"), "--repetitions", "4", "--db", url)
+    done("augment", "p", "--runs", "1", "--db", url)
+    done("augment", "p", "--runs", "1", "--repetitions", "2", "--db", url)
+    with opened(url) as store, store.reading() as session:
+        assert [run.repetitions for run in read_plan(session, "p").runs] == [4, 4, 4, 4, 2]
 
 
 def test_plans_are_listed(url, tmp_path):
