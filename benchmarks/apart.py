@@ -86,7 +86,7 @@ class Apart:
 
     def __exit__(self, *_: object) -> None:
         assert self._process.stdin and self._process.stdout
-        with suppress(BrokenPipeError):
+        with suppress(BrokenPipeError):  # it has ended by itself; who asked it was told
             self._process.stdin.close()
         self._process.stdout.close()
         try:
