@@ -7,6 +7,7 @@ from pyroshock.compute.crew import HERE, Crew
 from pyroshock.training.tuning.genetic import Search, searched
 from pyroshock.training.tuning.journal import Journal
 from support.processes import chores
+from support.processes.dask_clusters import dask_cluster
 
 SEARCH = Search((4, 9, 7), population=6, generations=2)
 
@@ -18,6 +19,14 @@ def test_any_crew_finds_the_same(crew, tmp_path):
     journal = Journal(tmp_path / "journal", {})
     assert searched(SEARCH, chores.away, 3, journal, crew=crew) == alone
     assert len(Journal(tmp_path / "journal", {}).values) == alone.evaluated
+
+
+def test_a_cluster_finds_the_same(tmp_path):
+    pytest.importorskip("distributed")
+    alone = searched(SEARCH, chores.away, 3, Journal(None, {}))
+    with dask_cluster(tmp_path, 2) as cluster:
+        crew = Crew("dask", scheduler=cluster.address)
+        assert searched(SEARCH, chores.away, 3, Journal(None, {}), crew=crew) == alone
 
 
 def test_what_was_found_costs_no_worker(tmp_path):
