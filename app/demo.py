@@ -24,7 +24,7 @@ from ..schema.recordings import Recording
 from ..schema.session import Store
 from ..twin.gun.nominal import muzzle_velocity
 from .plots import MEASURED, MODEL, draw_pulse, new_figure, save
-from .predictions import with_predictions
+from .predictions.nominal import with_predictions
 
 if TYPE_CHECKING:
     from ..twin.prediction import Prediction
@@ -82,7 +82,7 @@ def compare_with_table_5_1(session: Session) -> GunComparison:
 def predict_a_shot(store: Store, url: str) -> tuple[Prediction, Sequence[str]]:
     """The thesis's bullet at a pressure it was not fired with, to the spectrum up to 2 kHz; and what to know of it."""
     from ..twin.srs.grid import octave_grid
-    from .twins import TwinRequest, twin_of
+    from .twins.building import TwinRequest, twin_of
 
     lines = tuple(octave_grid(100.0, 2000.0, 6).tolist())
     built = twin_of(store, url, TwinRequest(campaign=SHOTS, contact="hertz", frequency_hz=lines))

@@ -20,8 +20,8 @@ from ..schema.campaigns import Factor, FactorLevel
 from ..schema.impacts import Pulse
 from ..schema.listings import Condition, iter_impacts, iter_shots, listing_key
 from ..schema.outputs import whole_file
-from .predictions import with_predictions
-from .series_export import series_batches
+from .predictions.nominal import with_predictions
+from .pulses.series import series_batches
 
 Row = dict[str, Any]
 

@@ -13,7 +13,7 @@ from ..ingest.stored import list_channels, read_channel
 from ..schema.impacts import Pulse
 from ..schema.outputs import whole_file
 from ..schema.series import as_floats
-from .impact_page import get_impact
+from .pulses.impact import get_impact
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

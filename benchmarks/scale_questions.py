@@ -7,12 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from pyroshock.app.campaign_list import list_campaigns_page
+from pyroshock.app.campaigns.listing import list_campaigns_page
+from pyroshock.app.campaigns.overview import campaign_overview
 from pyroshock.app.export import export_table
-from pyroshock.app.impact_page import impact_page
-from pyroshock.app.overlays import pulse_overlay
-from pyroshock.app.overview import campaign_overview
-from pyroshock.app.signals import channel_window
+from pyroshock.app.pulses.impact import impact_page
+from pyroshock.app.pulses.overlays import pulse_overlay
+from pyroshock.app.pulses.signals import channel_window
 from pyroshock.dataset.selection import select_pulses
 from pyroshock.schema.listings import Condition, iter_impacts, list_campaigns, list_impacts_page
 from pyroshock.schema.recordings import RecordedChannel

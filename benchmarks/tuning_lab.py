@@ -12,9 +12,9 @@ import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pyroshock.app.tuning import AtSensor
-from pyroshock.app.tuning_shots import PlateFigures, ShotReader
-from pyroshock.app.twins import TwinRequest, twin_of
+from pyroshock.app.tuning.laboratory import AtSensor
+from pyroshock.app.tuning.shots import PlateFigures, ShotReader
+from pyroshock.app.twins.building import TwinRequest, twin_of
 from pyroshock.dataset.stored_bench import stored_materials
 from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.twin.chain import Twin

@@ -10,7 +10,7 @@ from ...schema.care.checking import checks, iter_findings
 from ...schema.care.findings import Finding
 from ...schema.listings import get_campaign_id
 from ...schema.session import Store
-from ..training import models_extra, registry_of
+from ..models.training import models_extra, registry_of
 from .datasets import damaged_datasets
 from .models import damaged_models
 

@@ -36,8 +36,8 @@ def compare(
         pyroshock compare hybrid@3 hybrid@7 --out difference.png
     """
     with opened(db) as store:
-        from ..comparing import comparisons_of, draw, metrics_named, rows_of, served, told, versions_named
-        from ..training import models_extra, reader_of, registry_of
+        from ..models.comparing import comparisons_of, draw, metrics_named, rows_of, served, told, versions_named
+        from ..models.training import models_extra, reader_of, registry_of
 
         wanted = metrics_named(metric)
         with models_extra():

@@ -104,7 +104,7 @@ def build(
         from ...dataset.predictors import predictors_named
         from ...dataset.snapshot import build_snapshot
         from ...dataset.splits import check_form
-        from ..datasets import built_as_json
+        from ..models.datasets import built_as_json
 
         check_form(split)
         chosen = predictors_named(predictors) if predictors else None
@@ -153,11 +153,11 @@ def show(name: str, db: str, json_to: str | None, seed: int, plot: Path | None) 
     """
     with opened(db) as store:
         from ...dataset.snapshot import read_snapshot
-        from ..datasets import snapshot_as_json
+        from ..models.datasets import snapshot_as_json
 
         snapshot = read_snapshot(store, name)
         if plot is not None:
-            from ..dataset_plots import plot_dataset
+            from ..models.dataset_plots import plot_dataset
 
             plot_dataset(snapshot.table, plot)
             note(f"written: {plot}")
@@ -169,7 +169,7 @@ def show(name: str, db: str, json_to: str | None, seed: int, plot: Path | None) 
 
 
 def _show(snapshot: Any, told: dict[str, Any]) -> None:
-    from ..datasets import correlation_rows, range_rows
+    from ..models.datasets import correlation_rows, range_rows
 
     click.echo(f"{told['name']}: {told['pulses']} pulses of {', '.join(told['campaigns'])}, hash {told['hash']}")
     click.echo(f"{told['configurations']} configurations; velocity aside, predictors tell {told['treatments']} apart")
@@ -224,7 +224,7 @@ def export(name: str, db: str, out: Path) -> None:
     """
     with opened(db) as store:
         from ...dataset.snapshot import read_snapshot
-        from ..datasets import export_snapshot
+        from ..models.datasets import export_snapshot
 
         rows = export_snapshot(read_snapshot(store, name), out)
     note(f"{rows} rows written: {out}")

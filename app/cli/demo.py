@@ -55,8 +55,8 @@ def demo(out: Path, db: str | None, json_to: str | None) -> None:
             job.draw(session, comparison, picture)
         rehearsal = _rehearse(store, out)
         prediction, notes = job.predict_a_shot(store, url)
-    from ..prediction_plots import plot_prediction
-    from ..prediction_tables import quantity_rows
+    from ..predictions.plots import plot_prediction
+    from ..predictions.tables import quantity_rows
 
     plot_prediction(prediction, out / SHOT)
     predicted = list(quantity_rows(prediction))
@@ -94,7 +94,7 @@ def demo(out: Path, db: str | None, json_to: str | None) -> None:
 def _rehearse(store: Store, out: Path) -> dict[str, Any]:
     from ...doe.plans import read_plan
     from ...doe.sheet import write_sheet
-    from .. import rehearsal
+    from ..plans import rehearsal
     from ..progress import progress_bar
 
     with progress_bar(rehearsal.NAME, "recordings") as step:

@@ -82,7 +82,7 @@ def import_(name: str, table: Path, **given: Any) -> None:
 
 def _make(name: str, method: str, given: dict[str, Any], **own: Any) -> None:
     from ...doe.toml_space import read_text
-    from ..planning import make_plan
+    from ..plans.planning import make_plan
 
     with opened(given["db"], create=True) as store:
         factors = read_text(given["factors"]) if given["factors"] else None
@@ -122,8 +122,8 @@ def augment(
         pyroshock plan augment spring
     """
     from ...doe.plans import read_plan
-    from ..plan_settings import gun_bench
-    from ..planning import augment_plan
+    from ..plans.planning import augment_plan
+    from ..plans.settings import gun_bench
 
     with opened(db) as store:
         with store.reading() as session:
@@ -140,7 +140,7 @@ def augment(
 
 
 def _tell(stored: StoredPlan, json_to: str | None, out: Path | None) -> None:
-    from ..plan_tables import plan_as_json, write_table
+    from ..plans.tables import plan_as_json, write_table
 
     if out is not None:
         with errors_as_one_line():

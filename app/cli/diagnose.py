@@ -46,9 +46,9 @@ def diagnose(
         _tell_past(target, db, json_to)
         return
     with opened_or_none(db, silent=True) as store:
-        from ..diagnosing import Asked, diagnosed, is_stored, keep, report_json
+        from ..diagnoses.diagnosing import Asked, diagnosed, is_stored, keep, report_json
+        from ..models.training import models_extra
         from ..progress import progress_bar
-        from ..training import models_extra
 
         asked = Asked(target, **_read(given))
         stored = is_stored(store, target)
@@ -71,7 +71,7 @@ def diagnose(
 
 
 def _adopt(store: Store, verdict: Verdict, wanted: str, diagnosis: int | None) -> None:
-    from ..adopting import adopt
+    from ..twins.adopting import adopt
 
     row = adopt(store, verdict, wanted, diagnosis)
     if wanted not in verdict.first.effects:
@@ -80,7 +80,7 @@ def _adopt(store: Store, verdict: Verdict, wanted: str, diagnosis: int | None) -
 
 
 def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
-    from ..diagnosing import past_diagnoses
+    from ..diagnoses.diagnosing import past_diagnoses
 
     with opened(db) as store, store.reading() as session:
         rows = list(past_diagnoses(session, campaign))

@@ -28,8 +28,8 @@ def discriminate(
         pyroshock plan sheet spring-discriminate --out spring.html
     """
     with opened(db) as store:
-        from ..diagnosing import Asked, diagnosed, keep, last_report, report_json
-        from ..discriminating import store_experiment
+        from ..diagnoses.diagnosing import Asked, diagnosed, keep, last_report, report_json
+        from ..diagnoses.discriminating import store_experiment
         from ..progress import progress_bar
 
         with store.reading() as session:
@@ -46,7 +46,7 @@ def discriminate(
     for words in (*(each["why"] for each in report["next_runs"]), *left_out):
         note(words)
     note(f"plan {stored.name}: {len(stored.runs)} runs; pyroshock plan sheet {stored.name} --out {stored.name}.html")
-    from ..plan_tables import plan_as_json, write_table
+    from ..plans.tables import plan_as_json, write_table
 
     if out is not None:
         with errors_as_one_line():

@@ -81,7 +81,7 @@ def shots(db: str, json_to: str | None, campaign: str | None, where: tuple[str, 
 
         from ...schema.listings import iter_shots
         from ..filters import parse_where
-        from ..predictions import with_predictions
+        from ..predictions.nominal import with_predictions
 
         found = iter_shots(session, campaign, parse_where(where))
         rows = list(islice(with_predictions(session, found), limit))

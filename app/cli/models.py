@@ -32,8 +32,8 @@ def models(dataset: str | None, split: str | None, every: bool, promotions: bool
     with errors_as_one_line():
         from ...training.listing import newest, of_dataset
         from ...training.whole import damages
-        from ..model_tables import json_row
-        from ..training import models_extra, registry_of
+        from ..models.tables import json_row
+        from ..models.training import models_extra, registry_of
 
         registry = registry_of(db)
         with models_extra():
@@ -65,7 +65,7 @@ def _grounds(versions: list[Version]) -> list[tuple[str, int]]:
 
 def _tell(versions: list[Version], floors: dict[tuple[str, int], dict[str, str]], every: bool) -> None:
     from ...training.listing import row_of
-    from ..model_tables import table_of
+    from ..models.tables import table_of
 
     if not versions:
         click.echo("no models yet; train some: pyroshock train DATASET")

@@ -63,7 +63,7 @@ def quality(name: str, against: str | None, plot: Path | None, db: str, json_to:
     Example:
         pyroshock plan quality spring --against table_a1_lhs_105_runs.csv --plot quality.png
     """
-    from ..plan_quality import designs_of, draw, figures_as_json, tables
+    from ..plans.quality import designs_of, draw, figures_as_json, tables
 
     with opened(db) as store:
         space, designs = designs_of(store, name, against)
@@ -85,7 +85,7 @@ def quality(name: str, against: str | None, plot: Path | None, db: str, json_to:
 def status(name: str, db: str, json_to: str | None) -> None:
     """What of a plan is done, to do, and discarded."""
     from ...doe.plans import read_plan
-    from ..plan_tables import plan_as_json
+    from ..plans.tables import plan_as_json
 
     with opened(db) as store, store.reading() as session:
         stored = read_plan(session, name)

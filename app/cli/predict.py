@@ -16,8 +16,8 @@ from .quantities import parse_quantity
 if TYPE_CHECKING:
     from ...compute.crew import Crew
     from ...twin.effects import Effect
-    from ..predicting import Shot
-    from ..twins import TwinRequest
+    from ..predictions.predicting import Shot
+    from ..twins.building import TwinRequest
 
 #: Options of what the operator sets; `tune` and `predict` spell them alike.
 _SET = (
@@ -106,7 +106,7 @@ def predict(
         pyroshock predict --velocity 8m/s --tip delrin --effect plate.damping:factor=2 --plot shot.png
         pyroshock predict --plan spring --out predicted.csv --jobs 2
     """
-    from ..training import models_extra
+    from ..models.training import models_extra
 
     with opened_or_none(db) as store:
         many = Many(plan, shots, out, spectra)
@@ -116,9 +116,9 @@ def predict(
                 found = foretell(store, db, _request(asked), many.rows(store), draws, seed, crew)
             many.tell(found, json_to)
             return
-        from ..predicting import predicted, prediction_json
-        from ..prediction_tables import quantity_rows, spectrum_rows
-        from ..twins import twin_of
+        from ..predictions.predicting import predicted, prediction_json
+        from ..predictions.tables import quantity_rows, spectrum_rows
+        from ..twins.building import twin_of
 
         request = _request(asked)
         with models_extra():
@@ -127,7 +127,7 @@ def predict(
         for remark in built.notes:
             note(remark)
         if plot is not None:
-            from ..prediction_plots import plot_prediction
+            from ..predictions.plots import plot_prediction
 
             plot_prediction(prediction, plot)
             note(f"written: {plot}")
@@ -148,7 +148,7 @@ _SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "an
 
 def _request(asked: dict[str, Any]) -> TwinRequest:
     """What the twin is made of."""
-    from ..twins import TwinRequest
+    from ..twins.building import TwinRequest
 
     return TwinRequest(
         campaign=asked["campaign"],
@@ -166,7 +166,7 @@ def _request(asked: dict[str, Any]) -> TwinRequest:
 
 
 def _shot(words: dict[str, Any]) -> Shot:
-    from ..predicting import Shot
+    from ..predictions.predicting import Shot
 
     velocity, pressure = words["velocity"], words["tank_pressure"]
     if velocity is not None and pressure is not None:

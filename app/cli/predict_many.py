@@ -14,9 +14,9 @@ from .common import note, print_table, write_json
 if TYPE_CHECKING:
     from ...compute.crew import Crew
     from ...schema.session import Store
-    from ..batch import Foretold
-    from ..shot_rows import ShotRow
-    from ..twins import BuiltTwin, TwinRequest
+    from ..predictions.batch import Foretold
+    from ..predictions.rows import ShotRow
+    from ..twins.building import BuiltTwin, TwinRequest
 
 MANY = (
     click.option("--plan", metavar="NAME", default=None, help="Every run of a plan in place of one shot."),
@@ -53,7 +53,7 @@ class Many:
 
     def rows(self, store: Store | None) -> list[ShotRow]:
         """Raises `ValueError` for plan and file at once, `LookupError` for a plan without a store."""
-        from ..shot_rows import rows_of_file, rows_of_plan
+        from ..predictions.rows import rows_of_file, rows_of_plan
 
         if self.plan is None:
             assert self.shots is not None
@@ -66,8 +66,8 @@ class Many:
 
     def tell(self, found: list[Foretold], json_to: str | None) -> None:
         """Into the files that were asked for; as JSON or a table where no file takes the figures."""
-        from ..batch import write_figures, write_spectra
         from ..finite import finite
+        from ..predictions.batch import write_figures, write_spectra
 
         if self.spectra is not None:
             note(f"written: {self.spectra}, {write_spectra(self.spectra, found)} lines")
@@ -94,10 +94,10 @@ def foretell(
 
     Raises as `twins.twin_of` and `batch.foretold`.
     """
-    from ..batch import Bench, foretold
+    from ..predictions.batch import Bench, foretold
+    from ..predictions.rows import assumed
     from ..progress import progress_bar
-    from ..shot_rows import assumed
-    from ..twins import twin_of
+    from ..twins.building import twin_of
 
     twins: dict[str | None, BuiltTwin] = {}
     for plate in dict.fromkeys(row.plate for row in rows):

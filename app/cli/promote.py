@@ -33,7 +33,7 @@ def promote(
 
         from ...training.listing import chosen
         from ...training.promotion import promote as promote_version
-        from ..training import models_extra, pulses_on, reader_of, registry_of
+        from ..models.training import models_extra, pulses_on, reader_of, registry_of
 
         with models_extra():
             registry = registry_of(db)

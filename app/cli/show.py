@@ -26,7 +26,7 @@ def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
         pyroshock show 12 --plot impact-12.png
     """
     with opened(db) as store, store.reading() as session:
-        from ..impact_page import impact_page
+        from ..pulses.impact import impact_page
 
         page = impact_page(session, impact)
         if plot is not None:

@@ -52,8 +52,8 @@ def simulate(
     """
     with opened(db) as store:
         from ...virtualbench.simulate import simulate as play
+        from ..plans.simulation import rows_of
         from ..progress import progress_bar
-        from ..simulation import rows_of
 
         kind, rows, planned = rows_of(store, plan)
         with progress_bar(plan, "recordings") as step:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ...twin.srs.target import Target
-    from ..spectra import Measured
+    from ..spectra.recordings import Measured
 
 _FILE = click.Path(dir_okay=False, path_type=Path)
 _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
@@ -59,9 +59,9 @@ def srs(
         pyroshock srs shot.csv --target spec.csv --tolerance 6dB --plot shot.png
     """
     with errors_as_one_line():
-        from ..accelerations import read_acceleration
-        from ..spectra import measure
-        from ..spectrum_tables import as_json, write_spectrum
+        from ..spectra.channel import read_acceleration
+        from ..spectra.recordings import measure
+        from ..spectra.tables import as_json, write_spectrum
 
         specified = _target(target, tolerance)
         measured = measure(
@@ -77,7 +77,7 @@ def srs(
             write_spectrum(measured, out)
             note(f"spectrum: {out}")
         if plot is not None:
-            from ..spectrum_plots import plot_spectrum
+            from ..spectra.plots import plot_spectrum
 
             plot_spectrum(measured, plot)
             note(f"plot: {plot}")
@@ -143,7 +143,7 @@ def _full_scale(text: str | None) -> float | None:
 
 
 def _print(measured: Measured) -> None:
-    from ..spectrum_tables import rows_of, summary
+    from ..spectra.tables import rows_of, summary
 
     for key, value in summary(measured).items():
         click.echo(f"{key:28} {format_cell(value)}")

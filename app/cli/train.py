@@ -60,8 +60,8 @@ def train(
         from ...training.session import Progress
         from ...training.session import train as train_all
         from ...training.zoo import models_of
+        from ..models.training import ground_of, models_extra, registry_of, splits_of, tell_beside_bar
         from ..progress import progress_bar
-        from ..training import ground_of, models_extra, registry_of, splits_of, tell_beside_bar
 
         names = models_of(models)
         registry = registry_of(db)
@@ -82,7 +82,7 @@ def train(
 
 
 def _tell(session: Session, floors: dict[str, str], json_to: str | None) -> None:
-    from ..model_tables import json_row, table_of
+    from ..models.tables import json_row, table_of
 
     if json_to is not None:
         write_json([json_row(version, floors) for version in session.versions], json_to)

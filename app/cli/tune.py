@@ -107,10 +107,10 @@ def tune(
         from ...doe.space import read_space, shipped_factors, space_from_text
         from ...twin.srs.target_csv import read_target
         from ...twin.srs.tolerance import parse_tolerance
+        from ..models.training import models_extra
         from ..progress import progress_bar
-        from ..training import models_extra
-        from ..tuning_session import Ask, session_of
-        from ..twins import TwinRequest
+        from ..tuning.session import Ask, session_of
+        from ..twins.building import TwinRequest
 
         wanted = read_target(target, parse_tolerance(tolerance) if tolerance else None)
         request = TwinRequest(
@@ -134,7 +134,7 @@ def tune(
         with progress_bar("tune", "settings") as step:
             found = tuning.run(step)
         if plot is not None:
-            from ..tuning_plots import plot_tuned
+            from ..tuning.plots import plot_tuned
 
             plot_tuned(found, tuning.goal, plot)
             note(f"plot: {plot}")
@@ -142,7 +142,7 @@ def tune(
 
 
 def _tell(found: Tuned, avoid: Path | None, json_to: str | None) -> None:
-    from ..tuning import avoid_json, proposal_json
+    from ..tuning.laboratory import avoid_json, proposal_json
 
     rows = [proposal_json(proposal, rank) for rank, proposal in enumerate(found.proposals[:_SHOWN], 1)]
     if avoid is not None:

@@ -13,7 +13,7 @@ from ...schema.addresses import without_secrets
 from ...schema.engine import StoreError
 from ...schema.session import Store
 from ...schema.transient import passes
-from ..training import MissingExtraError
+from ..models.training import MissingExtraError
 from ..user_errors import is_for_the_user
 from .claims import Claimed
 from .fenced import FencedStore

@@ -105,7 +105,7 @@ def _diagnosis(store: Store, _db: str, which: str) -> Document:
 
 def _model(store: Store, db: str, label: str) -> Document:
     from ...training.listing import chosen
-    from ..training import models_extra, reader_of, registry_of
+    from ..models.training import models_extra, reader_of, registry_of
     from .model import model_document
 
     registry = registry_of(db)
@@ -134,7 +134,7 @@ def _campaigns(store: Store) -> list[str]:
 
 def _models(db: str) -> dict[str, list[int]]:
     """Versions by name, the newest first; none where there is no registry, or nothing that could read one."""
-    from ..training import MissingExtraError, models_extra, registry_of
+    from ..models.training import MissingExtraError, models_extra, registry_of
 
     try:
         with models_extra():

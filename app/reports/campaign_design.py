@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from ...doe.plans import StoredPlan, read_plan
 from ...schema.campaigns import Campaign
 from ...schema.plans import STATUSES, Plan
-from ..coverage import worked_off
+from ..campaigns.coverage import worked_off
 from .campaign_settings import Achieved
 from .curves import Cloud, agreement_chart
 from .document import Block, Cell, Figure, Figures, Paragraph, Section, Table

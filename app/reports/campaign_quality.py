@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 from ...schema.impacts import Impact
 from ...schema.quality import SEVERITIES, QualityFinding
 from ...schema.recordings import SET_ASIDE, RecordedChannel, Recording
-from ..overview import count_findings
+from ..campaigns.overview import count_findings
 from .document import Block, Paragraph, Section, Table
 
 #: Findings that are listed one by one.

@@ -9,7 +9,7 @@ import numpy as np
 from sqlalchemy.orm import Session
 
 from ...schema.listings import iter_shots
-from ..predictions import with_predictions
+from ..predictions.nominal import with_predictions
 from .curves import MOST_POINTS, Cloud, agreement_chart, dot_keys
 from .document import Block, Cell, Figure, Figures, Paragraph, Section, Table
 from .inks import SERIES

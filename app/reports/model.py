@@ -12,7 +12,7 @@ from ...training.metrics.errors import METRICS
 from ...training.metrics.summary import Estimate
 from ...training.plots.canvas import LABELS
 from ...training.records import Decision, Version
-from ..model_tables import json_row
+from ..models.tables import json_row
 from .document import Cell, Document, Section, Table
 from .model_figures import pulses_section
 

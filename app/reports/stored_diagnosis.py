@@ -13,7 +13,7 @@ from ...diagnosis.kept import FORMAT, verdict_from_json
 from ...diagnosis.pictures import Pictures
 from ...diagnosis.verdict import NONE, UNKNOWN, Cause, Shrinkage, Verdict
 from ...schema.diagnoses import Diagnosis
-from ..kept_diagnoses import kept_report, kept_verdict
+from ..diagnoses.kept import kept_report, kept_verdict
 from .charts import curve_chart, legend_keys, residual_chart
 from .diagnosis import waterfall
 from .document import Bar, Bars, Block, Bullets, Cell, Document, Figure, Figures, Paragraph, Section, Table

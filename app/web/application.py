@@ -22,8 +22,8 @@ from ...schema.addresses import without_secrets
 from ...schema.session import Store
 from ..jobs.worker import Worker
 from ..reports.style import COLOURS, PARTS
+from ..twins.warm import TwinShelf
 from ..user_errors import is_for_the_user
-from ..warm_twins import TwinShelf
 from .api.problems import PROBLEMS
 from .genuine import genuine
 from .guard import Guard

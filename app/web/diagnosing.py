@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...schema.session import Store
-from ..diagnosing import is_stored
+from ..diagnoses.diagnosing import is_stored
 from ..jobs.kinds.diagnose import DIAGNOSE, DiagnoseArguments
 from ..jobs.queue import JobView
 from .jobs import Jobs

@@ -9,7 +9,7 @@ from ...schema.session import Store
 from ..jobs.kinds.extract import EXTRACT, ExtractArguments
 from ..jobs.kinds.train import TRAIN, TrainArguments
 from ..jobs.queue import JobView
-from ..training import splits_of
+from ..models.training import splits_of
 from .jobs import Jobs
 
 

@@ -8,9 +8,9 @@ from fastapi import Depends, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 
-from ..predicting import Shot
-from ..twins import TwinRequest
-from ..warm_twins import TwinShelf
+from ..predictions.predicting import Shot
+from ..twins.building import TwinRequest
+from ..twins.warm import TwinShelf
 
 
 def _twins(request: Request) -> TwinShelf:

@@ -6,11 +6,17 @@ import logging
 import threading
 from importlib import import_module
 
-from ..twins import TwinRequest
-from ..warm_twins import TwinShelf
+from ..twins.building import TwinRequest
+from ..twins.warm import TwinShelf
 
 _log = logging.getLogger("pyroshock.web")
-_HEAVY = ("scipy.stats", "scipy.optimize", "scipy.interpolate", "pyroshock.app.plan_quality", "pyroshock.app.comparing")
+_HEAVY = (
+    "scipy.stats",
+    "scipy.optimize",
+    "scipy.interpolate",
+    "pyroshock.app.plans.quality",
+    "pyroshock.app.models.comparing",
+)
 
 
 def warmed(twins: TwinShelf) -> threading.Thread:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pyroshock.app.dataset_plots import draw_correlation
+from pyroshock.app.models.dataset_plots import draw_correlation
 from pyroshock.app.plots import new_figure
 
 from .virtual_campaign import HammerCampaign

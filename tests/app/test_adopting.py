@@ -10,9 +10,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from pyroshock.app import adopting, diagnosing, tuning_session, twins
-from pyroshock.app.adopting import acts_at, adopt, adopted_for, fitted, taken_up
-from pyroshock.app.twins import TwinRequest
+from pyroshock.app.diagnoses import diagnosing
+from pyroshock.app.tuning import session as tuning_session
+from pyroshock.app.twins import adopting
+from pyroshock.app.twins import building as twins
+from pyroshock.app.twins.adopting import acts_at, adopt, adopted_for, fitted, taken_up
+from pyroshock.app.twins.building import TwinRequest
 from pyroshock.diagnosis.verdict import Verdict
 from pyroshock.schema.session import Store
 from pyroshock.twin.contact.stage import LawContact

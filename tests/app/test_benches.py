@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from pyroshock.app.benches import PlateDrawing, bench_of_file, shipped_bench
+from pyroshock.app.twins.benches import PlateDrawing, bench_of_file, shipped_bench
 
 
 @pytest.mark.parametrize(

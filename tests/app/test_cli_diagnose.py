@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
-from pyroshock.app import diagnosing, twins
-from pyroshock.app.diagnosing import Asked, record_of
+from pyroshock.app.diagnoses import diagnosing
+from pyroshock.app.diagnoses.diagnosing import Asked, record_of
+from pyroshock.app.twins import building as twins
 from pyroshock.diagnosis.verdict import Cause, Verdict
 from support.records import verdicts
 from support.records.campaigns import gun_campaign

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app import twins
 from pyroshock.app.cli.predict import parse_effect, predict
 from pyroshock.app.demo import ingest_examples
+from pyroshock.app.twins import building as twins
 from pyroshock.dataset.domain import Domain
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version

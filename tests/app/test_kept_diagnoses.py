@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.app.adopting import adopt
 from pyroshock.app.demo import ingest_examples
-from pyroshock.app.diagnosing import keep, past_diagnoses, report_json
-from pyroshock.app.kept_diagnoses import kept_report, kept_verdict, list_diagnoses
+from pyroshock.app.diagnoses.diagnosing import keep, past_diagnoses, report_json
+from pyroshock.app.diagnoses.kept import kept_report, kept_verdict, list_diagnoses
 from pyroshock.app.reports.diagnosis import page
+from pyroshock.app.twins.adopting import adopt
 from pyroshock.schema.diagnoses import Diagnosis
 from sqlalchemy import event
 from support.records import verdicts

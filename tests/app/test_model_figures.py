@@ -6,8 +6,8 @@ import json
 
 import numpy as np
 import pytest
-from pyroshock.app.model_figures import LEVELS, held_out_figures, listed_versions, side_by_side, version_row
-from pyroshock.app.model_tables import json_row
+from pyroshock.app.models.figures import LEVELS, held_out_figures, listed_versions, side_by_side, version_row
+from pyroshock.app.models.tables import json_row
 from pyroshock.training.judging import Judged
 from pyroshock.training.listing import row_of
 from pyroshock.training.metrics.errors import METRICS

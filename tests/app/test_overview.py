@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.app.overview import campaign_overview, count_findings
+from pyroshock.app.campaigns.overview import campaign_overview, count_findings
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.plan_link import link_campaign
 from pyroshock.schema.configurations import configuration_id

@@ -8,10 +8,10 @@ import json
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from pyroshock.app import twins
 from pyroshock.app.cli.main import main
 from pyroshock.app.cli.predict import predict
-from pyroshock.app.shot_rows import assumed, rows_of_file
+from pyroshock.app.predictions.rows import assumed, rows_of_file
+from pyroshock.app.twins import building as twins
 from support.records.twin_parts import unsolved
 
 TABLE = """run,repetition,tip_material,tip_radius_mm,bullet_mass_kg,tank_pressure_bar,anvil_material

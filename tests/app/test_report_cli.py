@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
-from pyroshock.app.diagnosing import keep
+from pyroshock.app.diagnoses.diagnosing import keep
 from pyroshock.app.reports import any as any_module
 from pyroshock.training.session import train
 from support.checks.well_formed import Page, needs_nothing

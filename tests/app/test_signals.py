@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.app.signals import channel_window, list_signals
+from pyroshock.app.pulses.signals import channel_window, list_signals
 from pyroshock.ingest import stored
 from pyroshock.ingest.channel import Sensor
 from pyroshock.schema.session import Writer, open_store

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.app.spectrum_overlays import MOST_SPECTRA, spectrum_overlay
+from pyroshock.app.spectra.overlays import MOST_SPECTRA, spectrum_overlay
 from pyroshock.ingest.channel import Sensor
 from pyroshock.schema.campaigns import Configuration
 from pyroshock.schema.impacts import ExtractionSettings, Impact

@@ -6,10 +6,10 @@ import threading
 from functools import partial
 
 import pytest
-from pyroshock.app import twins
-from pyroshock.app.tuning import setting_json
-from pyroshock.app.tuning_session import Ask, TuningSession, session_of
-from pyroshock.app.twins import TwinRequest
+from pyroshock.app.tuning.laboratory import setting_json
+from pyroshock.app.tuning.session import Ask, TuningSession, session_of
+from pyroshock.app.twins import building as twins
+from pyroshock.app.twins.building import TwinRequest
 from pyroshock.doe.space import shipped_factors, space_from_text
 from pyroshock.twin.srs.target_csv import read_target
 from support.records.twin_parts import unsolved

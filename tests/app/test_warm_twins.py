@@ -11,12 +11,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pyroshock.app import twin_stamps, twins, warm_twins
-from pyroshock.app.adopting import adopt
 from pyroshock.app.demo import ingest_examples
-from pyroshock.app.predicting import Shot, predicted_json
-from pyroshock.app.twins import BuiltTwin, TwinRequest, twin_of
-from pyroshock.app.warm_twins import TwinShelf
+from pyroshock.app.predictions.predicting import Shot, predicted_json
+from pyroshock.app.twins import building as twins
+from pyroshock.app.twins import stamps as twin_stamps
+from pyroshock.app.twins import warm as warm_twins
+from pyroshock.app.twins.adopting import adopt
+from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
+from pyroshock.app.twins.warm import TwinShelf
 from pyroshock.schema.materials import Material
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.response import PlateResponse

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 import pytest
-from pyroshock.app.adopting import adopt
+from pyroshock.app.twins.adopting import adopt
 from pyroshock.doe.designs.base import Design
 from pyroshock.doe.plans import PlanExistsError, add_plan, extend_plan, read_plan, tick_run
 from pyroshock.doe.space import gun_space, shipped_factors

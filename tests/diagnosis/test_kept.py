@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from pyroshock.app.diagnosing import report_json
+from pyroshock.app.diagnoses.diagnosing import report_json
 from pyroshock.app.reports.diagnosis import page
 from pyroshock.diagnosis.kept import verdict_from_json, verdict_to_json
 from pyroshock.diagnosis.pictures import CurvePicture, Pictures, ResidualPicture

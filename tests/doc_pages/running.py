@@ -15,10 +15,10 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner
-from pyroshock.app import twins
 from pyroshock.app.cli import serve
 from pyroshock.app.cli.main import main
 from pyroshock.app.jobs.worker import Worker
+from pyroshock.app.twins import building as twins
 from pyroshock.virtualbench.campaigns import plates
 from support.stores.registries import without_figures
 

@@ -6,10 +6,10 @@ import json
 from datetime import UTC, datetime, timedelta
 
 import pytest
-from pyroshock.app.comparing import versions_named
 from pyroshock.app.demo import ingest_examples
-from pyroshock.app.diagnosing import keep
-from pyroshock.app.kept_diagnoses import list_diagnoses
+from pyroshock.app.diagnoses.diagnosing import keep
+from pyroshock.app.diagnoses.kept import list_diagnoses
+from pyroshock.app.models.comparing import versions_named
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.training.listing import chosen, in_order, newest

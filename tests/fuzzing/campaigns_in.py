@@ -156,7 +156,7 @@ WHOLE = (
         _damaged_recording,
         (Refused,),
         "pyroshock: ",
-        ("app/accelerations.py", "app/spectra.py", "app/spectrum_tables.py"),
+        ("app/spectra/channel.py", "app/spectra/recordings.py", "app/spectra/tables.py"),
         weight=0.6,
     ),
     Target(

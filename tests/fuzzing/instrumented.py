@@ -6,6 +6,19 @@ PACKAGES = (
     *("pyroshock.ingest", "pyroshock.doe.toml_space", "pyroshock.doe.space", "pyroshock.doe.factors"),
     *("pyroshock.doe.designs.imported", "pyroshock.dataset.predictors", "pyroshock.schema.levels"),
     *("pyroshock.schema.columns", "pyroshock.twin.plate.table", "pyroshock.twin.plate.table_file"),
-    *("pyroshock.twin.srs.target_csv", "pyroshock.twin.srs.target", "pyroshock.app.targets", "pyroshock.app.benches"),
-    *("pyroshock.app.accelerations", "pyroshock.app.web.uploads", "nptdms", "pyuff", "lvm_read", "zipfile", "tomllib"),
+    *(
+        "pyroshock.twin.srs.target_csv",
+        "pyroshock.twin.srs.target",
+        "pyroshock.app.spectra.targets",
+        "pyroshock.app.twins.benches",
+    ),
+    *(
+        "pyroshock.app.spectra.channel",
+        "pyroshock.app.web.uploads",
+        "nptdms",
+        "pyuff",
+        "lvm_read",
+        "zipfile",
+        "tomllib",
+    ),
 )

@@ -52,7 +52,7 @@ def _modal_table(data: bytes, folder: Path) -> str:
 
 
 def _bench(data: bytes, folder: Path) -> str:
-    from pyroshock.app.benches import bench_of_file, shipped_bench
+    from pyroshock.app.twins.benches import bench_of_file, shipped_bench
 
     bench_of_file(_written(data, folder / "bench.toml"), shipped_bench())
     return ACCEPTED
@@ -83,7 +83,7 @@ def _predictors(data: bytes, folder: Path) -> str:
 
 
 def _target(data: bytes, folder: Path) -> str:
-    from pyroshock.app.targets import target_from_upload
+    from pyroshock.app.spectra.targets import target_from_upload
 
     target = target_from_upload(data, "target.csv")
     assert target.lines().size
@@ -123,10 +123,11 @@ TABLES = (
     _table("runs.csv", _runs_csv, _of(*_RUNS), "ingest/runs.py ingest/tables.py schema/levels.py schema/columns.py"),
     _table("plate_modes.csv", _plate_modes_csv, _of(seeds.MODES), "ingest/modes.py ingest/tables.py"),
     _table("modes.csv", _modal_table, _of(seeds.MODES), "twin/plate/table.py twin/plate/table_file.py"),
-    _table("bench.toml", _bench, _of(seeds.BENCH), "app/benches.py", toml.damaged),
+    _table("bench.toml", _bench, _of(seeds.BENCH), "app/twins/benches.py", toml.damaged),
     _table("factors.toml", _factors, seeds.space_texts, "doe/toml_space.py doe/space.py doe/factors.py", toml.damaged),
     _table("plan.csv", _plan, _of(seeds.PLAN), "doe/designs/imported.py"),
     _table("predictors.toml", _predictors, lambda: seeds.shipped("dataset/data/gun.toml"), "dataset/predictors.py",
            toml.damaged),
-    _table("target.csv", _target, _of(*seeds.TARGETS), "app/targets.py twin/srs/target_csv.py twin/srs/target.py"),
+    _table("target.csv", _target, _of(*seeds.TARGETS),
+           "app/spectra/targets.py twin/srs/target_csv.py twin/srs/target.py"),
 )  # fmt: skip

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 from pyroshock.app.cli.main import main
-from pyroshock.app.kept_diagnoses import kept_verdict
+from pyroshock.app.diagnoses.kept import kept_verdict
 from pyroshock.app.reports.diagnosis import page
 from pyroshock.schema import migrate
 from pyroshock.schema.diagnoses import Diagnosis

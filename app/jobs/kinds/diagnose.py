@@ -22,9 +22,9 @@ class DiagnoseArguments:
 
 
 def _do(work: Work, asked: DiagnoseArguments) -> Ending:
-    from ...diagnosing import Asked, diagnosed, is_stored, keep, report_json
+    from ...diagnoses.diagnosing import Asked, diagnosed, is_stored, keep, report_json
+    from ...models.training import models_extra
     from ...reports.sentences import verdict_sentence
-    from ...training import models_extra
 
     if not is_stored(work.store, asked.target):  # a folder's path is nobody's to name from afar
         raise LookupError(f"no campaign {asked.target!r} in the store; ingest it first")

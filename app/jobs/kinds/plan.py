@@ -13,7 +13,7 @@ from .base import Kind
 
 if TYPE_CHECKING:
     from ....doe.space import Kind as PlanKind
-    from ...planning import Draft
+    from ...plans.planning import Draft
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class PlanArguments:
 
     def draft(self) -> Draft:
         """The design. Raises as `planning.draft_plan`."""
-        from ...planning import draft_plan
+        from ...plans.planning import draft_plan
 
         with tempfile.TemporaryDirectory(prefix="pyroshock-plan-") as scratch:
             table = Path(scratch) / "table.csv"
@@ -54,8 +54,8 @@ class PlanArguments:
 
 
 def _do(work: Work, asked: PlanArguments) -> Ending:
-    from ...plan_tables import plan_as_json
-    from ...planning import store_draft
+    from ...plans.planning import store_draft
+    from ...plans.tables import plan_as_json
 
     work.step(0, 0, "making the design")
     draft = asked.draft()

@@ -26,7 +26,7 @@ class TrainArguments:
 
 
 def _do(work: Work, asked: TrainArguments) -> Ending:
-    from ...training import models_extra
+    from ...models.training import models_extra
 
     with models_extra():
         session = _trained(work, asked)
@@ -40,7 +40,7 @@ def _do(work: Work, asked: TrainArguments) -> Ending:
 
 def _trained(work: Work, asked: TrainArguments) -> Session:
     from ....training.session import Progress, train
-    from ...training import ground_of, splits_of
+    from ...models.training import ground_of, splits_of
     from ..fenced_registry import fenced_registry_of
 
     registry = fenced_registry_of(work)
@@ -50,8 +50,8 @@ def _trained(work: Work, asked: TrainArguments) -> Session:
 
 
 def _rows(work: Work, asked: TrainArguments, session: Session) -> list[dict[str, object]]:
-    from ...model_tables import json_row
-    from ...training import registry_of
+    from ...models.tables import json_row
+    from ...models.training import registry_of
 
     floors = registry_of(work.db).floors(session.versions[0].dataset.hash, asked.seed) if session.versions else {}
     return [json_row(version, floors) for version in session.versions]

@@ -11,7 +11,7 @@ from .base import Kind, told
 
 if TYPE_CHECKING:
     from ....twin.tune.tuner import Tuned
-    from ...tuning_session import Ask, TuningSession
+    from ...tuning.session import Ask, TuningSession
 
 #: Proposals that are told.
 SHOWN = 10
@@ -38,9 +38,9 @@ class TuneArguments:
     def ask(self) -> Ask:
         """Raises `ValueError` for a target or factors that cannot be read."""
         from ....doe.space import shipped_factors, space_from_text
-        from ...targets import target_from_upload
-        from ...tuning_session import Ask
-        from ...twins import TwinRequest
+        from ...spectra.targets import target_from_upload
+        from ...tuning.session import Ask
+        from ...twins.building import TwinRequest
 
         target = target_from_upload(self.target, "the specification", self.tolerance or None)
         request = TwinRequest(
@@ -64,8 +64,8 @@ class TuneArguments:
 
 
 def _do(work: Work, asked: TuneArguments) -> Ending:
-    from ...training import models_extra
-    from ...tuning_session import session_of
+    from ...models.training import models_extra
+    from ...tuning.session import session_of
 
     work.step(0, 0, "building the twin")
     with models_extra():
@@ -78,7 +78,7 @@ def _do(work: Work, asked: TuneArguments) -> Ending:
 
 def _answer(asked: TuneArguments, session: TuningSession, found: Tuned) -> dict[str, Any]:
     """`tune --json`, with the target, what to avoid, and notes."""
-    from ...tuning import avoid_json, proposal_json
+    from ...tuning.laboratory import avoid_json, proposal_json
 
     goal = session.goal
     return {

@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query
 
-from ...campaign_list import list_campaigns_page
+from ...campaigns.listing import list_campaigns_page
+from ...campaigns.overview import campaign_overview
 from ...finite import finite
-from ...overview import campaign_overview
 from ..asking import Name, OpenStore
 
 router = APIRouter(tags=["campaigns"])

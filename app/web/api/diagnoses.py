@@ -7,11 +7,11 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 
-from ...adopting import adopt
-from ...discriminating import store_experiment
+from ...diagnoses.discriminating import store_experiment
+from ...diagnoses.kept import kept_report, kept_verdict, list_diagnoses
 from ...jobs.kinds.diagnose import DiagnoseArguments
-from ...kept_diagnoses import kept_report, kept_verdict, list_diagnoses
-from ...plan_tables import plan_as_json
+from ...plans.tables import plan_as_json
+from ...twins.adopting import adopt
 from ..asking import Key, OpenStore, Running, Text
 from ..diagnosing import diagnose_job
 

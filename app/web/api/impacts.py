@@ -12,10 +12,10 @@ from ....ingest.settings import ExtractionSettings
 from ....schema.listings import list_impacts_page, list_shots_page
 from ...filters import parse_where
 from ...finite import finite
-from ...impact_page import get_impact, impact_page
-from ...predictions import with_predictions
-from ...pulse_curves import preview_curve
-from ...signals import channel_window, list_signals
+from ...predictions.nominal import with_predictions
+from ...pulses.curves import preview_curve
+from ...pulses.impact import get_impact, impact_page
+from ...pulses.signals import channel_window, list_signals
 from ..asking import Key, OpenStore
 
 router = APIRouter(tags=["impacts"])

@@ -8,8 +8,8 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 
 from ...finite import finite
-from ...model_figures import held_out_figures, listed_versions, side_by_side
-from ...training import models_extra, reader_of
+from ...models.figures import held_out_figures, listed_versions, side_by_side
+from ...models.training import models_extra, reader_of
 from ..asking import Configured, Key, Name, OpenStore, Text
 from ..registering import chosen_versions, decision_json, needed, promote, registry_at
 

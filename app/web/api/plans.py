@@ -10,8 +10,8 @@ from pydantic import BaseModel, Field
 from ....doe.designs.methods import Method
 from ....doe.plans import list_plans, read_plan, tick_run
 from ...jobs.kinds.plan import PlanArguments
-from ...plan_quality import plan_page
-from ...plan_tables import plan_as_json
+from ...plans.quality import plan_page
+from ...plans.tables import plan_as_json
 from ..asking import Key, Name, OpenStore, Running, Text
 from ..making import MOST_RUNS, plan_job
 

@@ -6,8 +6,8 @@ from typing import Any
 
 from fastapi import APIRouter
 
-from ...predicting import predicted_json
-from ...sliders import sliders
+from ...predictions.predicting import predicted_json
+from ...twins.sliders import sliders
 from ..asking import OpenStore, Running
 from ..tuning import Tuning, tune_job
 from ..twins import Asked, Question, Twins

@@ -10,8 +10,8 @@ from pydantic import BaseModel, Field
 
 from ....twin.srs.spectrum import shock_response_spectrum
 from ...finite import finite
-from ...spectrum_overlays import spectrum_overlay
-from ...targets import target_from_upload
+from ...spectra.overlays import spectrum_overlay
+from ...spectra.targets import target_from_upload
 from ..asking import OpenStore
 
 router = APIRouter(tags=["spectra"])

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ...overlays import PulseOverlay
-from ...pulse_curves import PulseCurve
-from ...pulse_view import PulseView
+from ...pulses.curves import PulseCurve
+from ...pulses.overlays import PulseOverlay
+from ...pulses.segmentation import PulseView
 from ..columns import HEADINGS, number
 from .base import COLOURS, Figure, Trace, band, figure, line, points
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...signals import SignalWindow
+from ...pulses.signals import SignalWindow
 from .base import Figure, figure, line
 
 

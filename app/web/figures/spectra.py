@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...spectrum_overlays import Band, ImpactSpectrum, SpectrumOverlay
+from ...spectra.overlays import Band, ImpactSpectrum, SpectrumOverlay
 from .base import COLOURS, Figure, Trace, band, figure, line
 
 Floats = NDArray[np.float64]

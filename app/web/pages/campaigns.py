@@ -8,8 +8,8 @@ from fastapi import APIRouter
 from starlette.requests import Request
 from starlette.responses import Response
 
-from ...campaign_list import KINDS, list_campaigns_page
-from ...overview import campaign_overview
+from ...campaigns.listing import KINDS, list_campaigns_page
+from ...campaigns.overview import campaign_overview
 from ..asking import Name, OpenStore
 from ..columns import cell, heading
 from ..figures.campaigns import achieved_figure

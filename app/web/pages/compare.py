@@ -16,9 +16,9 @@ from ....schema.campaigns import Campaign, Factor
 from ....schema.evenly import list_pulse_keys
 from ....schema.impacts import Pulse
 from ...filters import parse_where
-from ...overlays import PulseOverlay, pulse_overlay
-from ...spectrum_overlays import spectrum_overlay
-from ...targets import target_from_upload
+from ...pulses.overlays import PulseOverlay, pulse_overlay
+from ...spectra.overlays import spectrum_overlay
+from ...spectra.targets import target_from_upload
 from ..asking import OpenStore
 from ..figures.pulses import level_words, overlay_figure
 from ..figures.spectra import four_coordinate_figure, spectra_figure

@@ -13,10 +13,10 @@ from starlette.responses import RedirectResponse, Response
 
 from ....schema.campaigns import Campaign
 from ....schema.diagnoses import Diagnosis
-from ...adopting import adopt
-from ...discriminating import store_experiment
+from ...diagnoses.discriminating import store_experiment
+from ...diagnoses.kept import kept_report, kept_verdict, list_diagnoses
 from ...jobs.kinds.diagnose import DiagnoseArguments
-from ...kept_diagnoses import kept_report, kept_verdict, list_diagnoses
+from ...twins.adopting import adopt
 from ..asking import Key, OpenStore, Running
 from ..diagnosing import diagnose_job
 from ..rendering import page, part, query

@@ -16,10 +16,10 @@ from ....schema.listings import list_impacts_page, list_shots_page
 from ....schema.series import SeriesError
 from ....schema.session import Store
 from ...filters import parse_where
-from ...impact_page import get_impact, impact_page
-from ...predictions import with_predictions
-from ...pulse_view import PulseView, pulse_view
-from ...signals import channel_window, list_signals
+from ...predictions.nominal import with_predictions
+from ...pulses.impact import get_impact, impact_page
+from ...pulses.segmentation import PulseView, pulse_view
+from ...pulses.signals import channel_window, list_signals
 from ..asking import Key, OpenStore
 from ..figures.base import Figure
 from ..figures.pulses import segmentation_figure

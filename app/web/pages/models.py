@@ -8,8 +8,8 @@ from fastapi import APIRouter, Form, Query
 from starlette.requests import Request
 from starlette.responses import Response
 
-from ...model_figures import held_out_figures, listed_versions, side_by_side, version_rows
-from ...training import models_extra, reader_of
+from ...models.figures import held_out_figures, listed_versions, side_by_side, version_rows
+from ...models.training import models_extra, reader_of
 from ..asking import Configured, Key, Name, OpenStore
 from ..figures.models import against_figure, coverage_figure, errors_figure
 from ..registering import chosen_versions, needed, promote, registry_at

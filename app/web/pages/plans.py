@@ -15,7 +15,7 @@ from ....doe.plans import StoredPlan, list_plans, read_plan, tick_run
 from ....doe.sheet import sheet_of, write_sheet
 from ....doe.space import shipped_factors
 from ...jobs.kinds.plan import PlanArguments
-from ...plan_quality import plan_page
+from ...plans.quality import plan_page
 from ..asking import Key, Name, OpenStore, Running
 from ..figures.plans import balance_figure
 from ..making import plan_job

@@ -18,10 +18,10 @@ from ....twin.contact.laws import LAWS
 from ....twin.prediction import Prediction
 from ...finite import finite
 from ...jobs.kinds.tune import TUNE
-from ...predicting import predicted
-from ...prediction_tables import quantity_rows
-from ...sliders import sliders
-from ...targets import MOST_BYTES
+from ...predictions.predicting import predicted
+from ...predictions.tables import quantity_rows
+from ...spectra.targets import MOST_BYTES
+from ...twins.sliders import sliders
 from ..asking import Key, OpenStore, Running
 from ..figures.twin import prediction_figures, tuned_figure
 from ..rendering import page, query

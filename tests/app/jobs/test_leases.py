@@ -282,7 +282,7 @@ def test_a_diagnosis_and_a_plan_are_kept_once(store: Store, tmp_path: Path, monk
     """Two workers die: one when the work is done and before it is stored, one as its row is written, not committed."""
     url = store.engine.url.render_as_string(False)
     ingested(url, hammer_campaign(tmp_path / "spring", 1, 1, "spring"))
-    monkeypatch.setattr("pyroshock.app.diagnosing.diagnosed", lambda *_: verdict(campaign="spring"))
+    monkeypatch.setattr("pyroshock.app.diagnoses.diagnosing.diagnosed", lambda *_: verdict(campaign="spring"))
     before = rows(store, Diagnosis), rows(store, Plan)
     asked = [
         ask(store, DIAGNOSE, "Diagnosis of spring", DiagnoseArguments("spring")).key,

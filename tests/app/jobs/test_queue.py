@@ -11,7 +11,7 @@ import pytest
 from pyroshock.app.jobs.queue import JobView, UnknownJobError, get_job, list_jobs
 from pyroshock.app.jobs.tidying import stop
 from pyroshock.app.jobs.work import NotHereError, Result, Work
-from pyroshock.app.training import MissingExtraError
+from pyroshock.app.models.training import MissingExtraError
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
 from pyroshock.schema.session import Store
 from support.processes.odd_jobs import Odd, odd, work_off, working

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.app.planning import make_plan
-from pyroshock.app.predictions import with_predictions
+from pyroshock.app.plans.planning import make_plan
+from pyroshock.app.predictions.nominal import with_predictions
 from pyroshock.app.reports.campaign import campaign_document
 from pyroshock.app.reports.campaign_design import level_counts, plans_of, settings_section, status_counts
 from pyroshock.app.reports.campaign_settings import MEASURED, PRESSURE, TRANSDUCER, VELOCITY, WRITTEN, achieved_settings

@@ -6,7 +6,7 @@ import json
 from dataclasses import replace
 
 import pytest
-from pyroshock.app.diagnosing import keep, report_json
+from pyroshock.app.diagnoses.diagnosing import keep, report_json
 from pyroshock.app.reports.document import Bars, Figures, Paragraph
 from pyroshock.app.reports.page import html_of
 from pyroshock.app.reports.pdf import pdf_of

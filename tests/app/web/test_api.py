@@ -10,7 +10,7 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
-from pyroshock.app.kept_diagnoses import kept_report
+from pyroshock.app.diagnoses.kept import kept_report
 from pyroshock.twin.srs.spectrum import shock_response_spectrum
 from support.processes.web_client import ADDRESS, post_json, token
 from support.stores.stores import pyroshock

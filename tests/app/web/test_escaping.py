@@ -11,8 +11,8 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
-from pyroshock.app.diagnosing import keep
-from pyroshock.app.planning import make_plan
+from pyroshock.app.diagnoses.diagnosing import keep
+from pyroshock.app.plans.planning import make_plan
 from pyroshock.doe.plans import read_plan
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.campaigns import Campaign, Factor, FactorLevel

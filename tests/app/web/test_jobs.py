@@ -103,7 +103,7 @@ def test_a_tunings_page_is_drawn_from_the_store(tmp_path: Path, monkeypatch: pyt
     goal = SimpleNamespace(frequency_hz=lines, level_db=level, lower_db=np.full(2, 6.0), upper_db=np.full(2, np.inf))
     found = SimpleNamespace(proposals=[], avoid=[])
     session = SimpleNamespace(goal=goal, notes=("learned from none",), run=lambda step: found)
-    monkeypatch.setattr("pyroshock.app.tuning_session.session_of", lambda *_: session)
+    monkeypatch.setattr("pyroshock.app.tuning.session.session_of", lambda *_: session)
     with window(sqlite(tmp_path)) as (client, _):
         job = ended(client, post_json(client, "/api/tune", {"target": SPECIFICATION, "tolerance": "3dB"}))
         assert (job["state"], job["error"], job["address"]) == (DONE, None, f"/tune/{job['id']}")

@@ -393,8 +393,8 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
 
         return SimpleNamespace(goal=goal, notes=("a note",), run=search)
 
-    monkeypatch.setattr("pyroshock.app.tuning_session.session_of", session_of)
-    monkeypatch.setattr("pyroshock.app.tuning.proposal_json", lambda each, rank: {"rank": rank, **each})
+    monkeypatch.setattr("pyroshock.app.tuning.session.session_of", session_of)
+    monkeypatch.setattr("pyroshock.app.tuning.laboratory.proposal_json", lambda each, rank: {"rank": rank, **each})
     before = filled.rows()
     sent = {"specification": ("spec.csv", SPECIFICATION.encode(), "text/csv")}
     job = done(filled, post(filled.client, "/tune", {"tolerance": "3dB", "contact": "hertz"}, files=sent))

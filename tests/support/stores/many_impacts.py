@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pyroshock.app.planning import make_plan
+from pyroshock.app.plans.planning import make_plan
 from pyroshock.benchmarks.crowded import campaign_name, fill
 from pyroshock.diagnosis.kept import verdict_to_json
 from pyroshock.ingest.load import ingest_folder

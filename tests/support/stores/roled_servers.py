@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from pyroshock.app.demo import ingest_examples
-from pyroshock.app.planning import make_plan
+from pyroshock.app.plans.planning import make_plan
 from sqlalchemy import make_url
 
 from support.records.campaigns import hammer_campaign

@@ -82,7 +82,7 @@ def filled_lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _train(store: Store, folder: Path, patch: pytest.MonkeyPatch) -> None:
-    from pyroshock.app.training import ground_of
+    from pyroshock.app.models.training import ground_of
     from pyroshock.dataset.snapshot import build_snapshot
     from pyroshock.training.session import train
 
@@ -96,8 +96,8 @@ def _train(store: Store, folder: Path, patch: pytest.MonkeyPatch) -> None:
 
 
 def _plan_and_diagnose(store: Store) -> None:
-    from pyroshock.app.diagnosing import keep
-    from pyroshock.app.planning import make_plan
+    from pyroshock.app.diagnoses.diagnosing import keep
+    from pyroshock.app.plans.planning import make_plan
 
     from support.records import verdicts
 
@@ -108,7 +108,7 @@ def _plan_and_diagnose(store: Store) -> None:
 @pytest.fixture(scope="module")
 def quick_plates() -> Iterator[None]:
     """A plate of two modes in closed form: a solved one takes ten seconds."""
-    from pyroshock.app import twins
+    from pyroshock.app.twins import building as twins
 
     from support.records.twin_parts import unsolved
 

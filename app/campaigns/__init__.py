@@ -1,0 +1,1 @@
+"""A campaign as its pages and tables show it."""

@@ -1,0 +1,128 @@
+"""What was set and measured in a campaign, beside what its plans asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from ...doe.space import Space, space_from_text
+from ...schema.campaigns import ConfigurationLevel, Factor, FactorLevel
+from ...schema.impacts import Impact
+from ...schema.plans import Plan, PlannedRun
+from ...schema.shots import Shot
+
+PRESSURE, TRANSDUCER, MASS, VELOCITY = "tank_pressure_pa", "recorded_pressure_pa", "bullet_mass_kg", "velocity_m_s"
+#: Quantity -> where a shot or an impact says what became of it. `recorded_pressure_pa` is the transducer's word on the
+#: planned tank pressure, `tank_pressure_pa` the lab's.
+_OF_SHOTS = {
+    PRESSURE: Shot.tank_pressure_pa,
+    TRANSDUCER: Shot.recorded_pressure_pa,
+    MASS: Shot.bullet_mass_kg,
+    VELOCITY: Shot.measured_velocity_m_s,
+}
+_OF_IMPACTS = {VELOCITY: Impact.impact_velocity_m_s}
+#: Factors of a plan that are such a quantity, in SI.
+_PLANNED = {"tank_pressure": (PRESSURE, TRANSDUCER), "bullet_mass": (MASS,)}
+
+
+@dataclass(frozen=True)
+class Achieved:
+    """Per planned run and quantity (its unit in its name): `planned`, and `mean`, `least`, `largest` of `recorded`.
+
+    `deviation` is mean / planned - 1. The summary has one row per quantity: the mean deviation, the mean of its
+    magnitude, and the run that is furthest off.
+    """
+
+    rows: list[dict[str, Any]]
+    summary: list[dict[str, Any]]
+
+
+def achieved_settings(session: Session, campaign_key: int) -> Achieved:
+    """Of the runs that the campaign's shots or impacts are linked to (`ingest.plan_link`), in order of plan and run."""
+    recorded = _recorded(session, campaign_key)
+    if not recorded:
+        return Achieved([], [])
+    rows = []
+    for run, wanted in _planned(session, sorted(recorded)):
+        for quantity, figures in recorded[run["key"]].items():
+            planned = wanted.get(quantity)
+            if planned is not None and planned > 0:
+                told = {"plan": run["plan"], "run": run["run"], "quantity": quantity, "planned": planned}
+                rows.append(told | figures | {"deviation": figures["mean"] / planned - 1})
+    return Achieved(rows, [_summary(rows, quantity) for quantity in _OF_SHOTS if _of(rows, quantity)])
+
+
+def _recorded(session: Session, campaign_key: int) -> dict[int, dict[str, dict[str, Any]]]:
+    """Figures by planned run and quantity, counted in the database; a gun's velocity is that of its shots."""
+    found: dict[int, dict[str, dict[str, Any]]] = {}
+    for table, quantities in ((Shot, _OF_SHOTS), (Impact, _OF_IMPACTS)):
+        figures = [f(c) for c in quantities.values() for f in (func.count, func.avg, func.min, func.max)]
+        query = (
+            select(table.planned_run_id, *figures)
+            .where(table.campaign_id == campaign_key, table.planned_run_id.is_not(None))
+            .group_by(table.planned_run_id)
+        )
+        for key, *values in session.execute(query).all():
+            mine = found.setdefault(key, {})
+            for i, quantity in enumerate(quantities):
+                count, mean, least, largest = values[4 * i : 4 * i + 4]
+                if count:
+                    mine.setdefault(quantity, {"recorded": count, "mean": mean, "least": least, "largest": largest})
+    return found
+
+
+def _planned(session: Session, keys: list[int]) -> Iterable[tuple[dict[str, Any], dict[str, float]]]:
+    """Planned runs by plan and number, each with the numbers that were asked for."""
+    runs: list[tuple[PlannedRun, Plan]] = []
+    levels: dict[int, dict[str, float]] = {}
+    for i in range(0, len(keys), 500):  # SQLite allows a limited number of variables
+        some = keys[i : i + 500]
+        query = select(PlannedRun, Plan).join(Plan, PlannedRun.plan_id == Plan.id).where(PlannedRun.id.in_(some))
+        runs += [(run, plan) for run, plan in session.execute(query)]
+        numbers = (
+            select(PlannedRun.id, Factor.name, FactorLevel.number)
+            .join(ConfigurationLevel, ConfigurationLevel.configuration_id == PlannedRun.configuration_id)
+            .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
+            .join(Factor, FactorLevel.factor_id == Factor.id)
+            .where(PlannedRun.id.in_(some), Factor.name.in_(_PLANNED))
+        )
+        for key, factor, number in session.execute(numbers):
+            if number is not None:
+                levels.setdefault(key, {}).update(dict.fromkeys(_PLANNED[factor], number))
+    spaces: dict[int, Space | None] = {}
+    for run, plan in sorted(runs, key=lambda pair: (pair[1].name, pair[0].run)):
+        if plan.id not in spaces:
+            spaces[plan.id] = _space(plan)
+        space = spaces[plan.id]
+        speed = None if space is None else space.velocity_m_s(run.treatment)
+        wanted = levels.get(run.id, {}) | ({} if speed is None else {VELOCITY: speed})
+        yield {"key": run.id, "plan": plan.name, "run": run.run}, wanted
+
+
+def _space(plan: Plan) -> Space | None:
+    try:
+        return space_from_text(plan.factors)
+    except ValueError:  # a plan that was stored without the factors that it was made from
+        return None
+
+
+def _of(rows: list[dict[str, Any]], quantity: str) -> list[dict[str, Any]]:
+    return [row for row in rows if row["quantity"] == quantity]
+
+
+def _summary(rows: list[dict[str, Any]], quantity: str) -> dict[str, Any]:
+    mine = _of(rows, quantity)
+    worst = max(mine, key=lambda row: abs(row["deviation"]))
+    return {
+        "quantity": quantity,
+        "runs": len(mine),
+        "mean_deviation": sum(row["deviation"] for row in mine) / len(mine),
+        "mean_magnitude": sum(abs(row["deviation"]) for row in mine) / len(mine),
+        "worst_plan": worst["plan"],
+        "worst_run": worst["run"],
+        "worst_deviation": worst["deviation"],
+    }

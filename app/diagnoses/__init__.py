@@ -1,0 +1,1 @@
+"""Diagnoses of the sim-to-real gap: made, kept, and the experiment that they name."""

@@ -1,0 +1,178 @@
+"""A diagnosis for the command line: of a campaign in the store, which keeps it, or of a folder, which keeps nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from sqlalchemy import select
+
+from ...schema.campaigns import Campaign
+from ...schema.diagnoses import Diagnosis
+from ...schema.listings import get_campaign_id
+from ..finite import finite
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+    from ...diagnosis.record import CampaignRecord
+    from ...diagnosis.verdict import Verdict
+    from ...schema.session import Store
+    from ...twin.plate.modal import ModalPlate
+    from ...twin.strikes import ContactStage
+
+Progress = Callable[[int, int, str], None]
+MODELS = "models:/"
+#: The registered model in use, whatever its kind.
+IN_USE = "contact-force"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a user asks of a diagnosis. `tolerances` by stage, in the unit of its levels: shares for gun and contact,
+    dB for the plate; `uncertain` are standard deviations of nominal numbers, "gun.friction_coefficient", in SI;
+    `calibrate`: campaigns of this design that are simulated for its probabilities."""
+
+    target: str
+    simulator: str | None = None
+    tolerances: Mapping[str, float] = field(default_factory=dict)
+    uncertain: Mapping[str, float] = field(default_factory=dict)
+    modes: Path | None = None
+    bench: Path | None = None
+    seed: int = 0
+    calibrate: int = 0
+
+
+def is_stored(store: Store | None, target: str) -> bool:
+    """Whether `target` names a campaign of the store."""
+    if store is None:
+        return False
+    with store.reading() as session:
+        return session.scalar(select(Campaign.id).where(Campaign.name == target)) is not None
+
+
+def record_of(store: Store | None, db: str, asked: Asked) -> CampaignRecord:
+    """The campaign as it is diagnosed: the store's, else the folder's.
+
+    Raises `LookupError` for what is neither, and as the ingest does for a folder that it refuses.
+    """
+    from ...diagnosis.reading import read_campaign, read_folder
+
+    if store is not None and is_stored(store, asked.target):
+        with store.reading() as session:
+            record = read_campaign(session, asked.target)
+    elif Path(asked.target).is_dir():
+        record = read_folder(Path(asked.target))
+    else:
+        known = ", ".join(_campaigns(store)) or "none"
+        raise LookupError(f"no campaign and no folder {asked.target!r}; campaigns: {known} (pyroshock ingest FOLDER)")
+    plate = _plate(record, db, asked)
+    return record if plate is None else replace(record, plate=plate)
+
+
+def _campaigns(store: Store | None) -> list[str]:
+    if store is None:
+        return []
+    with store.reading() as session:
+        return list(session.scalars(select(Campaign.name).order_by(Campaign.name)))
+
+
+def _plate(record: CampaignRecord, db: str, asked: Asked) -> ModalPlate | None:
+    """A modal table, or a solved drawing, that the user brings; None where the campaign's own is taken."""
+    if asked.modes is None and asked.bench is None:
+        return None
+    from ..twins.benches import bench_of_file, shipped_bench, with_modes
+
+    bench = shipped_bench() if asked.bench is None else bench_of_file(asked.bench, shipped_bench())
+    bench = bench if asked.modes is None else with_modes(bench, asked.modes)
+    if bench.modes is not None:
+        return bench.modes
+    from ..twins.building import MAX_MODE_HZ, plates_folder, solved
+
+    return solved(bench.drawing, record.materials[bench.plate_material.lower()], MAX_MODE_HZ, plates_folder(db))
+
+
+def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> ContactStage | None:
+    """The registered model that `--simulator` names, as a contact stage; None for the nominal stages.
+
+    Raises `LookupError`, `ValueError` for what there is not.
+    """
+    if text in (None, "nominal"):
+        return None
+    assert text is not None
+    if not text.startswith(MODELS):
+        raise ValueError(f"--simulator is {text!r}; expected nominal, or {MODELS}NAME@VERSION of a registered model")
+    from ..twins.building import registered_contact
+
+    name = text.removeprefix(MODELS)
+    in_use = kind if name.partition("@")[0] == IN_USE else None
+    if store is None:
+        return registered_contact(None, db, name, in_use)
+    with store.reading() as session:
+        return registered_contact(session, db, name, in_use)
+
+
+def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | None = None) -> Verdict:
+    """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line."""
+    from ...diagnosis.diagnose import Options, diagnose
+
+    record = record_of(store, db, asked)
+    options = Options(
+        seed=asked.seed,
+        tolerances=asked.tolerances,
+        uncertain=asked.uncertain,
+        contact=simulator_of(store, db, record.kind, asked.simulator),
+        calibrate=asked.calibrate,
+    )
+    return diagnose(record, options=options, progress=progress)
+
+
+def keep(store: Store, verdict: Verdict) -> int:
+    """Store a diagnosis with its campaign, and what its page draws; its key."""
+    from ...diagnosis.kept import verdict_to_json
+
+    report, details = verdict_to_json(verdict)
+
+    def add(session: Session) -> int:
+        row = Diagnosis(
+            campaign_id=get_campaign_id(session, verdict.campaign),
+            simulator=verdict.simulator,
+            diagnosed_at=datetime.now(UTC),
+            report=report,
+            details=details,
+        )
+        session.add(row)
+        session.flush()
+        return row.id
+
+    return store.write(add)
+
+
+def report_json(verdict: Verdict) -> dict[str, Any]:
+    """The report as scripts read it; a number that JSON has not (NaN) is null."""
+    plain = finite(verdict.as_json())
+    assert isinstance(plain, dict)
+    return plain
+
+
+def past_diagnoses(session: Session, campaign: str) -> Iterator[dict[str, Any]]:
+    """Those of a campaign, the newest first. Raises `LookupError` for an unknown campaign."""
+    from .kept import list_diagnoses
+
+    left_out = ("campaign", "complete")
+    for row in list_diagnoses(session, campaign, limit=None):
+        yield {key: value for key, value in row.items() if key not in left_out}
+
+
+def last_report(session: Session, campaign: str) -> dict[str, Any] | None:
+    """The newest diagnosis of a campaign; None where there is none. Raises `LookupError` for an unknown campaign."""
+    return next((row.report for row in _rows(session, campaign)), None)
+
+
+def _rows(session: Session, campaign: str) -> Iterator[Diagnosis]:
+    key = get_campaign_id(session, campaign)
+    query = select(Diagnosis).where(Diagnosis.campaign_id == key).order_by(Diagnosis.id.desc())
+    yield from session.scalars(query)

@@ -1,0 +1,94 @@
+"""Diagnoses that the store keeps: listed page by page, and read back whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from sqlalchemy import select
+
+from ...schema.campaigns import Campaign
+from ...schema.diagnoses import Diagnosis
+from ...schema.listings import get_campaign_id
+from ...schema.twins import TwinVersion
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+    from ...diagnosis.verdict import Verdict
+
+
+def list_diagnoses(
+    session: Session, campaign: str | None = None, limit: int | None = 50, after: int | None = None
+) -> list[dict[str, Any]]:
+    """Diagnoses of a campaign (None: of all), the newest first: at most `limit` of those older than number `after`.
+
+    `complete` says whether `kept_verdict` can read it back. Raises `LookupError` for an unknown campaign.
+    """
+    complete = Diagnosis.details.is_not(None).label("complete")
+    query = select(Diagnosis, Campaign.name, complete).join(Campaign, Diagnosis.campaign_id == Campaign.id)
+    if campaign is not None:
+        query = query.where(Diagnosis.campaign_id == get_campaign_id(session, campaign))
+    if after is not None:
+        query = query.where(Diagnosis.id < after)
+    found = session.execute(query.order_by(Diagnosis.id.desc()).limit(limit)).all()
+    adopted = _adopted(session, [row.id for row, _, _ in found])
+    return [
+        {**_told(row), "campaign": name, "adopted": adopted.get(row.id), "complete": bool(complete)}
+        for row, name, complete in found
+    ]
+
+
+def _told(row: Diagnosis) -> dict[str, Any]:
+    first, gap = row.report["causes"][0], row.report["gap"]
+    return {
+        "id": row.id,
+        "diagnosed_at": row.diagnosed_at.isoformat(timespec="seconds"),
+        "simulator": row.simulator,
+        "first": " or ".join(first["effects"]),
+        "probability": first["probability"],
+        "gap": gap["before"],
+        "noise_floor": gap["noise_floor"],
+        "metric": gap["metric"],
+    }
+
+
+def _adopted(session: Session, keys: Iterable[int]) -> dict[int, str]:
+    """What became part of the twin, by diagnosis: "version 3: gun.valve_flow"; the first where there are several."""
+    query = select(TwinVersion).where(TwinVersion.diagnosis_id.in_(list(keys))).order_by(TwinVersion.version.desc())
+    return {
+        row.diagnosis_id: f"version {row.version}: "
+        + (" + ".join(each["id"] for each in row.configuration["effects"]) or "none")
+        for row in session.scalars(query)
+        if row.diagnosis_id is not None
+    }
+
+
+def kept_report(session: Session, diagnosis_id: int) -> dict[str, Any]:
+    """The report as scripts read it, of any diagnosis. Raises `LookupError` for an unknown one."""
+    return _row(session, diagnosis_id).report
+
+
+def kept_verdict(session: Session, diagnosis_id: int) -> Verdict:
+    """A kept diagnosis as it was made, pictures and fits with it.
+
+    Raises `LookupError` for an unknown one, and for one that an older store keeps without what its page draws;
+    `ValueError` for one that a newer software has kept.
+    """
+    from ...diagnosis.kept import verdict_from_json
+
+    row = _row(session, diagnosis_id)
+    if row.details is None:
+        name = row.campaign.name
+        raise LookupError(
+            f"diagnosis {diagnosis_id} of {name} was kept without what its page draws: diagnose again "
+            f"(pyroshock diagnose {name})"
+        )
+    return verdict_from_json(row.report, row.details)
+
+
+def _row(session: Session, diagnosis_id: int) -> Diagnosis:
+    row = session.get(Diagnosis, diagnosis_id)
+    if row is None:
+        raise LookupError(f"no diagnosis {diagnosis_id} in the store; pyroshock diagnose CAMPAIGN --list shows them")
+    return row

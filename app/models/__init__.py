@@ -1,0 +1,1 @@
+"""Datasets and registered models: trained, compared, shown."""

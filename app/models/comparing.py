@@ -1,0 +1,143 @@
+"""`compare`: versions chosen, compared pair by pair, told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+from ...dataset.table import PulseTable
+from ...training.comparison import Comparison
+from ...training.difference import Difference
+from ...training.judging import Judged, on_held_out
+from ...training.listing import chosen, finite, in_order, newest, of_dataset, row_of
+from ...training.metrics.errors import METRICS
+from ...training.promotion import compared
+from ...training.records import Version
+from ...training.registry.registry import Registry
+from ...training.whole import whole
+
+#: So many pairs are told in sentences, and group by group.
+_TOLD_WHERE = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Comparisons:
+    """`versions` on the same pulses, the best first, and their comparisons."""
+
+    versions: tuple[Version, ...]
+    judged: Judged
+    comparisons: tuple[Comparison, ...]
+
+    def table(self, metrics: Sequence[str]) -> list[dict[str, Any]]:
+        """The mean errors, for people."""
+        errors = self.judged.errors
+        return [
+            {"model": each.label, "split": each.split}
+            | {metric: float(getattr(errors[each.label], metric).mean()) for metric in metrics}
+            for each in self.versions
+        ]
+
+
+def metrics_named(text: str) -> tuple[str, ...]:
+    """Raises `ValueError` that names those there are."""
+    if text == "all":
+        return METRICS
+    if text not in METRICS:
+        raise ValueError(f"no metric {text!r}; there are: {', '.join(METRICS)}, or all")
+    return (text,)
+
+
+def versions_named(
+    versions: Sequence[Version], names: Sequence[str], dataset: str | None, split: str
+) -> tuple[Version, ...]:
+    """Those named; without a name the newest of every model of the split, of the dataset trained on last."""
+    if not versions:
+        raise ValueError("no models yet; train some: pyroshock train DATASET")
+    of_it = of_dataset(versions, dataset) if dataset is not None else list(versions)
+    if names:
+        found = [chosen(versions if "@" in name else of_it, name, split) for name in names]
+    else:
+        last = dataset or in_order(of_it)[0].dataset.hash
+        newest_first = newest(each for each in of_dataset(of_it, last) if each.split == split)
+        found = list({each.name: each for each in reversed(newest_first)}.values())
+    found = list({each.label: each for each in found}.values())
+    if len(found) < 2:
+        raise ValueError(f"{len(found)} models of split {split!r} to compare; name two or more, MODEL or MODEL@VERSION")
+    return tuple(found)
+
+
+def served(
+    registry: Registry, versions: Sequence[Version], names: Sequence[str], tell: Callable[[str], None]
+) -> list[Version]:
+    """Without a name, those whose files are whole: one that is damaged stops no comparison that did not ask for it.
+
+    Raises `ValueError` where fewer than two are left.
+    """
+    found = list(versions) if names else whole(registry, versions, tell)
+    if len(found) < 2:
+        raise ValueError(f"{len(found)} of {len(versions)} models have their files; train the others again")
+    return found
+
+
+def comparisons_of(
+    registry: Registry,
+    versions: Sequence[Version],
+    metric: str,
+    *,
+    each_with_each: bool,
+    read: Callable[[str], PulseTable],
+) -> Comparisons:
+    """Every pair, or the best in `metric` with every other. Raises as `on_held_out`."""
+    judged = on_held_out(registry, versions, read)
+    ranked = sorted(versions, key=lambda each: float(getattr(judged.errors[each.label], metric).mean()))
+    labels = [version.label for version in versions]
+    best = ranked[0].label
+    pairs = list(combinations(labels, 2)) if each_with_each else [(best, v.label) for v in ranked[1:]]
+    groups = len(pairs) <= _TOLD_WHERE
+    found = [compared(judged, a, b, groups or number == 0) for number, (a, b) in enumerate(pairs)]
+    return Comparisons(tuple(ranked), judged, tuple(found))
+
+
+def rows_of(found: Comparisons, metrics: Sequence[str]) -> list[dict[str, Any]]:
+    """JSON: the models as `train` lists them, on the common pulses; then a row for each pair and metric."""
+    rows = []
+    for version in found.versions:
+        errors = found.judged.errors[version.label]
+        means = {metric: float(getattr(errors, metric).mean()) for metric in METRICS}
+        own = {key: value for key, value in row_of(version).items() if key not in ("ci90", "coverage90")}
+        rows.append(own | {"metrics": means, "pulses": len(found.judged.pulses)})
+    for metric in metrics:
+        for comparison in found.comparisons:
+            row = comparison.of(metric)
+            rows.append(row.row() | {"p_value": finite(row.p_value), "verdict": row.verdict})
+            rows[-1]["where"] = [each.row() for each in comparison.where(metric)]
+    return rows
+
+
+def told(found: Comparisons, metrics: Sequence[str]) -> Iterator[str]:
+    """Sentences: which is better in each metric, and each one's lead in the groups where it is beyond chance."""
+    for comparison in found.comparisons:
+        for metric in metrics:
+            yield comparison.of(metric).verdict
+            groups = comparison.where(metric)
+            for name, sign in ((comparison.a, -1), (comparison.b, 1)):
+                leads = [_lead(row) for row in groups if row.difference * sign > 0]
+                if leads:
+                    yield f"  {name} is better where: {', '.join(leads)}"
+
+
+def _lead(row: Difference) -> str:
+    assert row.group is not None
+    return f"{row.group[0]}={row.group[1]} ({abs(row.difference):.2g})"
+
+
+def draw(comparison: Comparison, metric: str, file: Path) -> None:
+    """The comparison as a figure."""
+    from ...schema.outputs import whole_file
+    from ...training.plots.difference import difference_figure
+
+    with whole_file(file) as partial:
+        difference_figure(comparison, metric).savefig(partial)

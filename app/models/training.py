@@ -1,0 +1,99 @@
+"""What the commands around models share: the registry of a store, its datasets as training takes them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from ...training.place import place_beside
+
+if TYPE_CHECKING:
+    from ...dataset.table import PulseTable
+    from ...schema.session import Store
+    from ...training.fitting import Ground
+    from ...training.records import Version
+    from ...training.registry.registry import Registry
+    from ...training.zoo import Budget
+
+#: What `pyroshock[models]` brings.
+_EXTRA = frozenset({"mlflow", "torch", "gpytorch", "linear_operator", "sklearn", "skops", "optuna"})
+
+
+class MissingExtraError(ValueError):
+    """A library is not installed that training and the registry stand on."""
+
+
+@contextmanager
+def models_extra() -> Iterator[None]:
+    """Say how to install what is missing, in place of a failed import."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        name = (error.name or "").partition(".")[0]
+        if name not in _EXTRA:
+            raise
+        raise MissingExtraError(f"{name} is not installed; models need it: pip install 'pyroshock[models]'") from error
+
+
+def tell_beside_bar(text: str) -> None:
+    """A line on standard error that does not tear a progress bar."""
+    import sys
+
+    from tqdm import tqdm
+
+    tqdm.write(text, file=sys.stderr)
+
+
+def registry_of(store_url: str) -> Registry:
+    """The registry beside a store, or where MLFLOW_TRACKING_URI says."""
+    from ...training.registry.registry import Registry
+
+    return Registry(place_beside(store_url, os.environ))
+
+
+def ground_of(store: Store, dataset: str, registry: Registry, seed: int, budget: Budget) -> Ground:
+    """A dataset of the store, to train on."""
+    from ...dataset.snapshot import read_snapshot
+    from ...training.fitting import Ground
+    from ...training.records import DatasetName
+
+    snapshot = read_snapshot(store, dataset)
+    name = DatasetName(snapshot.name, snapshot.hash, snapshot.predictors.name)
+    return Ground(name, snapshot.table, seed, budget, registry.place.work)
+
+
+def splits_of(table: PulseTable, texts: str) -> list[str]:
+    """Split texts from a comma list; "materials" and "campaigns" become one for each. Raises as `split_of`."""
+    from ...dataset.splits import expand, split_of
+
+    chosen = [one for text in texts.split(",") if text.strip() for one in expand(table, text.strip())]
+    if not chosen:
+        raise ValueError(f"--split {texts!r} names no split of this dataset")
+    for text in chosen:
+        split_of(table, text)
+    return list(dict.fromkeys(chosen))
+
+
+def reader_of(store: Store) -> Callable[[str], PulseTable]:
+    """Gives a dataset's pulses by its name or hash."""
+    from ...dataset.snapshot import read_snapshot
+
+    return lambda name: read_snapshot(store, name).table
+
+
+def pulses_on(store: Store, name: str, like: Version) -> PulseTable:
+    """The pulses of a dataset of this name; else the usable ones of a campaign, described as `like`'s were."""
+    from ...dataset.selection import select_pulses
+    from ...dataset.snapshot import list_snapshots, read_snapshot
+
+    with store.reading() as session:
+        datasets = {row["name"] for row in list_snapshots(session)}
+        if name in datasets:
+            return read_snapshot(session, name).table
+        try:
+            predictors = read_snapshot(session, like.dataset.hash).predictors
+            return select_pulses(session, [name], predictors, "reject", None).table
+        except LookupError as error:
+            raise LookupError(f"--on {name!r} is no dataset, and {error}") from error

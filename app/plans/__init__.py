@@ -1,0 +1,1 @@
+"""Plans that can be fired, their quality, and what a simulation of them shows."""

@@ -1,0 +1,74 @@
+"""What follows from a plan's treatments: tank pressures by the nominal gun, every run held against the bench."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from sqlalchemy import select
+
+from ...doe.guards import planned_shots, pressures_for_levels, refuse_unsafe
+from ...doe.limits.bench import read_limits
+from ...doe.limits.contact_force import Elastic
+from ...doe.space import Space
+from ...ingest.folder import read_campaign_file
+from ...schema.columns import BY_COLUMN, parse_number
+from ...schema.materials import Material, material_names
+from ...schema.session import Store
+from ...twin.gun.nominal import GunBench, tank_pressure_for
+
+#: The bench of the shipped shots: the thesis's gun.
+SHIPPED_BENCH = Path(__file__).resolve().parents[2] / "examples" / "first-shots"
+VELOCITY_LEVEL, MASS = "velocity_level", "bullet_mass_kg"
+
+Rows = Sequence[Mapping[str, str]]
+
+
+def gun_bench(folder: Path | None) -> GunBench:
+    """The gun of a campaign folder's campaign.toml; of the shipped shots where none is named."""
+    file = read_campaign_file(folder or SHIPPED_BENCH)
+    if file.gun is None:
+        raise ValueError(f"{folder}: its campaign.toml has no [bench.gun] to plan tank pressures with")
+    return GunBench(**vars(file.gun))
+
+
+def run_settings(store: Store, space: Space, rows: Rows, gun: GunBench) -> list[dict[str, float]]:
+    """What follows from each treatment: a gun's tank pressure. Every run is held against the bench.
+
+    Raises `doe.guards.UnsafeRunError` with the numbers where a run is beyond it, and `ValueError` for a gun's factors
+    without velocity levels, or without a mass.
+    """
+    if space.kind != "gun":
+        return [{} for _ in rows]
+    velocities = _velocities(space)
+    masses = sorted({parse_number(row[MASS]) for row in rows})
+    pressures = pressures_for_levels(velocities, masses, lambda v, m: float(tank_pressure_for(gun, v, m)))
+    shots = planned_shots(rows, velocities, pressures, _elastic(store, space))
+    refuse_unsafe(shots, read_limits(space.bench))
+    return [{"tank_pressure_bar": float(f"{shot.tank_pressure_pa / 1e5:.4g}")} for shot in shots]
+
+
+def numbered(rows: Rows, numbers: Sequence[int]) -> list[dict[str, str]]:
+    """The rows with their run numbers, by which a refusal names them."""
+    return [{"run": str(number), **row} for number, row in zip(numbers, rows, strict=True)]
+
+
+def _velocities(space: Space) -> dict[str, float]:
+    by_column = {factor.column: factor for factor in space.factors}
+    level = by_column.get(VELOCITY_LEVEL)
+    if level is None or level.values is None or MASS not in by_column:
+        raise ValueError(
+            f"factors {space.name!r}: a gun's plan needs {MASS}, and {VELOCITY_LEVEL} as an ordered factor with values "
+            "in m/s"
+        )
+    return dict(zip(level.levels, level.values, strict=True))
+
+
+def _elastic(store: Store, space: Space) -> dict[str, Elastic]:
+    """Elastic constants of every material that a level names, under the level's own spelling."""
+    columns = [column for column, known in BY_COLUMN.items() if known.material]
+    named = {level for factor in space.factors if factor.column in columns for level in factor.levels}
+    with store.reading() as session:
+        names = material_names(session)
+        constants = {m.name: Elastic(m.youngs_modulus_pa, m.poisson_ratio) for m in session.scalars(select(Material))}
+    return {level: constants[name] for level in named if (name := names(level)) is not None}

@@ -1,0 +1,55 @@
+"""A plan as other programs read it: JSON in SI, and a CSV table that `plan import` takes."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ...doe.plans import StoredPlan
+from ...schema.columns import BY_COLUMN, parse_number
+from ...schema.outputs import whole_file
+
+
+def plan_as_json(plan: StoredPlan) -> dict[str, Any]:
+    """A plan as the command line prints it: SI numbers, the unit in the key."""
+    return {
+        "name": plan.name,
+        "kind": plan.space.kind,
+        "method": plan.method,
+        "seed": plan.seed,
+        "runs": [
+            {
+                "run": run.run,
+                "position": run.position,
+                "status": run.status,
+                "repetitions": run.repetitions,
+                "recorded": run.recorded,
+                **_in_si({**run.row, **{key: repr(value) for key, value in run.settings.items()}}),
+                **({"reason": run.reason} if run.reason else {}),
+            }
+            for run in plan.runs
+        ],
+    }
+
+
+def _in_si(row: Mapping[str, str]) -> dict[str, Any]:
+    cells: dict[str, Any] = {}
+    for column, text in row.items():
+        known = BY_COLUMN.get(column)
+        if known is not None and known.si_unit is not None:
+            cells[f"{known.name}_{known.si_unit.lower()}"] = float(f"{parse_number(text) * known.scale:.12g}")
+        else:
+            cells[column] = text
+    return cells
+
+
+def write_table(plan: StoredPlan, path: Path) -> None:
+    """The plan's table as CSV: `run` and the factors' columns, in order of run, without what was discarded."""
+    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["run", *plan.space.columns])
+        for run in plan.runs:
+            if run.status != "discarded":
+                writer.writerow([run.run, *(run.row[column] for column in plan.space.columns)])

@@ -1,0 +1,1 @@
+"""Shots foretold: one, many, as a picture and as a table."""

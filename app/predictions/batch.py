@@ -1,0 +1,108 @@
+"""Many shots foretold, here or on a cluster: each as `predict` would foretell it alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...compute.crew import Crew
+from ...compute.mapping import mapped
+from ..export import write_batches
+from .predicting import predicted
+from .rows import ShotRow
+
+if TYPE_CHECKING:
+    from ...twin.prediction import Prediction
+    from ..twins.building import BuiltTwin
+
+Row = dict[str, Any]
+Step = Callable[[int, int, str], None]
+_QUANTITIES = ("velocity_m_s", "contact_time_s", "compression_time_s", "peak_force_n", "impulse_n_s")
+
+
+@dataclass(frozen=True)
+class Foretold:
+    """One shot of a table: its figures, and the lines of its spectra, as plain rows."""
+
+    figures: Row
+    spectrum: tuple[Row, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Bench:
+    """What every worker has: the twin of each plate, and how bands are drawn."""
+
+    twins: Mapping[str | None, BuiltTwin]
+    draws: int
+    seed: int
+
+
+def foretold(bench: Bench, rows: Sequence[ShotRow], crew: Crew, step: Step) -> list[Foretold]:
+    """All rows, in their order; the same seed, the same numbers, whoever reckons them.
+
+    Raises as `predicted`, with the row's own words, and `ValueError` for a worker that was killed.
+    """
+    found: dict[int, Foretold] = {}
+    for number, result in mapped(crew, _one, list(enumerate(rows)), shared=(bench,)):
+        found[number[0]] = result
+        step(len(found), len(rows), _name(number[1]))
+    return [found[number] for number in range(len(rows))]
+
+
+def write_figures(out: Path, found: Sequence[Foretold]) -> int:
+    """One row a shot, CSV or Parquet. Raises `ValueError` for another suffix."""
+    return write_batches(out, iter([_columns([each.figures for each in found])]))
+
+
+def write_spectra(out: Path, found: Sequence[Foretold]) -> int:
+    """One row for each shot, sensor and line. Raises `ValueError` as `write_figures`, and where no plate answered."""
+    rows = [row for each in found for row in each.spectrum]
+    if not rows:
+        raise ValueError(f"no spectrum to write to {out.name!r}: the twin has no plate")
+    return write_batches(out, iter([_columns(rows)]))
+
+
+def _one(item: tuple[int, ShotRow], bench: Bench) -> Foretold:
+    row = item[1]
+    try:
+        prediction = predicted(bench.twins[row.plate], row.shot, draws=bench.draws, seed=bench.seed)
+    except (LookupError, ValueError) as error:
+        raise ValueError(f"{_name(row)}: {error}") from error
+    return Foretold({**row.labels, **_figures(prediction)}, tuple(_spectrum(row, prediction)))
+
+
+def _name(row: ShotRow) -> str:
+    return f"run {row.labels['run']}" if "run" in row.labels else str(dict(row.labels))
+
+
+def _figures(prediction: Prediction) -> Row:
+    quantities = {name: getattr(prediction, name) for name in _QUANTITIES}
+    for sensor in prediction.sensors:
+        quantities[f"peak_{sensor}_m_s2"] = prediction.peak_acceleration_m_s2(sensor)
+    row: Row = {}
+    for name, quantity in quantities.items():
+        row |= {f"predicted_{name}": quantity.mean}
+        row |= {f"predicted_{name}_{end}": value for end, value in zip(("low", "high"), quantity.ci90, strict=True)}
+    row |= {f"{stage}_by": answered for stage, answered in prediction.models.items()}
+    return row | {"outside_domain": "; ".join(f"{o.predictor} = {o.value} ({o.range})" for o in prediction.outside)}
+
+
+def _spectrum(row: ShotRow, prediction: Prediction) -> Iterator[Row]:
+    labels = {name: row.labels[name] for name in ("run", "repetition") if name in row.labels}
+    for sensor, band in prediction.spectra_m_s2.items():
+        for line, frequency in enumerate(prediction.frequency_hz):
+            yield {
+                **labels,
+                "sensor": sensor,
+                "frequency_hz": float(frequency),
+                "mean_m_s2": float(band.mean[line]),
+                "low_m_s2": float(band.lower[line]),
+                "high_m_s2": float(band.upper[line]),
+            }
+
+
+def _columns(rows: Sequence[Row]) -> dict[str, list[Any]]:
+    names = dict.fromkeys(name for row in rows for name in row)
+    return {name: [row.get(name) for row in rows] for name in names}

@@ -1,0 +1,43 @@
+"""A prediction as a picture: force, acceleration, spectra, each with its band."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from ...twin.bands import Band, Floats
+from ...twin.prediction import Prediction
+from ..plots import MEASURED, MODEL, new_figure, save
+
+_COLOURS = (MEASURED, MODEL, "#3a7d44", "#7b2d8b")
+
+
+def plot_prediction(prediction: Prediction, path: Path) -> None:
+    """Write the picture; the suffix decides the format. `ValueError` for one that cannot be drawn."""
+    figure = new_figure(8, 8 if prediction.sensors else 3)
+    rows = figure.subplots(3 if prediction.sensors else 1, squeeze=False)[:, 0]
+    _band(rows[0], prediction.time_s * 1e3, prediction.force_n, "force", MEASURED, 1e-3)
+    rows[0].set(xlabel="time since first contact (ms)", ylabel="force (kN)")
+    for axes, draw in zip(rows[1:], (_accelerations, _spectra), strict=False):
+        draw(axes, prediction)
+        axes.legend(frameon=False)
+    save(figure, path)
+
+
+def _accelerations(axes: Any, prediction: Prediction) -> None:
+    for sensor, colour in zip(prediction.sensors, _COLOURS, strict=False):
+        time, band = prediction.acceleration(sensor, 0.005)
+        _band(axes, time * 1e3, band, sensor, colour)
+    axes.set(xlabel="time since first contact (ms)", ylabel="acceleration (m/s2)")
+
+
+def _spectra(axes: Any, prediction: Prediction) -> None:
+    for (sensor, band), colour in zip(prediction.spectra_m_s2.items(), _COLOURS, strict=False):
+        _band(axes, prediction.frequency_hz, band, sensor, colour)
+    axes.set(xscale="log", yscale="log", xlabel="natural frequency (Hz)")
+    axes.set_ylabel(f"maximax SRS, Q = {prediction.q:g} (m/s2)")
+
+
+def _band(axes: Any, x: Floats, band: Band, label: str, colour: str, scale: float = 1.0) -> None:
+    axes.plot(x, scale * band.mean, color=colour, lw=1.2, label=label)
+    axes.fill_between(x, scale * band.lower, scale * band.upper, color=colour, alpha=0.2, lw=0)

@@ -1,0 +1,78 @@
+"""Rows of a plan or of a table of runs as shots to foretell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...ingest.tables import read_table
+from ...schema.columns import BY_COLUMN, KnownFactor, parse_number
+from ...schema.session import Store
+from ..plans.simulation import rows_of
+from .predicting import Shot
+
+_PRESSURE, _VELOCITY, _PLATE = "tank_pressure_bar", "impact_velocity_m_s", "plate_material"
+#: Column: field of `Shot`. The unit of a factor's column is the lab's, that of the field SI.
+FIELDS = {
+    _PRESSURE: "tank_pressure_pa",
+    _VELOCITY: "impact_velocity_m_s",
+    "bullet_mass_kg": "bullet_mass_kg",
+    "tip_material": "tip_material",
+    "tip_radius_mm": "tip_radius_m",
+    "anvil_material": "anvil_material",
+    "insulator": "insulator",
+    "impact_position": "impact_position",
+}
+
+
+@dataclass(frozen=True)
+class ShotRow:
+    """A shot of a table: the cells that name it, and the material of its plate where the table says one."""
+
+    labels: Mapping[str, str | int]
+    shot: Shot
+    plate: str | None
+
+
+def rows_of_plan(store: Store, plan: str) -> list[ShotRow]:
+    """The runs of a plan that are not discarded. Raises as `rows_of`, and `ValueError` as `rows_of_table`."""
+    return _shots(rows_of(store, plan)[1], f"plan {plan!r}")
+
+
+def rows_of_file(path: Path) -> list[ShotRow]:
+    """A CSV table with the columns of `runs.csv`. Raises `IngestError`, `OSError`, `ValueError`."""
+    return _shots([row for _, row in read_table(path, path.name)[1]], path.name)
+
+
+def assumed(rows: Sequence[ShotRow]) -> list[str]:
+    """What a shot has that the table does not say, in words for the user."""
+    said = rows[0].labels
+    left = {column: getattr(Shot(), field) for column, field in FIELDS.items() if column not in said}
+    return [f"no column {column}: {value}" for column, value in left.items() if value is not None]
+
+
+def _shots(rows: Sequence[Mapping[str, str]], name: str) -> list[ShotRow]:
+    if not rows:
+        raise ValueError(f"{name} has no row to predict")
+    return [_shot(row, f"{name}, run {row.get('run', number)}") for number, row in enumerate(rows, 1)]
+
+
+def _shot(row: Mapping[str, str], name: str) -> ShotRow:
+    said = {column: row[column] for column in FIELDS if row.get(column)}
+    if (_PRESSURE in said) == (_VELOCITY in said):
+        raise ValueError(f"{name}: expected {_PRESSURE} or {_VELOCITY}, and one of them only")
+    shot = Shot(**{FIELDS[column]: _value(column, cell, name) for column, cell in said.items()})
+    numbers = {column: int(row[column]) for column in ("run", "repetition") if row.get(column, "").isdecimal()}
+    return ShotRow({**row, **numbers}, shot, row.get(_PLATE) or None)
+
+
+def _value(column: str, cell: str, name: str) -> Any:
+    factor = BY_COLUMN.get(column, KnownFactor(column, column, "m/s"))
+    if not factor.is_number:
+        return cell
+    try:
+        return parse_number(cell) * factor.scale
+    except ValueError as error:
+        raise ValueError(f"{name}: {column} is {cell!r}; expected a number") from error

@@ -1,0 +1,1 @@
+"""Impacts, records and pulses as they are drawn and exported."""

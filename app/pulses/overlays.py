@@ -1,0 +1,165 @@
+"""Pulses of a filter laid over each other: by the levels of a factor, with their mean and spread."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from sqlalchemy import Row, select
+from sqlalchemy.orm import Session
+
+from ...schema.campaigns import ConfigurationLevel, Factor, FactorLevel
+from ...schema.conditions import Condition, get_factor_id, listing_key
+from ...schema.evenly import list_pulse_keys
+from ...schema.impacts import Impact, Pulse
+from ...schema.series import SeriesError, as_floats
+
+Floats = NDArray[np.float64]
+
+#: More curves than this on one grid cost seconds and show no more.
+MOST_PULSES = 2000
+POINTS = 200
+
+
+@dataclass(frozen=True, eq=False)
+class LevelPulses:
+    """The pulses at one level of the factor (a number in SI, a word, None where it was not recorded).
+
+    `impacts` (k,) are their keys, `force_n` (k, points) their curves; `mean_n` and `deviation_n` (points,) are their
+    mean and standard deviation, NaN for the deviation of a single one.
+    """
+
+    level: float | str | None
+    impacts: tuple[int, ...]
+    contact_time_s: Floats
+    force_n: Floats
+    mean_n: Floats
+    deviation_n: Floats
+
+    @property
+    def count(self) -> int:
+        return len(self.impacts)
+
+
+@dataclass(frozen=True, eq=False)
+class PulseOverlay:
+    """Pulses on one axis: `time_s` (points,) since contact began, or `share_of_contact` (points,) from 0 to 1.
+
+    `drawn` of the `matching` pulses are in it, taken evenly where it is not all of them: `thinned`. `damaged` are the
+    impacts that were left out because their stored force is damaged.
+    """
+
+    factor: str
+    normalised: bool
+    axis: Floats
+    groups: tuple[LevelPulses, ...]
+    drawn: int
+    matching: int
+    damaged: tuple[int, ...] = ()
+
+    @property
+    def thinned(self) -> bool:
+        return self.drawn + len(self.damaged) < self.matching
+
+    @property
+    def axis_name(self) -> str:
+        """The axis, its unit in the name."""
+        return "share_of_contact" if self.normalised else "time_s"
+
+
+def pulse_overlay(
+    session: Session,
+    campaign: str | None,
+    where: tuple[Condition, ...],
+    factor: str,
+    *,
+    normalised: bool = False,
+    most: int = MOST_PULSES,
+    points: int = POINTS,
+) -> PulseOverlay:
+    """The fine forces of the pulses in use that match, by level of `factor` (its name or its key in a listing).
+
+    On the axis of time a pulse is zero after its contact. Raises `UnknownFieldError` and `LookupError` as a listing
+    does, and `ValueError` for less than two points or one pulse.
+    """
+    if points < 2:
+        raise ValueError(f"points is {points!r}; expected 2 or more")
+    key = get_factor_id(session, factor)
+    row = session.get_one(Factor, key)
+    keys, matching = list_pulse_keys(session, campaign, where, most)
+    forces, damaged = _forces(every := list(_rows(session, keys, key)))
+    rows = [pulse for pulse in every if pulse.impact_id in forces]
+    longest = max((pulse.contact_time_s for pulse in rows), default=0.0)
+    axis = np.linspace(0.0, 1.0 if normalised else longest, points)
+    by_level: dict[float | str | None, list[Row[tuple[int, float, float, bytes, str | None, float | None]]]] = {}
+    for pulse in rows:
+        by_level.setdefault(pulse.label if pulse.number is None else pulse.number, []).append(pulse)
+    groups = []
+    for level in sorted(by_level, key=_order):
+        mine = by_level[level]
+        contact = np.array([pulse.contact_time_s for pulse in mine])
+        at = [axis * time if normalised else axis for time in contact]
+        curves = np.stack([_resampled(forces[p.impact_id], p.fine_period_s, t) for p, t in zip(mine, at, strict=True)])
+        spread = curves.std(axis=0, ddof=1) if len(mine) > 1 else np.full(points, np.nan)
+        impacts = tuple(pulse.impact_id for pulse in mine)
+        groups.append(LevelPulses(level, impacts, contact, curves, curves.mean(axis=0), spread))
+    return PulseOverlay(
+        listing_key(row.name, row.si_unit), normalised, axis, tuple(groups), len(rows), matching, damaged
+    )
+
+
+def _forces(
+    rows: Iterable[Row[tuple[int, float, float, bytes, str | None, float | None]]],
+) -> tuple[dict[int, Floats], tuple[int, ...]]:
+    """Fine forces (m,) by impact, and the impacts whose stored one is damaged."""
+    forces: dict[int, Floats] = {}
+    damaged = []
+    for row in rows:
+        try:
+            forces[row.impact_id] = as_floats(row.fine_force_n, f"the force of impact {row.impact_id}")
+        except SeriesError:
+            damaged.append(row.impact_id)
+    return forces, tuple(damaged)
+
+
+def _rows(
+    session: Session, keys: list[int], factor: int
+) -> Iterator[Row[tuple[int, float, float, bytes, str | None, float | None]]]:
+    """The pulses with these keys and their level of the factor, in order of impacts."""
+    level = (
+        select(ConfigurationLevel.configuration_id, FactorLevel.label, FactorLevel.number)
+        .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
+        .where(ConfigurationLevel.factor_id == factor)
+        .subquery()
+    )
+    query = (
+        select(
+            Pulse.impact_id,
+            Pulse.contact_time_s,
+            Pulse.fine_period_s,
+            Pulse.fine_force_n,
+            level.c.label,
+            level.c.number,
+        )
+        .join(Impact, Pulse.impact_id == Impact.id)
+        .outerjoin(level, level.c.configuration_id == Impact.configuration_id)
+    )
+    for i in range(0, len(keys), 500):  # SQLite allows a limited number of variables
+        yield from session.execute(query.where(Pulse.id.in_(keys[i : i + 500])).order_by(Impact.id))
+
+
+def _resampled(force: Floats, period_s: float, time_s: Floats) -> Floats:
+    """A fine force (m,) at instants (points,) since contact began, zero after its last one."""
+    own = np.arange(force.size) * period_s
+    # The contact time and the last point differ by rounding, which must not cut a pulse's end off.
+    inside = time_s <= own[-1] * (1 + 1e-9)
+    return np.where(inside, np.interp(time_s, own, force), 0.0)
+
+
+def _order(level: float | str | None) -> tuple[int, float, str]:
+    """Numbers rise, words follow the alphabet, what was not recorded comes last."""
+    if level is None:
+        return 2, 0.0, ""
+    return (1, 0.0, level) if isinstance(level, str) else (0, level, "")

@@ -1,0 +1,1 @@
+"""Shock response spectra of recordings and of stored impacts."""

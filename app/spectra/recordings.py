@@ -1,0 +1,61 @@
+"""Shock response spectra of any recording alone: from a file to spectrum, moments, findings and comparison."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...twin.srs.checks import Finding, Record, run_checks
+from ...twin.srs.moments import Moments, temporal_moments
+from ...twin.srs.record import Spectrum
+from ...twin.srs.spectrum import shock_response_spectrum
+from ...twin.srs.target import Target
+from ...twin.srs.tolerance import Comparison, compare
+from .channel import Acceleration
+
+Floats = NDArray[np.float64]
+
+#: Samples per cycle of a line of a resampled record: they hide 0.5 % of a peak at most.
+RESAMPLED_TO = 40.0
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """All that a recording alone tells; `comparison` where there is a target."""
+
+    acceleration: Acceleration
+    spectrum: Spectrum
+    moments: Moments
+    findings: tuple[Finding, ...]
+    comparison: Comparison | None
+
+
+def measure(
+    acceleration: Acceleration,
+    frequency_hz: Floats | None,
+    damping_ratio: float,
+    *,
+    target: Target | None = None,
+    resample: bool = False,
+    range_m_s2: float | None = None,
+) -> Measured:
+    """Spectrum, moments, checks, comparison. Lines that are not given are the target's, else the record's own grid."""
+    record = Record(acceleration.values_m_s2, acceleration.sampling_rate_hz, range_m_s2)
+    if frequency_hz is None and target is not None:
+        frequency_hz = target.lines()
+    spectrum = shock_response_spectrum(
+        record.acceleration,
+        record.sampling_rate_hz,
+        frequency_hz,
+        damping_ratio=damping_ratio,
+        resample=RESAMPLED_TO if resample else None,
+    )
+    return Measured(
+        acceleration,
+        spectrum,
+        temporal_moments(record.acceleration, record.sampling_rate_hz, acceleration.start_s),
+        run_checks(record, spectrum),
+        None if target is None else compare(spectrum.maximax, spectrum.frequency_hz, target),
+    )

@@ -1,0 +1,116 @@
+"""What `pyroshock srs` tells of a recording: as JSON, as a table, as CSV."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...schema.outputs import whole_file
+from ...twin.srs.tolerance import Comparison
+from .recordings import Measured
+
+_CURVES = ("maximax", "positive", "negative", "primary", "residual")
+
+
+def as_json(measured: Measured) -> dict[str, Any]:
+    """The form that scripts rely on, and beyond it channel, moments and comparison. SI; infinities become null."""
+    spectrum = measured.spectrum
+    return {
+        "unit": "m/s2",
+        "frequency_hz": _plain(spectrum.frequency_hz),
+        **{name: _plain(getattr(spectrum, name)) for name in _CURVES},
+        "pseudo_velocity_m_s": _plain(spectrum.pseudo_velocity_m_s),
+        "checks": [asdict(finding) for finding in measured.findings],
+        "channel": measured.acceleration.channel,
+        "sampling_rate_hz": measured.acceleration.sampling_rate_hz,
+        "samples": int(measured.acceleration.values_m_s2.size),
+        "q": spectrum.q,
+        "damping_ratio": spectrum.damping_ratio,
+        "sampling_error": _plain(spectrum.sampling_error),
+        "moments": {key: _plain(value) for key, value in asdict(measured.moments).items()},
+        "target": None if measured.comparison is None else _comparison_json(measured.comparison),
+    }
+
+
+def summary(measured: Measured) -> dict[str, Any]:
+    """What stands above the table: the channel, its moments, and how the target was met."""
+    acceleration, held = measured.acceleration, measured.comparison
+    told = {
+        "channel": acceleration.channel,
+        "sampling_rate_hz": acceleration.sampling_rate_hz,
+        "samples": int(acceleration.values_m_s2.size),
+        "q": measured.spectrum.q,
+        **asdict(measured.moments),
+    }
+    if held is None:
+        return told
+    lines = held.frequency_hz.size
+    return told | {
+        "target": "met" if held.within else "missed",
+        "lines_within": f"{round(float(held.share_within) * lines)} of {lines}",
+        "worst_margin_db": float(held.worst_margin_db),
+        "worst_frequency_hz": float(held.worst_frequency_hz),
+    }
+
+
+def rows_of(measured: Measured) -> list[dict[str, Any]]:
+    """One row a line, as the table shows it; lines outside of the target's range have no level."""
+    spectrum, held = measured.spectrum, _by_line(measured.comparison)
+    return [
+        {
+            "frequency_hz": float(hz),
+            **{f"{name}_m_s2": float(getattr(spectrum, name)[i]) for name in _CURVES},
+            "pseudo_velocity_m_s": float(spectrum.pseudo_velocity_m_s[i]),
+            **({} if measured.comparison is None else held.get(float(hz), {})),
+        }
+        for i, hz in enumerate(spectrum.frequency_hz)
+    ]
+
+
+def write_spectrum(measured: Measured, path: Path) -> None:
+    """The table as CSV, numbers in full; `read_target` reads it."""
+    columns = ["frequency_hz", *(f"{name}_m_s2" for name in _CURVES), "pseudo_velocity_m_s"]
+    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, columns, extrasaction="ignore", lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows_of(measured))
+
+
+def _by_line(comparison: Comparison | None) -> dict[float, dict[str, float]]:
+    if comparison is None:
+        return {}
+    columns = zip(
+        comparison.frequency_hz, comparison.target.level_m_s2, comparison.error_db, comparison.margin_db, strict=True
+    )
+    return {
+        float(hz): {"level_m_s2": float(level), "error_db": float(error), "margin_db": float(margin)}
+        for hz, level, error, margin in columns
+    }
+
+
+def _comparison_json(comparison: Comparison) -> dict[str, Any]:
+    return {
+        "within": bool(comparison.within),
+        "share_within": float(comparison.share_within),
+        "share_above": float(comparison.share_above),
+        "worst_margin_db": _plain(comparison.worst_margin_db),
+        "worst_frequency_hz": float(comparison.worst_frequency_hz),
+        "frequency_hz": _plain(comparison.frequency_hz),
+        "level_m_s2": _plain(comparison.target.level_m_s2),
+        "upper_db": _plain(comparison.target.upper_db),
+        "lower_db": _plain(comparison.target.lower_db),
+        "error_db": _plain(comparison.error_db),
+        "margin_db": _plain(comparison.margin_db),
+    }
+
+
+def _plain(values: Any) -> Any:
+    """Numbers for JSON, which has neither NaN nor infinity."""
+    if np.ndim(values) == 0:
+        return float(values) if math.isfinite(values) else None
+    return [_plain(value) for value in values]

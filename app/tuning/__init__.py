@@ -1,0 +1,1 @@
+"""From a spectrum back to settings, by what is in the store."""

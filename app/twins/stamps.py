@@ -1,0 +1,90 @@
+"""What a twin depends on in the store, as a stamp that is cheap to compare."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Hashable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from sqlalchemy import func, select
+
+from ...schema.benches import ModalTable
+from ...schema.campaigns import Campaign
+from ...schema.materials import Material
+from ...schema.shots import Shot
+from ...schema.twins import TwinVersion
+from ...twin.contact.laws import LAWS
+from ..models.training import registry_of
+from .building import REGISTERED, TwinRequest
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+    from ...schema.session import Store
+    from ...training.registry.registry import Registry
+
+#: A registry on a server is asked for its champion at most so often.
+_ASKED_EVERY_S = 10.0
+#: Their newest keys tell what was added; rows that a twin is made of are never changed.
+_TABLES = (Campaign, Shot, TwinVersion, Material, ModalTable)
+
+_Signature = tuple[tuple[int, int], ...]
+
+
+class StampReader:
+    """Stamps of requests: equal as long as the same twin would be built. Takes some milliseconds."""
+
+    def __init__(self, store: Store | None, db: str) -> None:
+        self._store, self._db = store, db
+        self._known: tuple[Hashable, str | None] | None = None
+        self._lock = threading.Lock()
+
+    def stamp(self, request: TwinRequest) -> Hashable:
+        """Of the store, of the files that the request names, and of the registered model that it means."""
+        files = tuple(_signature(path) for path in (request.modes, request.bench) if path is not None)
+        return self._of_store(), files, self._of_model(request)
+
+    def _of_store(self) -> Hashable:
+        if self._store is None:
+            return None
+        with self._store.reading() as session:
+            return _newest(session)
+
+    def _of_model(self, request: TwinRequest) -> Hashable:
+        """Nothing where a law answers; any change of the registry where a version is named."""
+        if request.contact in LAWS or any(effect.stage() == "contact" for effect in request.effects):
+            return None
+        registry = registry_of(self._db)
+        if registry.connection.nothing_there:
+            return None
+        state = self._state(registry)
+        if request.contact not in (None, REGISTERED):
+            return state
+        with self._lock:
+            if self._known is None or self._known[0] != state:
+                champion = registry.champion("gun")
+                self._known = state, None if champion is None else champion.sha256
+            return self._known[1]
+
+    def _state(self, registry: Registry) -> Hashable:
+        """Of the registry's file; of a server, the time in steps."""
+        database = registry.place.database
+        if database is None:
+            return int(time.monotonic() / _ASKED_EVERY_S)
+        return _signature(database), _signature(database.with_name(f"{database.name}-wal"))
+
+
+def _newest(session: Session) -> Hashable:
+    keys = [select(func.max(table.id)).scalar_subquery() for table in _TABLES]
+    return tuple(session.execute(select(*keys)).one())
+
+
+def _signature(path: Path) -> tuple[int, int] | None:
+    """When a file was written and its size; None where there is none."""
+    try:
+        state = path.stat()
+    except OSError:
+        return None
+    return state.st_mtime_ns, state.st_size
