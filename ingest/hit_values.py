@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from ..schema.quality import QualityFinding
 from .known import reported_uncertainty
 from .matching import Hit
 from .processing import ProcessedRecording
@@ -51,15 +50,15 @@ def shot_values(row: RunRow, done: ProcessedRecording | None) -> dict[str, objec
     return values
 
 
-def finding_row(
+def finding_values(
     finding: Finding, recording_id: int, channels: dict[str, int], impacts: dict[int, int]
-) -> QualityFinding:
-    return QualityFinding(
-        recording_id=recording_id,
-        channel_id=channels.get(finding.channel),
-        impact_id=impacts.get(finding.contact) if finding.contact is not None else None,
-        check=finding.check,
-        severity=finding.severity,
-        message=finding.message,
-        evidence=finding.evidence,
-    )
+) -> dict[str, object]:
+    return {
+        "recording_id": recording_id,
+        "channel_id": channels.get(finding.channel),
+        "impact_id": impacts.get(finding.contact) if finding.contact is not None else None,
+        "check": finding.check,
+        "severity": finding.severity,
+        "message": finding.message,
+        "evidence": finding.evidence,
+    }

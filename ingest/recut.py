@@ -13,7 +13,7 @@ from ..schema.impacts import Pulse as PulseRow
 from .channel import Channel
 from .processing import pulses_of
 from .pulses import Pulse
-from .rows import pulse_row, settings_id
+from .rows import pulse_values, settings_id
 from .settings import ExtractionSettings
 from .stored import list_channels, read_channel
 
@@ -87,7 +87,8 @@ def add_versions(session: Session, found: Cut) -> None:
         raise ValueError(found.mismatch)
     key = settings_id(session, found.settings)
     _retire(session, found.impacts)
-    session.add_all(pulse_row(p, impact, key) for p, impact in zip(found.pulses, found.impacts, strict=True))
+    pulses = zip(found.pulses, found.impacts, strict=True)
+    session.add_all(PulseRow(**pulse_values(pulse, impact, key)) for pulse, impact in pulses)
 
 
 def _retire(session: Session, impacts: Sequence[int]) -> None:

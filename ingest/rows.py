@@ -5,15 +5,14 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import Any, TypeVar
 
+from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ..schema.benches import Gun, Hammer, ModalTable, Mode, ModeShape, Plate
 from ..schema.campaigns import Campaign
 from ..schema.impacts import ExtractionSettings as SettingsRow
-from ..schema.impacts import Pulse as PulseRow
 from ..schema.keys import fingerprint_of, get_or_add
 from ..schema.materials import material_id
-from ..schema.recordings import RecordedChannel
 from ..schema.series import encode
 from .errors import IngestError
 from .folder import CampaignFile, PlatePart
@@ -27,23 +26,23 @@ Part = TypeVar("Part", Gun, Hammer)
 
 def campaign_row(session: Session, file: CampaignFile, modes: ModalTableFile | None) -> Campaign:
     """The campaign and its bench, added on first sight. Raises `IngestError` when another folder has the name."""
-    row = get_or_add(
-        session,
-        Campaign,
-        {"name": file.name},
-        {
-            "kind": file.kind,
-            "date": file.date,
-            "description": file.description,
-            "operator": file.operator,
-            "fingerprint": file.fingerprint,
-            "gun_id": _part(session, Gun, vars(file.gun)).id if file.gun else None,
-            "hammer_id": _part(session, Hammer, vars(file.hammer)).id if file.hammer else None,
-            "plate_id": _plate(session, file.plate, modes).id if file.plate else None,
-        },
-    )
+    known = session.scalars(select(Campaign).filter_by(name=file.name)).one_or_none()
+    row = known or get_or_add(session, Campaign, {"name": file.name}, _campaign_values(session, file, modes))
     refuse_other_campaign(row, file)
     return row
+
+
+def _campaign_values(session: Session, file: CampaignFile, modes: ModalTableFile | None) -> dict[str, Any]:
+    return {
+        "kind": file.kind,
+        "date": file.date,
+        "description": file.description,
+        "operator": file.operator,
+        "fingerprint": file.fingerprint,
+        "gun_id": _part(session, Gun, vars(file.gun)).id if file.gun else None,
+        "hammer_id": _part(session, Hammer, vars(file.hammer)).id if file.hammer else None,
+        "plate_id": _plate(session, file.plate, modes).id if file.plate else None,
+    }
 
 
 def refuse_other_campaign(row: Campaign, file: CampaignFile) -> None:
@@ -92,54 +91,54 @@ def settings_id(session: Session, settings: ExtractionSettings) -> int:
     return get_or_add(session, SettingsRow, {"fingerprint": settings.fingerprint}, values).id
 
 
-def channel_row(series: StoredSeries) -> RecordedChannel:
-    """The row of a channel (its frames are written by `schema.series.write_series`)."""
+def channel_values(series: StoredSeries) -> dict[str, Any]:
+    """The row of a channel (its frames are written by `schema.series.write_series`), but for its recording."""
     channel = series.channel
     sensor = channel.sensor
     gain, offset = sensor.conversion
-    return RecordedChannel(
-        name=sensor.name,
-        quantity=sensor.quantity,
-        unit=sensor.unit,
-        sensitivity=sensor.sensitivity,
-        offset_v=sensor.offset_v if sensor.sensitivity is not None else None,
-        position=sensor.position,
-        axis=sensor.axis,
-        full_scale=sensor.range,
-        si_unit=channel.si_unit,
-        si_gain=gain,
-        si_offset=offset,
-        sampling_rate_hz=channel.sampling_rate_hz,
-        start_s=channel.start_s,
-        samples=series.encoded.samples,
-        dtype=series.encoded.layout.dtype,
-        chunk_samples=series.encoded.layout.chunk_samples,
-        step=series.encoded.layout.step,
-        sha256=series.encoded.sha256,
-        header=channel.header,
-    )
+    return {
+        "name": sensor.name,
+        "quantity": sensor.quantity,
+        "unit": sensor.unit,
+        "sensitivity": sensor.sensitivity,
+        "offset_v": sensor.offset_v if sensor.sensitivity is not None else None,
+        "position": sensor.position,
+        "axis": sensor.axis,
+        "full_scale": sensor.range,
+        "si_unit": channel.si_unit,
+        "si_gain": gain,
+        "si_offset": offset,
+        "sampling_rate_hz": channel.sampling_rate_hz,
+        "start_s": channel.start_s,
+        "samples": series.encoded.samples,
+        "dtype": series.encoded.layout.dtype,
+        "chunk_samples": series.encoded.layout.chunk_samples,
+        "step": series.encoded.layout.step,
+        "sha256": series.encoded.sha256,
+        "header": channel.header,
+    }
 
 
-def pulse_row(pulse: Pulse, impact_id: int, settings: int) -> PulseRow:
+def pulse_values(pulse: Pulse, impact_id: int, settings: int) -> dict[str, Any]:
     """The row of a pulse in use."""
-    return PulseRow(
-        impact_id=impact_id,
-        settings_id=settings,
-        current=True,
-        extracted_at=datetime.now(UTC),
-        start_s=pulse.start_s,
-        contact_time_s=pulse.contact_time_s,
-        compression_time_s=pulse.compression_time_s,
-        peak_force_n=pulse.peak_force_n,
-        spline_peak_force_n=pulse.spline_peak_force_n,
-        impulse_n_s=pulse.impulse_n_s,
-        compression_impulse_n_s=pulse.compression_impulse_n_s,
-        width_half_s=pulse.width_half_s,
-        width_tenth_s=pulse.width_tenth_s,
-        samples_in_contact=pulse.samples_in_contact,
-        spline_nrmse=pulse.spline_nrmse,
-        segmentation_difference=pulse.segmentation_difference,
-        force_points_n=[float(x) for x in pulse.force_points_n],
-        fine_period_s=pulse.fine_period_s,
-        fine_force_n=encode(pulse.fine_force_n),
-    )
+    return {
+        "impact_id": impact_id,
+        "settings_id": settings,
+        "current": True,
+        "extracted_at": datetime.now(UTC),
+        "start_s": pulse.start_s,
+        "contact_time_s": pulse.contact_time_s,
+        "compression_time_s": pulse.compression_time_s,
+        "peak_force_n": pulse.peak_force_n,
+        "spline_peak_force_n": pulse.spline_peak_force_n,
+        "impulse_n_s": pulse.impulse_n_s,
+        "compression_impulse_n_s": pulse.compression_impulse_n_s,
+        "width_half_s": pulse.width_half_s,
+        "width_tenth_s": pulse.width_tenth_s,
+        "samples_in_contact": pulse.samples_in_contact,
+        "spline_nrmse": pulse.spline_nrmse,
+        "segmentation_difference": pulse.segmentation_difference,
+        "force_points_n": [float(x) for x in pulse.force_points_n],
+        "fine_period_s": pulse.fine_period_s,
+        "fine_force_n": encode(pulse.fine_force_n),
+    }

@@ -12,15 +12,16 @@ from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
 from ..schema.configurations import configuration_ids
-from ..schema.impacts import Impact
-from ..schema.recordings import SET_ASIDE, STORED, Recording
+from ..schema.impacts import Impact, Pulse
+from ..schema.quality import QualityFinding
+from ..schema.recordings import SET_ASIDE, STORED, RecordedChannel, Recording
 from ..schema.series import write_series
 from ..schema.session import Store
 from ..schema.shots import Shot
 from .aside import Damaged, forget_aside, keep_aside
 from .errors import IngestError
 from .folder import CampaignFile
-from .hit_values import finding_row, impact_values, shot_values
+from .hit_values import finding_values, impact_values, shot_values
 from .known import (
     KnownRecording,
     KnownRow,
@@ -33,7 +34,7 @@ from .matching import Hit
 from .modes import ModalTableFile
 from .processing import ProcessedRecording
 from .report import IngestReport
-from .rows import campaign_row, channel_row, pulse_row, refuse_other_campaign, settings_id
+from .rows import campaign_row, channel_values, pulse_values, refuse_other_campaign, settings_id
 from .runs import FILE, RunRow
 from .settings import ExtractionSettings
 
@@ -45,9 +46,6 @@ class Added:
     recordings: int = 0
     impacts: int = 0
     shots: int = 0
-
-    def with_hit(self, impact: bool, shot: bool) -> Added:
-        return replace(self, impacts=self.impacts + impact, shots=self.shots + shot)
 
 
 class CampaignStore:
@@ -184,56 +182,76 @@ class CampaignStore:
             size_bytes=done.size_bytes,
             format=done.format,
             status=STORED,
-            channels=[channel_row(series) for series in done.series],
         )
         session.add(recording)
         session.flush()
-        channels = {row.name: row.id for row in recording.channels}
-        for series in done.series:
-            write_series(session, channels[series.channel.name], series.encoded.frames, self._store.written_by(session))
-        added, impacts = self._add_hits(session, campaign, hits, recording, done)
-        session.add_all(finding_row(f, recording.id, channels, impacts) for f in done.findings)
+        channels = self._add_channels(session, recording.id, done)
+        added, impacts = self._add_hits(session, campaign, hits, recording.id, done)
+        findings = [finding_values(finding, recording.id, channels, impacts) for finding in done.findings]
+        self._store.add_rows(session, QualityFinding, findings)
         return replace(added, recordings=1)
+
+    def _add_channels(self, session: Session, recording: int, done: ProcessedRecording) -> dict[str, int]:
+        """Channels with their series; their keys by name."""
+        rows = [{"recording_id": recording, **channel_values(series)} for series in done.series]
+        self._store.add_rows(session, RecordedChannel, rows)
+        of_recording = select(RecordedChannel.name, RecordedChannel.id).filter_by(recording_id=recording)
+        keys = dict(iter(session.execute(of_recording)))
+        for series in done.series:
+            name, frames = series.channel.name, series.encoded.frames
+            write_series(session, keys[name], frames, self._store.written_by(session))
+        return keys
 
     def _add_hits(
         self,
         session: Session,
         campaign: Campaign,
         hits: Sequence[Hit],
-        recording: Recording | None,
+        recording: int | None,
         done: ProcessedRecording | None,
     ) -> tuple[Added, dict[int, int]]:
-        """Impacts and shots of hits; also the impact's key by the number of its pulse."""
+        """Impacts and shots of hits, a table at a time; also the impact's key by the number of its pulse."""
         configurations = configuration_ids(session, [hit.row.levels for hit in hits])
-        added, impacts = Added(), {}
-        for hit, configuration in zip(hits, configurations, strict=True):
-            common = {
+        common = [
+            {
                 "campaign_id": campaign.id,
                 "run": hit.row.run,
                 "repetition": hit.repetition,
                 "configuration_id": configuration,
-                "recording_id": recording.id if recording else None,
+                "recording_id": recording,
             }
-            impact = self._add_impact(session, hit, done, common)
-            if impact is not None and hit.pulse is not None:
-                impacts[hit.pulse] = impact
-            if self._file.kind == "gun":
-                session.add(Shot(**common, impact_id=impact, **shot_values(hit.row, done)))
-            added = added.with_hit(impact is not None, self._file.kind == "gun")
-        return added, impacts
+            for hit, configuration in zip(hits, configurations, strict=True)
+        ]
+        met = [(hit, own) for hit, own in zip(hits, common, strict=True) if self._has_impact(hit, done)]
+        keys = self._add_impacts(session, [{**own, **impact_values(hit.row, hit, done)} for hit, own in met])
+        impacts = {hit.pulse: keys[hit.row.run, hit.repetition] for hit, _ in met if hit.pulse is not None}
+        if done and impacts:
+            settings = settings_id(session, self._settings)
+            pulses = [pulse_values(done.pulses[pulse], impact, settings) for pulse, impact in impacts.items()]
+            self._store.add_rows(session, Pulse, pulses)
+        if self._file.kind != "gun":
+            return Added(impacts=len(met)), impacts
+        shots = [
+            {**own, "impact_id": keys.get((hit.row.run, hit.repetition)), **shot_values(hit.row, done)}
+            for hit, own in zip(hits, common, strict=True)
+        ]
+        self._store.add_rows(session, Shot, shots)
+        return Added(impacts=len(met), shots=len(shots)), impacts
 
-    def _add_impact(
-        self, session: Session, hit: Hit, done: ProcessedRecording | None, common: dict[str, Any]
-    ) -> int | None:
-        """Key of a hit's impact, with its pulse; None for a shot that met no force channel."""
-        if self._file.kind == "gun" and not (done and done.has_force) and hit.row.impact_velocity_m_s is None:
-            return None
-        impact = Impact(**common, **impact_values(hit.row, hit, done))
-        session.add(impact)
-        session.flush()
-        if done and hit.pulse is not None:
-            session.add(pulse_row(done.pulses[hit.pulse], impact.id, settings_id(session, self._settings)))
-        return impact.id
+    def _add_impacts(self, session: Session, rows: Sequence[dict[str, Any]]) -> dict[tuple[int, int], int]:
+        """Impacts of one recording, or of none; their keys by run and repetition."""
+        if not rows:
+            return {}
+        self._store.add_rows(session, Impact, rows)
+        origin = {name: rows[0][name] for name in ("campaign_id", "recording_id")}
+        found = session.execute(select(Impact.run, Impact.repetition, Impact.id).filter_by(**origin))
+        return {(run, repetition): key for run, repetition, key in found}
+
+    def _has_impact(self, hit: Hit, done: ProcessedRecording | None) -> bool:
+        """Whether a hit is an impact; a shot that met no force channel is none."""
+        if self._file.kind != "gun":
+            return True
+        return bool(done and done.has_force) or hit.row.impact_velocity_m_s is not None
 
     def _stored_meanwhile(self, session: Session, done: ProcessedRecording) -> bool:
         """Whether another process has stored this very recording since we looked."""

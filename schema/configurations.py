@@ -12,6 +12,9 @@ from .keys import fingerprint_of, get_or_add
 from .levels import Level
 from .materials import material_id
 
+#: Values of one statement: SQLite takes 32,766 of them.
+_AT_ONCE = 500
+
 
 def configuration_fingerprint(levels: Sequence[Level]) -> str:
     """Hash of a combination of levels; the same combination has the same, whoever plans or records it."""
@@ -31,15 +34,20 @@ def configuration_ids(session: Session, combinations: Sequence[Sequence[Level]])
     """
     prints = [configuration_fingerprint(levels) for levels in combinations]
     of_print = dict(zip(prints, combinations, strict=True))
-    known = {key: found for key in of_print if (found := _known(session, key)) is not None}
+    known = _known(session, list(of_print))
     new = {key: levels for key, levels in sorted(of_print.items()) if key not in known}
-    level_rows = _levels(session, [level for levels in new.values() for level in levels])
-    known |= {key: _add(session, key, [level_rows[_key(level)] for level in levels]) for key, levels in new.items()}
+    if new:
+        level_rows = _levels(session, [level for levels in new.values() for level in levels])
+        known |= {key: _add(session, key, [level_rows[_key(level)] for level in levels]) for key, levels in new.items()}
     return [known[key] for key in prints]
 
 
-def _known(session: Session, fingerprint: str) -> int | None:
-    return session.scalar(select(Configuration.id).where(Configuration.fingerprint == fingerprint))
+def _known(session: Session, fingerprints: Sequence[str]) -> dict[str, int]:
+    query = select(Configuration.fingerprint, Configuration.id)
+    known: dict[str, int] = {}
+    for i in range(0, len(fingerprints), _AT_ONCE):
+        known |= dict(iter(session.execute(query.where(Configuration.fingerprint.in_(fingerprints[i : i + _AT_ONCE])))))
+    return known
 
 
 def _key(level: Level) -> tuple[str, str]:
@@ -48,9 +56,15 @@ def _key(level: Level) -> tuple[str, str]:
 
 def _add(session: Session, fingerprint: str, levels: Sequence[FactorLevel]) -> int:
     row = get_or_add(session, Configuration, {"fingerprint": fingerprint})
-    for level in levels:
-        key = {"configuration_id": row.id, "level_id": level.id}
-        get_or_add(session, ConfigurationLevel, key, {"factor_id": level.factor_id})
+    # Whoever was faster stored it with its levels, in one transaction; nobody else can add to it before ours ends.
+    query = select(ConfigurationLevel.level_id).where(ConfigurationLevel.configuration_id == row.id)
+    there = set(session.scalars(query))
+    session.add_all(
+        ConfigurationLevel(configuration_id=row.id, level_id=level.id, factor_id=level.factor_id)
+        for level in levels
+        if level.id not in there
+    )
+    session.flush()
     return row.id
 
 
@@ -58,8 +72,19 @@ def _levels(session: Session, levels: Sequence[Level]) -> dict[tuple[str, str], 
     """All factors before the first level: rows of one table, in order, before those of the next."""
     wanted = {_key(level): level for level in sorted(levels, key=_key)}
     units = {level.factor: level.si_unit for level in wanted.values()}
-    factors = {name: get_or_add(session, Factor, {"name": name}, {"si_unit": unit}) for name, unit in units.items()}
-    return {key: _level(session, factors[key[0]].id, level) for key, level in wanted.items()}
+    factors = {row.name: row for row in session.scalars(select(Factor).where(Factor.name.in_(units)))}
+    for name, unit in units.items():
+        if name not in factors:
+            factors[name] = get_or_add(session, Factor, {"name": name}, {"si_unit": unit})
+    names = {row.id: name for name, row in factors.items()}
+    known: dict[tuple[str, str], FactorLevel] = {}
+    labels = sorted({level.label for level in wanted.values()})
+    for i in range(0, len(labels), _AT_ONCE):
+        query = select(FactorLevel).where(
+            FactorLevel.factor_id.in_(names), FactorLevel.label.in_(labels[i : i + _AT_ONCE])
+        )
+        known |= {(names[row.factor_id], row.label): row for row in session.scalars(query)}
+    return {key: known.get(key) or _level(session, factors[key[0]].id, level) for key, level in wanted.items()}
 
 
 def _level(session: Session, factor: int, level: Level) -> FactorLevel:

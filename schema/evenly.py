@@ -26,9 +26,12 @@ def list_pulse_keys(
     query = query.join(Pulse, IN_USE)
     query, span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
     query = query.where(Impact.id.between(span.first, span.last))
-    total = session.scalar(query.with_only_columns(func.count())) or 0
+    # No more than fit between the first key and the last: a small store need not count.
+    fits = span.last - span.first < most
+    total = 0 if fits else session.scalar(query.with_only_columns(func.count())) or 0
     if total <= most:
-        return list(session.scalars(query.order_by(Impact.id))), total
+        found = list(session.scalars(query.order_by(Impact.id)))
+        return found, len(found)
     numbered = query.add_columns((func.row_number().over(order_by=Impact.id) - 1).label("place")).subquery()
     # Of `total` places these are as many as wanted: those where place * most / total has just passed a whole number.
     chosen = select(numbered.c.id).where(numbered.c.place * most % total < most)

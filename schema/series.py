@@ -112,10 +112,8 @@ def decode(frame: bytes, dtype: str) -> NDArray[Any]:
     """The samples of a frame, writable. Raises `ValueError` or `RuntimeError` on a damaged frame."""
     from numcodecs.blosc import decompress
 
-    packed = _verified(frame)
-    out = np.empty(content_bytes(frame) // np.dtype(dtype).itemsize, dtype=np.dtype(dtype))
-    decompress(packed, out)
-    return out
+    # A copy of the few bytes takes less time than numcodecs' look at an array to decode into.
+    return np.frombuffer(decompress(_verified(frame)), dtype=dtype).copy()
 
 
 def encode_series(samples: NDArray[Any], chunk_samples: int | None = None) -> EncodedSeries:
@@ -264,6 +262,6 @@ def resolve(start: int | None, stop: int | None, samples: int) -> tuple[int, int
 def as_floats(frame: bytes, name: str) -> NDArray[np.float64]:
     """A float64 frame, such as a pulse's fine force. Raises `SeriesError` with `name` when it is damaged."""
     try:
-        return cast(NDArray[np.float64], decode(frame, "<f8"))
+        return cast("NDArray[np.float64]", decode(frame, "<f8"))  # as a word: the type itself takes 7 µs to make
     except (RuntimeError, ValueError) as error:
         raise SeriesError(f"{name} is damaged ({error})") from error

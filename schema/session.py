@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import getpass
 import socket
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -81,6 +81,9 @@ class Store:
 
     def __init__(self, engine: Engine, writer: Writer) -> None:
         self.engine = engine
+        # Made once: with options made anew, each session would look up every event of the engine again (30 µs).
+        self._reads = engine.execution_options(**one_state(engine))
+        self._writes = engine.execution_options(pyroshock_writes=True)
         self.writer = writer
         self._written_by_id: int | None = None
         self._written_within: SessionTransaction | None = None  # the savepoint that holds the provenance row
@@ -88,7 +91,7 @@ class Store:
     @contextmanager
     def reading(self) -> Iterator[Session]:
         """A session that sees one state of the store and changes nothing."""
-        with self._translated(), Session(self.engine.execution_options(**one_state(self.engine))) as session:
+        with self._translated(), Session(self._reads) as session:
             yield session
 
     def read(self, work: Callable[[Session], Result]) -> Result:
@@ -134,7 +137,7 @@ class Store:
         """One transaction: everything in the block is stored, or nothing is. See `write` for others at work."""
         known = self._written_by_id
         try:
-            with self._translated(), Session(self.engine.execution_options(pyroshock_writes=True)) as session:
+            with self._translated(), Session(self._writes) as session:
                 event.listen(session, "before_flush", self._sign)
                 event.listen(session, "after_rollback", self._forget_with)
                 with session.begin():
@@ -153,6 +156,18 @@ class Store:
             self._written_by_id = self.writer.insert(session.connection())
             self._written_within = session.get_nested_transaction()
         return self._written_by_id
+
+    def add_rows(self, session: Session, table: type[Written], rows: Sequence[Mapping[str, Any]]) -> None:
+        """Insert rows of one table in one statement, in their order, with this command as their writer.
+
+        A column that only some of the rows name is NULL in the others. Keys are not returned, for SQLAlchemy would
+        insert row by row in SQLite to tell which is whose: ask for them by the rows' natural key.
+        """
+        if not rows:
+            return
+        every = {name: None for row in rows for name in row} | {"written_by_id": self.written_by(session)}
+        # Otherwise SQLAlchemy leaves out what is None, and rows that differ in it take a statement each.
+        session.execute(insert(table), [{**every, **row} for row in rows], execution_options={"render_nulls": True})
 
     def _sign(self, session: Session, _context: Any, _instances: Any) -> None:
         unsigned = [row for row in session.new if isinstance(row, Written) and row.written_by_id is None]

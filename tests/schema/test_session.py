@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime as dt
 
 import pytest
-from pyroshock.schema.campaigns import Campaign
+from pyroshock.schema.campaigns import Campaign, Factor
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.keys import get_or_add
@@ -186,3 +186,22 @@ def test_recording_of_gigabytes_has_its_size(store):
         session.add(Recording(campaign_id=of.id, status="stored", **large))
     with store.reading() as session:
         assert session.scalars(select(Recording.size_bytes)).one() == 5_000_000_000
+
+
+def test_rows_added_at_once_are_signed_and_in_order(store):
+    rows = [{"name": "b"}, {"name": "a", "si_unit": "m"}, {"name": "c", "description": "d"}]
+    with store.writing() as session:
+        store.add_rows(session, Factor, rows)
+    with store.reading() as session:
+        found = session.scalars(select(Factor).order_by(Factor.id)).all()
+        assert [(row.name, row.si_unit, row.description) for row in found] == [
+            ("b", None, None), ("a", "m", None), ("c", None, "d")
+        ]  # fmt: skip
+        assert {session.get_one(Provenance, row.written_by_id).command for row in found} == {"pyroshock test"}
+
+
+def test_no_rows_added_leave_no_trace(store):
+    before = count_rows(store)
+    with store.writing() as session:
+        store.add_rows(session, Factor, [])
+    assert count_rows(store) == before

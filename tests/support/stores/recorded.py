@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pyroshock.ingest.channel import Channel, Sensor
 from pyroshock.ingest.processing import StoredSeries
-from pyroshock.ingest.rows import channel_row
+from pyroshock.ingest.rows import channel_values
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.keys import get_or_add
-from pyroshock.schema.recordings import Recording
+from pyroshock.schema.recordings import RecordedChannel, Recording
 from pyroshock.schema.series import write_series
 from pyroshock.schema.session import Store
 
@@ -58,7 +58,7 @@ def add_recording(
             size_bytes=1,
             format="npz",
             status="stored",
-            channels=[channel_row(each) for each in series],
+            channels=[RecordedChannel(**channel_values(each)) for each in series],
         )
         session.add(recording)
         session.flush()

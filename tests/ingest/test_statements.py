@@ -1,0 +1,62 @@
+"""Storing costs statements by the recording, not by the hit: each is a way to a server and back."""
+
+from __future__ import annotations
+
+import pytest
+from pyroshock.ingest.load import ingest_folder
+from pyroshock.schema.impacts import Impact
+from pyroshock.schema.session import Writer, open_store
+from sqlalchemy import select
+from support.records.campaigns import gun_campaign, hammer_campaign
+from support.stores.counting import statements
+
+#: Of a recording whose configuration is known: BEGIN; whether it is there, was set aside, and its campaign; itself;
+#: its channels and their keys; the series of each channel (here one); configurations, impacts and their keys; settings
+#: and pulses. COMMIT is not counted.
+OF_A_RECORDING = 13
+
+
+@pytest.fixture
+def store(database_url):
+    with open_store(database_url, Writer("test", "0"), create=True) as store:
+        yield store
+
+
+@pytest.fixture
+def asked(store, tmp_path):
+    """`asked(name, recordings, hits)`: how many statements the ingest of such a campaign takes."""
+
+    def count(name, recordings=2, hits=2):
+        folder = hammer_campaign(tmp_path / name, recordings, hits, name=name)
+        with statements(store) as said:
+            ingest_folder(store, folder, jobs=1)
+        return len(said)
+
+    count("first", 6)  # its configurations are known to all later ones
+    return count
+
+
+def test_hits_cost_no_statement(asked):
+    assert asked("many", hits=7) == asked("few", hits=2)
+
+
+def test_recording_costs_few(asked):
+    assert asked("six", 6) - asked("two", 2) <= 4 * OF_A_RECORDING
+
+
+def test_shots_without_recording_cost_no_statement_each(store, tmp_path):
+    ingest_folder(store, gun_campaign(tmp_path / "first", 9, name="first"), jobs=1)
+    asked = []
+    for shots in (3, 9):
+        folder = gun_campaign(tmp_path / f"{shots}", shots, name=f"{shots}")
+        with statements(store) as said:
+            ingest_folder(store, folder, jobs=1)
+        asked.append(len(said))
+    assert asked[0] == asked[1]
+
+
+def test_keys_follow_the_order_of_hits(store, tmp_path):
+    ingest_folder(store, hammer_campaign(tmp_path / "c", 3, 7), jobs=1)
+    with store.reading() as session:
+        order = session.execute(select(Impact.run, Impact.repetition).order_by(Impact.id)).all()
+    assert order == [(run, repetition) for run in (1, 2, 3) for repetition in range(1, 8)]
