@@ -6,16 +6,17 @@ A condition on a column goes into the query; one on a factor is first turned int
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, and_, or_, select, text
+from sqlalchemy import ColumnElement, Select, and_, exists, not_, or_, select, text
 from sqlalchemy.orm import Session
 
 from .campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
 from .impacts import Impact, Pulse
 from .pages import Span, Table, span_of
+from .quality import SEVERITIES, QualityFinding
 from .shots import Shot
 
 OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
@@ -51,6 +52,10 @@ SHOT_COLUMNS: dict[str, Any] = {
     "measured_velocity_u_m_s": Shot.measured_velocity_u_m_s,
 }
 
+#: The listing of impacts has it beside those columns, from their findings: a note is no doubt.
+QUALITY = "quality"
+QUALITIES = ("ok", *SEVERITIES[1:])
+
 
 class UnknownFieldError(ValueError):
     """A filter names no column and no factor; the message lists those there are."""
@@ -82,14 +87,17 @@ def restricted(
     campaign_id = None if campaign is None else get_campaign_id(session, campaign)
     if campaign_id is not None:
         query = query.where(table.campaign_id == campaign_id)
-    of_factors = [condition for condition in where if condition.field not in columns]
+    known = {*columns, QUALITY} if table is Impact else {*columns}
+    of_factors = [condition for condition in where if condition.field not in known]
     for condition in where:
-        if condition.field in columns:
+        if condition.field == QUALITY and QUALITY in known:
+            query = query.where(_of_quality(condition))
+        elif condition.field in known:
             _refuse_word(condition)
             query = query.where(OPERATORS[condition.operator](columns[condition.field], condition.value))
     if not of_factors:
         return query, span_of(session, table, campaign_id, None)
-    matching = [_matching_configurations(session, condition, columns) for condition in of_factors]
+    matching = [_matching_configurations(session, condition, known) for condition in of_factors]
     all_of_them = select(Configuration.id).where(*(Configuration.id.in_(each) for each in matching))
     # Few keys are known before the query: a database plans badly for those that it must find first.
     found = sorted(session.scalars(all_of_them.limit(_MOST_KEYS + 1)))
@@ -99,8 +107,28 @@ def restricted(
     return query, span_of(session, table, campaign_id, None)
 
 
+def _of_quality(condition: Condition) -> ColumnElement[bool]:
+    """Of an impact's findings and its recording's, the gravest, as the listing has it."""
+    wanted = str(condition.value)
+    if condition.operator not in ("=", "!=") or wanted not in QUALITIES:
+        asked = f"{QUALITY}{condition.operator}{wanted}"
+        raise ValueError(f"condition {asked!r}; expected {QUALITY}= or {QUALITY}!= one of {', '.join(QUALITIES)}")
+    graver = QUALITIES[QUALITIES.index(wanted) + 1 :]
+    said = [] if wanted == QUALITIES[0] else [_said(wanted)]
+    unsaid = [not_(_said(*graver))] if graver else []
+    found = and_(*said, *unsaid)
+    return found if condition.operator == "=" else not_(found)
+
+
+def _said(*severities: str) -> ColumnElement[bool]:
+    """Whether a finding of such a severity counts against an impact."""
+    its_own = or_(QualityFinding.impact_id == Impact.id, QualityFinding.impact_id.is_(None))
+    finding = exists().where(QualityFinding.recording_id == Impact.recording_id, its_own)
+    return finding.where(QualityFinding.severity.in_(severities))
+
+
 def _refuse_word(condition: Condition) -> None:
-    """Every column of a listing is a number: one database would find nothing equal to a word, another fail."""
+    """Every other column of a listing is a number: one database would find nothing equal to a word, another fail."""
     if isinstance(condition.value, str):
         raise ValueError(f"{condition.field} is compared with {condition.value!r}; expected a number, in SI")
 
@@ -114,7 +142,7 @@ def get_campaign_id(session: Session, name: str) -> int:
     return key
 
 
-def _matching_configurations(session: Session, condition: Condition, columns: dict[str, Any]) -> Select[Any]:
+def _matching_configurations(session: Session, condition: Condition, columns: Collection[str]) -> Select[Any]:
     factor = get_factor_id(session, condition.field, columns)
     test = OPERATORS[condition.operator]
     matches: ColumnElement[bool] = test(FactorLevel.label, str(condition.value))
@@ -133,13 +161,13 @@ def _matching_configurations(session: Session, condition: Condition, columns: di
     return select(ConfigurationLevel.configuration_id).where(ConfigurationLevel.level_id.in_(levels))
 
 
-def get_factor_id(session: Session, field: str, columns: dict[str, Any] | None = None) -> int:
+def get_factor_id(session: Session, field: str, columns: Collection[str] = ()) -> int:
     """Key of a factor by its name or its listing's key; `UnknownFieldError` naming those there are, and `columns`."""
     known_factors = session.execute(select(Factor.id, Factor.name, Factor.si_unit)).all()
     factors = {listing_key(name, si_unit): key for key, name, si_unit in known_factors}
     factors |= {name: key for key, name, _ in known_factors}
     if field not in factors:
-        known = ", ".join(sorted({*factors, *(columns or {})}))
+        known = ", ".join(sorted({*factors, *columns}))
         raise UnknownFieldError(f"no column or factor {field!r}; known: {known}")
     return factors[field]
 

@@ -17,10 +17,10 @@ from support.stores.recorded import WHEN, pulse_row
 IMPACTS = 97
 
 
-@pytest.fixture
-def store(database_url):
+@pytest.fixture(scope="module")
+def store(new_database):
     """97 impacts with an earlier and a current pulse each, one in three of steel; a last one without a pulse."""
-    with open_store(database_url, Writer("test", "0"), create=True) as store:
+    with open_store(new_database(), Writer("test", "0"), create=True) as store:
         with store.writing() as session:
             session.add(Campaign(id=1, name="c", kind="hammer", date=WHEN.date(), fingerprint="c"))
             session.add_all(ExtractionSettings(id=i, fingerprint=str(i), code_version=1, settings={}) for i in (1, 2))

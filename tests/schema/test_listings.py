@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+from contextlib import contextmanager
 
 import pytest
 from pyroshock.schema import conditions
@@ -11,6 +12,7 @@ from pyroshock.schema.configurations import configuration_id
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.levels import Level
 from pyroshock.schema.listings import (
+    OPERATORS,
     Condition,
     UnknownFieldError,
     iter_impacts,
@@ -21,19 +23,27 @@ from pyroshock.schema.listings import (
 )
 from pyroshock.schema.pages import span_of
 from pyroshock.schema.plans import Plan, PlannedRun
+from pyroshock.schema.quality import QualityFinding
+from pyroshock.schema.recordings import Recording
 from pyroshock.schema.session import Writer, open_store
 from pyroshock.schema.shots import Shot
 from sqlalchemy import event
 
 TIPS = ("steel", "delrin")
 RADII = (0.03, 0.045)
-NOTHING = {"treatment": {}, "settings": {}}
+NOTHING: dict[str, dict[str, object]] = {"treatment": {}, "settings": {}}
 
 
-@pytest.fixture
-def filled(database_url):
-    """Two campaigns of twelve impacts over four configurations."""
-    with open_store(database_url, Writer("test", "0"), create=True) as store:
+@pytest.fixture(scope="module")
+def filled(new_database):
+    """Two campaigns of twelve impacts over four configurations, which tests only read."""
+    with _filled(new_database()) as store:
+        yield store
+
+
+@contextmanager
+def _filled(url):
+    with open_store(url, Writer("test", "0"), create=True) as store:
         _fill(store)
         yield store
 
@@ -98,6 +108,56 @@ def test_row_carries_campaign_factors_and_si_keys(filled):
 )
 def test_condition_keeps_just_what_it_says(filled, condition, expected):
     assert listed(filled, condition) == [row for row in listed(filled) if expected(row)]
+
+
+@pytest.fixture(scope="module")
+def doubted(new_database):
+    """Impact 1 is warned of, 2 warned of and rejected, 3 shares a recording that is warned of with 4, whose own finding
+    is a note; 5 has one of a note alone.
+    """
+    warnings = [(1, 1, "warning"), (2, 2, "warning"), (3, None, "warning")]
+    said = [*warnings, (2, 2, "reject"), (3, 4, "note"), (5, 5, "note")]
+    with _filled(new_database()) as store:
+        with store.writing() as session:
+            for key, impacts in ((1, (1,)), (2, (2,)), (3, (3, 4)), (5, (5,))):
+                session.add(Recording(id=key, campaign_id=1, path=str(key), sha256="0" * 64, size_bytes=1, format="csv",
+                                      status="stored"))  # fmt: skip
+                session.flush()
+                for impact in impacts:
+                    session.get_one(Impact, impact).recording_id = key
+            for recording, impact, severity in said:
+                session.add(QualityFinding(recording_id=recording, impact_id=impact, check="rest", severity=severity,
+                                           message="m", evidence={}))  # fmt: skip
+        yield store
+
+
+@pytest.mark.parametrize(
+    ("operator", "value", "expected"),
+    [("!=", "ok", [1, 2, 3, 4]), ("=", "warning", [1, 3, 4]), ("=", "reject", [2]), ("!=", "reject", [1, 3, 4, 5])],
+)
+def test_quality_is_a_column_like_others(doubted, operator, value, expected):
+    """`impacts --where quality!=ok` was refused, though the listing shows it."""
+    rows = listed(doubted, Condition("quality", operator, value), Condition("id", "<=", 5.0))
+    assert [row["id"] for row in rows] == expected
+    meets = OPERATORS[operator]
+    assert rows == [row for row in listed(doubted) if row["id"] <= 5 and meets(row["quality"], value)]
+
+
+def test_ok_is_what_has_no_doubt(doubted):
+    rows = listed(doubted, Condition("quality", "=", "ok"))
+    assert rows == [row for row in listed(doubted) if row["quality"] == "ok"]
+    assert len(rows) == 20
+
+
+@pytest.mark.parametrize(("operator", "value"), [("=", "good"), ("=", 1.0), (">", 1.0)])
+def test_no_quality_is_refused(filled, operator, value):
+    with pytest.raises(ValueError, match="expected quality= or quality!= one of ok, warning, reject"):
+        listed(filled, Condition("quality", operator, value))
+
+
+def test_shots_have_no_quality(filled):
+    with filled.reading() as session, pytest.raises(UnknownFieldError, match="'quality'"):
+        list(iter_shots(session, None, (Condition("quality", "=", "ok"),)))
 
 
 def test_conditions_narrow_together(filled):
@@ -217,8 +277,13 @@ def test_word_for_a_column_of_numbers_is_refused(filled):
         listed(filled, Condition("run", "=", "three"))
 
 
-def test_shots_have_pages_too(filled):
-    with filled.writing() as session:
+def test_shots_have_pages_too(new_database):
+    with _filled(new_database()) as store:
+        _pages_of_shots(store)
+
+
+def _pages_of_shots(store):
+    with store.writing() as session:
         campaign, key = Campaign(name="g", kind="gun", date=dt.date(2026, 1, 1), fingerprint="g"), 1
         session.add(campaign)
         session.flush()
@@ -227,7 +292,7 @@ def test_shots_have_pages_too(filled):
                 Shot(campaign_id=campaign.id, run=run, repetition=1, configuration_id=key, tank_pressure_pa=1e5,
                      bullet_mass_kg=0.1 + run)
             )  # fmt: skip
-    with filled.reading() as session:
+    with store.reading() as session:
         whole = list(iter_shots(session, "g"))
         first, after = list_shots_page(session, "g", (), None, 4)
         rest, end = list_shots_page(session, "g", (), after, 4)

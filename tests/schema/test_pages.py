@@ -20,9 +20,9 @@ PLACES = {
 }
 
 
-@pytest.fixture
-def scattered(database_url):
-    with open_store(database_url, Writer("test", "0"), create=True) as store:
+@pytest.fixture(scope="module")
+def scattered(new_database):
+    with open_store(new_database(), Writer("test", "0"), create=True) as store:
         with store.writing() as session:
             for key in (1, 2, 3):
                 session.add(Campaign(id=key, name=str(key), kind="hammer", date=dt.date(2026, 1, 1), fingerprint="x"))

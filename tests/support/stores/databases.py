@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import uuid
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -43,6 +44,23 @@ def database_url(request: pytest.FixtureRequest) -> Iterator[str]:
         return
     with fresh_database(request.getfixturevalue("postgres_url")) as url:
         yield url
+
+
+@pytest.fixture(scope="module", params=["sqlite", "postgresql"])
+def new_database(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Callable[[], str]]:
+    """Each call makes an empty database of each kind in turn, gone after the module: for stores that tests only read.
+
+    Making one takes longer than most questions to it.
+    """
+    if request.param == "sqlite":
+        folder, numbers = tmp_path_factory.mktemp("databases"), count(1)
+        yield lambda: f"sqlite:///{folder / f'{next(numbers)}.db'}"
+        return
+    server = request.getfixturevalue("postgres_url")
+    with ExitStack() as made:
+        yield lambda: made.enter_context(fresh_database(server))
 
 
 @contextmanager
