@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from .common import db_option, errors_as_one_line, json_option, note, opened, print_table, write_json
+from .common import db_option, json_option, note, opened
+from .made_plan import tell_plan
 
 if TYPE_CHECKING:
     from ...doe.plans import StoredPlan
@@ -140,13 +141,4 @@ def augment(
 
 
 def _tell(stored: StoredPlan, json_to: str | None, out: Path | None) -> None:
-    from ..plans.tables import plan_as_json, write_table
-
-    if out is not None:
-        with errors_as_one_line():
-            write_table(stored, out)
-        note(f"written: {out}")
-    if json_to is not None:
-        write_json(plan_as_json(stored), json_to)
-    elif out is None:
-        print_table(({"run": run.run, **run.row, **run.settings} for run in stored.runs), "no runs")
+    tell_plan(stored, ({"run": run.run, **run.row, **run.settings} for run in stored.runs), json_to, out)

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from .common import db_option, errors_as_one_line, json_option, note, opened, print_table, write_json
+from .common import db_option, json_option, note, opened
+from .made_plan import tell_plan
 
 
 @click.command()
@@ -46,13 +47,5 @@ def discriminate(
     for words in (*(each["why"] for each in report["next_runs"]), *left_out):
         note(words)
     note(f"plan {stored.name}: {len(stored.runs)} runs; pyroshock plan sheet {stored.name} --out {stored.name}.html")
-    from ..plans.tables import plan_as_json, write_table
-
-    if out is not None:
-        with errors_as_one_line():
-            write_table(stored, out)
-        note(f"written: {out}")
-    if json_to is not None:
-        write_json(plan_as_json(stored), json_to)
-    else:
-        print_table(({"run": run.run, **run.row, "repetitions": run.repetitions} for run in stored.runs), "no runs")
+    rows = ({"run": run.run, **run.row, "repetitions": run.repetitions} for run in stored.runs)
+    tell_plan(stored, rows, json_to, out)

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...twin.srs.checks import Finding, Record, run_checks
+from ...twin.srs.comparison import Comparison, compare
 from ...twin.srs.moments import Moments, temporal_moments
 from ...twin.srs.record import Spectrum
 from ...twin.srs.spectrum import shock_response_spectrum
 from ...twin.srs.target import Target
-from ...twin.srs.tolerance import Comparison, compare
 from .channel import Acceleration
 
 Floats = NDArray[np.float64]

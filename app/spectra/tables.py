@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...schema.outputs import whole_file
-from ...twin.srs.tolerance import Comparison
+from ...twin.srs.comparison import Comparison
 from .recordings import Measured
 
 _CURVES = ("maximax", "positive", "negative", "primary", "residual")
