@@ -104,7 +104,10 @@ format-check: .venv/.pyroshock-dev
 lint: .venv/.pyroshock-dev
 	@$(BIN)/ruff check .
 
-types: .venv/.pyroshock-dev .cache/mypy/pyroshock
+# What tests import by these names, from their own folder.
+SHARED_BY_TESTS := support fuzzing doc_pages
+
+types: .venv/.pyroshock-dev .cache/mypy/pyroshock $(SHARED_BY_TESTS:%=.cache/mypy/%)
 	@$(BIN)/mypy
 
 licences: .venv/.pyroshock-dev ## every installed package's licence is one that we may use (tools/licences.toml)
@@ -134,6 +137,10 @@ clean: ## remove the virtual environment, caches and results of builds
 .cache/mypy/pyroshock:
 	@mkdir -p $(@D)
 	@ln -sfn ../.. $@
+
+$(SHARED_BY_TESTS:%=.cache/mypy/%):
+	@mkdir -p $(@D)
+	@ln -sfn ../../tests/$(@F) $@
 
 .venv/.pyroshock-run: pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \

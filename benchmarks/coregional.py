@@ -41,7 +41,7 @@ PEERS = (
 INEXACT = "BoTorch KroneckerMultiTaskGP"
 #: Pulses, and how often each way is timed: a peer's likelihood of 180 takes seconds.
 SIZES: Mapping[int, int] = {45: 7, 90: 5, 180: 2}
-FULL_SIZES: Mapping[int, int] = SIZES | {720: 1}
+FULL_SIZES: Mapping[int, int] = {**SIZES, 720: 1}
 LARGE, LARGE_REPEATS = 1440, 9
 ASKED = 20
 #: Promised: times faster than GPyTorch and BoTorch from 180 pulses on; factorisations, seconds and bytes at 1,440.
@@ -77,8 +77,8 @@ def measure_coregional(
         for name, module, _ in PEERS:
             if python := interpreter_with(module):
                 by_file = files if module == "GPy" else {}
-                limits = {"python": python, "limit_bytes": coregional_full.LIMIT_BYTES}
-                peer = Apart("-m", "benchmarks.gpy_peer", **limits) if by_file else _own(name)
+                limit = coregional_full.LIMIT_BYTES
+                peer = Apart("-m", "benchmarks.gpy_peer", python=python, limit_bytes=limit) if by_file else _own(name)
                 programs[name] = Way(open_ones.enter_context(peer), by_file)
         for n, repeats in sizes.items():
             yield from _likelihoods(programs, n, repeats, n == max(sizes))

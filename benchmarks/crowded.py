@@ -22,9 +22,10 @@ from .bulk import Row, insert_rows, tidy
 from .sampled import Sample
 
 HITS_PER_RECORDING = 10
+_TIP_RADII_M = (0.005, 0.01, 0.02, 0.03, 0.04)
 DESIGN: dict[str, tuple[str | float, ...]] = {
     "tip_material": ("aluminum", "steel", "delrin"),
-    "tip_radius": (0.005, 0.01, 0.02, 0.03, 0.04),
+    "tip_radius": _TIP_RADII_M,
     "anvil_material": ("none", "aluminum", "steel"),
     "hammer_speed": ("low", "high"),
     "boundary_conditions": ("free", "fixed"),
@@ -135,7 +136,7 @@ def _design(connection: Connection, crowd: Crowd, signed: int) -> tuple[list[lis
 
 def _levels(campaign: int) -> dict[str, tuple[str | float, ...]]:
     """The design's, its radii a micrometre further for each campaign."""
-    return DESIGN | {"tip_radius": tuple(round(value + 1e-6 * campaign, 6) for value in DESIGN["tip_radius"])}
+    return DESIGN | {"tip_radius": tuple(round(value + 1e-6 * campaign, 6) for value in _TIP_RADII_M)}
 
 
 def _unit(factor: str) -> str | None:

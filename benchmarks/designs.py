@@ -90,7 +90,7 @@ def by_plain_anneal(space: Space, n: int, rng: np.random.Generator) -> Levels:
     sizes = [axis.size for axis in space.axes]
     rows = np.stack([rng.permutation(np.arange(n) % size) for size in sizes], axis=1)
     pairs = {
-        (a, b): cell_counts(rows, sizes, (a, b)) - n / (sizes[a] * sizes[b])
+        (a, b): np.asarray(cell_counts(rows, sizes, (a, b)) - n / (sizes[a] * sizes[b]), dtype=np.float64)
         for a in range(len(sizes))
         for b in range(a + 1, len(sizes))
     }

@@ -127,23 +127,23 @@ def _time(found: Sequence[Answers], way: str, learn_from: int) -> Figure:
     nature = "reading the folder and simulating every effect"
     if way == FOREST:
         nature += f"; the forest learned from {learn_from} campaigns before"
-    texts = [Spread.of(values).text(" s") for values in (ours, peer)]
+    own, other = (Spread.of(values).text(" s") for values in (ours, peer))
     return Figure(
-        THEME.format(len(found)), f"from the folder to an answer, beside {way}", *texts, ratio(ours, peer),
+        THEME.format(len(found)), f"from the folder to an answer, beside {way}", own, other, ratio(ours, peer),
         nature=nature, near=ratio(ours, least), question="the time of a diagnosis", rival=way,
     )  # fmt: skip
 
 
 def _quality(found: Sequence[Answers], way: str) -> Figure:
     told = {name: figures(name, _rows(found, name)) for name in (OURS, way)}
-    cells = [
+    mine, theirs = (
         f"{first_of(_rows(found, name))} of {len(found)} first, Brier {told[name].reliability.brier:.2f}"
-        for name in told
-    ]
+        for name in (OURS, way)
+    )
     own, other = (told[name].reliability.brier for name in (OURS, way))
     value = Spread.of([own / other if other else np.inf])
     return Figure(
-        THEME.format(len(found)), f"the right effect, beside {way}", *cells, value,
+        THEME.format(len(found)), f"the right effect, beside {way}", mine, theirs, value,
         of="quality", nature=kept_rates(), question="the right cause of a gap", rival=way,
     )  # fmt: skip
 

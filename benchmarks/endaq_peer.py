@@ -21,7 +21,8 @@ def main(file: str) -> None:
     table = pd.DataFrame({"a": record}, index=pd.Index(np.arange(record.size) / rate, name="time"))
 
     def spectrum() -> pd.DataFrame:
-        return shock_spectrum(table, given["lines_hz"], damp=zeta, mode="srs")
+        found: pd.DataFrame = shock_spectrum(table, given["lines_hz"], damp=zeta, mode="srs")
+        return found
 
     def answer(request: Answer) -> Answer:
         if request.get("value"):

@@ -84,17 +84,18 @@ def _correctness(
         ("impacts missed or made up", impacts, "miscounted"),
         ("second hits missed or made up", followed, "misjudged"),
     ):
-        wrong = [sum(getattr(one, key) for one in scores) for scores in (mine, theirs)]
+        wrong, peers = (sum(getattr(one, key) for one in scores) for scores in (mine, theirs))
         yield Figure(
-            THEME, f"{what}, {name}", *(f"{count} of {total}" for count in wrong), Spread.of([share(*wrong)]),
-            limit=1.0, nature="none wrong", of="quality", question=what, rival=name,
+            THEME, f"{what}, {name}", f"{wrong} of {total}", f"{peers} of {total}",
+            Spread.of([share(wrong, peers)]), limit=1.0, nature="none wrong", of="quality", question=what, rival=name,
         )  # fmt: skip
-    texts = [Spread.of([one.error for one in scores]).text(" %", 100) for scores in (mine, theirs)]
+    own, other = (Spread.of([one.error for one in scores]) for scores in (mine, theirs))
     step = Spread.of([1 / (r.rate_hz * np.median([h.contact_time_s for h in r.hits])) / np.sqrt(6) for r in records])
     over = ratio([one.error for one in mine], [one.error for one in theirs])
     yield Figure(
-        THEME, f"error of the contact time, {name}", *texts, over, of="quality", question="error of a contact time",
-        rival=name, nature=f"both ends fall between samples: {step.text(' %', 100)}",
+        THEME, f"error of the contact time, {name}", own.text(" %", 100), other.text(" %", 100), over,
+        of="quality", question="error of a contact time", rival=name,
+        nature=f"both ends fall between samples: {step.text(' %', 100)}",
         near=ratio([one.error for one in mine], [step.median] * len(mine)),
     )  # fmt: skip
 
@@ -110,7 +111,7 @@ def _shipped(repeats: int) -> Iterator[Figure]:
     for peer, way in PEERS.items():
         theirs = _judged(way)(force, rate)
         yield Figure(
-            SHIPPED, f"pulses, contact time, {peer}", *map(_told, (mine, theirs)),
+            SHIPPED, f"pulses, contact time, {peer}", _told(mine), _told(theirs),
             Spread.of([share(abs(len(mine) - 1), abs(len(theirs) - 1))]), limit=1.0, of="quality",
             nature="it is one hit",
         )  # fmt: skip

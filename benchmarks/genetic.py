@@ -61,11 +61,11 @@ def folds_of(x: Floats, y: Floats, groups: NDArray[np.str_]) -> list[Fold]:
     return folds
 
 
-def by_us(folds: Sequence[Fold], candidates: Sequence[tuple[int, ...]]) -> list[list[Floats]]:
-    """Left-out forces of each candidate and fold."""
+def by_us(folds: Sequence[Fold], candidates: Sequence[tuple[int, ...]], start: int = 0) -> list[list[Floats]]:
+    """Left-out forces of each candidate and fold, from the random weights of a `start`."""
 
     def evaluate(layers: tuple[int, ...]) -> list[Floats]:
-        rng, sizes = np.random.default_rng(4), (folds[0].x.shape[1], *layers, folds[0].y.shape[1])
+        rng, sizes = np.random.default_rng(4 + start), (folds[0].x.shape[1], *layers, folds[0].y.shape[1])
         rows = [(fold.x, fold.y) for fold in folds]
         networks = trained(rows, [started(sizes, rng) for _ in rows], sizes, 0.0, STEPS)
         return [fold.outputs.undo(answers(network, fold.asked)) for fold, network in zip(folds, networks, strict=True)]
@@ -89,15 +89,17 @@ def one_peer(fold: Fold, layers: tuple[int, ...], seed: int) -> Floats:
         return fold.outputs.undo(network.fit(fold.x, fold.y).predict(fold.asked))
 
 
-def by_peer(folds: Sequence[Fold], candidates: Sequence[tuple[int, ...]]) -> list[list[Floats]]:
+def by_peer(folds: Sequence[Fold], candidates: Sequence[tuple[int, ...]], start: int = 0) -> list[list[Floats]]:
     from joblib import Parallel, delayed
 
-    fits = [(fold, layers, seed) for layers in candidates for seed, fold in enumerate(folds)]
+    fits = [(fold, layers, seed) for layers in candidates for seed, fold in enumerate(folds, start * len(folds))]
     found = Parallel(n_jobs=CORES)(delayed(one_peer)(*fit) for fit in fits)
-    return [found[start : start + len(folds)] for start in range(0, len(found), len(folds))]
+    return [found[first : first + len(folds)] for first in range(0, len(found), len(folds))]
 
 
-WAYS: dict[str, Callable[[Sequence[Fold], Sequence[tuple[int, ...]]], list[list[Floats]]]] = {
+#: What is left out of folds, for candidates and a start.
+Way = Callable[[Sequence[Fold], Sequence[tuple[int, ...]], int], list[list[Floats]]]
+WAYS: dict[str, Way] = {
     "pyroshock": by_us,
     "MLPRegressor, joblib": by_peer,
 }
@@ -106,7 +108,7 @@ WAYS: dict[str, Callable[[Sequence[Fold], Sequence[tuple[int, ...]]], list[list[
 def keep(
     kept: dict[str, list[list[Floats]]], name: str, folds: Sequence[Fold], candidates: Sequence[tuple[int, ...]]
 ) -> None:
-    kept[name] = WAYS[name](folds, candidates)
+    kept[name] = WAYS[name](folds, candidates, 0)
 
 
 def errors(forces: Sequence[Floats], folds: Sequence[Fold], y: Floats) -> tuple[float, float]:

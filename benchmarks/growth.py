@@ -115,13 +115,13 @@ def text(point: Point) -> str:
 def measure_growth(folder: Path, full: bool = False) -> Iterator[Figure]:
     """All curves; their points go to `folder`."""
     from .growth_diagnosis import diagnosis_points
-    from .growth_store import FULL_SIZES, SIZES, store_points
+    from .growth_store import store_points
     from .growth_training import training_points
 
     points: list[Point] = []
     budget_s = math.inf if full else BUDGET_S
     for part in (
-        partial(store_points, folder, FULL_SIZES if full else SIZES),
+        partial(store_points, folder),
         partial(diagnosis_points, 4 * budget_s),
         partial(training_points, budget_s),
     ):

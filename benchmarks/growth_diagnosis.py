@@ -9,7 +9,7 @@ import numpy as np
 from pyroshock.diagnosis.diagnose import diagnose
 from pyroshock.diagnosis.options import Options
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
-from pyroshock.twin.effects import effect
+from pyroshock.twin.gun.effects.valve_flow import ValveFlow
 from pyroshock.twin.gun.shots import gun_velocity
 
 from .growth import Point, fitting, repeated
@@ -28,7 +28,7 @@ def shots(pressures: int, masses: int, seed: int = 0) -> CampaignRecord:
     rng = np.random.default_rng(seed)
     settings = list(product(np.geomspace(0.4e5, 4e5, pressures).tolist(), np.geomspace(0.1, 1.0, masses).tolist()))
     pressure, mass = np.array(settings).T
-    velocity = gun_velocity(THESIS_GUN, pressure, mass, [effect("gun.valve_flow")]).velocity_m_s
+    velocity = gun_velocity(THESIS_GUN, pressure, mass, [ValveFlow()]).velocity_m_s
     configurations = tuple(Configuration(f"{p:g}, {m:g}", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings)
     runs = []
     for order, (repetition, c) in enumerate(product(range(1, REPETITIONS + 1), range(len(settings)))):

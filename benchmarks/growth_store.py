@@ -17,9 +17,8 @@ from .growth import Point
 from .listings import filled
 
 AXIS = "impacts"
-SIZES = (1_000, 10_000, 100_000)
-FULL_SIZES = (*SIZES, 1_000_000)
-REPEATS, PAGE = 9, 50
+SIZES = (1_000, 10_000, 100_000, 1_000_000)
+REPEATS, PAGE = 5, 50
 _STEEL = (Condition("tip_material", "=", "steel"),)
 
 

@@ -29,7 +29,7 @@ from pyroshock.twin.gun.shots import gun_velocity
 
 from .apart import busy_seconds_of, in_turn
 from .figures import Figure
-from .gun_scalar import THESIS_GUN, ScalarGun, scalar_guns
+from .gun_scalar import THESIS_GUN, Method, ScalarGun, scalar_guns
 from .measuring import Spread, ratio
 
 Floats = NDArray[np.float64]
@@ -37,8 +37,9 @@ THEME = "Gun shots in one call, beside solve_ivp shot by shot"
 SHOTS, PEER_SHOTS, REPEATS = 10_000, 100, 5
 ACCURACY = 1e-6
 FASTER = 100.0
-EXACT = ("LSODA", 1e-10)
-METHODS, STIFF = ("RK45", "DOP853", "LSODA"), ("LSODA",)
+EXACT: tuple[Method, float] = ("LSODA", 1e-10)
+METHODS: tuple[Method, ...] = ("RK45", "DOP853", "LSODA")
+STIFF: tuple[Method, ...] = ("LSODA",)
 TOLERANCES = (1e-6, 3e-7, 1e-7, 3e-8, 1e-8, 3e-9, 1e-9, 1e-10)
 
 
@@ -66,7 +67,7 @@ class Peer:
     """What holds 1e-6 in the least time; `evaluations` a shot of whichever method holds it with the fewest."""
 
     seconds: float
-    method: str
+    method: Method
     rtol: float
     evaluations: float
 
@@ -97,7 +98,11 @@ def race(case: Case, seed: int = 1, shots: int = SHOTS, peer_shots: int = PEER_S
     rates = evaluated(pressure, mass, effects)
     difference = float(np.max(np.abs(fire().velocity_m_s[rows] / exact - 1)))
     rates()
-    ways = {"ours": fire, "peer": partial(fired, guns, by.method, by.rtol), "rates": rates}
+    ways: dict[str, Callable[[], object]] = {
+        "ours": fire,
+        "peer": partial(fired, guns, by.method, by.rtol),
+        "rates": rates,
+    }
     taken = in_turn({name: partial(busy_seconds_of, way) for name, way in ways.items()}, repeats)
     peer = [seconds * shots / peer_shots for seconds in taken["peer"]]
     return Race(taken["ours"], peer, [seconds / EACH * by.evaluations for seconds in taken["rates"]], by, difference)
@@ -118,11 +123,11 @@ def evaluated(pressure: Floats, mass: Floats, effects: Sequence[GunEffect]) -> C
     return lambda: [chamber.rates(instant, start) for _ in range(EACH)]
 
 
-def fired(guns: Sequence[ScalarGun], method: str, rtol: float) -> Floats:
+def fired(guns: Sequence[ScalarGun], method: Method, rtol: float) -> Floats:
     return np.array([gun.velocity(method, rtol) for gun in guns])
 
 
-def quickest(guns: Sequence[ScalarGun], exact: Floats, methods: Sequence[str]) -> Peer:
+def quickest(guns: Sequence[ScalarGun], exact: Floats, methods: Sequence[Method]) -> Peer:
     """The quickest method at the loosest tolerance with which it holds 1e-6."""
     held = [found for method in methods if (found := _loosest(guns, exact, method))]
     least = min(found.evaluations for found in held)
@@ -130,7 +135,7 @@ def quickest(guns: Sequence[ScalarGun], exact: Floats, methods: Sequence[str]) -
     return Peer(first.seconds, first.method, first.rtol, least)
 
 
-def _loosest(guns: Sequence[ScalarGun], exact: Floats, method: str) -> Peer | None:
+def _loosest(guns: Sequence[ScalarGun], exact: Floats, method: Method) -> Peer | None:
     """Found on the way from loose to tight."""
     for rtol in TOLERANCES:
         begin = time.process_time()

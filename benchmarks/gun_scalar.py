@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,8 @@ from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.effect import GunEffect
 
 Floats = NDArray[np.float64]
+#: Of `solve_ivp`.
+Method = Literal["RK45", "DOP853", "LSODA"]
 THESIS_GUN = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 1.0)
 GAS, AIR, ROOM, GRAVITY = 287.05, 101_325.0, 293.15, 9.80665
 
@@ -53,8 +56,8 @@ class ScalarGun:
             self.discharge * math.pi / 4 * ((b.bore_diameter_m + 2 * self.wear) ** 2 - b.projectile_diameter_m**2)
         )
         self.gauge_ring = self.gauge_discharge * math.pi / 4 * (b.bore_diameter_m**2 - b.projectile_diameter_m**2)
-        self.choked = math.sqrt(g) * (2 / (g + 1)) ** ((g + 1) / (2 * (g - 1)))
-        self.critical = (2 / (g + 1)) ** (g / (g - 1))
+        self.choked: float = math.sqrt(g) * (2 / (g + 1)) ** ((g + 1) / (2 * (g - 1)))
+        self.critical: float = (2 / (g + 1)) ** (g / (g - 1))
         passage = 1e-4 if self.loss > 0 else 1.0
         self.tank = b.tank_volume_m3 * (1 - passage)
         self.front = b.tank_volume_m3 * passage + self.dead
@@ -82,7 +85,7 @@ class ScalarGun:
         s = 1 - t / self.opening
         return 2 / math.pi * (math.acos(s) - s * math.sqrt(1 - s * s))
 
-    def rates(self, t: float, y: Sequence[float]) -> list[float]:
+    def rates(self, t: float, y: Floats) -> list[float]:
         x, v, p, m = y[0], y[1], y[2], y[3]
         b, speed = self.bench, v if v > 0 else 0.0
         volume = self.front + self.area * x
@@ -106,11 +109,11 @@ class ScalarGun:
         into = self.index / volume * (heat + carried)
         return [speed, force / self.mass, into, inflow - leak, -self.index / self.tank * carried, -inflow]
 
-    def velocity(self, method: str, rtol: float, longest_s: float = 5.0) -> float:
+    def velocity(self, method: Method, rtol: float, longest_s: float = 5.0) -> float:
         """By `solve_ivp`; 0 for a shot that does not get to the vent holes."""
         return self.solved(method, rtol, longest_s)[0]
 
-    def solved(self, method: str, rtol: float, longest_s: float = 5.0) -> tuple[float, int]:
+    def solved(self, method: Method, rtol: float, longest_s: float = 5.0) -> tuple[float, int]:
         """The same, and how often the rates were asked for."""
         from scipy.integrate import solve_ivp
 
@@ -122,14 +125,14 @@ class ScalarGun:
             *([1e-3] if self.loss <= 0 else [1e-4, max(start[4], 1e3), 1e-2]),
         ]
 
-        def at_vents(_: float, y: Sequence[float]) -> float:
-            return y[0] - self.bench.travel_m
+        def at_vents(_: float, y: Floats) -> float:
+            return float(y[0]) - self.bench.travel_m
 
         at_vents.terminal = True  # type: ignore[attr-defined]
         end = solve_ivp(
             self.rates, (0.0, longest_s), start, method, events=at_vents, rtol=rtol, atol=[rtol * s for s in sizes]
         )
-        return float(end.y[1, -1]) if end.t_events[0].size else 0.0, int(end.nfev)
+        return float(end.y[1, -1]) if end.t_events and end.t_events[0].size else 0.0, int(end.nfev)
 
 
 _NAMES = {

@@ -68,9 +68,9 @@ def _measured(space: Space) -> dict[str, Measured]:
 
 
 def _beside(theme: str, ours: Measured, peer: Measured) -> Iterator[Figure]:
-    texts = [Spread.of(one.seconds).text(" s") for one in (ours, peer)]
+    own, other = (Spread.of(one.seconds).text(" s") for one in (ours, peer))
     yield Figure(
-        theme, f"time, {peer.name}", *texts, ratio(ours.seconds, peer.seconds), question="a plan of 105 runs",
+        theme, f"time, {peer.name}", own, other, ratio(ours.seconds, peer.seconds), question="a plan of 105 runs",
         nature="the exchanges that are tried, whose number is fixed", rival=peer.name,
     )  # fmt: skip
     for what, value in QUALITY.items():

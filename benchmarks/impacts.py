@@ -67,7 +67,8 @@ def looped(some: Bodies, tolerance: float, evaluations: list[int] | None = None)
     quantities = np.stack([getattr(prepared, name) for name in names], axis=1).tolist()
     asked = [] if evaluations is None else evaluations
     one = [
-        _solved(float(u), *row, tolerance, asked) for u, row in zip(some.impact_velocity_m_s, quantities, strict=True)
+        _solved(float(u), m, k, chi, load, mobility, tolerance, asked)
+        for u, (m, k, chi, load, mobility) in zip(some.impact_velocity_m_s, quantities, strict=True)
     ]
     return np.array(one).T
 
@@ -146,10 +147,13 @@ def _run(
     end.terminal, end.direction = True, -1.0  # type: ignore[attr-defined]
     steepness.direction = -1.0  # type: ignore[attr-defined]
     # An event is as exact as the polynomial between two steps.
-    step = {"rtol": tolerance, "atol": 1e-15, "max_step": 2e-5 if tolerance < 1e-9 else np.inf}
-    run = solve_ivp(rate, (time, time + 1.0), start, "DOP853", events=(end, steepness), first_step=1e-7, **step)
+    run = solve_ivp(
+        rate, (time, time + 1.0), start, "DOP853", events=(end, steepness), rtol=tolerance, atol=1e-15,
+        first_step=1e-7, max_step=2e-5 if tolerance < 1e-9 else np.inf,
+    )  # fmt: skip
     asked.append(int(run.nfev))
-    summit = max((approach(*state)[1] for state in run.y_events[1]), default=0.0)
+    turns = run.y_events[1] if run.y_events else ()
+    summit = max((approach(*state)[1] for state in turns), default=0.0)
     return float(run.t[-1]), [float(x) for x in run.y[:, -1]], summit
 
 

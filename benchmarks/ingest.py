@@ -55,7 +55,7 @@ def ingest_once(source: Path, folder: Path, *, jobs: int | None = None, watch_me
     for old in folder.glob("ingested.db*"):
         old.unlink()
     options = [] if jobs is None else ["--jobs", str(jobs)]
-    command = [*_COMMAND, "ingest", source, "--db", f"sqlite:///{folder / 'ingested.db'}"]
+    command: list[str | Path] = [*_COMMAND, "ingest", source, "--db", f"sqlite:///{folder / 'ingested.db'}"]
     return run_child([*command, *options], watch_memory=watch_memory)
 
 
@@ -74,11 +74,11 @@ def _time_figure(
     question: str = "",
 ) -> Figure:
     walls, peers = [run.wall_s for run in ours], [run.wall_s for run in peer]
-    texts = [Spread.of(values).text(" s") for values in (walls, peers)]
+    own, other = (Spread.of(values).text(" s") for values in (walls, peers))
     nature = f"hashing and compressing the same bytes on one processor: {Spread.of(floor).text(' s')}"
     near = Spread.of([wall / Spread.of(floor).median for wall in walls])
     return Figure(
-        theme, name, *texts, ratio(walls, peers), "at most", limit, nature, near=near, question=question,
+        theme, name, own, other, ratio(walls, peers), "at most", limit, nature, near=near, question=question,
         rival="h5py, the series alone",
     )  # fmt: skip
 
@@ -103,14 +103,14 @@ def measure_memory(folder: Path, recordings: int = RECORDINGS, repeats: int = 3)
         sizes = (recordings // 4, recordings // 2, recordings)
         peaks = {count: [_peak(folder, count, jobs) for _ in range(repeats)] for count in sizes}
         for count in sizes[1:]:
-            texts = [Spread.of(peaks[size]).text(" MiB", 2.0**-20) for size in (count, sizes[0])]
+            most, least = (Spread.of(peaks[size]).text(" MiB", 2.0**-20) for size in (count, sizes[0]))
             name = f"{count} recordings against {sizes[0]}, --jobs {jobs}"
             flight = f"at most {2 * jobs if jobs > 1 else 1} x 4 MiB of recordings in flight"
             nature = (
                 f"one process that only loads the libraries, {Spread.of(libraries).text(' MiB', 2.0**-20)}; {flight}"
             )
             yield Figure(
-                MEMORY_THEME, name, *texts, ratio(peaks[count], peaks[sizes[0]]), "at most", 1.1, nature,
+                MEMORY_THEME, name, most, least, ratio(peaks[count], peaks[sizes[0]]), "at most", 1.1, nature,
                 near=ratio(peaks[count], libraries), question="memory of an ingest as the campaign grows", of="growth",
                 rival=f"ours with {sizes[0]} recordings",
             )  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -53,7 +53,7 @@ LISTINGS = (
 
 def measure_listings(folder: Path, large: int = LARGE, repeats: int = 15) -> Iterator[Figure]:
     """Every listing on two SQLite stores in `folder`, made where they are not there yet."""
-    yield from compare(*(filled(folder, impacts) for impacts in (SMALL, large)), large, repeats)
+    yield from compare(filled(folder, SMALL), filled(folder, large), large, repeats)
 
 
 def measure_listings_on_postgres(_folder: Path, large: int = LARGE, repeats: int = 15) -> Iterator[Figure]:
@@ -85,17 +85,18 @@ def compare(small_url: str, large_url: str, impacts: int, repeats: int) -> Itera
             counts = len(keys[0]), len(keys[1])
             if counts[0] != counts[1] or not counts[0]:
                 raise ValueError(f"{listing.name}: {counts[0]} and {counts[1]} rows; expected the same, and some")
-            ways = {
+            ways: dict[str, Callable[[], object]] = {
                 "small": partial(listing.keys, small),
                 "large": partial(listing.keys, large),
                 "rows": partial(_rows_by_key, large, keys[1]),
             }
             taken = interleaved(ways, repeats)
-            texts = [Spread.of(taken[key]).text(" ms", 1e3) for key in ("large", "small")]
+            ours, peer = (Spread.of(taken[key]).text(" ms", 1e3) for key in ("large", "small"))
             plain = Spread.of(taken["rows"]).text(" ms", 1e3)
             yield Figure(
-                THEME.format(impacts, SMALL), f"{kind}, {listing.name}", *texts, ratio(taken["large"], taken["small"]),
-                "at most", LIMIT, f"the driver's own fetch of the {counts[0]} rows by their keys: {plain}",
+                THEME.format(impacts, SMALL), f"{kind}, {listing.name}", ours, peer,
+                ratio(taken["large"], taken["small"]), "at most", LIMIT,
+                f"the driver's own fetch of the {counts[0]} rows by their keys: {plain}",
                 near=ratio(taken["large"], taken["rows"]), question=QUESTION, of="growth",
                 rival=f"ours with {SMALL:,} impacts",
             )  # fmt: skip

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from .figures import Figure
-from .genetic import FOLDS, MARGIN, STEPS, WAYS, Floats, Fold, campaign, errors, folds_of, keep
+from .genetic import FOLDS, MARGIN, STEPS, WAYS, Fold, campaign, errors, folds_of
 from .limits import multiplying
 from .measuring import Spread, interleaved, ratio
 
@@ -23,37 +23,37 @@ QUICK = ((25,), (100,), (10, 10, 10), (50, 50))
 def measure_networks(
     _folder: Path, candidates: Sequence[tuple[int, ...]] = QUICK, repeats: int = 3
 ) -> Iterator[Figure]:
-    """All candidates at once, as the search has them; then how good what they learned is."""
+    """All candidates at once, as the search has them; then how good what they learned from some starts is."""
     x, y, groups = campaign()
     folds = folds_of(x, y, groups)
-    kept: dict[str, list[list[Floats]]] = {}
+    kept: dict[str, list[float]] = {name: [] for name in WAYS}
     bounds, product = list[float](), multiplying(_flops(folds, candidates), np.float32)
-    ways = {name: partial(keep, kept, name, folds, candidates) for name in WAYS}
+
+    def learn(name: str) -> None:
+        found = WAYS[name](folds, candidates, len(kept[name]))
+        kept[name].append(float(np.mean([errors(forces, folds, y)[1] for forces in found])))
+
+    ways = {name: partial(learn, name) for name in WAYS}
     taken = interleaved({**ways, "bound": lambda: bounds.append(product())}, repeats)
     ours, theirs = (taken[name] for name in WAYS)
-    texts = [Spread.of(seconds).text(" s", 1 / len(candidates)) for seconds in (ours, theirs)]
+    own, other = (Spread.of(seconds).text(" s", 1 / len(candidates)) for seconds in (ours, theirs))
     limit = Spread.of(bounds[1:]).text(" s", 1 / len(candidates))
     sizes = ", ".join("x".join(map(str, layers)) for layers in candidates)
     yield Figure(
-        THEME, f"seconds for one of {sizes}", *texts, ratio(ours, theirs), limit=1.0, question=QUESTION,
+        THEME, f"seconds for one of {sizes}", own, other, ratio(ours, theirs), limit=1.0, question=QUESTION,
         nature=f"one gradient a step at the rate of a product of matrices: {limit}", near=ratio(ours, bounds[1:]),
         rival="scikit-learn, joblib",
     )  # fmt: skip
-    found = [[errors(forces, folds, y)[1] for forces in kept[name]] for name in WAYS]
-    means = [float(np.mean(each)) for each in found]
+    ours, theirs = kept.values()
     yield Figure(
-        THEME, "error of left-out pulses (NRMSE), mean of the candidates", *(f"{mean:.4f}" for mean in means),
-        Spread(means[0] / means[1], *_range(ratio(*found))), limit=MARGIN, of="quality", rival="scikit-learn, joblib",
-        nature="the noise of the pulses",
+        THEME, f"error of left-out pulses (NRMSE), mean of the candidates, {len(ours)} starts",
+        Spread.of(ours).text(), Spread.of(theirs).text(), ratio(ours, theirs), limit=MARGIN, of="quality",
+        rival="scikit-learn, joblib", nature="the noise of the pulses",
     )  # fmt: skip
-
-
-def _range(spread: Spread) -> tuple[float, float]:
-    return spread.low, spread.high
 
 
 def _flops(folds: Sequence[Fold], candidates: Sequence[tuple[int, ...]]) -> float:
     """Two operations a weight and row for the answer, four for the slope; one evaluation a step is the least."""
     inputs, outputs = folds[0].x.shape[1], folds[0].y.shape[1]
     weights = [sum(a * b for a, b in pairwise((inputs, *layers, outputs))) for layers in candidates]
-    return 6.0 * STEPS * sum(weights) * sum(len(fold.x) for fold in folds)
+    return 6.0 * STEPS * float(sum(weights)) * sum(len(fold.x) for fold in folds)

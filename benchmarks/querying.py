@@ -84,13 +84,13 @@ def _figures(ways: Mapping[str, Asked], content: Content, recordings: int, store
         repeats = stores if what == STORE else reads
         taken = in_turn({name: partial(way.seconds, what) for name, way in ways.items()}, repeats)
         limit = taken[Raw.name]
-        for name, way in _rivals(ways):
-            if way is None:
+        for name, rival in _rivals(ways):
+            if rival is None:
                 yield missing(theme, f"{what}, beside {name}", ABSENT, question=question, rival=name)
                 continue
             nature = "the same bytes in plain files"
             if what == STORE:
-                nature += f"; ours: {ways[Ours.name].guarantees}; {name}: {way.guarantees}"
+                nature += f"; ours: {ways[Ours.name].guarantees}; {name}: {rival.guarantees}"
             yield Figure(
                 theme, f"{what}, beside {name}", _ms(taken[Ours.name]), _ms(taken[name]),
                 ratio(taken[name], taken[Ours.name]), "at least", 1.0, nature, binding=False,
@@ -171,7 +171,8 @@ def _same(what: str, ways: Mapping[str, Asked], content: Content) -> None:
     """Every way gives back what was stored; the limit gives the pulses in one piece."""
     first, last = _window(content)
     force = content.recorded[RUN - 1].series["force"]
-    expected = _sums({WHOLE: [force], WINDOW: [force[first:last]], PULSES: content.pulses(LEVEL)}[what])
+    stored: dict[str, list[Any]] = {WHOLE: [force], WINDOW: [force[first:last]], PULSES: content.pulses(LEVEL)}
+    expected = _sums(stored[what])
     for name, way in ways.items():
         found = way.sums(what)
         alike = found == expected if name != Raw.name else np.allclose(np.sum(found, axis=0), np.sum(expected, axis=0))

@@ -148,7 +148,8 @@ class PlainSqlite(Keeping):
             query = "SELECT rowid FROM series WHERE run = ? AND channel = ?"
             (row,) = db.execute(query, (run, CHANNEL)).fetchone()
             with db.blobopen("series", "samples", row, readonly=True) as blob:
-                return np.frombuffer(blob[4 * start : 4 * stop], np.float32)
+                blob.seek(4 * start)
+                return np.frombuffer(blob.read(4 * (stop - start)), np.float32)
 
     def pulses(self, level: str) -> list[Floats]:
         where = f"WHERE {FACTOR} = ? ORDER BY run, repetition"

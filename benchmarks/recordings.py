@@ -55,7 +55,8 @@ def stepped(
     step = 2 * full_scale / 2**bits
     noise = rng.normal(0.0, noise_steps * 2 * full_scale / 2**16, values.size)
     codes = np.clip(np.round((values + noise) / step), -(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
-    return (codes.astype(np.int32) * step).astype(np.float32)  # a converter gives integers: no negative zero
+    values = codes.astype(np.int32) * step
+    return values.astype(np.float32)  # a converter gives integers: no negative zero
 
 
 def hit_force(samples: int, sampling_rate_hz: float, hits: int, rng: np.random.Generator) -> Floats:
@@ -100,11 +101,11 @@ def write_campaign(folder: Path, recordings: int, suffix: str, rng: np.random.Ge
         for run in range(1, recordings + 1):
             name = f"recordings/{run:04d}{suffix}"
             force, acceleration = hammer_record(rng)
-            content = {"force": force, "acceleration": acceleration, "fs": SAMPLING_RATE_HZ}
             if suffix == ".mat":
+                content = {"force": force, "acceleration": acceleration, "fs": SAMPLING_RATE_HZ}
                 savemat(folder / name, content, do_compression=False)
             else:
-                np.savez(folder / name, **content)
+                np.savez(folder / name, force=force, acceleration=acceleration, fs=SAMPLING_RATE_HZ)
             table.writerow([run, 1, *_levels(run - 1), name])
     return folder
 

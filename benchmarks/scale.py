@@ -66,7 +66,11 @@ def measure(folder: Path) -> Measured:
         address = open_ones.enter_context(server())
         urls = [_filled(address, crowd) for crowd in crowds]
         small, large = (open_ones.enter_context(open_store(url, Writer("benchmark", "0"))) for url in urls)
-        found = {"machine": machine(), "server": _version(large), "crowds": [_told(crowd) for crowd in crowds]}
+        found: Measured = {
+            "machine": machine(),
+            "server": _version(large),
+            "crowds": [_told(crowd) for crowd in crowds],
+        }
         found |= {"rooms": [vars(room) for room in rooms(small, large)], "frames_share": frames_share(large)}
         found |= {"series": [vars(one) for one in measure_series(folder)]}
         found |= {"questions": [_asked(question, small, large, crowds) for question in QUESTIONS]}

@@ -148,7 +148,7 @@ def _megabytes(size: float) -> str:
 
 def _at_target(room: Measured, small: int, large: int) -> float:
     """Bytes on the straight line through both stores."""
-    slope = (room["large"] - room["small"]) / (large - small)
+    slope = float(room["large"] - room["small"]) / (large - small)
     return float(room["large"]) + slope * (TARGET - large)
 
 

@@ -72,7 +72,7 @@ def _measure_one(store: Store, name: str, samples: Samples, folder: Path, repeat
     assert ours.read(0, samples.size).tobytes() == samples.tobytes()
     part = samples.size // 100
     at = samples.size // 3
-    taken = interleaved({"ours": ours.write, "peer": peer.write, "hash": ours.hash}, max(5, repeats // 3))
+    taken = interleaved({"ours": ours.write, "peer": peer.write, "hash": ours.hash}, max(9, repeats // 3))
     nature = f"the SHA-256 of the samples: {_ms(taken['hash'])}; {ours.write_nature()}"
     yield _faster(f"writing, {name}", taken, "hash", nature, "writing a raw series")
     taken = interleaved(
@@ -113,9 +113,9 @@ def _faster(name: str, taken: dict[str, list[float]], bound: str, nature: str, q
 
 
 def _room(name: str, ours: int, peer: int, noise: float) -> Figure:
-    texts = [f"{size / 1e6:.3g} MB" for size in (ours, peer)]
     return Figure(
-        THEME, f"room, {name}", *texts, Spread.of([ours / peer]), "at most", 1.0,
+        THEME, f"room, {name}", f"{ours / 1e6:.3g} MB", f"{peer / 1e6:.3g} MB",
+        Spread.of([ours / peer]), "at most", 1.0,
         f"the entropy of the recorder's noise, which no packing loses: {noise / 1e6:.3g} MB",
         near=Spread.of([ours / noise]), question="room of a raw series", of="room", rival="h5py, gzip and shuffle",
     )  # fmt: skip

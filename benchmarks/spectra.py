@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from pyroshock.twin.srs.spectrum import Floats
 
 from .apart import Apart, ApartError, in_turn, interpreter_with, seconds_of
 from .figures import Figure, missing
@@ -22,7 +23,6 @@ from .srs import (
     REPEATS,
     SAME,
     SAMPLES,
-    Floats,
     Q,
     differences,
     noise,
@@ -63,8 +63,8 @@ def measure_spectra(folder: Path) -> Iterator[Figure]:
         )
     for name in (*SAME, "scipy lfilter"):
         over = Spread.of([apart[name] / APART])
-        texts = [f"{apart[name]:.1g}", f"{APART:g}, promised"]
-        yield Figure(THEME, f"largest difference from {name}", *texts, over, limit=1.0, of="bound")
+        found, promised = f"{apart[name]:.1g}", f"{APART:g}, promised"
+        yield Figure(THEME, f"largest difference from {name}", found, promised, over, limit=1.0, of="bound")
 
 
 def _beside(taken: Mapping[str, list[float]]) -> Iterator[Figure]:
@@ -72,10 +72,10 @@ def _beside(taken: Mapping[str, list[float]]) -> Iterator[Figure]:
     bound = Spread.of(bounds).text(" ms", 1e3)
     nature = f"{FLOPS_A_STEP} operations a step at the rate of a matrix product: {bound}"
     for name in [way for way in taken if way not in ("pyroshock", "bound")]:
-        texts = [Spread.of(taken[which]).text(" ms", 1e3) for which in ("pyroshock", name)]
+        own, other = (Spread.of(taken[which]).text(" ms", 1e3) for which in ("pyroshock", name))
         rival = not name.startswith("pyroshock")
         yield Figure(
-            THEME, name, *texts, ratio(taken[name], ours), "at least", PROMISED if name in SAME else None, nature,
+            THEME, name, own, other, ratio(taken[name], ours), "at least", PROMISED if name in SAME else None, nature,
             near=ratio(ours, bounds), question=QUESTION if rival else "", of="time" if rival else "growth", rival=name,
         )  # fmt: skip
 

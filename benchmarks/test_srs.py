@@ -9,5 +9,5 @@ from benchmarks import srs
 pytestmark = pytest.mark.bench
 
 
-def test_spectra_beat_the_peers(capsys):
+def test_spectra_beat_the_peers(capsys: pytest.CaptureFixture[str]) -> None:
     assert srs.main() == 0, capsys.readouterr().out

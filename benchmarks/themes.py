@@ -35,14 +35,14 @@ def _measure(module: str, function: str, sizes: dict[str, Any], folder: Path) ->
 
 _SERIES = ("51.2 kHz, 16 bits in float32", "51.2 kHz, 24 bits in float32", "1 MHz, 16 bits in float32")
 THEMES: dict[str, Measure] = {
-    "ingest": later("ingest", "measure_ingest", recordings=60),
-    "memory": later("ingest", "measure_memory", recordings=60, repeats=2),
+    "ingest": later("ingest", "measure_ingest", recordings=30),
+    "memory": later("ingest", "measure_memory", recordings=40, repeats=2),
     "pulses": later("extraction", "measure_pulses"),
     "series": later("series", "measure_series_on_sqlite", only=_SERIES, repeats=9),
     "querying": later("querying", "measure_querying"),
     "listings": later("listings", "measure_listings", large=100_000),
     "growth": later("growth", "measure_growth"),
-    "start-up": later("startup", "measure_startup"),
+    "start-up": later("startup", "measure_startup", repeats=3),
     "srs": later("spectra", "measure_spectra"),
     "gun": later("gun", "measure_gun"),
     "impacts": later("impacts", "measure_impacts"),

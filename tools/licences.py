@@ -25,13 +25,13 @@ _EMPTY = ("OSI Approved", "DFSG approved")
 def licence_of(package: Distribution, called: Mapping[str, str]) -> str:
     """The SPDX expression that a package's metadata give, made of its classifiers where they are older; "" for none."""
     about = package.metadata
-    if expression := about.get("License-Expression"):
-        return str(expression)
+    if "License-Expression" in about:
+        return about["License-Expression"]
     classifiers = [
         each.split(" :: ")[-1] for each in about.get_all("Classifier") or [] if each.startswith("License ::")
     ]
     named = sorted({called.get(each, each) for each in classifiers if each not in _EMPTY})
-    text = (about.get("License") or "").strip()
+    text = about["License"].strip() if "License" in about else ""
     if named or not text:
         return " AND ".join(named)
     return called.get(text, text) if "\n" not in text else ""

@@ -144,8 +144,8 @@ def _value(item: Parameter, u: float, anywhere: bool) -> float:
 
 def _descended(misfits: Callable[[Floats], Floats], points: Floats) -> Floats:
     cost = (misfits(points) ** 2).sum(axis=1)
-    best, least = points[np.argmin(cost)], float(cost.min())
-    size, h = best.size, 1e-4
+    best: Floats = points[np.argmin(cost)]
+    least, size, h = float(cost.min()), best.size, 1e-4
     for _ in range(_STEPS):
         inward = np.where(best > 0.5, -h, h)
         found = misfits(np.vstack([best, best + np.diag(inward)]))

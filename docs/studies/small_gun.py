@@ -40,7 +40,7 @@ class HeldOut:
 
     def rms(self, of: Gap) -> float:
         """Of the errors, with the noise of the means subtracted."""
-        return float(np.sqrt(max(np.mean(self.errors**2 - of.s**2), 0.0)))
+        return float(np.sqrt(max(float(np.mean(self.errors**2 - of.s**2)), 0.0)))
 
 
 def held_out(stage: GunStage, of: Gap, ids: tuple[str, ...]) -> HeldOut:

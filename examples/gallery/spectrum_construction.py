@@ -12,7 +12,7 @@ from pyroshock.ingest.folder import read_campaign_file
 from pyroshock.ingest.processing import read_channels
 from pyroshock.twin.srs.grid import octave_grid
 from pyroshock.twin.srs.oscillator import oscillator_response
-from pyroshock.twin.srs.spectrum import shock_response_spectrum
+from pyroshock.twin.srs.spectrum import Floats, shock_response_spectrum
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,7 +34,8 @@ def draw() -> Figure:
     base = recorded()
     spectrum = shock_response_spectrum(base.si, base.sampling_rate_hz, octave_grid(100.0, 5000.0, 6))
     figure = new_figure(10.0, 5.0)
-    left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1))
+    halves: Any = figure.subfigures(1, 2, width_ratios=(1.15, 1))
+    left, right = halves
     panels = left.subplots(1 + len(OSCILLATORS_HZ), 1, sharex=True)
     _draw_series(panels[0], base, base.si, "base", QUIET)
     axes: Any = right.subplots()
@@ -54,11 +55,11 @@ def draw() -> Figure:
     return figure
 
 
-def _time_ms(base: Channel) -> np.ndarray[Any, np.dtype[np.float64]]:
-    return 1e3 * np.arange(base.si.size) / base.sampling_rate_hz
+def _time_ms(base: Channel) -> Floats:
+    return 1e3 * np.arange(base.si.size, dtype=np.float64) / base.sampling_rate_hz
 
 
-def _draw_series(axes: Any, base: Channel, values: np.ndarray[Any, np.dtype[np.float64]], name: str, ink: str) -> None:
+def _draw_series(axes: Any, base: Channel, values: Floats, name: str, ink: str) -> None:
     shown = slice(0, round(_SHOWN_S * base.sampling_rate_hz))
     axes.plot(_time_ms(base)[shown], values[shown], color=ink, lw=0.9)
     axes.set_title(name, loc="left", fontsize=8, pad=2)

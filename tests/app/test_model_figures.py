@@ -141,7 +141,7 @@ def test_coverage_of_known_scatter_is_the_level(monkeypatch):
     class Law:
         label = "law@1"
 
-    found = held_out_figures(None, Law(), lambda _: pulses, most=100)  # type: ignore[arg-type]
+    found = held_out_figures(None, Law(), lambda _: pulses, most=100)
     assert found["coverage"]["force"] == pytest.approx(LEVELS, abs=0.01)
     assert found["coverage"]["time"] == pytest.approx(LEVELS, abs=0.03)
     points = found["points"]

@@ -145,7 +145,7 @@ def test_campaigns_need_no_models_installed(lab: Path, monkeypatch: pytest.Monke
     def without(name: str, *rest: object) -> object:
         if name.partition(".")[0] == "mlflow":
             raise ModuleNotFoundError("No module named 'mlflow'", name="mlflow")
-        return real(name, *rest)  # type: ignore[arg-type]
+        return real(name, *rest)
 
     monkeypatch.setattr(builtins, "__import__", without)
     assert report(lab, "spring", "page.html").exit_code == 0

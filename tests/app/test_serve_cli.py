@@ -51,7 +51,7 @@ def address_of(server: subprocess.Popen[str]) -> str:
     """What it prints first."""
     assert server.stderr is not None
     lines: list[str] = []
-    reader = threading.Thread(target=lambda: lines.append(server.stderr.readline()), daemon=True)  # type: ignore[union-attr]
+    reader = threading.Thread(target=lambda: lines.append(server.stderr.readline()), daemon=True)
     reader.start()
     reader.join(PATIENCE_S)
     assert lines, "nothing was printed"

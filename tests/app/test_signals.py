@@ -7,6 +7,7 @@ import pytest
 from pyroshock.app.pulses.signals import channel_window, list_signals
 from pyroshock.ingest import stored
 from pyroshock.ingest.channel import Sensor
+from pyroshock.schema.series import read_slice
 from pyroshock.schema.session import Writer, open_store
 from support.stores.recorded import add_recording
 
@@ -29,7 +30,9 @@ def store(tmp_path_factory, recorded):
             Sensor("force", "force", "kN"): recorded,
             Sensor("shock", "acceleration", "g", sensitivity=-0.01, offset_v=0.5, position="plate", axis="z"): recorded,
         }
-        store.keys = dict(zip(("recording", "channels"), add_recording(store, sensors, RATE, START_S), strict=True))
+        store.keys = dict(  # type: ignore[attr-defined]  # for the tests
+            zip(("recording", "channels"), add_recording(store, sensors, RATE, START_S), strict=True)
+        )
         yield store
 
 
@@ -85,7 +88,7 @@ def test_window_is_cut_to_the_record(store, start_s, stop_s, samples):
 
 def test_zoom_reads_the_chunks_of_its_window_only(store, monkeypatch):
     asked = []
-    read = stored.read_slice
+    read = read_slice
 
     def watched(connection, channel, layout, start, stop):
         asked.append((start, stop))

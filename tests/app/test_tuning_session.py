@@ -37,7 +37,7 @@ def session(tmp_path, monkeypatch) -> TuningSession:
         return session_of(store, url, Ask(target, request, space_from_text(text)))
 
 
-def in_thread(session: TuningSession, step):  # type: ignore[no-untyped-def]
+def in_thread(session: TuningSession, step):
     found: list[object] = []
 
     def work() -> None:

@@ -8,6 +8,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -100,7 +101,7 @@ def test_failure_is_not_kept(store, quick, monkeypatch):
     monkeypatch.setattr(warm_twins, "warmed", lambda _: None)
     answers = [LookupError("no campaign 'winter'"), SimpleNamespace()]
 
-    def build(*_):  # type: ignore[no-untyped-def]
+    def build(*_):
         answer = answers.pop(0)
         if isinstance(answer, Exception):
             raise answer
@@ -152,14 +153,14 @@ class InUse:
     asked: int = 0
 
     @property
-    def place(self):  # type: ignore[no-untyped-def]
+    def place(self):
         return SimpleNamespace(database=self.file)
 
     @property
-    def connection(self):  # type: ignore[no-untyped-def]
+    def connection(self):
         return SimpleNamespace(nothing_there=False)
 
-    def champion(self, predictor_set: str):  # type: ignore[no-untyped-def]
+    def champion(self, predictor_set: str):
         assert predictor_set == "gun"
         self.asked += 1
         return SimpleNamespace(sha256=self.sha256)
@@ -226,7 +227,8 @@ def test_warm_twin_solves_no_plate_any_more(store, quick, monkeypatch):
 def test_threads_predict_the_same(store, quick):
     twin = TwinShelf(store, quick).get(TwinRequest(frequency_hz=FEW))
     shots = [Shot(tank_pressure_pa=pressure) for pressure in np.linspace(1e5, 7e5, 6).tolist()]
-    alone, together = [predicted_json(twin, shot) for shot in shots], [{}] * len(shots)
+    alone: list[dict[str, Any]] = [predicted_json(twin, shot) for shot in shots]
+    together: list[dict[str, Any]] = [{}] * len(shots)
 
     def ask(i: int) -> None:
         together[i] = predicted_json(twin, shots[i])

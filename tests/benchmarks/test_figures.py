@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from pyroshock.benchmarks.figures import Figure, missing
@@ -18,7 +19,7 @@ def test_ratio_is_repeat_by_repeat():
 
 def test_ways_take_turns_after_one_call_that_does_not_count():
     said: list[str] = []
-    taken = interleaved({name: lambda name=name: said.append(name) for name in "ab"}, 2)
+    taken = interleaved({name: partial(said.append, name) for name in "ab"}, 2)
     assert said == ["a", "b", "a", "b", "a", "b"]
     assert {name: len(seconds) for name, seconds in taken.items()} == {"a": 2, "b": 2}
 

@@ -83,7 +83,7 @@ def lab(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
             _drop(url)
 
 
-def _database(server, name: str, template: str = "template0") -> str:  # type: ignore[no-untyped-def]  # a URL
+def _database(server, name: str, template: str = "template0") -> str:  # a URL
     own = f"{name}_{uuid.uuid4().hex}"
     _execute(server, f'CREATE DATABASE "{own}" TEMPLATE "{template}"')
     return server.set(database=own).render_as_string(hide_password=False)

@@ -99,4 +99,5 @@ def test_without_a_cause_there_is_no_after() -> None:
     record = hammer_record(repetitions=2)
     stage = ContactStage(record)
     found = pictures_of(GapTable.of(record, [stage]), [stage])
-    assert all(picture.after is None for picture in (*found.residuals, *found.curves))
+    assert all(picture.after is None for picture in found.residuals)
+    assert all(picture.after is None for picture in found.curves)

@@ -78,7 +78,7 @@ def test_no_negative_zero() -> None:
 )
 def test_bad_factor_is_refused_by_name(change: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
-        Factor(**{**vars(RADIUS), **change})  # type: ignore[arg-type]
+        Factor(**{**vars(RADIUS), **change})
 
 
 def test_unit_of_a_quotient_ends_the_column() -> None:

@@ -135,7 +135,7 @@ def _srs_seeds() -> list[bytes]:
 def _damaged_recording(data: bytes, rng: object, others: object) -> bytes:
     suffix = _SUFFIXES[data[0] % len(_SUFFIXES)] if data else ".csv"
     alike = [other[1:] for other in others if other[:1] == data[:1]]  # type: ignore[attr-defined]
-    return data[:1] + FORMATS[suffix](data[1:], rng, alike)  # type: ignore[arg-type]
+    return data[:1] + FORMATS[suffix](data[1:], rng, alike)
 
 
 WHOLE = (

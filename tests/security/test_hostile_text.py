@@ -50,9 +50,9 @@ def test_names_and_levels_are_data(database_url: str, tmp_path: Path) -> None:
     for text in HOSTILE:
         for words in (("--campaign", text), ("--where", f"operator_mood={text}")):
             assert [row["campaign"] for row in asked("impacts", *words, "--db", database_url)] == [text]
-    for words in (("impacts", "--campaign"), ("impacts", "--where"), ("shots", "--campaign"), ("diagnose",)):
-        answer = pyroshock(*words, "operator_mood=a\0b", "--db", database_url)
-        assert answer.exit_code in (0, 2) and answer.output.count("\n") == 1, (words, answer.output)
+    for begun in (("impacts", "--campaign"), ("impacts", "--where"), ("shots", "--campaign"), ("diagnose",)):
+        answer = pyroshock(*begun, "operator_mood=a\0b", "--db", database_url)
+        assert answer.exit_code in (0, 2) and answer.output.count("\n") == 1, (begun, answer.output)
     assert rows(database_url) == before
 
 

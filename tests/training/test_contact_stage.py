@@ -83,7 +83,7 @@ def test_a_setting_asks_as_its_row_of_the_dataset_does():
 def test_guns_predictors_have_bullet_and_plate_mass():
     gun = shipped("gun")
     asked = RegisteredContact(
-        replace(hertz(), predictors=gun.predictors, domain=None),  # type: ignore[arg-type]  # not asked for
+        replace(hertz(), predictors=gun.predictors, domain=None),  # not asked for
         gun,
     ).inputs(strikes(hit(impactor_mass_kg=0.7, plate_mass_kg=9.3)))
     assert asked.column("bullet_mass") == [0.7] and asked.column("plate_mass") == [9.3]

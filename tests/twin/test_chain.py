@@ -25,7 +25,7 @@ from support.records.twin_parts import BENCH, HalfSine, rigid_plate, ringing_pla
 SURE = PlateSpread(0.0, 0.0, 0)
 
 
-def twin(**own):  # type: ignore[no-untyped-def]  # a factory of this file
+def twin(**own):  # a factory of this file
     given = {
         "contact": HalfSine(),
         "gun": GunStage(BENCH, 0.05),

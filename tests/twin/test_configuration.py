@@ -79,7 +79,7 @@ def test_twin_made_of_it_gives_it_back():
 def test_twin_made_of_it_predicts_as_the_one_it_is_of():
     twin = Twin(
         HalfSine(),
-        GunStage(BENCH, 0.05, (effect("gun.back_pressure"),)),  # type: ignore[arg-type]  # of the gun
+        GunStage(BENCH, 0.05, (effect("gun.back_pressure"),)),  # of the gun
         PlateStage({"aluminum": ringing_plate()}, (effect("plate.stiffness"),)),
         SensorChain.of([effect("sensor.acceleration_gain")]),
     )

@@ -178,8 +178,8 @@ def spectra_and_all(given: tuple[Effect, ...]) -> np.ndarray:
     """Everything that a twin foretells of two shots, one of them onto an insulated anvil."""
     stages = {stage: [e for e in given if e.stage() == stage] for stage in ("gun", "contact", "plate", "sensor")}
     twin = Twin(
-        contact=LawContact("hertz", effects=stages["contact"]),  # type: ignore[arg-type]  # checked there
-        gun=GunStage(BENCH, 0.0, tuple(stages["gun"])),  # type: ignore[arg-type]  # checked there
+        contact=LawContact("hertz", effects=stages["contact"]),  # checked there
+        gun=GunStage(BENCH, 0.0, tuple(stages["gun"])),  # checked there
         plate=PlateStage({"aluminum": ringing_plate()}, tuple(stages["plate"]), PlateSpread(0, 0, 0)),
         sensors=SensorChain.of(stages["sensor"]),
         samples=1_000,

@@ -12,11 +12,13 @@ import argparse
 import signal
 import sys
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 from . import page, plan, session, verdicts
 from .mutants import Mutant, holds, mutants_of, on_lines, sample, spots
 from .rows import Row, Rows
+from .trial import Outcome
 
 ROOT = Path(__file__).resolve().parents[2]
 KEPT = ROOT / "docs" / "mutation"
@@ -65,7 +67,7 @@ def _run(asked: argparse.Namespace, rows: Rows) -> None:
             again = [row.before for row in rows if row.module == target.module and asked.again in ("all", row.now)]
             places = on_lines(source, places, again)
         drawn = mutants_of(target.module, source, places)
-        rows.keep_only(target.module, lambda before, source=source: holds(source, before), len(every))
+        rows.keep_only(target.module, partial(holds, source), len(every))
         todo += [(each, target) for each in drawn if _due(rows.find(each.key), asked.again)]
     needed = list({target.module: target for _, target in todo}.values())
     print(f"{len(todo)} mutants of {len(needed)} modules", flush=True)
@@ -90,7 +92,7 @@ def _due(row: Row | None, again: str | None) -> bool:
     return row is not None and again in ("all", row.now)
 
 
-def _row(mutant: Mutant, outcome: session.trial.Outcome, of: int) -> Row:
+def _row(mutant: Mutant, outcome: Outcome, of: int) -> Row:
     today = datetime.now(tz=UTC).date().isoformat()
     what = outcome.what
     return Row(*mutant.key, mutant.line, mutant.operator, what, what, outcome.by, today, of)

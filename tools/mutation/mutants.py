@@ -13,7 +13,7 @@ from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.ast.ast_query import ASTQuery
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.provider import OperatorProvider
-from parso.tree import NodeOrLeaf
+from parso.tree import Leaf, NodeOrLeaf
 
 _OPERATORS = OperatorProvider()
 
@@ -109,10 +109,15 @@ def _idle(node: NodeOrLeaf, but: Sequence[str]) -> bool:
             return True
         if above.type == "funcdef" and above.children[place - 1] == "->":
             return True
-        if above.type == "argument" and above.get_first_leaf().value in but:
+        if above.type == "argument" and _first_word(above) in but:
             return True
         node, above = above, above.parent
     return False
+
+
+def _first_word(node: NodeOrLeaf) -> str:
+    leaf: Leaf = node.get_first_leaf()  # type: ignore[no-untyped-call]
+    return leaf.value
 
 
 def _compiles(code: str) -> bool:

@@ -43,8 +43,8 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "contact.restitution.measured", "plate.build", "plate.damping", "plate.edges", "plate.modes", "plate.modal",
         "plate.table", "plate.respond", "plate.response", "plate.cache", "plate.effect", "sensors.chain",
         "sensors.effect", "srs.spectrum", "srs.record", "srs.grid", "srs.iso_filter", "srs.oscillator", "srs.moments",
-        "srs.target", "srs.target_csv", "srs.tolerance", "srs.checks", "srs.checks.base", "tune.space", "tune.goal",
-        "tune.forward", "tune.tuner", "tune.probability", "tune.search",
+        "srs.target", "srs.target_csv", "srs.tolerance", "srs.comparison", "srs.checks", "srs.checks.base",
+        "tune.space", "tune.goal", "tune.forward", "tune.tuner", "tune.probability", "tune.search",
     ),
     "diagnosis": (
         "diagnose", "options", "record", "reading.campaign", "reading.folder", "plausibility.verdict",

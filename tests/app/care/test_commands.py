@@ -162,7 +162,7 @@ def test_damage_is_named_by_exports_and_left_out_on_request(damaged, tmp_path):
 def test_a_changed_sample_without_a_checksum_is_found_by_its_hash(care_copy, tmp_path):
     """A store that was filled before frames had one: a slice is read, the whole is not taken for what was recorded."""
     from pyroshock.schema.series import encode
-    from support.stores.stores import metadata
+    from pyroshock.schema.tables import metadata
 
     with opened(care_copy) as store:
         with store.reading() as session:

@@ -43,12 +43,12 @@ def test_only_the_holder_registers_and_nobody_twice(store: Store, odd: Odd, monk
     one, two = (SimpleNamespace(task=SimpleNamespace(key=key)) for key in ("one", "two"))
     odd.ask(store)
     late = registry(store, claimed(store).lease)
-    late.record(one)  # type: ignore[arg-type]  # of a trained model, its task's key
+    late.record(one)  # of a trained model, its task's key
     taken = take_over(store, hand("next"), running(store, hand())[0])
     assert taken is not None
     mine = registry(store, taken.lease)
-    assert mine.record(one) is registered[0]  # type: ignore[arg-type]
+    assert mine.record(one) is registered[0]
     with pytest.raises(LeaseLostError):
-        late.record(two)  # type: ignore[arg-type]
-    mine.record(two)  # type: ignore[arg-type]
+        late.record(two)
+    mine.record(two)
     assert [each.task_key for each in registered] == ["one", "two"]

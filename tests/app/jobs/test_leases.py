@@ -16,7 +16,7 @@ from pyroshock.app.jobs.doing import Bench, attempt
 from pyroshock.app.jobs.fenced import FencedStore
 from pyroshock.app.jobs.kinds.diagnose import DIAGNOSE, DiagnoseArguments
 from pyroshock.app.jobs.kinds.plan import PLAN, PlanArguments
-from pyroshock.app.jobs.lease import LeaseLostError
+from pyroshock.app.jobs.lease import Lease, LeaseLostError
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.jobs.steps import beat, fail, give_back, look, stopped
 from pyroshock.app.jobs.tidying import stop
@@ -81,7 +81,7 @@ def test_a_late_worker_changes_nothing(store: Store) -> None:
     assert (found.state, found.error, found.attempt, rows(store, Plan)) == (DONE, None, 2, before + 1)
 
 
-def _try_everything(store: Store, key: int, late: claims.Lease) -> None:
+def _try_everything(store: Store, key: int, late: Lease) -> None:
     before = get_job(store, key)
     fenced = FencedStore(store, late, "late")
     with pytest.raises(LeaseLostError), fenced.writing() as session:
@@ -143,7 +143,7 @@ def test_twenty_workers_get_a_job_each(store: Store, odd: Odd) -> None:
     assert len(got) == len(set(got))
     assert set(got) == keys
     for key in keys:
-        stopped(store, claims.Lease(key, 1))
+        stopped(store, Lease(key, 1))
 
 
 def test_a_living_worker_keeps_its_job(file_store: Store, odd: Odd) -> None:
@@ -309,8 +309,8 @@ def test_a_diagnosis_and_a_plan_are_kept_once(store: Store, tmp_path: Path, monk
     assert found[1].result["seed"] == 1
 
 
-def _killed(moment: str):  # type: ignore[no-untyped-def]
-    def finish(session, lease, result, progress):  # type: ignore[no-untyped-def]
+def _killed(moment: str):
+    def finish(session, lease, result, progress):
         if moment == "within the end":
             steps.finish(session, lease, result, progress)
             session.flush()

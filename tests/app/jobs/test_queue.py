@@ -37,7 +37,7 @@ def until_ended(store: Store, key: int) -> JobView:
 
 def test_jobs_are_done_one_after_the_other_in_the_order_asked(store: Store, odd: Odd) -> None:
     order: list[str] = []
-    odd.do = lambda _, word: order.append(word)  # type: ignore[func-returns-value]
+    odd.do = lambda _, word: order.append(word)
     for word in "abcde":
         odd.ask(store, word)
     assert work_off(store) == 5
@@ -93,7 +93,7 @@ def test_a_stop_ends_a_job_at_its_next_step(store: Store, odd: Odd) -> None:
 
 def test_a_waiting_job_is_stopped_at_once(store: Store, odd: Odd) -> None:
     done: list[str] = []
-    odd.do = lambda _, word: done.append(word)  # type: ignore[func-returns-value]
+    odd.do = lambda _, word: done.append(word)
     first, second = odd.ask(store, "a"), odd.ask(store, "b")
     assert stop(store, first.key).state == STOPPED
     work_off(store)

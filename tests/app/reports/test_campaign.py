@@ -139,7 +139,7 @@ def test_pressure_of_a_shot_without_a_plan_is_beside_the_one_set(tmp_path: Path)
     ingested(url, gun_campaign(tmp_path / "gun"))
     with opened(url) as store:
         with store.writing() as session:
-            session.scalars(select(Shot)).first().recorded_pressure_pa = 33_000.0  # type: ignore[union-attr]
+            session.scalars(select(Shot)).first().recorded_pressure_pa = 33_000.0
         with store.reading() as session:
             (found,) = achieved_settings(session, session.scalars(select(Campaign)).one(), ())
     assert (found.key, found.source, found.off.tolist()) == (PRESSURE, TRANSDUCER, [pytest.approx(33 / 25 - 1)])
@@ -155,7 +155,7 @@ def test_shots_are_told_beside_the_model(planned: str) -> None:
     each = tables(found)["Each shot, with the standard uncertainty of its velocity."]
     assert [row[-1] for row in each.rows] == pytest.approx(off.tolist(), abs=0.006)
     by_setting = next(table for caption, table in tables(found).items() if caption.startswith("By setting"))
-    assert sum(int(row[2]) for row in by_setting.rows) == len(shots)  # type: ignore[arg-type]
+    assert sum(int(row[2]) for row in by_setting.rows) == len(shots)
 
 
 def test_pulses_are_grouped_by_configuration(hits: Store) -> None:

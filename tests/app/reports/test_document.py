@@ -104,13 +104,13 @@ def test_long_tables_go_on_over_pages_with_their_headings() -> None:
 
 
 def test_wide_tables_turn_the_page() -> None:
-    def box(columns: int) -> bytes:
+    def box(columns: int) -> bool:
         table = Table("wide", [f"column-{i}" for i in range(columns)], [["incompressible"] * columns])
         found = re.search(
             rb"/MediaBox \[ 0 0 ([\d.]+) ([\d.]+) \]", pdf_of(Document("K", "t", "", {}, [Section("s", [table])]))
         )
         assert found is not None
-        return max(found.groups(), key=float) == found[1]
+        return bool(max(found.groups(), key=float) == found[1])
 
     assert not box(3)
     assert box(12)

@@ -90,7 +90,7 @@ def test_promotions_have_their_reasons(lab: tuple[Registry, Read]) -> None:
     (row,) = table.rows
     assert row[1:4] == ["linear@1", "hann@1", "forced"]
     assert str(row[6]).startswith("to <i>try</i> it")
-    assert len(blocks(report(lab, "hann@1"), "Promotions")[0].rows) == 2  # type: ignore[union-attr]
+    assert len(blocks(report(lab, "hann@1"), "Promotions")[0].rows) == 2
 
 
 def test_facts_say_which_data_and_what_it_cost(lab: tuple[Registry, Read]) -> None:

@@ -39,12 +39,12 @@ def test_missing_numbers_are_no_obstacle() -> None:
 @pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.none()])
 def test_both_hold_every_part(made: object) -> None:
     verdict = made
-    found = document_of(verdict, "3", None)  # type: ignore[arg-type]
+    found = document_of(verdict, "3", None)
     page, paper = Page(html_of(found)), pdf_text(pdf_of(found))
     assert needs_nothing(page)
     for section in found.sections:
         assert section.title in page.text and section.title in paper
-    assert found.lead == verdict_sentence(verdict)  # type: ignore[arg-type]
+    assert found.lead == verdict_sentence(verdict)
 
 
 def test_pictures_are_drawn_where_they_are_kept() -> None:
@@ -80,7 +80,7 @@ def test_report_that_lacks_a_part_is_refused(report: dict[str, object]) -> None:
         verdict_of(report)
 
 
-def test_kept_diagnoses_are_read_with_and_without_details(tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_kept_diagnoses_are_read_with_and_without_details(tmp_path) -> None:
     url = f"sqlite:///{tmp_path / 'lab.db'}"
     ingested(url, gun_campaign(tmp_path / "spring", name="spring"))
     with opened(url) as store:

@@ -17,7 +17,7 @@ from support.records.campaigns import hammer_campaign
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 
-def stored(lab: Lab, campaign: str) -> tuple[int, int]:
+def stored(lab: Lab, campaign: str) -> tuple[int, ...]:
     """Recordings and impacts of a campaign."""
     with lab.reading() as session:
         key = select(Campaign.id).where(Campaign.name == campaign).scalar_subquery()

@@ -48,7 +48,7 @@ def scratches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], l
 
 
 def test_a_job_outlives_its_server(tmp_path: Path, odd: Odd) -> None:
-    begun, told = threading.Event(), []
+    begun, told = threading.Event(), list[int]()
 
     def do(work: Work, _word: str) -> None:
         begun.set()
@@ -186,6 +186,6 @@ def test_the_jobs_of_scripts(tmp_path: Path, client_store: tuple[TestClient, Any
 
 
 @pytest.fixture
-def client_store(tmp_path: Path):  # type: ignore[no-untyped-def]
+def client_store(tmp_path: Path):
     with window(sqlite(tmp_path)) as found:
         yield found

@@ -38,7 +38,7 @@ def test_planted_effect_is_found(name: str, truth: str, z: Floats) -> None:
 
 
 @pytest.mark.parametrize("answer", [noise_only, bic])
-def test_background_is_taken_for_an_effect(answer) -> None:  # type: ignore[no-untyped-def]
+def test_background_is_taken_for_an_effect(answer) -> None:
     """What they fall short in: a background within tolerance that no effect of the catalogue makes."""
     z = 0.4 * np.sin(1.5 * SLOPE)
     assert answer(problem(z, sigma=0.05))["none"] < 0.01

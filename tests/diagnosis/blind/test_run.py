@@ -11,6 +11,7 @@ import pytest
 from pyroshock.compute.crew import Crew
 from pyroshock.diagnosis.blind import answering, run, tasks
 from pyroshock.virtualbench.seal import SealError
+from pyroshock.virtualbench.withheld import sealing
 from support.records.blind_rows import LEAK, verdict
 
 CASES = 3
@@ -29,7 +30,7 @@ def told(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         assert [path.name for path in folder.parent.iterdir()] == ["campaign"]
         return {"verdict": verdict(([LEAK], 0.6, None), (["none"], 0.4, None)), "fitted": [], "seconds": 1.0}
 
-    opened = run.open_labels
+    opened = sealing.open_labels
 
     def open_labels(*given: Any) -> Any:
         events.append("labels opened")

@@ -18,7 +18,7 @@ _, SURFACES, STAGE = tables(shots())
 
 
 def weighed(effects: Sequence[Effect] = (), without: str = "", **campaign: float) -> Weighed:
-    gap, _, _ = tables(shots(effects, **campaign), ("none of them",))  # type: ignore[arg-type]
+    gap, _, _ = tables(shots(effects, **campaign), ("none of them",))
     return weigh(Scene.of(gap, [surface for surface in SURFACES if surface.id != without]))
 
 

@@ -73,7 +73,7 @@ def test_missing_physics_of_the_gun_is_no_mistake(effect: Effect) -> None:
     record = gun_record(1.0)
     pressure = np.array([run.tank_pressure_pa for run in record.runs])
     mass = np.array([run.bullet_mass_kg for run in record.runs])
-    fired = gun_velocity(BENCH, pressure, mass, [effect]).velocity_m_s  # type: ignore[list-item]
+    fired = gun_velocity(BENCH, pressure, mass, [effect]).velocity_m_s
     runs = tuple(replace(run, velocity_m_s=float(v)) for run, v in zip(record.runs, fired, strict=True))
     assert of_gun(replace(record, runs=runs)) == ()
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 from pyroshock.diagnosis.shrinkage.fit import Fitter, fit
@@ -140,7 +142,7 @@ def test_chance_is_the_scatter_of_the_mean_square() -> None:
     for _ in range(300):
         common = 0.03 * rng.standard_normal((96, 1))
         residual = common + 0.01 * rng.standard_normal((96, 3))
-        stage.residuals = lambda residual=residual: residual  # type: ignore[method-assign]
+        stage.residuals = partial(np.asarray, residual)  # type: ignore[method-assign]
         gaps = Gaps.of([stage])
         means.append((gaps.squares().mean(), np.sqrt((gaps.chance**2).sum()) / 24))
     assert np.mean([m[1] for m in means]) == pytest.approx(np.std([m[0] for m in means]), rel=0.2)
@@ -148,11 +150,13 @@ def test_chance_is_the_scatter_of_the_mean_square() -> None:
 
 def test_fit_finds_the_parameters() -> None:
     (mass,) = fit(_toy((ToyMass(1.3),)), [ToyMass], np.arange(24))
+    assert isinstance(mass, ToyMass)
     assert float(mass.factor) == pytest.approx(1.3, rel=0.01)
 
 
 def test_fit_finds_two_together() -> None:
     mass, damping = fit(_toy((ToyMass(0.8), ToyDamping(-3.0))), [ToyMass, ToyDamping], np.arange(24))
+    assert isinstance(mass, ToyMass) and isinstance(damping, ToyDamping)
     assert float(mass.factor) == pytest.approx(0.8, rel=0.01)
     assert float(damping.loss_db) == pytest.approx(-3.0, rel=0.05)
 
@@ -163,6 +167,7 @@ def test_fit_uses_its_rows_only() -> None:
         [i for i, each in enumerate(stages[0].record.configurations) if each.factors["insulator"] == "none"]
     )
     (mass,) = Fitter.of(stages, [ToyMass]).fit(none)
+    assert isinstance(mass, ToyMass)
     assert float(mass.factor) == pytest.approx(1.3, rel=0.01)
 
 

@@ -33,7 +33,7 @@ def test_only_what_a_pulse_leans_by_is_open() -> None:
     "other", [effect("contact.viscous_loss", loss_s_m=0.3), effect("contact.effective_mass", mass_factor=1.2)]
 )
 def test_other_laws_are_definite(other: object) -> None:
-    assert loose_relaxation([other], np.ones((2, len(NAMES)))) is None  # type: ignore[list-item]
+    assert loose_relaxation([other], np.ones((2, len(NAMES)))) is None
 
 
 @pytest.mark.parametrize(

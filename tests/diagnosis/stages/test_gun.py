@@ -36,12 +36,12 @@ def record(repeats: int = 3, **changed: object) -> CampaignRecord:
         for j in range(repeats)
         for c, (p, m) in enumerate(at)
     )
-    return replace(CampaignRecord("six settings", "gun", configurations, runs, BENCH), **changed)  # type: ignore[arg-type]
+    return replace(CampaignRecord("six settings", "gun", configurations, runs, BENCH), **changed)
 
 
 def without(stage_record: CampaignRecord, row: int, **missing: object) -> CampaignRecord:
     runs = list(stage_record.runs)
-    runs[row] = replace(runs[row], **missing)  # type: ignore[arg-type]
+    runs[row] = replace(runs[row], **missing)
     return replace(stage_record, runs=tuple(runs))
 
 
@@ -170,7 +170,8 @@ def test_changes_do_not_hang_on_company(sets: list[list[Effect]]) -> None:
 
 def test_changes_of_nothing_are_nothing() -> None:
     stage = GunStage(record())
-    off = [kind(**{item.name: item.off for item in kind.parameters()}) for kind in map(type, [*GUN, *SENSORS])]
+    kinds = [type(each) for each in (*GUN, *SENSORS)]
+    off = [kind(**{item.name: item.off for item in kind.parameters()}) for kind in kinds]
     assert np.all(stage.changes([[], *[[each] for each in off]]) == 0)
 
 
@@ -178,8 +179,8 @@ def test_cost_grows_with_configurations_not_with_runs(monkeypatch: pytest.Monkey
     fired: list[int] = []
 
     def counted(*given: object) -> object:
-        fired.append(np.size(given[1]))  # type: ignore[arg-type]
-        return gun_velocity(*given)  # type: ignore[arg-type]
+        fired.append(np.size(given[1]))
+        return gun_velocity(*given)
 
     stage = GunStage(record(30))
     monkeypatch.setattr("pyroshock.diagnosis.stages.gun.gun_velocity", counted)

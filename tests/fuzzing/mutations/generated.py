@@ -46,7 +46,7 @@ def _times(rng: Random) -> NDArray[np.float64]:
     times = np.arange(rng.choice((96, 96, 2, 1, 300))) * rng.choice((1e-5, 1.0, 1e-300, 1e300, 0.0, -1.0))
     if rng.random() < 0.5:
         times[rng.randrange(times.size)] = rng.choice((np.nan, np.inf, 0.0, -1.0, 1e308))
-    return times + rng.choice((0.0, 0.0, -1e9, 1e300))
+    return np.asarray(times + rng.choice((0.0, 0.0, -1e9, 1e300)))
 
 
 def npz(found: Arrays, rng: Random) -> bytes:

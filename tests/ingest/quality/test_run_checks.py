@@ -83,7 +83,7 @@ def test_modal_hammer_hit_neither_warns_nor_rejects(channel_of, contact_at_peak,
 def test_healthy_campaigns_give_nothing_but_notes_on_noise(channel_of, contact_at_peak, shared):
     from scipy.io import loadmat
 
-    found, recordings = Counter(), 0
+    found, recordings = Counter[tuple[str, str]](), 0
     for path in sorted(shared.glob("examples/*/recordings/*.mat")):
         record = loadmat(path, squeeze_me=True)
         recordings += 1

@@ -114,7 +114,9 @@ def test_a_wrong_byte_raises_nothing_else(sample, tmp_path_factory, seed):
         damaged[rng.integers(len(content))] = rng.integers(256)
         path.write_bytes(damaged)
     # where the format's library may crash, as the ingest does it: in a process of its own
-    isolation = Isolation(lambda path: f"{path.name}: lost", lambda _: 10.0, always=may_crash(sample.path))
+    isolation = Isolation[Path, str | None](
+        lambda path: f"{path.name}: lost", lambda _: 10.0, always=may_crash(sample.path)
+    )
     for path, refused in map_ahead(_refusal, paths, 1, isolation):
         if refused is not None:
             _assert_clear(refused, path)

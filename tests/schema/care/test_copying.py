@@ -87,8 +87,9 @@ def test_a_copy_that_fails_leaves_no_file(care_copy, tmp_path):
 
 def test_a_copy_that_differs_is_not_kept(care_copy, tmp_path, monkeypatch):
     from pyroshock.schema.care import copying
+    from pyroshock.schema.care.transfer import transfer
 
-    load = copying.transfer
+    load = transfer
 
     def spoilt(origin, copy, table, bar):
         digest = load(origin, copy, table, bar)

@@ -44,7 +44,7 @@ def run(words: list[str]) -> int:
     return 0
 
 
-def text_of(file) -> str:  # type: ignore[no-untyped-def]  # a temporary file
+def text_of(file) -> str:  # a temporary file
     file.seek(0)
     return file.read().decode(errors="replace")
 

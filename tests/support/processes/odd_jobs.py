@@ -49,7 +49,7 @@ class Odd:
 def odd(monkeypatch: pytest.MonkeyPatch) -> Odd:
     """The kind `odd` beside the others, for as long as the test runs."""
     found = Odd()
-    monkeypatch.setitem(known.KINDS, "odd", found.kind())  # type: ignore[arg-type]  # a dict, declared as a mapping
+    monkeypatch.setitem(known.KINDS, "odd", found.kind())  # a dict, declared as a mapping
     return found
 
 

@@ -74,7 +74,7 @@ class Forge:
     def __init__(self, folder: Path, models: bool = True) -> None:
         self.errors, self.count = folder / "errors.txt", folder / "count.txt"
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True, "bufsize": 1}
-        self._process = subprocess.Popen([sys.executable, str(STRUCK), "models" if models else ""], **pipes)  # type: ignore[call-overload]
+        self._process = subprocess.Popen([sys.executable, str(STRUCK), "models" if models else ""], **pipes)
 
     def start(self, place: Place, at: int = 0) -> int:
         """The number of the process that runs the place's command; with `at`, it is killed at that statement."""

@@ -13,7 +13,7 @@ from typing import Any
 from pyroshock.training import errands, fitting
 
 FOLDER = Path(os.environ["WATCHED"])
-_attempted = errands.attempted
+_attempted = fitting.attempted
 
 
 def watched(task: Any, *others: Any) -> Any:
@@ -24,5 +24,5 @@ def watched(task: Any, *others: Any) -> Any:
     return _attempted(task, *others)
 
 
-errands.attempted = watched
+vars(errands)["attempted"] = watched
 fitting._figures = lambda *_: {"pulses.png": b"drawn"}

@@ -98,7 +98,7 @@ def _setting(tip: str, radius: float, anvil: str, _insulator: str) -> Setting:
 
 def without(record: CampaignRecord, row: int, **missing: object) -> CampaignRecord:
     runs = list(record.runs)
-    runs[row] = replace(runs[row], **missing)  # type: ignore[arg-type]
+    runs[row] = replace(runs[row], **missing)
     return replace(record, runs=tuple(runs))
 
 

@@ -56,7 +56,7 @@ def played(
     """What the bench shows with these effects; `noise` in shares of each record's peak."""
     rng = np.random.default_rng(seed)
     table = plate() if bench is None else bench
-    runs = []
+    runs: list[Run] = []
     for c, (contact_s, peak_n) in enumerate(contacts):
         for repetition in range(repetitions):
             size = peak_n * (1 + 0.04 * repetition)

@@ -62,9 +62,9 @@ def pulse_table(
                         treatment = f"{tip}/{anvil}/{insulator}/{boundary}"
                         configuration = f"#{position}/{speed}/{treatment}"
                         for repetition in range(1, repetitions + 1):
-                            velocity = nominal * float(np.exp(0.15 * rng.standard_normal()))
+                            struck = nominal * float(np.exp(0.15 * rng.standard_normal()))
                             where = (configuration, treatment)
-                            rows.append((run, repetition, tip, anvil, insulator, boundary, velocity, *where))
+                            rows.append((run, repetition, tip, anvil, insulator, boundary, struck, *where))
     n = len(rows)
     x = np.array([_inputs_of(*row[2:7]) for row in rows])
     velocity = x[:, 5]

@@ -93,7 +93,7 @@ def features(series: Series | None) -> np.ndarray:
     return np.log([series.values.max(), series.values.sum() / series.sampling_rate_hz, width])
 
 
-def _gain(effects: Sequence[Effect], kind: type[Effect]) -> float:
+def _gain(effects: Sequence[Effect], kind: type[ToyForceGain | ToyVelocityGain]) -> float:
     return float(np.prod([e.gain for e in effects if isinstance(e, kind)]))
 
 

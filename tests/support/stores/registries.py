@@ -59,7 +59,7 @@ def ground_in(registry: Registry, table: PulseTable | None = None, name: str = "
     return Ground(DatasetName(name, digest, "hammer"), table, seed, "reduced", registry.place.work)
 
 
-def without_figures(monkeypatch) -> None:  # type: ignore[no-untyped-def]  # pytest's fixture
+def without_figures(monkeypatch) -> None:  # pytest's fixture
     """A training draws for a second; what it draws is tested with the plots."""
     monkeypatch.setattr(fitting, "_figures", lambda *_: {"pulses.png": b"drawn"})
     monkeypatch.setattr(

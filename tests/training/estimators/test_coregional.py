@@ -81,7 +81,7 @@ class TestBoth:
             np.testing.assert_array_equal(other.arrays()[name], one.arrays()[name])
         assert np.all(other.predict(x[80:]).spread < one.predict(x[80:]).spread + 1e-9)
 
-    def test_constant_output_stays_constant(self, kind: type[Estimator]) -> None:
+    def test_constant_output_stays_constant(self, kind: type[Coregional] | type[SingleOutputs]) -> None:
         """Both ends of a force are zero."""
         x, y = waves(40)
         y[:, 1] = 0.25

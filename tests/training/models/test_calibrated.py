@@ -82,7 +82,7 @@ def test_wrong_spread_is_put_right() -> None:
     """A model that says a tenth of its spread is calibrated to the same band."""
 
     class Boastful(SinglePass):
-        def predict(self, inputs):  # type: ignore[no-untyped-def]
+        def predict(self, inputs):
             answer = super().predict(inputs)
             return replace(
                 answer,

@@ -60,7 +60,7 @@ def test_by_test_has_a_panel_a_model(pulses: PulseTable, errors: dict[str, Pulse
     figure = by_test(pulses, errors, "force_nrmse")
     assert [axes.get_title(loc="left")[0] for axes in figure.axes] == ["b", "c", "a"]
     assert figure.axes[0].get_yscale() == "log"
-    drawn = sum(len(line.get_xdata()) for line in figure.axes[0].lines if line.get_marker() == "o")
+    drawn = sum(np.size(line.get_xdata()) for line in figure.axes[0].lines if line.get_marker() == "o")
     assert drawn == 60
     assert written(figure)
 

@@ -36,7 +36,7 @@ def test_zeners_exponential_follows_his_equation(parameter: float) -> None:
     def parted(_, state):
         return state[0]
 
-    parted.terminal, parted.direction = True, -1
+    parted.terminal, parted.direction = True, -1  # type: ignore[attr-defined]
 
     def rate(_, state):
         root = np.sqrt(abs(state[0]))

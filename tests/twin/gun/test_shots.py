@@ -11,7 +11,7 @@ from pyroshock.twin.gun.inverse import tank_pressure_for_velocity
 from pyroshock.twin.gun.nominal import muzzle_velocity, trajectory
 from pyroshock.twin.gun.shots import Status, gun_velocity
 
-from benchmarks.gun import THESIS_GUN, scalar_guns
+from benchmarks.gun_scalar import THESIS_GUN, scalar_guns
 
 GUN = [kind for identity, kind in catalogue().items() if identity.startswith("gun.")]
 IDS = [kind.id for kind in GUN]

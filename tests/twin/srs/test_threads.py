@@ -9,7 +9,7 @@ from pyroshock.twin.srs.threads import checked_threads, processors, spread
 @pytest.mark.parametrize("threads", [1, 2, 3])
 @pytest.mark.parametrize("tasks", [1, 2, 7, 100])
 def test_every_task_is_done_once(tasks, threads):
-    done, lock = [], threading.Lock()
+    done, lock = list[int](), threading.Lock()
 
     def run(start, stop):
         with lock:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.sensors import SensorBuild, analog, digitised, record
 
@@ -24,7 +27,7 @@ FORCE = SensorBuild("f", "force", "N", 1e4, noise=0.5, bandwidth_hz=20e3, gain_f
 TANK = SensorBuild("p", "pressure", "bar", 16.0, 1e5, 16, 0.5621, 0.3624, gain_fault=0.004, offset_fault=0.005)
 
 
-def pulse(width_s=400e-6, peak=1000.0, ratio=20, seconds=0.02):
+def pulse(width_s=400e-6, peak=1000.0, ratio=20, seconds=0.02) -> tuple[NDArray[Any], NDArray[Any]]:
     """A squared sine from 5 ms on."""
     time = np.arange(round(seconds * FS_HZ * ratio)) / (FS_HZ * ratio)
     phase = (time - 0.005) / width_s

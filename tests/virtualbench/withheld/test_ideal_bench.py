@@ -25,8 +25,8 @@ def test_ideal_shot_is_the_adiabatic_expansion_of_the_thesis(number: int) -> Non
     plan = design("gun", number)
     pressure = np.array([s.tank_pressure_bar * 1e5 for s in plan])
     mass = np.array([s.mass_kg for s in plan])
-    tank, way, friction = (float(stage[k]) for k in ("tank_volume_m3", "travel_m", "friction_coefficient"))  # type: ignore[arg-type]
-    area = np.pi * float(stage["projectile_diameter_m"]) ** 2 / 4  # type: ignore[arg-type]
+    tank, way, friction = (float(stage[k]) for k in ("tank_volume_m3", "travel_m", "friction_coefficient"))
+    area = np.pi * float(stage["projectile_diameter_m"]) ** 2 / 4
     work = pressure * tank / 0.4 * (1 - (tank / (tank + area * way)) ** 0.4)
     expected = np.sqrt(2 * (work - friction * mass * 9.80665 * way) / mass)
     assert np.abs(ln_velocity("gun", number, {}) - np.log(expected)).max() < 0.02 * TOLERANCES["gun"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +24,13 @@ def plate():
     return solve_plate(BUILD, 5000.0)
 
 
-def off(identity):
+def of_plate(identity, **parameters) -> PlateEffect:
+    found = effect(identity, **parameters)
+    assert isinstance(found, PlateEffect)
+    return found
+
+
+def off(identity) -> Any:
     kind = catalogue()[identity]
     return kind(**{item.name: item.off for item in kind.parameters()})
 
@@ -40,7 +47,7 @@ def test_off_leaves_the_plate_as_it_is(identity, plate):
 @pytest.mark.parametrize("identity", PLATE_EFFECTS)
 def test_an_effect_survives_json_and_does_something(identity, plate):
     assert effect_from_json(effect(identity).as_json()) == effect(identity)
-    changed = effect(identity).apply(plate)
+    changed = of_plate(identity).apply(plate)
     assert np.any(changed.frequency_hz != plate.frequency_hz) or np.any(changed.damping_ratio != plate.damping_ratio)
 
 
@@ -52,9 +59,9 @@ def test_a_plate_is_no_batch(identity):
 
 
 def test_damping_is_scaled_then_added(plate):
-    found = effect("plate.damping", factor=2.0, added_ratio=0.003).apply(plate)
+    found = of_plate("plate.damping", factor=2.0, added_ratio=0.003).apply(plate)
     np.testing.assert_allclose(found.damping_ratio, 0.013)
-    assert effect("plate.damping", factor=20.0, added_ratio=0.5).apply(found).damping_ratio.max() < 1
+    assert of_plate("plate.damping", factor=20.0, added_ratio=0.5).apply(found).damping_ratio.max() < 1
 
 
 @pytest.mark.slow
@@ -65,7 +72,7 @@ def test_stiffness_of_a_thicker_plate_of_the_same_mass():
         solve_plate(given, 1000.0, thickness_correction=False)
         for given in (BUILD, replace(BUILD, thickness_m=0.0104, material=light))
     )
-    found = effect("plate.stiffness", frequency_factor=1.04**1.5).apply(one).frequency_hz[: other.frequency_hz.size]
+    found = of_plate("plate.stiffness", frequency_factor=1.04**1.5).apply(one).frequency_hz[: other.frequency_hz.size]
     np.testing.assert_allclose(found, other.frequency_hz, rtol=1e-6)
 
 
@@ -75,7 +82,7 @@ def test_sensor_mass_agrees_with_masses_in_the_elements():
         solve_plate(given, 5000.0, thickness_correction=False) for given in (BUILD, replace(BUILD, masses=masses))
     )
     elastic = slice(3, 25)
-    found = effect("plate.sensor_mass", mass_kg=0.027).apply(plate)
+    found = of_plate("plate.sensor_mass", mass_kg=0.027).apply(plate)
     shift = loaded.frequency_hz[elastic] - plate.frequency_hz[elastic]
     error = found.frequency_hz[elastic] - loaded.frequency_hz[elastic]
     assert np.all(shift < 0)
@@ -88,7 +95,7 @@ def test_sensor_mass_agrees_with_masses_in_the_elements():
 
 
 def test_sensor_mass_lowers_every_mode_and_leaves_rigid_ones(plate):
-    found = effect("plate.sensor_mass", mass_kg=0.1).apply(plate)
+    found = of_plate("plate.sensor_mass", mass_kg=0.1).apply(plate)
     assert np.all(found.frequency_hz <= plate.frequency_hz * (1 + 1e-12))
     assert np.all(found.frequency_hz[:3] == 0)
     # A constant ratio stays about the same: it is the plate's material that loses, not the sensor.
@@ -97,13 +104,13 @@ def test_sensor_mass_lowers_every_mode_and_leaves_rigid_ones(plate):
 
 def test_a_small_sensor_shifts_by_rayleighs_quotient(plate):
     mass = 1e-5
-    found = effect("plate.sensor_mass", mass_kg=mass).apply(plate)
+    found = of_plate("plate.sensor_mass", mass_kg=mass).apply(plate)
     expected = 1 - mass * np.sum(plate.shapes[:, 3:] ** 2, axis=0) / 2
     np.testing.assert_allclose(found.frequency_hz[3:] / plate.frequency_hz[3:], expected, atol=1e-7)
 
 
 def test_supports_lift_the_low_modes_most(plate):
-    found = effect("plate.boundary", support_frequency_hz=20.0).apply(plate)
+    found = of_plate("plate.boundary", support_frequency_hz=20.0).apply(plate)
     rise = found.frequency_hz - plate.frequency_hz
     np.testing.assert_allclose(rise[:3], 20.0)
     assert np.all(np.diff(rise) <= 1e-9)
@@ -121,7 +128,7 @@ def test_supports_agree_with_many_springs():
     springs = tuple(PointSpring((x, y), k) for (x, y), k in zip(spots.tolist(), stiffness.tolist(), strict=True))
     free = solve_plate(BUILD, 300.0, thickness_correction=False)
     held = solve_plate(replace(BUILD, springs=springs), 300.0, thickness_correction=False)
-    found = effect("plate.boundary", support_frequency_hz=30.0).apply(free).frequency_hz[: held.frequency_hz.size]
+    found = of_plate("plate.boundary", support_frequency_hz=30.0).apply(free).frequency_hz[: held.frequency_hz.size]
     np.testing.assert_allclose(found, held.frequency_hz, rtol=1e-5)
 
 
