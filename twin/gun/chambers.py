@@ -39,6 +39,8 @@ class Chamber:
     method: ClassVar[Method] = DORMAND_PRINCE
     #: Allowed in a step, relative: velocities then hold to some 1e-7.
     step_error: ClassVar[float] = 1e-8
+    #: Tried first, of the time that the nominal shot takes.
+    first_step: ClassVar[float] = 0.1
 
     @property
     def target(self) -> Floats:
@@ -56,6 +58,14 @@ class Chamber:
     @cached_property
     def drag_n(self) -> Floats:
         return np.asarray(self.shot.opposing_pressure_pa * self.shot.area_m2 + self.shot.friction_n)
+
+    @cached_property
+    def leaking(self) -> list[GunEffect]:
+        return [effect for effect in self.effects if type(effect).leak_kg_s is not GunEffect.leak_kg_s]
+
+    @cached_property
+    def resisting(self) -> list[GunEffect]:
+        return [effect for effect in self.effects if type(effect).resistance_n is not GunEffect.resistance_n]
 
     @cached_property
     def patience_s(self) -> Floats:
@@ -81,19 +91,21 @@ class Chamber:
         """Fills the first four rows of `rates`, for gas that comes in with a mass and R T times it."""
         shot = self.shot
         instant, volume = self.instant(time, state)
-        leak: Floats | float = 0.0
-        resistance: Floats = self.drag_n
-        for effect in self.effects:
-            leak = leak + effect.leak_kg_s(shot, instant)
-            resistance = resistance + effect.resistance_n(shot, instant)
-        warmth = np.where(np.asarray(leak) > 0, instant.gas_temperature_k, shot.temperature_k)
+        leak = sum(effect.leak_kg_s(shot, instant) for effect in self.leaking)
+        resistance = sum((effect.resistance_n(shot, instant) for effect in self.resisting), self.drag_n)
+        escapes = np.asarray(leak) > 0
+        warmth = instant.gas_temperature_k
+        if not escapes.all():
+            warmth = np.where(escapes, warmth, shot.temperature_k)
         speed, pressure = instant.velocity_m_s, state[2]
-        force = pressure * shot.area_m2 - resistance
+        push = pressure * shot.area_m2
+        force = push - resistance
         rates[0] = speed
         # Friction holds a projectile at rest; it does not pull it back, and a corner there would stop the steps.
-        force = np.where(force < 0, force * np.clip(state[1] / _CREEP_M_S, 0.0, 1.0), force)
+        if (held := force < 0).any():
+            force = np.where(held, force * np.minimum(np.maximum(state[1] / _CREEP_M_S, 0.0), 1.0), force)
         rates[1] = force / shot.bullet_mass_kg
-        flow = inflow_w - GAS_CONSTANT * warmth * leak - pressure * shot.area_m2 * speed
+        flow = inflow_w - GAS_CONSTANT * warmth * leak - push * speed
         rates[2] = shot.polytropic_index / volume * flow
         rates[3] = inflow_kg_s - leak
 
@@ -130,6 +142,7 @@ class TwoChambers(Chamber):
 
     method: ClassVar[Method] = RODAS
     step_error: ClassVar[float] = 2e-7
+    first_step: ClassVar[float] = 2e-4
 
     @cached_property
     def tank_m3(self) -> Floats:

@@ -16,7 +16,10 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """n shots at one instant of each, as hooks see them; all (n,), pressures absolute, gas behind the projectile."""
+    """n shots at one instant of each, as hooks see them; pressures absolute, gas behind the projectile.
+
+    All (n,), or (m, n) for m instants of each: hooks reckon element by element.
+    """
 
     time_s: Floats
     position_m: Floats

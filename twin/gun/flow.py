@@ -10,6 +10,7 @@ Wantzel's law within 0.4 % up to a ratio of 0.9 and 1.5 % up to 0.99; nearer to 
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +23,14 @@ Floats = NDArray[np.float64]
 _LAMINAR = 1e-3
 
 
+@cache
 def critical_ratio(heat_capacity_ratio: float) -> float:
     """b of a nozzle; its limit exp(-1/2) for an isothermal gas."""
     g = max(heat_capacity_ratio, 1 + 1e-9)
     return math.pow(2 / (g + 1), g / (g - 1))
 
 
+@cache
 def choked_flow(heat_capacity_ratio: float) -> float:
     """c*: mass flow times sqrt(R T) over area and pressure; 0.6847 for air."""
     g = max(heat_capacity_ratio, 1 + 1e-9)

@@ -114,7 +114,8 @@ def _moved(chamber: Chamber) -> GunShots:
     floor = np.empty_like(start)
     floor[0], floor[1] = 0.1 * shot.travel_m, 0.1 * shot.travel_m / scale
     floor[2::2], floor[3::2] = shot.driving_pressure_pa, 0.01 * start[3::2].max(axis=0)
-    ends = run(chamber, start, 1e-3 * scale, Tolerance(chamber.step_error, np.maximum(floor, 1e-300)), chamber.method)
+    tolerance = Tolerance(chamber.step_error, np.maximum(floor, 1e-300))
+    ends = run(chamber, start, chamber.first_step * scale, tolerance, chamber.method)
     velocity = np.where(ends.reached, ends.state[1], 0.0)
     status = np.where(ends.reached, Status.LEFT, np.where(ends.state[0] > 0, Status.STOPPED, Status.NOT_STARTED))
     return GunShots(velocity, np.where(ends.reached, ends.time, np.nan), status)

@@ -45,7 +45,8 @@ class BarrelLoss(GunEffect):
     def resistance_n(self, shot: Shot, instant: Instant) -> Floats:
         air = shot.atmosphere_pa / (GAS_CONSTANT * shot.temperature_k)
         column = self.friction_factor * instant.position_m / shot.bore_diameter_m * instant.gas_density_kg_m3
-        gauge = np.maximum(instant.gas_pressure_pa - shot.pressure_zero_pa, 0.0)
-        entrance = self.gas_heads * gauge / (GAS_CONSTANT * instant.gas_temperature_k)
-        heads: Floats = column + self.drag_coefficient * air + entrance
+        heads: Floats = column + self.drag_coefficient * air
+        if np.asarray(self.gas_heads).any():
+            gauge = np.maximum(instant.gas_pressure_pa - shot.pressure_zero_pa, 0.0)
+            heads = heads + self.gas_heads * gauge / (GAS_CONSTANT * instant.gas_temperature_k)
         return shot.area_m2 * heads * instant.velocity_m_s**2 / 2

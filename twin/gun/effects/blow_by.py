@@ -71,7 +71,7 @@ class BlowBy(GunEffect):
             shot.temperature_k,
             shot.heat_capacity_ratio,
         )
-        return through + self._choked(shot, instant)
+        return through + self._choked(shot, instant) if np.asarray(self.gauge_discharge_coefficient).any() else through
 
     def _choked(self, shot: Shot, instant: Instant) -> Floats:
         ring = np.pi / 4 * (shot.bore_diameter_m**2 - shot.projectile_diameter_m**2)

@@ -59,7 +59,9 @@ class ValveFlow(GunEffect):
         ("steady_loss_coefficient",),
     )
 
-    def resistance_n(self, shot: Shot, instant: Instant) -> Floats:
+    def resistance_n(self, shot: Shot, instant: Instant) -> Floats | float:
+        if not np.asarray(self.steady_loss_coefficient).any():
+            return 0.0
         air = shot.atmosphere_pa / (GAS_CONSTANT * shot.temperature_k)
         return shot.area_m2 * self.steady_loss_coefficient * air * instant.velocity_m_s**2 / 2
 
