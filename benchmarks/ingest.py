@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import shutil
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import partial
 from pathlib import Path
 
@@ -35,9 +35,12 @@ def campaign(folder: Path, recordings: int, suffix: str) -> Path:
     return made
 
 
-def measure_ingest(folder: Path, recordings: int = RECORDINGS, repeats: int = 3) -> Iterator[Figure]:
+def measure_ingest(
+    folder: Path, recordings: int = RECORDINGS, repeats: int = 3, formats: Collection[str] = tuple(_FORMATS)
+) -> Iterator[Figure]:
     """Time of the command, by its default of processes and by one, over the peer's."""
-    for suffix, what in _FORMATS.items():
+    for suffix in formats:
+        what = _FORMATS[suffix]
         source = campaign(folder, recordings, suffix)
         runs: dict[str, list[Child]] = {"peer": [], "default": [], "one": []}
         for _ in range(repeats):

@@ -35,7 +35,7 @@ def _measure(module: str, function: str, sizes: dict[str, Any], folder: Path) ->
 
 _SERIES = ("51.2 kHz, 16 bits in float32", "51.2 kHz, 24 bits in float32", "1 MHz, 16 bits in float32")
 THEMES: dict[str, Measure] = {
-    "ingest": later("ingest", "measure_ingest", recordings=30),
+    "ingest": later("ingest", "measure_ingest", recordings=60, formats=(".mat",)),
     "memory": later("ingest", "measure_memory", recordings=40, repeats=2),
     "pulses": later("extraction", "measure_pulses"),
     "series": later("series", "measure_series_on_sqlite", only=_SERIES, repeats=9),
