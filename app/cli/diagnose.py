@@ -74,6 +74,10 @@ def _adopt(store: Store, verdict: Verdict, wanted: str, diagnosis: int | None) -
     from ..twins.adopting import adopt
 
     row = adopt(store, verdict, wanted, diagnosis)
+    if not row.configuration["effects"]:
+        stages = ", ".join(row.configuration["stages"])
+        note(f"nothing is adopted from version {row.version} on: predict and tune use the nominal {stages}")
+        return
     if wanted not in verdict.first.effects:
         note(f"{wanted} is not what the diagnosis says first: {' or '.join(verdict.first.effects)}")
     note(f"adopted as version {row.version}: {row.reason}; predict and tune use it (--no-adopted: without)")

@@ -117,7 +117,7 @@ def predict(
             many.tell(found, json_to)
             return
         from ..predictions.predicting import predicted, prediction_json
-        from ..predictions.tables import quantity_rows, spectrum_rows
+        from ..predictions.tables import outside_words, quantity_rows, spectrum_rows
         from ..twins.building import twin_of
 
         request = _request(asked)
@@ -140,7 +140,7 @@ def predict(
         click.echo()
         print_table(({"stage": stage, "answered": answer} for stage, answer in prediction.models.items()), "")
         for outside in prediction.outside:
-            note(f"outside of its domain: {outside.predictor} = {outside.value} ({outside.range})")
+            note(f"outside of its domain: {outside_words(outside)}")
 
 
 _SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position")

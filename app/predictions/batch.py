@@ -12,6 +12,7 @@ from ...compute.mapping import mapped
 from ..export import write_batches
 from .predicting import predicted
 from .rows import ShotRow
+from .tables import outside_words
 
 if TYPE_CHECKING:
     from ...twin.prediction import Prediction
@@ -86,7 +87,7 @@ def _figures(prediction: Prediction) -> Row:
         row |= {f"predicted_{name}": quantity.mean}
         row |= {f"predicted_{name}_{end}": value for end, value in zip(("low", "high"), quantity.ci90, strict=True)}
     row |= {f"{stage}_by": answered for stage, answered in prediction.models.items()}
-    return row | {"outside_domain": "; ".join(f"{o.predictor} = {o.value} ({o.range})" for o in prediction.outside)}
+    return row | {"outside_domain": "; ".join(map(outside_words, prediction.outside))}
 
 
 def _spectrum(row: ShotRow, prediction: Prediction) -> Iterator[Row]:

@@ -7,6 +7,7 @@ from typing import Any
 
 from ...twin.bands import Quantity
 from ...twin.prediction import Prediction
+from ...twin.strikes import Outside
 
 #: Field of the prediction: (what it is, unit, how many of them one SI unit is).
 _QUANTITIES = {
@@ -29,6 +30,12 @@ def quantity_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
 def _row(what: str, unit: str, quantity: Quantity, scale: float) -> dict[str, Any]:
     low, high = (scale * end for end in quantity.ci90)
     return {"quantity": what, "unit": unit, "mean": scale * quantity.mean, "low": low, "high": high}
+
+
+def outside_words(outside: Outside) -> str:
+    """Four digits, for a velocity of the twin has some ten more that mean nothing."""
+    value = outside.value if isinstance(outside.value, str) else f"{outside.value:.4g}"
+    return f"{outside.predictor} = {value} ({outside.range})"
 
 
 def spectrum_rows(prediction: Prediction, every: int = 3) -> Iterator[dict[str, Any]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -41,7 +42,7 @@ def quick(tmp_path, monkeypatch):
 _FEW = ("--draws", "8", "--frequencies", "200:4000:3")
 
 
-def told(result: Result) -> dict:  # type: ignore[type-arg]  # JSON
+def told(result: Result) -> dict:  # JSON
     assert result.exit_code == 0, result.stderr
     return json.loads(result.stdout)
 
@@ -128,7 +129,7 @@ def test_campaign_gives_its_gun_and_the_scatter_of_its_shots(quick, tmp_path):
 
 def test_scatter_of_the_thesis_is_that_of_its_five_shots():
     """Errors of Table 5.1, eq. 5.1: (measured - predicted) / measured."""
-    with (Path(twins.__file__).parents[1] / "examples" / "first-shots" / "table_5_1.csv").open(
+    with (Path(twins.__file__).parents[2] / "examples" / "first-shots" / "table_5_1.csv").open(
         encoding="utf-8"
     ) as file:
         errors = np.array([float(row["error_percent"]) for row in csv.DictReader(file)]) / 100
@@ -158,6 +159,14 @@ def test_model_in_use_answers(quick, monkeypatch):
         found = told(quick("--velocity", "9m/s", "--tip", "delrin", "--tip-radius", "30mm", *asked, "--json"))
         assert found["models"]["contact"] == "models:/hertz@champion"
     assert found["outside_domain"][0]["predictor"] == "impact_velocity"
+
+
+def test_what_lies_outside_is_told_in_few_digits(quick):
+    """A velocity was shown with sixteen."""
+    result = quick("--tank-pressure", "20bar", "--tip", "steel")
+    assert result.exit_code == 0
+    (line,) = [each for each in result.stderr.splitlines() if each.startswith("outside of its domain")]
+    assert re.fullmatch(r"outside of its domain: impact_velocity_m_s = \d{2}\.\d{2} \(up to .*yield\)", line)
 
 
 def test_solved_plate_end_to_end(tmp_path, monkeypatch):

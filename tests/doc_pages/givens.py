@@ -61,10 +61,16 @@ def fired(place: Place, plan: str, runs: str) -> None:
 
 
 def afresh(place: Place) -> None:
-    """An empty folder, as at the beginning: a page's next part is about another laboratory."""
-    for path in place.folder.iterdir():
-        if not path.is_symlink():
-            shutil.rmtree(path) if path.is_dir() else path.unlink()
+    """A new folder, as at the beginning: a page's next part is about another laboratory.
+
+    The old one stays: MLflow keeps its connection to a registry's file by path, and would not see that it is another.
+    """
+    links = [path for path in place.folder.iterdir() if path.is_symlink()]
+    place.folder /= "afresh"
+    place.folder.mkdir()
+    for link in links:
+        (place.folder / link.name).symlink_to(link.resolve())
+    place.patch.chdir(place.folder)
 
 
 def registry(place: Place, store: str = "pyroshock") -> None:
@@ -170,6 +176,14 @@ def one_repetition(place: Place) -> None:
                 place.patch.setattr(option, "default", 1)
 
 
+def few_models(place: Place, names: str) -> None:
+    """What `train` makes where the page does not say which: all 22 take minutes, and docs/registry.md has them all."""
+    from pyroshock.app.cli.train import train
+
+    (option,) = (each for each in train.params if each.name == "models")
+    place.patch.setattr(option, "default", names)
+
+
 def _address(place: Place, store: str) -> str:
     return place.here(store) if "://" in store else f"sqlite:///{store}"
 
@@ -193,6 +207,6 @@ GIVENS: dict[str, Given] = {
     each.__name__.replace("_", "-"): each
     for each in (
         *(afresh, folder, ingested, virtual, fired, registry, dataset, trainable, in_use, plan_table),
-        *(recording, file, modal_table, databases, cluster, window, folders, one_repetition),
+        *(recording, file, modal_table, databases, cluster, window, folders, one_repetition, few_models),
     )
 }

@@ -271,6 +271,16 @@ def test_newer_tables_are_one_error(registry):
         registry.versions()
 
 
+def test_error_is_what_failed(registry):
+    """A database that was deleted beneath its connections told of SQLAlchemy's autoflush alone."""
+    from mlflow.exceptions import MlflowException
+
+    told = "(raised as a result of Query-invoked autoflush; ...)\n(sqlite3.OperationalError) readonly\n[SQL: ...]"
+    told_of_it = pytest.raises(RegistryError, match=r"lab-models.db: \(sqlite3.OperationalError\) readonly$")
+    with told_of_it, registry.connection.client():
+        raise MlflowException(told)
+
+
 def test_registry_on_postgresql(postgres_url, tmp_path, monkeypatch):
     without_figures(monkeypatch)
     monkeypatch.chdir(tmp_path)

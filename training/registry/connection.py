@@ -112,4 +112,6 @@ def patient(method: Callable[Asked, Answer]) -> Callable[Asked, Answer]:
 
 
 def _first_line(error: Exception) -> str:
-    return without_secrets(str(error).strip().splitlines()[0])
+    """The first that says what failed: SQLAlchemy puts a remark on its own doing before it."""
+    lines = str(error).strip().splitlines()
+    return without_secrets(next((line for line in lines if not line.startswith("(raised as a result of")), lines[0]))
