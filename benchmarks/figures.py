@@ -31,7 +31,7 @@ class Figure:
     sense: Literal["at most", "at least"] = "at most"
     limit: float | None = None
     nature: str = ""
-    #: Whether losing it fails `make bench`. What does not bind is shown all the same, and as lost where it is.
+    #: Whether losing it fails `make bench`. What does not bind is an aim, shown all the same, met or missed.
     binding: bool = True
     near: Spread | None = None
     #: What it answers in the first table, which shows of each question the figure that is worst for us; "": details.
@@ -61,8 +61,9 @@ class Figure:
         if self.limit is None:
             return "—"
         most = self.limit if self.sense == "at most" else 1 / self.limit
-        kept = "holds" if self.holds else "**lost**" if self.value else "**not measured**"
-        return f"at most {most:.3g}: {kept}"
+        met, failed = ("holds", "**lost**") if self.binding else ("met", "**missed**")
+        kept = met if self.holds else failed if self.value else "**not measured**"
+        return f"{'' if self.binding else 'aim '}at most {most:.3g}: {kept}"
 
     @property
     def ratio(self) -> str:

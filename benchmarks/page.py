@@ -14,9 +14,9 @@ QUICK_COMMAND, FULL_COMMAND = "make bench", "python -m benchmarks --full"
 _INTRODUCTION = """
 Ours and the peer take turns in one run; a ratio is ours over the peer's, turn by turn: median (least to largest). Below
 1 we are ahead. Where we are not, the row says **slower**, **more** or **worse**; a promise that is broken is **lost**,
-and the command's exit code is 1. The first call of each, with its imports and its compiling, is not counted, except
-where a whole command is measured. What bounds ours is measured in the same run; the last column is how many times that
-ours takes.
+and the command's exit code is 1; an aim may be **missed**. The first call of each, with its imports and its compiling,
+is not counted, except where a whole command is measured. What bounds ours is measured in the same run; the last column
+is how many times that ours takes.
 """.strip()
 _PICTURE = (
     "Our time over each peer's, on a logarithmic axis: left of the line we are faster; bars from the least to the "
@@ -60,7 +60,7 @@ def _badness(figure: Figure) -> float:
 def _answer(figure: Figure) -> str:
     peer = f"{figure.rival}: {figure.peer}" if figure.rival else figure.peer
     near = figure.near.text() if figure.near else "—"
-    lost = "" if figure.holds else f"; promised {figure.promise}"
+    lost = "" if figure.holds else f"; {'promised ' if figure.binding else ''}{figure.promise}"
     return table_row(figure.question, figure.ours, peer, figure.ratio + lost, figure.nature or "—", near)
 
 

@@ -40,7 +40,7 @@ def draw(figures: Sequence[Figure], path: Path) -> None:
     axes.margins(x=0.12)
     axes.set_yticks(range(len(rows)), _labels(rows), fontsize=9)
     axes.set_ylim(max(len(rows), 1) - 0.5, -0.5)
-    axes.set_xlabel("our time / the peer's time (1: as fast; less is faster), median, least and largest repeat")
+    axes.set_xlabel("our time / the peer's: median, least and largest repeat (less is faster)")
     axes.grid(axis="x", which="both", alpha=0.25)
     for place in range(1, len(rows)):
         if rows[place].question != rows[place - 1].question:

@@ -108,8 +108,13 @@ def _faster(name: str, taken: dict[str, list[float]], bound: str, nature: str, q
     ours, peer = taken["ours"], taken["peer"]
     return Figure(
         THEME, name, _ms(ours), _ms(peer), ratio(peer, ours), "at least", FASTER, nature,
-        near=ratio(ours, taken[bound]), question=question, rival="h5py, gzip and shuffle",
+        near=ratio(ours, taken[bound]), question=question, rival=f"h5py, gzip and shuffle, {_kind(name)}",
     )  # fmt: skip
+
+
+def _kind(name: str) -> str:
+    """Rate and converter of a figure's name."""
+    return name.split(", ", 2)[2].partition(" in ")[0]
 
 
 def _room(name: str, ours: int, peer: int, noise: float) -> Figure:
@@ -117,7 +122,8 @@ def _room(name: str, ours: int, peer: int, noise: float) -> Figure:
         THEME, f"room, {name}", f"{ours / 1e6:.3g} MB", f"{peer / 1e6:.3g} MB",
         Spread.of([ours / peer]), "at most", 1.0,
         f"the entropy of the recorder's noise, which no packing loses: {noise / 1e6:.3g} MB",
-        near=Spread.of([ours / noise]), question="room of a raw series", of="room", rival="h5py, gzip and shuffle",
+        near=Spread.of([ours / noise]), question="room of a raw series", of="room",
+        rival=f"h5py, gzip and shuffle, {_kind(name)}",
     )  # fmt: skip
 
 

@@ -70,7 +70,7 @@ class LazyGroup(click.Group):
         except click.ClickException as error:
             from ...schema.addresses import without_secrets
 
-            click.echo(f"pyroshock: {' '.join(without_secrets(error.format_message()).split())}", err=True)
+            click.echo(f"pyroshock: {' '.join(without_secrets(_told(error)).split())}", err=True)
             sys.exit(2)
         except (click.Abort, KeyboardInterrupt):
             click.echo("pyroshock: interrupted; what was stored is whole, and a repeat goes on from there", err=True)
@@ -80,6 +80,21 @@ class LazyGroup(click.Group):
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl([(name, text) for name, (_, _, text) in COMMANDS.items()])
+
+
+def _told(error: click.ClickException) -> str:
+    """The error, and which commands there are where one was asked for that there is not."""
+    told = error.format_message()
+    context = error.ctx if isinstance(error, click.UsageError) else None
+    if not told.startswith("No such command") or context is None or not isinstance(context.command, click.Group):
+        return told
+    names = context.command.list_commands(context)
+    if context.command is main:
+        from difflib import get_close_matches
+
+        near = get_close_matches(getattr(error, "command_name", ""), names)
+        names = near and [f"did you mean {', '.join(near)}?"]
+    return f"{told.partition('.')[0]}; {', '.join(names) or 'pyroshock --help lists them'}"
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

@@ -72,6 +72,18 @@ def test_json_goes_to_a_file(filled, tmp_path):
     assert {c["name"] for c in json.loads((tmp_path / "c.json").read_text())} == {"hammer", "first-shots"}
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("plann",), "No such command 'plann'; did you mean plan?"),
+        (("qqq",), "No such command 'qqq'; pyroshock --help lists them"),
+        (("plan", "show"), "No such command 'show'; augment, discard, discriminate, factorial, import, lhs,"),
+    ],
+)
+def test_unknown_command_is_told_which_there_are(words, said):
+    assert run(*words, code=2).stderr.startswith(f"pyroshock: {said}")
+
+
 def test_campaigns_have_the_contracts_keys(filled):
     assert list(json_of("campaigns", "--db", filled)[0]) == [
         "name",
