@@ -29,9 +29,10 @@ _COLUMNS = {
     "impact_velocity_m_s": "impact_velocity",
 }
 _MASS = "bullet_mass"
+_AGAIN = "of campaign.toml (one that is stored already goes in under another name)"
 _WHERE = {
-    "impactor_mass_kg": "give mass_kg in [bench.hammer] of campaign.toml, or ask with a predictor bullet_mass",
-    "plate_thickness_m": "give thickness_m in [bench.plate] of campaign.toml",
+    "impactor_mass_kg": f"give mass_kg in [bench.hammer] {_AGAIN}, or ask with a predictor bullet_mass",
+    "plate_thickness_m": f"give material and thickness_m in [bench.plate] {_AGAIN}",
 }
 
 
