@@ -68,7 +68,9 @@ def test_unknown_theme_is_refused(capsys):
 def test_exit_code_tells_of_lost_promises(monkeypatch, capsys, figures, code):
     monkeypatch.setattr(command, "measured", lambda *_: figures)
     assert command.main(["srs"]) == code
-    assert ("**lost**" in capsys.readouterr().out) is any(not figure.holds for figure in figures)
+    lost, missed = (any(not f.holds and f.binding is binds for f in figures) for binds in (True, False))
+    told = capsys.readouterr().out
+    assert ("**lost**" in told, "**missed**" in told) == (lost, missed)
 
 
 def test_named_themes_write_no_page(monkeypatch, capsys):
