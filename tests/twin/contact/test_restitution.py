@@ -103,3 +103,13 @@ def test_impossible_restitution_is_refused(value: float) -> None:
 
 def test_bounds_are_allowed() -> None:
     assert not Restitution.bounded(np.array([LEAST, 1.0])).clipped.any()
+
+
+def test_what_lies_just_beyond_either_end_is_clipped_and_told() -> None:
+    found = Restitution.bounded(np.array([0.999 * LEAST, 0.5, 1.001]))
+    assert found.value.tolist() == [LEAST, 0.5, 1.0]
+    assert found.clipped.tolist() == [True, False, True]
+
+
+def test_the_least_restitution_is_allowed() -> None:
+    assert constant(LEAST)(ball()).value.tolist() == [LEAST]

@@ -19,6 +19,15 @@ def test_contact_time_is_hertz_for_the_sphere(law) -> None:
     assert law(BALLS).contact_time_s == pytest.approx(hertz(BALLS).contact_time_s, rel=1.2e-3)
 
 
+@pytest.mark.parametrize("law", [hunter, reed])
+def test_compression_ends_at_the_peak(law) -> None:
+    """As long as the restitution that follows it: nothing is lost."""
+    pulse = law(BALLS)
+    phase = np.linspace(0, 1, 2001)
+    peaks = phase[pulse.force_at(phase).argmax(axis=1)]
+    assert pulse.compression_time_s / pulse.contact_time_s == pytest.approx(peaks, abs=1e-3)
+
+
 def test_reeds_peak_is_hertz_for_the_sphere() -> None:
     assert reed(BALLS).peak_force_n == pytest.approx(hertz(BALLS).peak_force_n, rel=3e-4)
 

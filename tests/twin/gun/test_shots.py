@@ -187,6 +187,18 @@ def test_a_velocity_out_of_reach_is_named():
         tank_pressure_for_velocity(THESIS_GUN, [10.0, 500.0], 0.5)
 
 
+def test_a_velocity_that_takes_the_highest_pressure_is_found():
+    most = gun_velocity(THESIS_GUN, 3e5, 0.5).velocity_m_s
+    assert tank_pressure_for_velocity(THESIS_GUN, most, 0.5, highest_pa=3e5) == pytest.approx([3e5], rel=1e-9)
+    with pytest.raises(ValueError, match="velocity_m_s = 400: 300000 Pa"):
+        tank_pressure_for_velocity(THESIS_GUN, [*most, 400.0], 0.5, highest_pa=3e5)
+
+
+def test_an_empty_tank_fires_nothing():
+    shots = gun_velocity(THESIS_GUN, 0.0, 0.5)
+    assert (shots.velocity_m_s.tolist(), shots.status.tolist()) == ([0.0], [Status.NOT_STARTED])
+
+
 def test_parameters_for_another_number_of_shots_are_refused():
     with pytest.raises(ValueError, match="dead_volume_m3 has shape \\(3,\\)"):
         gun_velocity(THESIS_GUN, PRESSURE, MASS, [effect("gun.dead_volume", volume_m3=np.full(3, 1e-4))])
