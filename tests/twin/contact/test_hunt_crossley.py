@@ -78,6 +78,14 @@ def test_damping_and_restitution_are_inverse() -> None:
     assert restitution_of(matched_damping(e)) == pytest.approx(e, rel=1e-9)
 
 
+def test_what_loses_almost_nothing_is_both_ways_the_first_term_of_the_series() -> None:
+    """1 - e = 2 a / 3, eq. 1.20, where the implicit relation has no digits left."""
+    damping = np.array([0.0, 3e-6, 6e-5])
+    assert 1 - restitution_of(damping) == pytest.approx([0.0, 2e-6, 4e-5], abs=4e-9)
+    e = np.array([1.0, 1 - 1e-6, 1 - 5e-5])
+    assert restitution_of(matched_damping(e)) == pytest.approx(e, rel=1e-12)
+
+
 def test_low_loss_damping_loses_less_than_asked() -> None:
     e = np.array([0.1, 0.5, 2 / 3, 0.9])
     ends_with = restitution_of(low_loss_damping(e))
