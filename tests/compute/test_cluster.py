@@ -14,7 +14,7 @@ from pyroshock.compute.mapping import mapped
 from support.processes import chores
 from support.processes.dask_clusters import dask_cluster
 
-pytest.importorskip("distributed")
+pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from support.processes.dask_clusters import dask_cluster
 from support.records.pulse_tables import pulse_table
 from support.stores.registries import fresh_registry, ground_in, without_figures
 
-pytest.importorskip("distributed")
+pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
 
 MODELS, SPLITS, HELD = ["hann", "linear", "hertz"], ["repetitions", "configurations"], "linear"
 

@@ -22,7 +22,7 @@ def test_any_crew_finds_the_same(crew, tmp_path):
 
 
 def test_a_cluster_finds_the_same(tmp_path):
-    pytest.importorskip("distributed")
+    pytest.importorskip("distributed", reason="no Dask: it comes with pyroshock[cluster]")
     alone = searched(SEARCH, chores.away, 3, Journal(None, {}))
     with dask_cluster(tmp_path, 2) as cluster:
         crew = Crew("dask", scheduler=cluster.address)
