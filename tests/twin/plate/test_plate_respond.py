@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from pyroshock.twin.plate.modal import ModalPlate
+from pyroshock.twin.plate.recursion import Recursion
 from pyroshock.twin.plate.respond import kept_below, respond
 from pyroshock.twin.plate.response import PlateResponse
 from pyroshock.twin.plate.truncation import beyond_modes
@@ -124,6 +127,20 @@ def test_slow_modes_lose_no_precision():
     )
 
 
+@pytest.mark.parametrize("angle", [1e-4, 3e-3, 0.0199, 0.0201, 0.3])
+def test_gains_of_a_slow_mode_are_exact(angle):
+    # (exp(x) - 1) / x and (exp(x) - 1 - x) / x^2 as sums of twenty terms, which lose no digit at any of these.
+    step_s, damping = 1e-5, 0.02
+    omega = angle / step_s
+    one = Recursion.of(np.array([omega / (2 * np.pi)]), np.array([damping]), step_s)
+    pole = omega * complex(-damping, math.sqrt(1 - damping**2))
+    gain = pole**2 / pole.imag * step_s
+    level, slope = (sum((pole * step_s) ** k / math.factorial(k + more) for k in range(20)) for more in (1, 2))
+    # Six terms below 0.02; above, a difference of nearly equal numbers.
+    assert abs((one.before[0] + one.after[0]) / gain - level) < 1e-15 + angle**6 / 4000
+    assert abs(one.after[0] / gain - slope) < (4e-15 if angle < 0.02 else 4e-15 / angle)
+
+
 @pytest.mark.parametrize("begin", [0.0, 1.7])
 def test_convolved_pulses_equal_the_recursion(begin):
     many = plate(np.concatenate([[0, 0, 0], np.linspace(60, 9000, 150)]), damping=0.004)
@@ -135,6 +152,15 @@ def test_convolved_pulses_equal_the_recursion(begin):
     found = response.accelerations(forces[:, :120])
     assert np.max(np.abs(found - exact)) < 1e-10 * np.max(np.abs(exact))
     np.testing.assert_array_equal(response.accelerations(forces[2, :120]).shape, (2, 3000))
+
+
+def test_a_force_that_is_there_at_one_sample_only():
+    many = plate([100.0, 700.0])
+    knock = np.zeros((2, 64))
+    knock[0, 0], knock[1, 1] = 2.5, -1.0
+    exact = respond(many, knock, 1e-4)
+    found = PlateResponse.of(many, "#1", None, 1e-4, 64).accelerations(knock)
+    np.testing.assert_allclose(found, exact, atol=1e-12 * np.abs(exact).max())
 
 
 def test_sensors_are_chosen_by_name():
@@ -149,6 +175,13 @@ def test_modes_beyond_half_the_sampling_rate_are_refused():
     with pytest.raises(ValueError, match=r"6000 Hz is beyond half the sampling rate, 5000 Hz"):
         respond(many, np.zeros(10), 1e-4)
     assert respond(kept_below(many, 5000.0), np.zeros(10), 1e-4).shape == (2, 10)
+    assert kept_below(many, 6000.0).frequency_hz.tolist() == [100.0]
+
+
+def test_a_slow_plate_may_be_seen_in_long_steps():
+    assert respond(oscillator(0.01, 0.0), np.ones(3), 20.0).shape == (1, 3)
+    with pytest.raises(ValueError, match=r"0\.01 Hz is beyond half"):
+        respond(oscillator(0.01, 0.0), np.ones(3), 50.0)
 
 
 def test_wrong_forces_are_refused():
@@ -159,6 +192,25 @@ def test_wrong_forces_are_refused():
         respond(many, np.zeros(3), 0.0)
     with pytest.raises(ValueError, match="p up to 8"):
         PlateResponse.of(many, "#1", None, 1e-4, 8).accelerations(np.zeros(9))
+    with pytest.raises(ValueError, match="samples = 1: expected 2 or more"):
+        PlateResponse.of(many, "#1", None, 1e-4, 1)
+    assert PlateResponse.of(many, "#1", None, 1e-4, 2).accelerations(np.ones(2)).shape == (2, 2)
+
+
+@pytest.mark.parametrize(
+    ("frequency_hz", "damping_ratio", "message"),
+    [
+        ([-0.5, 3.0], [0.1, 0.1], "0 or more, in rising order"),
+        ([3.0, 2.5], [0.1, 0.1], "0 or more, in rising order"),
+        ([2.0, 3.0], [0.1, -0.5], "0 to below 1"),
+        ([2.0, 3.0], [0.1, 1.0], "damping_ratio up to 1"),
+        ([2.0, 3.0], [0.1], "expected \\(2,\\)"),
+    ],
+)
+def test_modes_that_cannot_be_are_refused(frequency_hz, damping_ratio, message):
+    shapes = np.ones((1, 2))
+    with pytest.raises(ValueError, match=message):
+        ModalPlate(np.array(frequency_hz), np.array(damping_ratio), shapes, shapes, ("#1",), ("a",))
 
 
 def test_a_short_pulse_has_more_beyond_the_modes():
@@ -167,3 +219,19 @@ def test_a_short_pulse_has_more_beyond_the_modes():
     assert short > 0.5
     assert long < 0.05
     assert beyond_modes(many, np.zeros(10), 1e-5)[0] == 0
+
+
+def test_a_click_has_power_as_the_square_of_frequency():
+    # |F| is the same at every frequency: the share above a frequency goes with its third power.
+    click = np.zeros(400)
+    click[0] = 1.0
+    for share in (0.25, 0.5, 0.9):
+        found = beyond_modes(plate([share * 5e4]), click, 1e-5)
+        assert found == pytest.approx(1 - share**3, abs=2e-3)
+        assert beyond_modes(plate([share * 5e4]), 1e-9 * click, 1e-5) == pytest.approx(found, rel=1e-12)
+
+
+def test_a_plate_that_does_not_ring_leaves_all_of_it_out():
+    slow = np.zeros(10)
+    slow[0] = 1.0  # in steps of 0.1 s: much of it lies below 1 Hz
+    assert beyond_modes(plate([0.0]), slow, 0.1)[0] == pytest.approx(1.0, abs=1e-15)

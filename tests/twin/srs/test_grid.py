@@ -31,6 +31,12 @@ def test_record_gives_a_cycle_to_its_length():
     assert (lines[0], lines[-1]) == pytest.approx((50.0, 1e4))
 
 
+def test_ten_samples_are_enough_for_one_line():
+    assert grid_of_record(10, 1e4).tolist() == [1e3]
+    with pytest.raises(ValueError, match="9 samples"):
+        grid_of_record(9, 1e4)
+
+
 @pytest.mark.parametrize(
     ("low", "high", "per_octave"), [(0, 1, 6), (2, 1, 6), (1, np.inf, 6), (np.nan, 2, 6), (1, 2, 0)]
 )

@@ -37,6 +37,12 @@ def test_rectangle():
     assert found.duration_10_90_s == pytest.approx(0.8 * length, rel=1e-9)
 
 
+def test_two_samples_share_one_step_evenly():
+    found = temporal_moments(np.ones(2), RATE)
+    assert found.duration_10_90_s == pytest.approx(0.8 / RATE, rel=1e-12)
+    assert found.duration_5_95_s == pytest.approx(0.9 / RATE, rel=1e-12)
+
+
 def test_decaying_exponential():
     tau = 1e-3
     found = temporal_moments(np.exp(-np.arange(20000) / RATE / tau), RATE)

@@ -11,6 +11,7 @@ from pyroshock.twin.effects import catalogue, effect, effect_from_json
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plate.build import PlateBuild, PointMass, PointSpring, places
 from pyroshock.twin.plate.effect import PlateEffect, with_effects
+from pyroshock.twin.plate.modal import ModalPlate
 from pyroshock.twin.plate.modes import solve_plate
 
 PLATE_EFFECTS = ["plate.boundary", "plate.damping", "plate.sensor_mass", "plate.stiffness"]
@@ -61,7 +62,9 @@ def test_a_plate_is_no_batch(identity):
 def test_damping_is_scaled_then_added(plate):
     found = of_plate("plate.damping", factor=2.0, added_ratio=0.003).apply(plate)
     np.testing.assert_allclose(found.damping_ratio, 0.013)
-    assert of_plate("plate.damping", factor=20.0, added_ratio=0.5).apply(found).damping_ratio.max() < 1
+    most = of_plate("plate.damping", factor=20.0, added_ratio=0.5)
+    np.testing.assert_allclose(most.apply(found).damping_ratio, 20 * 0.013 + 0.5)
+    assert most.apply(most.apply(found)).damping_ratio.max() < 1
 
 
 @pytest.mark.slow
@@ -107,6 +110,19 @@ def test_a_small_sensor_shifts_by_rayleighs_quotient(plate):
     found = of_plate("plate.sensor_mass", mass_kg=mass).apply(plate)
     expected = 1 - mass * np.sum(plate.shapes[:, 3:] ** 2, axis=0) / 2
     np.testing.assert_allclose(found.frequency_hz[3:] / plate.frequency_hz[3:], expected, atol=1e-7)
+
+
+@pytest.mark.parametrize("frequency_hz", [0.02, 300.0])
+def test_one_mode_under_one_sensor_is_a_heavier_oscillator(frequency_hz):
+    # q'' + 2 zeta omega q' + omega^2 q with 1 + m phi^2 before q''.
+    shape = np.array([[3.0]])
+    bare = ModalPlate(np.array([frequency_hz]), np.array([0.04]), np.ones((1, 1)), shape, ("#1",), ("a",))
+    root = (1 + 0.5 * 3.0**2) ** 0.5
+    found = of_plate("plate.sensor_mass", mass_kg=0.5).apply(bare)
+    assert found.frequency_hz[0] == pytest.approx(frequency_hz / root, rel=1e-12)
+    assert found.damping_ratio[0] == pytest.approx(0.04 / root, rel=1e-12)
+    assert abs(found.shapes[0, 0]) == pytest.approx(3.0 / root, rel=1e-12)
+    assert abs(found.shape_impact[0, 0]) == pytest.approx(1 / root, rel=1e-12)
 
 
 def test_supports_lift_the_low_modes_most(plate):
