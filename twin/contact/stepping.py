@@ -20,7 +20,7 @@ Index = NDArray[np.intp]
 #: Indentation and velocity, 2 x n; or other variables, one a row.
 State = Floats
 
-_CLOSER = 7  # steps of regula falsi
+_CLOSER = 5  # steps of regula falsi: to the last digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,16 +117,16 @@ def to_the_yield(contacts: Contacts, size: float) -> Contacts:
     low, below = np.zeros(len(contacts)), contacts.state[0] - reach
     high = np.full(len(contacts), size)
     above = step(elastic, high).state[0] - reach
+    last = np.full(len(contacts), -1)
     for _ in range(_CLOSER):
         part = np.where(above > below, (low * above - high * below) / (above - below), low)
         there = step(elastic, part)
-        short = there.state[0] < reach
-        low, below, above = (
-            np.where(short, part, low),
-            np.where(short, there.state[0] - reach, below / 2),
-            np.where(short, above / 2, there.state[0] - reach),
-        )
-        high = np.where(short, high, part)
+        off = there.state[0] - reach
+        short = off < 0
+        half = np.where(short == last, 0.5, 1.0)  # for the end that stays where it is once more
+        low, high = np.where(short, part, low), np.where(short, high, part)
+        below, above = np.where(short, off, half * below), np.where(short, half * above, off)
+        last = short
     return replace(there, spring=contacts.spring)
 
 

@@ -35,6 +35,11 @@ def test_unphysical_bodies_are_refused_by_name(name: str, value: float) -> None:
         impacts(**{name: [DELRIN[name], value]})
 
 
+def test_a_quantity_after_one_that_is_not_known_is_looked_at() -> None:
+    with pytest.raises(ValueError, match=r"plate_thickness_m = -2\.0: expected positive"):
+        impacts(impactor_yield_strength_pa=None, plate_thickness_m=[0.01, -2.0, -3.0])
+
+
 @pytest.mark.parametrize("value", [-1.0, 0.51, math.nan])
 def test_impossible_poisson_ratio_is_refused(value: float) -> None:
     with pytest.raises(ValueError, match=f"target_poisson_ratio = {value!r}"):

@@ -14,8 +14,10 @@ from pyroshock.twin.contact.hertz import hertz
 from pyroshock.twin.contact.hunt_crossley import hunt_crossley
 from pyroshock.twin.contact.impact import ImpactPulse, impact, solve
 from pyroshock.twin.contact.impacts import Impacts
+from pyroshock.twin.contact.numbers import Numbers
 from pyroshock.twin.contact.restitution.base import constant
 from pyroshock.twin.contact.restitution.zener import inelasticity, zener
+from pyroshock.twin.contact.stepping import step, to_the_yield, touch
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 from support.records.contact_bodies import any_impacts, ball, impacts, impulse
@@ -324,3 +326,22 @@ def test_blocks_are_joined_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_wrong_number_of_flags_is_refused() -> None:
     with pytest.raises(ValueError, match=r"insulated has shape \(2,\): expected \(1,\)"):
         impact(ONE, insulated=np.ones(2, dtype=bool))
+
+
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.7])
+def test_a_step_ends_at_the_depth_of_yield(share: float) -> None:
+    numbers = Numbers.of(_impacts(yield_load_n=share * FORCE, rate_loss_s_m=0.3))
+    contacts, size = touch(numbers), 1 / 96
+    while step(contacts, size).state[0, 0] < numbers.yield_depth[0]:
+        contacts = step(contacts, size)
+    there = to_the_yield(contacts, size)
+    assert there.state[0, 0] == pytest.approx(numbers.yield_depth[0], rel=1e-13)
+    assert contacts.s[0] < there.s[0] < contacts.s[0] + size
+
+
+def test_what_loses_nothing_is_not_said_to_be_clipped() -> None:
+    bodies = impacts(impact_velocity_m_s=np.geomspace(0.1, 10, 40))
+    for exponent in (1.0, 1.5, 2.2):
+        restitution = solve(_impacts(bodies, exponent=exponent)).restitution
+        assert not restitution.clipped.any()
+        assert restitution.value == pytest.approx(1.0, abs=1e-6)

@@ -96,6 +96,11 @@ def test_waves_explain_what_an_elastic_contact_does_not() -> None:
     assert stronge(record) == pytest.approx(pulse.restitution.value, abs=1e-4)
 
 
+def test_nothing_is_left_where_waves_carry_more_away_than_comes_back() -> None:
+    record, _ = _recorded([])
+    assert stronge(record, record.velocity_m_s, MASS * VELOCITY**2).tolist() == [0.0] * 3
+
+
 def test_record_that_ends_too_early_has_no_restitution() -> None:
     record, _ = _recorded([])
     cut = replace(record, force_n=record.force_n[:, :400])
