@@ -36,9 +36,12 @@ class SensorEffect(Effect):
 
 
 def along_first(value: Value, series: Floats) -> Value:
-    """A parameter ready to meet (..., n): an array (k,) gets axes after its own. `ValueError` for another k."""
+    """A parameter ready to meet (..., n): an array (k,) gets axes after its own.
+
+    `ValueError` for another k, and for one series of (n,): its axis is time.
+    """
     if isinstance(value, float | int) or np.ndim(value) == 0:
         return float(value)
-    if series.ndim < 1 or series.shape[0] != np.shape(value)[0]:
+    if series.ndim < 2 or series.shape[0] != np.shape(value)[0]:
         raise ValueError(f"{np.shape(value)[0]} values of a parameter for series of shape {series.shape}")
     return np.asarray(value).reshape(-1, *[1] * (series.ndim - 1))

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..effects import Floats, Value
+from .effect import along_first
 
 #: One row's parameters to (b, a) of its filter.
 Design = Callable[..., tuple[Floats, Floats]]
@@ -15,13 +16,13 @@ Design = Callable[..., tuple[Floats, Floats]]
 def filtered(series: Floats, design: Design, *parameters: Value) -> Floats:
     """(..., n) filtered from rest by `design(*parameters)`; parameters that are arrays (k,) go with the first axis.
 
-    A filter is designed once for all rows that share its parameters.
+    A filter is designed once for all rows that share its parameters. `ValueError` for arrays of another k.
     """
     from scipy.signal import lfilter
 
     if all(np.ndim(each) == 0 for each in parameters):
         return np.asarray(lfilter(*design(*map(float, parameters)), series, axis=-1))
-    columns = [np.broadcast_to(np.asarray(each, dtype=np.float64), series.shape[:1]) for each in parameters]
+    columns = [np.broadcast_to(np.ravel(along_first(each, series)), series.shape[:1]) for each in parameters]
     found, (different, which) = np.empty(series.shape), np.unique(columns, axis=1, return_inverse=True)
     for number, row in enumerate(different.T):
         alike = which.ravel() == number

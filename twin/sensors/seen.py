@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..sampling import sampled
 from ..strikes import Floats, Pulses
 from .chain import SensorChain
 
-#: Least steps to a contact; how many longest contacts a series covers; where a pulse ends, over its peak.
-_STEPS, _ROOM, _END = 256, 3, 0.005
+Index = NDArray[np.intp]
+Flags = NDArray[np.bool_]
+
+#: Least steps to a contact; where a pulse ends, over its peak.
+_STEPS, _END = 256, 0.005
+#: How many of an octave's longest contacts a series covers: more, where a filter's tail takes more, up to the last.
+_ROOM = (3, 6, 12, 24, 48)
 
 
 def seen_pulses(chain: SensorChain, pulses: Pulses) -> Pulses:
@@ -26,28 +32,34 @@ def seen_pulses(chain: SensorChain, pulses: Pulses) -> Pulses:
     for octave in np.unique(octaves):
         rows = np.flatnonzero(octaves == octave)
         step = float(pulses.contact_time_s[rows].min()) / _STEPS
-        room = _with_room(pulses, step)  # all rows: an effect may have a value for each
-        measured = chain.measured_force_n(room, step)[rows]
-        if not np.array_equal(measured, room[rows]):
+        given, measured = _with_room(chain, pulses, rows, step)
+        if not np.array_equal(measured, given):
             seen = _cut(measured, step, Pulses(time[rows], force[rows], turn[rows]))
             time[rows], force[rows], turn[rows] = seen.contact_time_s, seen.force_n, seen.compression_time_s
             changed = True
     return Pulses(time, force, turn) if changed else pulses
 
 
-def _with_room(pulses: Pulses, step: float) -> Floats:
-    """Forces in these steps and zeros after them, three times what the octave's longest takes; longer ones are cut."""
+def _with_room(chain: SensorChain, pulses: Pulses, rows: Index, step: float) -> tuple[Floats, Floats]:
+    """Forces of the rows in these steps, zeros after them, and what the channel shows of it until nearly nothing."""
     longest = 2 * _STEPS + 2
-    force = sampled(pulses, step, longest)
-    room = np.zeros((len(force), _ROOM * longest))
-    room[:, : force.shape[1]] = force
-    return room
+    force = sampled(pulses, step, longest)  # all rows: an effect may have a value for each
+    for times in _ROOM:
+        room = np.zeros((len(force), times * longest))
+        room[:, : force.shape[1]] = force
+        measured = chain.measured_force_n(room, step)[rows]
+        if not np.any(_above_end(measured)[:, -1]):
+            break
+    return room[rows], measured
+
+
+def _above_end(force: Floats) -> Flags:
+    return np.asarray(force > _END * force.max(axis=1, keepdims=True))
 
 
 def _cut(force: Floats, step: float, pulses: Pulses) -> Pulses:
     time = np.arange(force.shape[1]) * step
-    peak = force.max(axis=1, keepdims=True)
-    last = force.shape[1] - 1 - np.argmax(force[:, ::-1] > _END * peak, axis=1)
+    last = np.max(np.arange(force.shape[1]) * _above_end(force), axis=1)
     end = np.maximum(pulses.contact_time_s, last * step)
     phases = np.linspace(0.0, 1.0, pulses.force_n.shape[1])
     rows = [np.interp(phases * each, time, row) for each, row in zip(end, force, strict=True)]

@@ -6,7 +6,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from pyroshock.twin.effects import effect
+from pyroshock.twin.effects import catalogue, effect
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.seen import seen_pulses
 from pyroshock.twin.strikes import Pulses, Strikes
@@ -18,6 +18,35 @@ def test_order_given_does_not_matter():
     series = np.random.default_rng(0).standard_normal((1, 1, 64))
     forth, back = (SensorChain.of(each).measured_acceleration_m_s2(series, 1e-5) for each in (several, several[::-1]))
     np.testing.assert_array_equal(forth, back)
+
+
+def test_effects_stand_where_their_part_of_the_chain_is():
+    """The mount, the sensing element, its gain, and what comes after it: filter and zero of the amplifier."""
+    parts = (
+        ("sensor.mount_resonance",),
+        ("sensor.zero_shift",),
+        ("sensor.acceleration_gain", "sensor.force_gain", "sensor.pressure_gain", "sensor.velocity_gain"),
+        ("sensor.force_bandwidth", "sensor.pressure_offset"),
+    )
+    own = [each for each in catalogue() if each.startswith("sensor.")]
+    both = SensorChain.of([effect(each) for each in own[::-1]])
+    assert [(each.id, each.place) for each in both.effects] == [(one, at) for at, of in enumerate(parts) for one in of]
+
+
+def test_element_shifts_by_a_share_of_what_the_mount_lets_it_feel():
+    series = np.zeros((1, 200))
+    series[0, 5:] = np.sin(np.arange(195) / 3)
+    shift, mount = effect("sensor.zero_shift", share=0.1), effect("sensor.mount_resonance")
+    felt = SensorChain.of([mount]).measured_acceleration_m_s2(series, 1e-5)
+    expected = SensorChain.of([shift]).measured_acceleration_m_s2(felt, 1e-5)
+    np.testing.assert_array_equal(SensorChain.of([shift, mount]).measured_acceleration_m_s2(series, 1e-5), expected)
+
+
+def test_force_is_scaled_and_filtered():
+    force = np.random.default_rng(3).standard_normal((2, 30))
+    gain, low_pass = effect("sensor.force_gain", gain=np.array([0.5, 3.0])), effect("sensor.force_bandwidth")
+    expected = low_pass.measured_force_n(force * [[0.5], [3.0]], 1e-5)  # type: ignore[attr-defined]
+    np.testing.assert_array_equal(SensorChain.of([low_pass, gain]).measured_force_n(force, 1e-5), expected)
 
 
 def test_gain_scales_what_the_element_has_shifted():

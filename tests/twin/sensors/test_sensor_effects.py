@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -72,6 +74,24 @@ def test_parameters_of_each_shot_meet_its_own_series():
         chain("sensor.acceleration_gain", gain=gains).measured_acceleration_m_s2(series[:1], STEP_S)
 
 
+@pytest.mark.parametrize("shape", [(), (3,), (2, 3)])
+def test_values_of_shots_need_a_series_for_each(shape):
+    """Three values do not meet the three samples of one series: its axis is time."""
+    gains = np.array([0.5, 1.0, 2.0])
+    for identity, hook in (("acceleration_gain", "measured_acceleration_m_s2"), ("force_gain", "measured_force_n")):
+        with pytest.raises(ValueError, match=rf"3 values of a parameter for series of shape {re.escape(str(shape))}$"):
+            getattr(chain(f"sensor.{identity}", gain=gains), hook)(np.ones(shape), STEP_S)
+
+
+@pytest.mark.parametrize("shape", [(), (4,), (2, 4)])
+@pytest.mark.parametrize("gain", [2, 2.0, np.float32(2.0), np.array(2.0)])
+def test_a_number_of_any_kind_serves_all_shots(shape, gain):
+    series = np.full(shape, 3.0)
+    np.testing.assert_array_equal(chain("sensor.force_gain", gain=gain).measured_force_n(series, STEP_S), 2 * series)
+    seen = chain("sensor.acceleration_gain", gain=gain).measured_acceleration_m_s2(series, STEP_S)
+    np.testing.assert_array_equal(seen, 2 * series)
+
+
 def test_low_pass_of_a_ramp_is_the_closed_form():
     tau, time = 3.3e-5, np.arange(60) * STEP_S
     ramp = np.concatenate(([0.0], 2.0 * time[1:]))
@@ -126,3 +146,25 @@ def test_zero_shift_is_a_share_of_the_peak_that_decays_from_it():
     assert np.all(offset[0, 0, :10] == 0) and np.all(offset[1, 0, :40] == 0)
     np.testing.assert_allclose(offset[0, 0, 10:], 10.0 * np.exp(-np.arange(90) * STEP_S / 1e-3), rtol=1e-12)
     np.testing.assert_allclose(offset[1, 0, 40:], 4.0 * np.exp(-np.arange(60) * STEP_S / 1e-3), rtol=1e-12)
+
+
+def test_each_shot_has_its_own_shift():
+    series = np.zeros((3, 2, 50))
+    series[:, 0, 20], series[:, 1, 30] = -10.0, 40.0
+    shares, times = np.array([0.1, 0.0, -0.2]), np.array([1e-3, 1e-3, 2e-4])
+    shift = chain("sensor.zero_shift", share=shares, decay_time_s=times)
+    offset = shift.measured_acceleration_m_s2(series, STEP_S) - series
+    for row in range(3):
+        for channel, (peak, at) in enumerate(((10.0, 20), (40.0, 30))):
+            late = (np.arange(50) - at) * STEP_S
+            expected = np.where(late >= 0, shares[row] * peak * np.exp(-np.maximum(late, 0) / times[row]), 0.0)
+            np.testing.assert_allclose(offset[row, channel], expected, rtol=1e-12, atol=1e-12)
+
+
+def test_shift_after_a_long_wait_is_as_after_none():
+    """A second before the shock is ten thousand decay times, whose exponential is no number."""
+    short, before = np.array([0.0, 50.0, -20.0, 0.0, 0.0]), np.zeros(1000)
+    shift = chain("sensor.zero_shift", share=0.1, decay_time_s=1e-4)
+    alone = shift.measured_acceleration_m_s2(short, 1e-3)
+    waited = shift.measured_acceleration_m_s2(np.concatenate([before, short]), 1e-3)
+    np.testing.assert_array_equal(waited, np.concatenate([before, alone]))
