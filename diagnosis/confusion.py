@@ -94,7 +94,7 @@ class _Place:
         scene = weighed.scene
         if "+" in other:
             apart = self.change - scene.before[self.index].white(_fitted(weighed, other))
-            return float(np.sqrt(max(0.0, self._product(apart, apart))))
+            return float(np.sqrt(self._product(apart, apart)))
         return min((self._to_sheet(weighed, index) for index in scene.sheets(other)), default=np.inf)
 
     def _to_sheet(self, weighed: Weighed, index: int) -> float:

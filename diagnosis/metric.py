@@ -59,4 +59,4 @@ class Metric:
 def _counts(item: Observable) -> bool:
     if item.stage == "contact":
         return item.name in _CONTACT
-    return item.stage != "plate" or (item.unit == "dB" and item.frequency_hz is not None)
+    return item.stage != "plate" or item.unit == "dB"
