@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .bench import GunBench, checked
 from .effect import GunEffect
@@ -13,7 +13,6 @@ from .shot import Floats
 from .shots import gun_velocity
 
 _WITHIN = 1e-9
-_MOST_TRIES = 100
 
 
 def tank_pressure_for_velocity(
@@ -26,34 +25,32 @@ def tank_pressure_for_velocity(
 ) -> Floats:
     """Gauge pressures (n,) that give muzzle velocities (n,), both positive, to 1e-9 of the velocity.
 
-    Velocity rises with pressure, so there is one. By the Illinois rule of false position on the energy, which is nearly
-    a straight line. Raises `ValueError` naming the first velocity that `highest_pa` does not reach.
+    Velocity rises with pressure, so there is one; Chandrupatla's bracketing finds it on the energy, which is nearly a
+    straight line. Raises `ValueError` naming the first velocity that `highest_pa` does not reach.
     """
+    from scipy.optimize import elementwise
+
     wanted, mass = np.broadcast_arrays(
         np.atleast_1d(checked("velocity_m_s", velocity_m_s)), np.atleast_1d(checked("bullet_mass_kg", bullet_mass_kg))
     )
 
-    def excess(pressure: Floats, rows: np.ndarray[tuple[int, ...], np.dtype[np.intp]]) -> Floats:
-        velocity = gun_velocity(bench, pressure, mass[rows], [effect.take(rows) for effect in effects]).velocity_m_s
-        return np.asarray((velocity / wanted[rows]) ** 2 - 1)
+    def excess(pressure: Floats, shot: NDArray[np.intp]) -> Floats:
+        taken = [effect.take(shot) for effect in effects]
+        velocity = gun_velocity(bench, pressure, mass[shot], taken).velocity_m_s
+        return np.asarray((velocity / wanted[shot]) ** 2 - 1)
 
-    rows = np.arange(wanted.size)
-    low, high = np.zeros(wanted.size), np.full(wanted.size, highest_pa)
-    below, above = np.full(wanted.size, -1.0), excess(high, rows)
-    if np.any(above < 0):
-        first = int(np.flatnonzero(above < 0)[0])
-        raise ValueError(f"velocity_m_s = {wanted[first]:g}: {highest_pa:g} Pa in the tank do not reach it")
-    result = high.copy()
-    for _ in range(_MOST_TRIES):
-        middle = (low * above - high * below) / (above - below)
-        found = excess(middle, rows)
-        result[rows] = middle
-        under = found < 0
-        # The end that stays counts half, or it would stay for ever.
-        above, below = np.where(under, above / 2, found), np.where(under, found, below / 2)
-        low, high = np.where(under, middle, low), np.where(under, high, middle)
-        stay = np.flatnonzero((np.abs(found) > 2 * _WITHIN) & (high - low > 1e-14 * high))
-        if not stay.size:
-            return result
-        rows, low, high, below, above = rows[stay], low[stay], high[stay], below[stay], above[stay]
-    raise RuntimeError(f"no tank pressure found for {rows.size} velocities; the first is {wanted[rows[0]]:g} m/s")
+    shots, highest = np.arange(wanted.size), np.full(wanted.size, float(highest_pa))
+    beyond = np.flatnonzero(excess(highest, shots) < 0)
+    if beyond.size:
+        first = wanted[beyond[0]]
+        raise ValueError(f"velocity_m_s = {first:g}: {highest_pa:g} Pa in the tank do not reach it")
+    tolerances = {"fatol": 2 * _WITHIN, "xrtol": 1e-14}
+    bracket = (np.zeros(wanted.size), highest)
+    # The stubs want a function of any arguments.
+    found = elementwise.find_root(excess, bracket, args=(shots,), tolerances=tolerances)  # type: ignore[call-overload]
+    if not np.all(found.success):
+        missed = np.flatnonzero(~found.success)
+        raise RuntimeError(
+            f"no tank pressure found for {missed.size} velocities; the first is {wanted[missed[0]]:g} m/s"
+        )
+    return np.asarray(found.x)

@@ -33,6 +33,7 @@ def test_factor_is_the_least_power_of_two():
     lines = np.array([100.0, 1000.0, 1001.0, 2000.0, 4500.0])
     assert factors(lines, 1e4, 10.0).tolist() == [1, 1, 2, 2, 8]
     assert factors(lines, 1e4, None).tolist() == [1, 1, 1, 1, 1]
+    assert factors(lines, 1e4, 0.5).tolist() == [1, 1, 1, 1, 1]
 
 
 def test_repair_finds_what_sampling_hides():

@@ -113,6 +113,13 @@ def test_residual_is_of_the_series_after_the_record(record, zeta):
         assert later >= one.residual[i] * np.cos(np.pi * line / RATE) * np.exp(-np.pi * zeta * line / RATE) - 1e-12
 
 
+def test_lines_of_many_records_are_those_of_their_length():
+    record = np.random.default_rng(2).normal(size=(2, 30, 240))
+    many, alone = shock_response_spectrum(record, 1e4), shock_response_spectrum(record[0, 0], 1e4)
+    np.testing.assert_array_equal(many.frequency_hz, alone.frequency_hz)
+    assert many.maximax.shape == (2, 30, alone.frequency_hz.size)
+
+
 @pytest.mark.parametrize("shape", [(100,), (3, 100), (2, 3, 100)])
 def test_many_records_are_each_on_its_own(shape):
     record = np.random.default_rng(1).normal(size=shape)

@@ -63,8 +63,29 @@ def test_lines_beyond_the_target_are_left_out():
 
 
 def test_spectrum_without_a_line_in_range_is_refused():
-    with pytest.raises(ValueError, match="no line of the spectrum"):
+    with pytest.raises(ValueError, match=r"no line of the spectrum \(1 to 2 Hz\) .* range \(100 to 800 Hz\)"):
         compare(np.ones(2), np.array([1.0, 2.0]), target())
+
+
+def test_nasa_std_7003_opens_upwards_above_three_kilohertz():
+    upper, lower = NASA_STD_7003.at(np.array([0.0, 100, 3000, 3000.5, 10_000]))
+    assert upper.tolist() == [6, 6, 6, 9, 9]
+    assert lower.tolist() == [6] * 5
+
+
+def test_no_tolerance_is_one_and_less_than_none_is_refused():
+    assert compare(np.full(4, 10.0), LINES, Target(LINES, np.full(4, 10.0), *within_db(0.0).at(LINES))).within
+    for wrong in ((-0.5, 1.0), (1.0, -0.5)):
+        with pytest.raises(ValueError, match="expected 0 dB or more"):
+            within_db(*wrong)
+
+
+def test_a_rounding_error_beyond_the_edge_is_no_offence_and_more_is():
+    for over, share in ((5e-10, 1.0), (1e-8, 0.0)):
+        found = compare(np.full(4, 10 * 10 ** ((6.0 + over) / 20)), LINES, target())
+        assert (found.within, found.share_within) == (share == 1, share)
+    below = compare(np.full(4, 10 * 10 ** (-5e-10 / 20)), LINES, target())
+    assert below.share_above == 1 and np.all(below.error_db == 0)
 
 
 @pytest.mark.parametrize(
