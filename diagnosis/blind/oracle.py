@@ -71,7 +71,7 @@ def _staged(case: Case, seed: int, options: Options) -> tuple[tuple[Stage, ...],
 
 
 def _best(case: Case, stages: Sequence[Stage], gap: GapTable, options: Options) -> dict[str, Any]:
-    scales = scales_of(gap)
+    scales = Metric.of(gap).scales(gap)
     fitter = Fitter.of(stages, [catalogue()[name] for name in sorted(case.strengths)])
     rng = np.random.default_rng(options.seed)
     entries = shrinkage(stages, fitter.fit, rng, scales, pulses=False)
@@ -95,11 +95,3 @@ def _true(case: Case, seed: int, gap: GapTable, asked: Asked) -> float | None:
 def _change(stage: Stage, effects: Sequence[Effect]) -> Floats:
     shown = [effect for effect in effects if effect.id in stage.shows]
     return np.asarray(np.nan_to_num(stage.changes([shown])[0]))
-
-
-def scales_of(gap: GapTable) -> dict[str, Floats]:
-    """The units of the report's metric by stage, infinite for observables that it leaves out."""
-    metric = Metric.of(gap)
-    unit = np.full(len(gap.observables), np.inf)
-    unit[metric.columns] = metric.unit
-    return {stage: unit[gap.columns(stage)] for stage in gap.stages}
