@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.twin.effects import catalogue, effect
+from pyroshock.twin.gun import inverse
 from pyroshock.twin.gun.inverse import tank_pressure_for_velocity
 from pyroshock.twin.gun.nominal import muzzle_velocity, trajectory
 from pyroshock.twin.gun.shots import Status, gun_velocity
@@ -192,6 +193,18 @@ def test_a_velocity_that_takes_the_highest_pressure_is_found():
     assert tank_pressure_for_velocity(THESIS_GUN, most, 0.5, highest_pa=3e5) == pytest.approx([3e5], rel=1e-9)
     with pytest.raises(ValueError, match="velocity_m_s = 400: 300000 Pa"):
         tank_pressure_for_velocity(THESIS_GUN, [*most, 400.0], 0.5, highest_pa=3e5)
+
+
+def test_a_velocity_for_which_no_pressure_is_found_is_named(monkeypatch):
+    def lost(bench, pressure, mass, effects):
+        """Of the second shot and the third no velocity is known but at the highest pressure."""
+        shots = gun_velocity(bench, pressure, mass, effects)
+        unknown = (mass == 0.25) & (np.asarray(pressure) < 50e5)
+        return replace(shots, velocity_m_s=np.where(unknown, np.nan, shots.velocity_m_s))
+
+    monkeypatch.setattr(inverse, "gun_velocity", lost)
+    with pytest.raises(RuntimeError, match="for 2 velocities; the first is 7 m/s"):
+        tank_pressure_for_velocity(THESIS_GUN, [5.0, 7.0, 9.0], [0.5, 0.25, 0.25])
 
 
 def test_an_empty_tank_fires_nothing():
