@@ -132,6 +132,39 @@ def test_what_relaxes_is_like_polymers_of_all_materials() -> None:
     assert np.all(impact(metals, [relaxing]).restitution.value < 0.9)
 
 
+def test_a_stiffer_contact_is_shorter_and_harder() -> None:
+    """Hertz: the time goes with k^(-2/5), the peak with k^(2/5)."""
+    nominal, found = impact(BODIES), impact(BODIES, [ViscousLoss(0, relaxing_stiffening=0.5)])
+    assert found.contact_time_s / nominal.contact_time_s == pytest.approx([1.5**-0.4] * 3, rel=1e-5)
+    assert found.peak_force_n / nominal.peak_force_n == pytest.approx([1.5**0.4] * 3, rel=1e-5)
+
+
+@pytest.mark.parametrize("polymer", ["tip", "face"])
+def test_polymers_act_by_their_share_of_the_compliance(polymer: str) -> None:
+    compliance = {"tip": (1 - 0.4**2) / 3e9, "face": (1 - 0.3**2) / 60e9}
+    bodies = {
+        "impactor_youngs_modulus_pa": 3e9,
+        "impactor_poisson_ratio": 0.4,
+        "target_youngs_modulus_pa": 60e9,
+        "target_poisson_ratio": 0.3,
+    }
+    if polymer == "face":  # the other way about
+        names = [*list(bodies)[2:], *list(bodies)[:2]]
+        bodies = dict(zip(names, bodies.values(), strict=True))
+    stiffer = 1 + 2.0 * compliance["tip"] / sum(compliance.values())
+    nominal, found = impact(impacts(**bodies)), impact(impacts(**bodies), [ViscousLoss(0, polymer_stiffening=2.0)])
+    assert found.contact_time_s / nominal.contact_time_s == pytest.approx([stiffer**-0.4], rel=1e-5)
+
+
+def test_what_relaxes_loses_as_zener_says() -> None:
+    """e = exp(-1.72 lambda) for little of it, at any speed, mass and stiffness (Zener, Phys. Rev. 59 (1941) 669)."""
+    bodies = impacts(impact_velocity_m_s=[0.3, 5.0, 0.3], impactor_mass_kg=[0.32, 0.32, 4.0])
+    found = [impact(bodies, [ViscousLoss(0, relaxing_loss=0.1, relaxing_stiffening=s)]) for s in (0.0, 3.0)]
+    e = np.array([one.restitution.value for one in found])
+    assert e == pytest.approx(np.full((2, 3), e[0, 0]), rel=1e-6)
+    assert e[0, 0] == pytest.approx(np.exp(-0.172), rel=5e-3)
+
+
 def test_nothing_yields_below_the_yield_velocity() -> None:
     velocity = yield_velocity(impacts())[0]
     bodies = impacts(impact_velocity_m_s=velocity * np.array([0.99, 1.01]))

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.laws import LAWS, LOSSY, RESTITUTIONS, contact_law
-from pyroshock.twin.contact.pulse import Law
+from pyroshock.twin.contact.pulse import ContactPulse, Law
+from pyroshock.twin.contact.restitution.base import Restitution
 from support.records.contact_bodies import any_impacts, impacts, impulse
 
 ALL = {**LAWS, **{f"{law}, {e}": contact_law(law, e) for law in LOSSY for e in RESTITUTIONS}}
@@ -114,3 +115,15 @@ def test_unknown_names_are_told_with_the_known() -> None:
 def test_restitution_of_a_law_without_loss_is_refused() -> None:
     with pytest.raises(ValueError, match="restitution 'zener' for 'reed'"):
         contact_law("reed", "zener")
+
+
+def test_no_force_at_both_ends_whatever_the_shape_says() -> None:
+    one = np.ones(2)
+    shape = lambda phase: np.ones((2, phase.size))  # noqa: E731
+    pulse = ContactPulse(one, one, np.array([3.0, 5.0]), one, Restitution.bounded(one), shape)
+    assert pulse.force_at(np.array([0.0, 1e-12, 0.5, 1.0])).tolist() == [[0, 3, 3, 0], [0, 5, 5, 0]]
+    assert pulse.force_n().shape == (2, 20), "as the thesis keeps its pulses"
+    with pytest.raises(ValueError, match=r"phases from -0\.1 to 0\.5: expected all in \[0, 1\]"):
+        pulse.force_at(np.array([-0.1, 0.5]))
+    with pytest.raises(ValueError, match=r"phases from 0\.5 to 1\.1"):
+        pulse.force_at(np.array([0.5, 1.1]))
