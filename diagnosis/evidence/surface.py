@@ -48,7 +48,7 @@ class Surface:
         table = _all_asked(stages, sheet.kind, sets)
         points = _grid([np.linspace(0.0, 1.0, POINTS[axes])] * axes)
         good = np.asarray(np.isfinite(table).all(axis=(1, 2)), dtype=np.bool_)
-        beside = _linear(places, points, NODES[axes])
+        beside = _linear(points, NODES[axes])
         near = beside @ _widened(~good, axes).astype(np.float64)
         open_ = _loose(stages, sets, table)
         return cls(sheet, _filled(table, places, good), points, basis(points, NODES[axes]), near < 1e-9, open_)
@@ -173,11 +173,11 @@ def _grid(axes: Sequence[Floats]) -> Floats:
     return np.stack([a.ravel() for a in np.meshgrid(*axes, indexing="ij")], axis=1)
 
 
-def _linear(places: Floats, points: Floats, knots: int) -> Floats:
+def _linear(points: Floats, knots: int) -> Floats:
     """(M, K): which nodes stand around a point, as weights of the linear interpolation."""
     one = _knots(knots)
     hats = [np.stack([np.interp(points[:, i], one, row) for row in np.eye(knots)], 1) for i in range(points.shape[1])]
-    return reduce(lambda a, b: (a[:, :, None] * b[:, None, :]).reshape(len(a), -1), hats)[:, : len(places)]
+    return reduce(lambda a, b: (a[:, :, None] * b[:, None, :]).reshape(len(a), -1), hats)
 
 
 def _widened(bad: NDArray[np.bool_], axes: int) -> NDArray[np.bool_]:
