@@ -121,3 +121,12 @@ def test_newton_wants_an_approach() -> None:
 def test_records_that_do_not_fit_are_refused(name: str, value: np.ndarray) -> None:
     with pytest.raises(ValueError, match=name):
         replace(_recorded([])[0], **{name: value})
+
+
+def test_three_points_make_a_record_of_one_impact() -> None:
+    def record(*force_n: float) -> RecordedPulse:
+        return RecordedPulse(np.array([force_n]), *(np.array([value]) for value in (1e-4, 0.3, 1.0)))
+
+    assert record(0.0, 4e3, 0.0).velocity_m_s[0] == pytest.approx([1.0, 1 - 0.2 / 0.3, 1 - 0.4 / 0.3])
+    with pytest.raises(ValueError, match=r"force_n has shape \(1, 2\): expected \(n, p\) with 3 points or more"):
+        record(0.0, 4e3)

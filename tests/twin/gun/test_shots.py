@@ -185,7 +185,7 @@ def test_the_pressure_for_a_velocity_gives_that_velocity(effects):
 
 def test_a_velocity_out_of_reach_is_named():
     with pytest.raises(ValueError, match="velocity_m_s = 500: 5e\\+06 Pa in the tank do not reach it"):
-        tank_pressure_for_velocity(THESIS_GUN, [10.0, 500.0], 0.5)
+        tank_pressure_for_velocity(THESIS_GUN, [10.0, 500.0, 600.0], 0.5)
 
 
 def test_a_velocity_that_takes_the_highest_pressure_is_found():
