@@ -89,13 +89,14 @@ def _end_of_compression(values: Floats, peak: int, noise: float) -> tuple[float,
 
 
 def _maximum(cubic: np.polynomial.Polynomial, low: float, high: float) -> float:
-    """Where a cubic or parabola has its maximum within [low, high]; 0.0 where it has none there.
+    """Where a cubic or parabola has its maximum within [low, high].
 
+    0.0 where it has none there, or does not curve down at 0.0.
     Not by a general root finder: a symmetric contact has a cubic term of rounding errors, which throws its roots off.
     """
     slope, curvature, third = (*cubic.deriv().coef, 0.0)[:3]
     discriminant = curvature**2 - 4 * third * slope
-    if curvature >= 0 or discriminant < 0:
+    if curvature >= 0 or discriminant <= 0:
         return 0.0
     top = 2 * slope / (np.sqrt(discriminant) - curvature)
     return float(top) if low <= top <= high else 0.0
@@ -108,7 +109,7 @@ def _integral(values: Floats, first: int, peak: int, top: float, last: int, nois
     # Samples before the onset belong to another curve: a spline through them would ring into the contact.
     above = values[first : peak + 1] > max(_ONSET_SHARE * values[peak], _ONSET_NOISE * noise)
     start = first + int(np.argmax(above))
-    x = np.arange(start, min(values.size, max(last, start) + 4))
+    x = np.arange(start, min(values.size, last + 4))
     spline = CubicSpline(x, values[x])
     zeros = spline.roots(extrapolate=True)
     zeros = zeros[(zeros >= start - 1) & (zeros <= start)]

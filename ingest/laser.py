@@ -104,7 +104,7 @@ def _crossing(share: Floats, smooth: Floats, inside: int) -> float:
         raise NoPassageError("no whole passage: the beam is never free on one side of it")
     low = int(free[-1])
     high = low + int(np.argmax(smooth[low:] > 0.75))
-    first, last = max(0, low - 1), min(share.size - 1, high + 1)
-    stretch = share[first : last + 1] - 0.5
+    first = max(0, low - 1)
+    stretch = share[first : high + 2] - 0.5
     at = np.flatnonzero((stretch[:-1] < 0) != (stretch[1:] < 0))
     return float(first + np.mean(at + stretch[at] / (stretch[at] - stretch[at + 1])))

@@ -45,14 +45,12 @@ def tank_pressure_before(
     stop = _drop(values) - guard
     first = max(0, stop - longest_stretch)
     if stop - first < _SMALLEST_STRETCH:
-        raise NoDropError(f"{max(0, stop)} samples before the drop: expected at least {_SMALLEST_STRETCH}")
+        raise NoDropError(f"{max(0, stop - first)} samples before the drop: expected at least {_SMALLEST_STRETCH}")
     stretch = values[first:stop]
     rest = rest_level(stretch)
     kept = np.where(np.abs(stretch - rest.baseline) <= 6 * rest.noise, stretch, np.nan) if rest.noise else stretch
     pieces = [piece[np.isfinite(piece)] for piece in np.array_split(kept, _PIECES)]
     means = np.array([piece.mean() for piece in pieces if piece.size])  # a valve's slow start may take a whole one
-    if means.size < 2:
-        raise NoDropError(f"no level before the drop at {stop}: the pressure does not rest")
     return TankPressure(float(np.nanmean(kept)), float(means.std(ddof=1) / np.sqrt(means.size)), first, stop)
 
 
