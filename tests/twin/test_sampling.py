@@ -1,0 +1,58 @@
+"""Pulses in equal steps, and a recorded force in the place of one."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from pyroshock.twin.sampling import MeasuredForce, sampled
+from pyroshock.twin.strikes import Pulses
+
+
+def triangle(contact_time_s: float, peak_n: float) -> Pulses:
+    return Pulses(np.array([contact_time_s]), np.array([[0.0, peak_n, 0.0]]), np.array([contact_time_s / 2]))
+
+
+def test_samples_keep_the_impulse_and_go_on_to_the_end_of_contact() -> None:
+    found = sampled(triangle(1e-3, 6.0), 2.3e-4)[0]
+    assert found.sum() * 2.3e-4 == pytest.approx(3e-3, rel=1e-12)
+    assert found[0] == 0.0 and found[-1] == 0.0
+    assert found[1] / found[2] == pytest.approx(0.23 / 0.46, rel=1e-12)
+
+
+def test_a_pulse_that_is_cut_is_as_it_is_and_one_that_just_fits_is_not_cut() -> None:
+    long, exact = sampled(triangle(1e-3, 6.0), 1e-4, 6)[0], sampled(triangle(1e-3, 6.0), 2.5e-4, 5)[0]
+    np.testing.assert_allclose(long, 12e3 * 1e-4 * np.arange(6), rtol=1e-12)
+    assert exact.sum() * 2.5e-4 == pytest.approx(3e-3, rel=1e-12)
+
+
+def test_no_force_stays_none() -> None:
+    assert not sampled(triangle(1e-3, 0.0), 1e-4).any()
+
+
+def test_a_recorded_force_rises_from_nothing_and_falls_to_it() -> None:
+    twice = MeasuredForce(np.array([1.0, 5.0, 2.0]), 1e4).repeated(2)
+    assert twice.force_n.tolist() == [[0, 1, 5, 2, 0]] * 2
+    assert twice.contact_time_s == pytest.approx([4e-4] * 2)
+    assert twice.compression_time_s == pytest.approx([2e-4] * 2)
+    assert twice.impulse_n_s == pytest.approx([8e-4] * 2)
+    slow = MeasuredForce(np.array([1.0, 5.0, 2.0]), 0.5).repeated(1)
+    assert slow.contact_time_s == pytest.approx([8.0])
+
+
+@pytest.mark.parametrize(
+    ("force_n", "rate_hz", "message"),
+    [
+        ([1.0, 2.0], 1e4, r"force_n has shape \(2,\): expected \(p,\), p of 3 or more, finite"),
+        ([[1.0, 2.0, 1.0]], 1e4, r"force_n has shape \(1, 3\)"),
+        ([1.0, math.nan, 1.0], 1e4, "finite"),
+        ([1.0, 2.0, 1.0], 0.0, r"sampling_rate_hz = 0\.0: expected a positive number"),
+        ([1.0, 2.0, 1.0], -0.5, r"sampling_rate_hz = -0\.5"),
+        ([1.0, 2.0, 1.0], math.inf, "sampling_rate_hz = inf"),
+        ([1.0, 2.0, 1.0], math.nan, "sampling_rate_hz = nan"),
+    ],
+)
+def test_records_that_are_none_are_refused(force_n: list[float], rate_hz: float, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        MeasuredForce(np.array(force_n), rate_hz)
