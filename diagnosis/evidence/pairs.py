@@ -79,17 +79,14 @@ def of_pair(scene: Scene, started: Started, whitened: list[Floats]) -> OnPair:
     pair, u, width = (started.first, started.second), started.u, started.width
     split = scene.surfaces[pair[0]].points.shape[1]
     widths = (width[:split], width[split:])
-    one = _around(scene, pair[0], u[:split], widths[0])
-    two = _around(scene, pair[1], u[split:], widths[1])
-    wide = bool(np.all(width > _spacing(scene, pair)))
-    if wide or not (np.isfinite(one.log_mass).any() and np.isfinite(two.log_mass).any()):
-        return OnPair(*pair, started.best.u, widths, started.best.background, started.evidence)
-    tables = _tables(scene, pair, (one, two), whitened)
-    total = _total(tables, (one, two))
-    if not np.isfinite(total):
-        return OnPair(*pair, started.best.u, widths, started.best.background, started.evidence)
-    top = _best(tables, (one, two))
-    return OnPair(*pair, top.u, widths, top.background, total)
+    if not np.all(width > _spacing(scene, pair)):
+        fine = _around(scene, pair[0], u[:split], widths[0]), _around(scene, pair[1], u[split:], widths[1])
+        tables = _tables(scene, pair, fine, whitened)
+        total = _total(tables, fine)
+        if np.isfinite(total):  # unless all around is within tolerance
+            top = _best(tables, fine)
+            return OnPair(*pair, top.u, widths, top.background, total)
+    return OnPair(*pair, started.best.u, widths, started.best.background, started.evidence)
 
 
 def interaction(scene: Scene, pair: OnPair, stages: Sequence[Stage]) -> Floats:

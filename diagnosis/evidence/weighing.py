@@ -134,14 +134,14 @@ def _of_sheets(sheets: Sequence[OnSurface]) -> float:
 
 
 def _joint(log: dict[str, float], priors: Priors, effects: int) -> dict[str, float]:
-    pairs = max(1, effects * (effects - 1) // 2)
+    pairs = effects * (effects - 1) // 2
 
     def share(name: str) -> float:
         if name == NONE:
             return priors.none
         if name == UNKNOWN:
             return priors.unknown
-        return priors.pairs / pairs if "+" in name else priors.singles / max(1, effects)
+        return priors.pairs / pairs if "+" in name else priors.singles / effects
 
     with np.errstate(divide="ignore"):
         return {name: value + float(np.log(share(name))) for name, value in log.items()}
