@@ -162,7 +162,8 @@ def _advanced(problems: Problems, now: _Now, relative: float, floor: Floats, met
     new, slope, error = method.step(problems.rates, now.time, now.state, now.slope, now.step, floor)
     error /= np.maximum(np.abs(new), floor)
     ratio = np.sqrt(np.einsum("kn,kn->n", error, error) / len(error)) / relative
-    good = (ratio <= 1) & np.isfinite(slope).all(axis=0)  # the first is False for NaN, too
+    ratio[~np.isfinite(slope).all(axis=0)] = np.inf
+    good = ratio <= 1  # not for NaN
     gap = new[0] - problems.target
     at_target = good & (np.abs(gap) <= _AT_TARGET * problems.target)
     passed = good & (gap > 0) & ~at_target
@@ -178,7 +179,7 @@ def _advanced(problems: Problems, now: _Now, relative: float, floor: Floats, met
         ends = (now.step, now.state[0], now.slope[0], new[0], slope[0], problems.target)
         step[passed] = _aimed(*(value[passed] for value in ends))
     if taken.all():
-        return _Now(time, new, slope, step, passed | now.aims), at_target
+        return _Now(time, new, slope, step, now.aims), at_target
     time, state = np.where(taken, time, now.time), np.where(taken, new, now.state)
     return _Now(time, state, np.where(taken, slope, now.slope), step, passed | now.aims), at_target
 
@@ -193,10 +194,11 @@ def _growth(ratio: Floats, order: int) -> Floats:
 def _aimed(step: Floats, start: Floats, rate: Floats, end: Floats, end_rate: Floats, target: Floats) -> Floats:
     """The step after which the first quantity is at its target, by the cubic through both ends of a longer one."""
     rise, r0, r1 = end - start, step * rate, step * end_rate
-    s = (target - start) / rise
+    s = straight = (target - start) / rise
     bend, twist = 3 * rise - 2 * r0 - r1, r0 + r1 - 2 * rise
     for _ in range(4):
         value = s * (r0 + s * (bend + s * twist))
         slope = r0 + s * (2 * bend + 3 * s * twist)
         s = np.minimum(np.maximum(s + (target - start - value) / np.where(slope > 0, slope, rise), 0.01), 1.0)
-    return np.asarray(step * s)
+    # A cubic that turns back may lead to the end again, and would do so for ever.
+    return np.asarray(step * np.where(s < 1, s, straight))

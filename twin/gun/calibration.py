@@ -46,7 +46,7 @@ class VelocityCalibration:
             raise ValueError(f"{y.size} measured shots: expected at least two to tell a correction from scatter")
         at, means, counts, scatter = _by_setting(np.stack([np.log(p), np.log(m)], axis=1), y)
         centre = at.mean(axis=0)
-        fits = [_fit(degree, at - centre, means) for degree in _allowed(len(at))]
+        fits = [_fit(degree, at - centre, means) for degree in _allowed(at - centre)]
         degree, terms, information, misfit = min(fits, key=lambda fit: fit[3])
         # what scatters within a setting is in the misfit of its mean already
         between = float(np.sqrt(max(misfit**2 - scatter**2 / float(np.mean(counts)), 0.0)))
@@ -71,8 +71,18 @@ class VelocityCalibration:
         return _powers(self.degree, at - self.centre)
 
 
-def _allowed(settings: int) -> list[int]:
-    return [d for d in (0, 1, 2) if d == 0 or settings >= (d + 1) * (d + 2) // 2 + _SPARE]
+def _allowed(at: Floats) -> list[int]:
+    """Degrees for settings (c, 2)."""
+    return [0, *(degree for degree in (1, 2) if _told(_powers(degree, at)))]
+
+
+def _told(rows: Floats) -> bool:
+    """Whether settings tell all terms, whichever of them is left out: not with one mass, nor with one of its own."""
+    settings, terms = rows.shape
+    if settings < terms + _SPARE or np.linalg.matrix_rank(rows) < terms:
+        return False
+    leverage = (np.linalg.qr(rows).Q ** 2).sum(axis=1)
+    return bool(leverage.max() < 1 - 1e-9)
 
 
 def _powers(degree: int, at: Floats) -> Floats:
@@ -95,9 +105,7 @@ def _fit(degree: int, at: Floats, y: Floats) -> tuple[int, Floats, Floats, float
     """Degree, terms, information, and the root mean square error at settings left out (closed form: e / (1 - h))."""
     rows = _powers(degree, at)
     information = rows.T @ rows
-    if np.linalg.matrix_rank(rows) < rows.shape[1]:  # only one mass, say
-        return degree, np.zeros(rows.shape[1]), np.eye(rows.shape[1]), np.inf
     terms = np.asarray(np.linalg.solve(information, rows.T @ y), dtype=np.float64)
     hat = np.einsum("ct,ct->c", rows, np.linalg.solve(information, rows.T).T)
-    left_out = (y - rows @ terms) / np.maximum(1 - hat, 1e-9) if len(y) > 1 else np.zeros(1)
+    left_out = (y - rows @ terms) / np.maximum(1 - hat, 1e-9)  # of one setting alone, 0
     return degree, terms, information, float(np.sqrt(np.mean(left_out**2)))

@@ -207,11 +207,47 @@ def test_a_velocity_for_which_no_pressure_is_found_is_named(monkeypatch):
         tank_pressure_for_velocity(THESIS_GUN, [5.0, 7.0, 9.0], [0.5, 0.25, 0.25])
 
 
-def test_an_empty_tank_fires_nothing():
-    shots = gun_velocity(THESIS_GUN, 0.0, 0.5)
+@pytest.mark.parametrize("effects", [(), (effect("gun.blow_by"),), (effect("gun.valve_flow"),)], ids=len)
+def test_an_empty_tank_fires_nothing(effects):
+    shots = gun_velocity(THESIS_GUN, 0.0, 0.5, effects)
     assert (shots.velocity_m_s.tolist(), shots.status.tolist()) == ([0.0], [Status.NOT_STARTED])
 
 
 def test_parameters_for_another_number_of_shots_are_refused():
     with pytest.raises(ValueError, match="dead_volume_m3 has shape \\(3,\\)"):
         gun_velocity(THESIS_GUN, PRESSURE, MASS, [effect("gun.dead_volume", volume_m3=np.full(3, 1e-4))])
+
+
+def test_ends_have_words():
+    assert [status.words for status in Status] == ["left", "stopped in the barrel", "did not start"]
+    assert [int(status) for status in Status] == [0, 1, 2]
+    assert gun_velocity(THESIS_GUN, 4e5, 0.5).words() == ["left"]
+
+
+@pytest.mark.parametrize(
+    ("pressure", "mass", "travel", "area"), [(16, 1, 1, 1), (1, 100, 1, 1), (1, 1, 9, 1), (1, 1, 1, 4), (4, 9, 16, 25)]
+)
+def test_similar_shots_are_similar_to_the_last_step(pressure: float, mass: float, travel: float, area: float) -> None:
+    """Against the drag of air, in a tank as many times the barrel: v^2 goes with p A L / m, time with its own scale.
+
+    Steps and their tolerances scale as the motion does, so that the errors are the same as well.
+    """
+    wide, drag = area**0.5, mass / (area * travel)
+    small = replace(THESIS_GUN, friction_coefficient=0.0)
+    large = replace(
+        small,
+        tank_volume_m3=small.tank_volume_m3 * area * travel,
+        bore_diameter_m=small.bore_diameter_m * wide,
+        projectile_diameter_m=small.projectile_diameter_m * wide,
+        travel_m=small.travel_m * travel,
+    )
+    one = gun_velocity(small, 1e5, 0.3, [effect("gun.barrel_loss", friction_factor=0.0, drag_coefficient=5.0)])
+    other = gun_velocity(
+        large,
+        pressure * 1e5,
+        mass * 0.3,
+        [effect("gun.barrel_loss", friction_factor=0.0, drag_coefficient=5.0 * drag)],
+    )
+    speed = (pressure * area * travel / mass) ** 0.5
+    np.testing.assert_allclose(other.velocity_m_s / speed, one.velocity_m_s, rtol=3e-12)
+    np.testing.assert_allclose(other.exit_time_s * speed / travel, one.exit_time_s, rtol=3e-12)
