@@ -34,6 +34,7 @@ def test_factor_is_the_least_power_of_two():
     assert factors(lines, 1e4, 10.0).tolist() == [1, 1, 2, 2, 8]
     assert factors(lines, 1e4, None).tolist() == [1, 1, 1, 1, 1]
     assert factors(lines, 1e4, 0.5).tolist() == [1, 1, 1, 1, 1]
+    assert factors(lines, 1e4, 1000.0).tolist() == [16, 128, 128, 256, 512]
 
 
 def test_repair_finds_what_sampling_hides():

@@ -44,6 +44,7 @@ def test_other_sign_swaps_positive_and_negative(record, zeta):
     one, other = spectrum(record, zeta), spectrum(-record, zeta)
     assert other.positive == close(one.negative)
     assert other.negative == close(one.positive)
+    assert other.pseudo_velocity_m_s == close(one.pseudo_velocity_m_s)
     assert other.maximax == close(one.maximax)
 
 

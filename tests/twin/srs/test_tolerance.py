@@ -51,7 +51,7 @@ def test_batch_is_its_spectra_one_by_one():
     spectra = np.exp(np.random.default_rng(5).normal(2.3, 0.7, (3, 5, 4)))
     all_at_once = compare(spectra, LINES, target())
     alone = [[compare(one, LINES, target()) for one in row] for row in spectra]
-    for name in ("share_within", "worst_margin_db", "worst_frequency_hz", "within"):
+    for name in ("share_within", "share_above", "worst_margin_db", "worst_frequency_hz", "within"):
         np.testing.assert_array_equal(getattr(all_at_once, name), [[getattr(x, name) for x in row] for row in alone])
 
 
@@ -84,6 +84,7 @@ def test_a_rounding_error_beyond_the_edge_is_no_offence_and_more_is():
     for over, share in ((5e-10, 1.0), (1e-8, 0.0)):
         found = compare(np.full(4, 10 * 10 ** ((6.0 + over) / 20)), LINES, target())
         assert (found.within, found.share_within) == (share == 1, share)
+        assert np.all(found.margin_db == 0) == found.within
     below = compare(np.full(4, 10 * 10 ** (-5e-10 / 20)), LINES, target())
     assert below.share_above == 1 and np.all(below.error_db == 0)
 
