@@ -118,9 +118,11 @@ def test_restitution_of_a_law_without_loss_is_refused() -> None:
 
 
 def test_no_force_at_both_ends_whatever_the_shape_says() -> None:
+    def flat(phase: np.ndarray) -> np.ndarray:
+        return np.ones((2, phase.size))
+
     one = np.ones(2)
-    shape = lambda phase: np.ones((2, phase.size))  # noqa: E731
-    pulse = ContactPulse(one, one, np.array([3.0, 5.0]), one, Restitution.bounded(one), shape)
+    pulse = ContactPulse(one, one, np.array([3.0, 5.0]), one, Restitution.bounded(one), flat)
     assert pulse.force_at(np.array([0.0, 1e-12, 0.5, 1.0])).tolist() == [[0, 3, 3, 0], [0, 5, 5, 0]]
     assert pulse.force_n().shape == (2, 20), "as the thesis keeps its pulses"
     with pytest.raises(ValueError, match=r"phases from -0\.1 to 0\.5: expected all in \[0, 1\]"):
