@@ -1,0 +1,155 @@
+"""What a plate's modes are made of, piece by piece: thickness, damping, held edges, places and outlines."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from pyroshock.twin.materials import Material
+from pyroshock.twin.plate.build import PlateBuild, places
+from pyroshock.twin.plate.damping import ConstantDamping, RayleighDamping
+from pyroshock.twin.plate.edges import Clamped, Edge, SimplySupported
+from pyroshock.twin.plate.frame import _located
+from pyroshock.twin.plate.held import on_stretch
+from pyroshock.twin.plate.outline import area, canonical, checked_outline, with_corners
+from pyroshock.twin.plate.thickness import edge_layer_m, flexural_wavelength_m, kirchhoff_hz, mindlin_hz
+from scipy.linalg import eigh
+from skfem import MeshTri
+
+STEEL = Material("steel", 200e9, 0.3, 7800.0)
+
+
+def plate(thickness_m: float) -> PlateBuild:
+    square = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
+    return PlateBuild(square, thickness_m, STEEL, places({"#1": (0.3, 0.3)}), places({"a": (0.6, 0.6)}))
+
+
+def flexural_hz(thickness_m: float, wavenumber_1_m: float) -> float:
+    """The slower of Mindlin's two waves w, psi: their stiffness and inertia as 2 x 2 matrices."""
+    h, k = thickness_m, wavenumber_1_m
+    rigidity = 200e9 * h**3 / 12 / (1 - 0.3**2)
+    shear = np.pi**2 / 12 * 200e9 / 2.6 * h
+    stiffness = np.array([[shear * k**2, -shear * k], [-shear * k, rigidity * k**2 + shear]])
+    inertia = np.diag([7800.0 * h, 7800.0 * h**3 / 12])
+    return float(np.sqrt(eigh(stiffness, inertia, eigvals_only=True)[0]) / (2 * np.pi))
+
+
+@pytest.mark.parametrize("waves_in_thickness", [0.02, 0.1, 0.5, 2.0])
+def test_thick_plates_have_mindlins_waves(waves_in_thickness: float) -> None:
+    h = 0.04
+    build, k = plate(h), 2 * np.pi * waves_in_thickness / h
+    thin_hz = k**2 * math.sqrt(200e9 * h**2 / 12 / (1 - 0.3**2) / 7800.0) / (2 * np.pi)
+    thick_hz = flexural_hz(h, k)
+    assert mindlin_hz(build, np.array([thin_hz, 0.0])) == pytest.approx([thick_hz, 0.0], rel=1e-9)
+    assert kirchhoff_hz(build, thick_hz) == pytest.approx(thin_hz, rel=1e-9)
+    assert flexural_wavelength_m(build, thin_hz) == pytest.approx(h / waves_in_thickness, rel=1e-12)
+
+
+def test_a_free_edge_does_not_resist_twisting_over_a_third_of_the_thickness() -> None:
+    assert edge_layer_m(plate(0.03)) == pytest.approx(0.03 / np.pi, rel=1e-12)
+
+
+def test_rayleighs_damping_has_both_ratios_and_both_laws_between() -> None:
+    law = RayleighDamping(50.0, 0.02, 800.0, 0.05)
+    assert law.ratios(np.array([0.0, 50.0, 800.0])) == pytest.approx([0.0, 0.02, 0.05], rel=1e-12)
+    # 2 omega zeta = alpha + beta omega^2 is a straight line in the square of the frequency.
+    frequency = np.array([0.1, 50.0, 200.0, 800.0, 3000.0])
+    rate = 2 * frequency * law.ratios(frequency)
+    line = np.polynomial.Polynomial.fit(frequency[[1, 3]] ** 2, rate[[1, 3]], 1)
+    assert rate == pytest.approx(line(frequency**2), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ((0.0, 0.02, 800.0, 0.05), "expected rising ones above 0"),
+        ((800.0, 0.02, 800.0, 0.05), "expected rising ones above 0"),
+        ((50.0, 0.02, 800.0, 1.0), r"ratios 0\.02 and 1\.0: no Rayleigh damping has them"),
+        ((50.0, 1.0, 800.0, 0.5), "no Rayleigh damping"),
+        ((50.0, 0.02, 800.0, 0.001), "no Rayleigh damping"),
+        ((50.0, 0.001, 800.0, 0.9), "no Rayleigh damping"),
+    ],
+)
+def test_damping_that_cannot_be_is_refused(given: tuple[float, float, float, float], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        RayleighDamping(*given)
+
+
+@pytest.mark.parametrize("ratio", [-0.5, 1.0])
+def test_a_ratio_beyond_none_and_critical_is_refused(ratio: float) -> None:
+    with pytest.raises(ValueError, match=f"ratio = {ratio!r}: expected 0 to below 1"):
+        ConstantDamping(ratio)
+    assert ConstantDamping(0.0).ratios(np.zeros(2)).tolist() == [0, 0]
+
+
+def derivatives(terms: dict[tuple[int, int], float]) -> np.ndarray:
+    """(w, w_x, w_y, w_xx, w_xy, w_yy) at 0 of a polynomial of second degree, by its powers of x and y."""
+    powers = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
+    return np.array([terms.get(each, 0.0) for each in powers]) * [1, 1, 1, 2, 1, 2]
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4, np.pi / 2, 2.5])
+def test_held_edges_leave_what_is_flat_along_them(angle: float) -> None:
+    x, y = np.cos(angle), np.sin(angle)
+    # With n the distance from the edge: n, n^2 and n t are 0 along it; of these n^2 has no slope across it either.
+    n = derivatives({(1, 0): -y, (0, 1): x})
+    square = derivatives({(2, 0): y * y, (1, 1): -2 * x * y, (0, 2): x * x})
+    mixed = derivatives({(2, 0): -x * y, (1, 1): x * x - y * y, (0, 2): x * y})
+    along = np.array([x, y])
+    for edge, left in ((SimplySupported(0), [n, square, mixed]), (Clamped(0), [square])):
+        rows = edge.rows(along)
+        np.testing.assert_allclose(rows @ np.transpose(left), 0.0, atol=1e-15)
+        assert np.linalg.matrix_rank(rows, tol=1e-9) == 6 - len(left)
+
+
+@pytest.mark.parametrize(("start", "stop"), [(-0.1, 1.0), (0.0, 1.1), (0.5, 0.5), (0.7, 0.2)])
+@pytest.mark.parametrize("kind", [SimplySupported, Clamped])
+def test_stretches_that_are_none_are_refused(kind: type[Edge], start: float, stop: float) -> None:
+    with pytest.raises(ValueError, match=f"stretch from {start!r} to {stop!r}: expected 0 <= start < stop <= 1"):
+        kind(0, start, stop)
+
+
+def test_points_of_a_stretch_are_those_between_its_ends() -> None:
+    ends = np.array([[1.0, 2.0], [4.0, 6.0]])
+    along, across = np.array([3.0, 4.0]), np.array([-4.0, 3.0])
+    shares = [-0.3, -1e-6, 0.0, 0.5, 1.0, 1 + 1e-6, 1.4]
+    points = [ends[0] + share * along for share in shares] + [ends[0] + 0.5 * along + off * across for off in (1e-6, 1)]
+    assert on_stretch(np.transpose(points), ends) == [2, 3, 4]
+
+
+def test_places_are_found_in_their_triangles_and_only_there() -> None:
+    mesh = MeshTri().refined(1)
+    points = np.array([[0.1, 0.2], [0.8, 0.9], [1.0, 1.0], [1 + 1e-8, 0.5]])
+    local, where = _located(mesh, points)
+    corners = mesh.p[:, mesh.t[:, where]]
+    found = corners[:, 0] + sum(local[i, :, 0] * (corners[:, i + 1] - corners[:, 0]) for i in range(2))
+    np.testing.assert_allclose(found.T, points, atol=1e-12)
+    with pytest.raises(ValueError, match="2 of 3 points lie off the plate"):
+        _located(mesh, np.array([[1 + 1e-4, 0.5], [0.5, 0.5], [0.2, -0.3]]))
+
+
+def test_a_triangle_is_a_polygon() -> None:
+    checked_outline(((0.0, 0.0), (1.0, 0.0), (0.0, 1.0)))
+    with pytest.raises(ValueError, match="sides at corner 2 fold back"):
+        checked_outline(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (1.5, 0.0), (1.0, 1.0)))
+
+
+def test_an_outline_is_the_same_from_any_corner_and_either_way() -> None:
+    corners = np.array([[0.0, 0.2], [1.0, 0.0], [1.2, 0.9], [0.0, 0.7]])
+    for start in range(4):
+        turned = np.roll(corners, start, axis=0)
+        np.testing.assert_array_equal(canonical(turned), corners)
+        np.testing.assert_array_equal(canonical(turned[::-1]), corners)
+    assert area(corners) == -area(corners[::-1]) == pytest.approx(0.5 * abs(_shoelace(corners)))
+
+
+def _shoelace(corners: np.ndarray) -> float:
+    return sum(float(np.linalg.det(np.stack([a, b]))) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True))
+
+
+def test_points_of_sides_become_corners_where_they_lie() -> None:
+    corners = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
+    found = with_corners(corners, np.array([[2.0, 0.5], [0.5, 0.0], [0.0, 1.0], [0.0, 0.25]]))
+    expected = [[0, 0], [0.5, 0], [2, 0], [2, 0.5], [2, 1], [0, 1], [0, 0.25]]
+    np.testing.assert_allclose(found, expected)
