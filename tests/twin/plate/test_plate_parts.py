@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from pyroshock.twin.materials import Material
-from pyroshock.twin.plate.build import PlateBuild, places
+from pyroshock.twin.plate.build import Place, PlateBuild, PointMass, PointSpring, places
 from pyroshock.twin.plate.damping import ConstantDamping, RayleighDamping
 from pyroshock.twin.plate.edges import Clamped, Edge, SimplySupported
+from pyroshock.twin.plate.fem import _across_along, elements_of
 from pyroshock.twin.plate.frame import _located
 from pyroshock.twin.plate.held import on_stretch
+from pyroshock.twin.plate.mesh import mesh_of, stretch
+from pyroshock.twin.plate.modes import _rigid_modes
 from pyroshock.twin.plate.outline import area, canonical, checked_outline, with_corners
 from pyroshock.twin.plate.thickness import edge_layer_m, flexural_wavelength_m, kirchhoff_hz, mindlin_hz
+from pyroshock.twin.plate.triangles import areas, counter_clockwise
 from scipy.linalg import eigh
 from skfem import MeshTri
 
@@ -65,7 +71,8 @@ def test_rayleighs_damping_has_both_ratios_and_both_laws_between() -> None:
     [
         ((0.0, 0.02, 800.0, 0.05), "expected rising ones above 0"),
         ((800.0, 0.02, 800.0, 0.05), "expected rising ones above 0"),
-        ((50.0, 0.02, 800.0, 1.0), r"ratios 0\.02 and 1\.0: no Rayleigh damping has them"),
+        ((50.0, 0.07, 800.0, 1.0), r"ratios 0\.07 and 1\.0: no Rayleigh damping has them"),
+        ((50.0, 0.1, 800.0, 1.5), "no Rayleigh damping"),
         ((50.0, 1.0, 800.0, 0.5), "no Rayleigh damping"),
         ((50.0, 0.02, 800.0, 0.001), "no Rayleigh damping"),
         ((50.0, 0.001, 800.0, 0.9), "no Rayleigh damping"),
@@ -74,6 +81,10 @@ def test_rayleighs_damping_has_both_ratios_and_both_laws_between() -> None:
 def test_damping_that_cannot_be_is_refused(given: tuple[float, float, float, float], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         RayleighDamping(*given)
+
+
+def test_none_is_a_damping_at_any_two_frequencies() -> None:
+    assert RayleighDamping(0.5, 0.0, 800.0, 0.0).ratios(np.array([0.0, 3.0])).tolist() == [0, 0]
 
 
 @pytest.mark.parametrize("ratio", [-0.5, 1.0])
@@ -153,3 +164,102 @@ def test_points_of_sides_become_corners_where_they_lie() -> None:
     found = with_corners(corners, np.array([[2.0, 0.5], [0.5, 0.0], [0.0, 1.0], [0.0, 0.25]]))
     expected = [[0, 0], [0.5, 0], [2, 0], [2, 0.5], [2, 1], [0, 1], [0, 0.25]]
     np.testing.assert_allclose(found, expected)
+
+
+def test_a_plate_knows_its_mass_and_its_rigidity() -> None:
+    build = replace(plate(0.02), outline_m=((0.0, 0.0), (0.0, 2.0), (1.0, 0.0)))
+    assert build.area_m2 == pytest.approx(1.0)
+    assert build.mass_per_area_kg_m2 == pytest.approx(156.0)
+    assert build.mass_kg == pytest.approx(156.0)
+    assert build.rigidity_n_m == pytest.approx(200e9 * 8e-6 / 12 / 0.91, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"sensors": ()}, r"sensors has names \[\]: expected one or more, each of them once"),
+        (
+            {"impact_points": (Place("#1", (0.1, 0.1)), Place("#1", (0.2, 0.1)))},
+            r"impact_points has names \['#1', '#1'\]",
+        ),
+        ({"edges": (Clamped(4),)}, "edge 4: expected 0 to 3"),
+        ({"edges": (Clamped(-1),)}, "edge -1: expected 0 to 3"),
+        ({"thickness_m": 0.0}, r"thickness_m = 0\.0: expected a positive number"),
+        ({"thickness_m": math.inf}, "thickness_m = inf"),
+        ({"masses": (PointMass((0.1, 0.1), -0.5),)}, r"mass_kg = -0\.5: expected 0 or more"),
+        ({"springs": (PointSpring((0.1, 0.1), math.inf),)}, "stiffness_n_m = inf: expected 0 or more"),
+    ],
+)
+def test_plates_that_cannot_be_are_refused(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        replace(plate(0.01), **change)
+    assert replace(plate(0.01), masses=(PointMass((0.1, 0.1), 0.0),), edges=(Clamped(3),)).edges[0].side == 3
+
+
+def test_a_held_stretch_lies_on_its_side() -> None:
+    outline = ((0.0, 0.0), (1.0, 0.0), (1.0, 2.0), (0.0, 1.0))
+    found = [stretch(replace(plate(0.01), outline_m=outline), Clamped(side, 0.25, 0.5)).tolist() for side in range(4)]
+    expected = [[[0.25, 0], [0.5, 0]], [[1, 0.5], [1, 1]], [[0.75, 1.75], [0.5, 1.5]], [[0, 0.75], [0, 0.5]]]
+    assert found == expected
+
+
+def test_a_mesh_is_fine_about_what_is_sharp_and_nowhere_else() -> None:
+    """A corner that turns in, at (0.5, 0.4), and the ends of a clamp."""
+    ell = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.4), (0.5, 0.4), (0.5, 0.8), (0.0, 0.8))
+    for outline in (ell, ell[::-1]):
+        build = replace(plate(0.01), outline_m=outline, sensors=places({"a": (0.2, 0.2)}))
+        mesh = mesh_of(build, 0.2)
+        corners = mesh.p[:, mesh.t]
+        size = np.max([np.linalg.norm(corners[:, i] - corners[:, i - 1], axis=0) for i in range(3)], axis=0)
+        distance = np.linalg.norm(corners.mean(axis=1).T - [0.5, 0.4], axis=1)
+        assert np.all(size <= np.clip(0.5 * distance, 0.2 / 16, 0.2) + 1e-12)
+        assert size.min() < 0.2 / 16 < 0.05 < size[distance > 0.4].min()
+        (x0, x1), (y0, y1) = corners[:, 1:] - corners[:, :1]
+        assert np.abs(x0 * y1 - x1 * y0).sum() / 2 == pytest.approx(build.area_m2, rel=1e-12)
+    assert mesh_of(plate(0.01), 0.6).t.shape[1] < 40
+    held = mesh_of(replace(plate(0.01), edges=(Clamped(0, 0.25, 0.5),)), 0.6)
+    for end in (0.25, 0.5):
+        assert np.min(np.linalg.norm(held.p.T - [end, 0.0], axis=1)) < 1e-12
+
+
+@pytest.mark.parametrize("layer_m", [0.0, 0.004])
+def test_a_plate_resists_twisting_but_in_the_layer_along_its_free_edges(layer_m: float) -> None:
+    """w = x y: of bending energy D (1 - nu) w_xy^2 is left over the area less the layer's."""
+    length = 0.5
+    elements = elements_of(plate(0.01), length, layer_m)
+    basis = elements.basis
+    for twisted, turned in ((lambda x: x[0] * x[1], 1.0), (lambda x: (x[0] ** 2 - x[1] ** 2) / 2, 0.0)):
+        unknowns = basis.project(twisted)
+        energy = unknowns @ elements.stiffness @ unknowns
+        resisting = 1.0 - turned * 4 * layer_m  # m2 of the unit square
+        expected = 2 * (1 - 0.3) * plate(0.01).rigidity_n_m / length**4 * resisting
+        assert energy == pytest.approx(expected, rel=1e-6)
+
+
+def test_mixed_derivative_across_and_along_an_edge() -> None:
+    second, angle = np.array([[2.0, 0.7], [0.7, -3.0]]), 0.6
+    normal, along = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    assert _across_along(second, normal) == pytest.approx(normal @ second @ along, rel=1e-12)
+
+
+@pytest.mark.parametrize("turned", [0.0, np.pi / 4, 1.0])
+def test_what_is_not_held_moves_as_a_whole(turned: float) -> None:
+    c, s = np.cos(turned), np.sin(turned)
+    square = tuple((c * x - s * y, s * x + c * y) for x, y in plate(0.01).outline_m)
+    build = replace(plate(0.01), outline_m=square)
+    ways = {
+        (): 3,
+        (SimplySupported(0),): 1,
+        (Clamped(0),): 0,
+        (SimplySupported(0), SimplySupported(1, 0.5, 0.6)): 0,
+    }
+    assert {edges: _rigid_modes(replace(build, edges=edges)) for edges in ways} == ways
+    spring = PointSpring((0.3 * c - 0.3 * s, 0.3 * s + 0.3 * c), 1e3)
+    assert _rigid_modes(replace(build, springs=(spring,))) == 2
+    assert _rigid_modes(replace(build, springs=(replace(spring, stiffness_n_m=0.0),))) == 3
+
+
+def test_triangles_have_areas_and_turn_counter_clockwise() -> None:
+    points = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 3.0]])
+    assert areas(points, np.array([[0, 1, 2], [0, 2, 1]])).tolist() == [3.0, -3.0]
+    assert areas(points, counter_clockwise(points, np.array([[0, 1, 2], [0, 2, 1]]))).tolist() == [3.0, 3.0]
