@@ -36,7 +36,7 @@ def kirchhoff_hz(build: PlateBuild, mindlin_hz: float) -> float:
     m, rotary, shear = _inertia_and_shear(build)
     d, x = build.rigidity_n_m, (2 * math.pi * mindlin_hz) ** 2
     half = x * (d * m + rotary * shear) / 2
-    k2 = (half + math.sqrt(max(half**2 - d * shear * m * x * (rotary * x - shear), 0.0))) / (d * shear)
+    k2 = (half + math.sqrt(half**2 - d * shear * m * x * (rotary * x - shear))) / (d * shear)
     return float(k2 * math.sqrt(d / m) / (2 * math.pi))
 
 
