@@ -16,7 +16,7 @@ from pyroshock.twin.plate.fem import _across_along, elements_of
 from pyroshock.twin.plate.frame import _located
 from pyroshock.twin.plate.held import on_stretch
 from pyroshock.twin.plate.mesh import mesh_of, stretch
-from pyroshock.twin.plate.modes import _rigid_modes
+from pyroshock.twin.plate.modes import _rigid_modes, solve_plate
 from pyroshock.twin.plate.outline import area, canonical, checked_outline, with_corners
 from pyroshock.twin.plate.thickness import edge_layer_m, flexural_wavelength_m, kirchhoff_hz, mindlin_hz
 from pyroshock.twin.plate.triangles import areas, counter_clockwise
@@ -146,6 +146,19 @@ def test_a_triangle_is_a_polygon() -> None:
         checked_outline(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (1.5, 0.0), (1.0, 1.0)))
 
 
+@pytest.mark.parametrize(
+    ("outline", "message"),
+    [
+        (((0.0, 0.0), (1.0, 0.0), (math.nan, 1.0)), "expected three corners"),
+        (((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "expected three corners"),
+        (((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 0.0), (0.0, 1.0)), "sides 0 and 2 touch or cross"),
+    ],
+)
+def test_outlines_that_are_no_polygon_are_refused(outline: tuple[tuple[float, float], ...], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        checked_outline(outline)
+
+
 def test_an_outline_is_the_same_from_any_corner_and_either_way() -> None:
     corners = np.array([[0.0, 0.2], [1.0, 0.0], [1.2, 0.9], [0.0, 0.7]])
     for start in range(4):
@@ -164,6 +177,13 @@ def test_points_of_sides_become_corners_where_they_lie() -> None:
     found = with_corners(corners, np.array([[2.0, 0.5], [0.5, 0.0], [0.0, 1.0], [0.0, 0.25]]))
     expected = [[0, 0], [0.5, 0], [2, 0], [2, 0.5], [2, 1], [0, 1], [0, 0.25]]
     np.testing.assert_allclose(found, expected)
+    # On a side in line with another one, which ends before.
+    bridge = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [1.5, 0.5], [1.5, 0.0], [3.0, 0.0], [3.0, 1.0], [0.0, 1.0]])
+    for start in range(8):
+        turned = np.roll(bridge, start, axis=0)
+        for x, after in ((1.8, [1.5, 0.0]), (0.6, [0.0, 0.0])):
+            more = with_corners(turned, np.array([[x, 0.0]])).tolist()
+            assert more[more.index([x, 0.0]) - 1] == after
 
 
 def test_a_plate_knows_its_mass_and_its_rigidity() -> None:
@@ -263,3 +283,21 @@ def test_triangles_have_areas_and_turn_counter_clockwise() -> None:
     points = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 3.0]])
     assert areas(points, np.array([[0, 1, 2], [0, 2, 1]])).tolist() == [3.0, -3.0]
     assert areas(points, counter_clockwise(points, np.array([[0, 1, 2], [0, 2, 1]]))).tolist() == [3.0, 3.0]
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.5])
+def test_a_square_that_is_clamped_all_around(turned: float) -> None:
+    """35.985 by Ritz (Leissa, NASA SP-160, has 35.992): omega a^2 sqrt(rho h / D)."""
+    c, s = np.cos(turned), np.sin(turned)
+    square = tuple((c * x - s * y, s * x + c * y) for x, y in plate(0.005).outline_m)
+    middle = places({"a": ((c - s) / 2, (s + c) / 2)})
+    build = replace(
+        plate(0.005),
+        outline_m=square,
+        impact_points=middle,
+        sensors=middle,
+        edges=tuple(Clamped(side) for side in range(4)),
+    )
+    unit = np.sqrt(build.rigidity_n_m / build.mass_per_area_kg_m2) / (2 * np.pi)
+    found = solve_plate(build, 40 * unit, thickness_correction=False).frequency_hz / unit
+    assert found == pytest.approx([35.985], rel=1e-4)
