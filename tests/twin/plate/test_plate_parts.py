@@ -159,6 +159,14 @@ def test_outlines_that_are_no_polygon_are_refused(outline: tuple[tuple[float, fl
         checked_outline(outline)
 
 
+def test_sides_that_cross_do_so_from_any_corner_and_either_way() -> None:
+    bow = np.array([[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 1.0]])
+    for start in range(4):
+        for way in (1, -1):
+            with pytest.raises(ValueError, match="touch or cross"):
+                checked_outline(tuple(map(tuple, np.roll(bow, start, axis=0)[::way].tolist())))
+
+
 def test_an_outline_is_the_same_from_any_corner_and_either_way() -> None:
     corners = np.array([[0.0, 0.2], [1.0, 0.0], [1.2, 0.9], [0.0, 0.7]])
     for start in range(4):
