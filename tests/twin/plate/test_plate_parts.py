@@ -100,7 +100,7 @@ def derivatives(terms: dict[tuple[int, int], float]) -> np.ndarray:
     return np.array([terms.get(each, 0.0) for each in powers]) * [1, 1, 1, 2, 1, 2]
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.4, np.pi / 2, 2.5])
+@pytest.mark.parametrize("angle", [0.0, 0.4, np.pi / 4, np.pi / 2, 2.5])
 def test_held_edges_leave_what_is_flat_along_them(angle: float) -> None:
     x, y = np.cos(angle), np.sin(angle)
     # With n the distance from the edge: n, n^2 and n t are 0 along it; of these n^2 has no slope across it either.
@@ -151,12 +151,23 @@ def test_a_triangle_is_a_polygon() -> None:
     [
         (((0.0, 0.0), (1.0, 0.0), (math.nan, 1.0)), "expected three corners"),
         (((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "expected three corners"),
-        (((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 0.0), (0.0, 1.0)), "sides 0 and 2 touch or cross"),
+        (((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (0.5, 0.0), (0.0, 0.5)), "sides 0 and 2 touch or cross"),
+        (((0.0, 0.0), (1.0, 0.0), (2.0, 0.5), (1.0, 1.0), (1.0, -1.0)), "sides 0 and 3 touch or cross"),
+        (((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 0.0), (-1.0, 1.0), (-1.0, 0.0)), "sides 0 and 2 touch or cross"),
     ],
 )
 def test_outlines_that_are_no_polygon_are_refused(outline: tuple[tuple[float, float], ...], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         checked_outline(outline)
+
+
+BRIDGE = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.5), (1.5, 0.5), (1.5, 0.0), (3.0, 0.0), (3.0, 1.0), (0.0, 1.0))
+
+
+@pytest.mark.parametrize("outline", [BRIDGE, ((0.0, 0.0), (0.5, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))])
+def test_sides_may_lie_in_line(outline: tuple[tuple[float, float], ...]) -> None:
+    for way in (outline, outline[::-1]):
+        checked_outline(way)
 
 
 def test_sides_that_cross_do_so_from_any_corner_and_either_way() -> None:
@@ -186,10 +197,9 @@ def test_points_of_sides_become_corners_where_they_lie() -> None:
     expected = [[0, 0], [0.5, 0], [2, 0], [2, 0.5], [2, 1], [0, 1], [0, 0.25]]
     np.testing.assert_allclose(found, expected)
     # On a side in line with another one, which ends before.
-    bridge = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [1.5, 0.5], [1.5, 0.0], [3.0, 0.0], [3.0, 1.0], [0.0, 1.0]])
     for start in range(8):
-        turned = np.roll(bridge, start, axis=0)
-        for x, after in ((1.8, [1.5, 0.0]), (0.6, [0.0, 0.0])):
+        turned = np.roll(np.array(BRIDGE), start, axis=0)
+        for x, after in ((1.75, [1.5, 0.0]), (0.75, [0.0, 0.0])):
             more = with_corners(turned, np.array([[x, 0.0]])).tolist()
             assert more[more.index([x, 0.0]) - 1] == after
 
