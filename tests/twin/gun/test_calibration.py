@@ -170,9 +170,7 @@ def bent(p: Floats, m: Floats) -> Floats:
     return linear(p, m) + 0.09 * x * x - 0.13 * x * z + 0.2 * z * z
 
 
-@pytest.mark.parametrize(
-    ("law", "settings", "degree"), [(linear, 4, 0), (linear, 5, 1), (bent, 7, 1), (bent, 8, 2)], ids=str
-)
+@pytest.mark.parametrize(("law", "settings", "degree"), [(linear, 4, 0), (linear, 5, 1), (bent, 7, 1), (bent, 8, 2)])
 def test_a_degree_takes_two_settings_more_than_its_terms(
     law: Callable[[Floats, Floats], Floats], settings: int, degree: int
 ) -> None:
