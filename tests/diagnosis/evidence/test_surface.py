@@ -68,13 +68,13 @@ class Bench(Stage):
         return None if self.open is None else change * self.open(effects[0])
 
     def measured(self) -> np.ndarray:
-        raise NotImplementedError
+        raise NotImplementedError("surfaces ask a stage for its changes alone")
 
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> np.ndarray:
-        raise NotImplementedError
+        raise NotImplementedError("surfaces ask a stage for its changes alone")
 
     def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:
-        raise NotImplementedError
+        raise NotImplementedError("surfaces ask a stage for its changes alone")
 
 
 class Other(Bench):
