@@ -50,14 +50,6 @@ class Course:
         together = (np.concatenate([getattr(part, name) for part in parts]) for name in ("phase", "force", "rate"))
         return cls(np.concatenate([*first, starts[-1:]]), *together)
 
-    def peak(self) -> Floats:
-        """Greatest force of each contact (n,): that of the cubics beside its greatest node."""
-        top = np.array([a + np.argmax(self.force[a:b]) for a, b in zip(self.first[:-1], self.first[1:], strict=True)])
-        found = self.force[top]
-        for left in (np.maximum(top - 1, self.first[:-1]), np.minimum(top, self.first[1:] - 2)):
-            found = np.maximum(found, self._summit(left))
-        return np.asarray(found)
-
     def at(self, phase: Floats) -> Floats:
         """Force (n, p) at phases (p,) of each contact."""
         rows = np.arange(len(self.first) - 1)[:, None]
@@ -71,22 +63,40 @@ class Course:
         return np.asarray(np.maximum(self._cubic(left, share), 0.0))
 
     def _cubic(self, left: Index, share: Floats) -> Floats:
-        """Hermite's cubic of the interval after node `left`."""
+        """Of the interval after node `left`."""
         width = self.phase[left + 1] - self.phase[left]
-        begin, end = self.force[left], self.force[left + 1]
-        rise, fall = width * self.rate[left], width * self.rate[left + 1]
-        back = 1 - share
-        blend = begin * (1 + 2 * share) * back**2 + end * (3 - 2 * share) * share**2
-        return np.asarray(blend + share * back * (rise * back - fall * share))
+        slopes = width * self.rate[left], width * self.rate[left + 1]
+        return _hermite(share, self.force[left], self.force[left + 1], *slopes)
 
-    def _summit(self, left: Index) -> Floats:
-        """The cubic's greatest value where it has one inside, else its begin."""
-        width = self.phase[left + 1] - self.phase[left]
-        rise, fall = width * self.rate[left], width * self.rate[left + 1]
-        # The cubic's slope, rise + b t + c t^2; its root in the form that keeps its digits where c is small.
-        step = self.force[left + 1] - self.force[left]
-        b, c = 6 * step - 4 * rise - 2 * fall, 3 * (rise + fall - 2 * step)
-        root = np.sqrt(np.maximum(b**2 - 4 * rise * c, 0.0))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            share = 2 * rise / (root - b)
-        return self._cubic(left, np.where((share >= 0) & (share <= 1), share, 0.0))
+
+def peak_force(march: March) -> Floats:
+    """Greatest force of each contact (n,), in the units of the march: of its nodes, and of the cubics between them."""
+    n = len(march.contact_time)
+    peak, time, force, rate = (np.zeros(n) for _ in range(4))
+    for node in march.nodes:
+        at = node.index
+        peak[at] = np.maximum(peak[at], node.force)
+        top = np.flatnonzero((rate[at] > 0) & (node.force_rate < 0))
+        if len(top):
+            here = at[top]
+            width = node.time[top] - time[here]
+            slopes = width * rate[here], width * node.force_rate[top]
+            peak[here] = np.maximum(peak[here], _summit(force[here], node.force[top], *slopes))
+        time[at], force[at], rate[at] = node.time, node.force, node.force_rate
+    return peak
+
+
+def _summit(begin: Floats, end: Floats, rise: Floats, fall: Floats) -> Floats:
+    """The greatest value of a cubic that rises at first and falls at last."""
+    # The cubic's slope, rise + b t + c t^2; its root in the form that keeps its digits where c is small.
+    step = end - begin
+    b, c = 6 * step - 4 * rise - 2 * fall, 3 * (rise + fall - 2 * step)
+    root = np.sqrt(b**2 - 4 * rise * c)  # above |b + 2 c|, its slope at the end is below nothing
+    return _hermite(2 * rise / (root - b), begin, end, rise, fall)
+
+
+def _hermite(share: Floats, begin: Floats, end: Floats, rise: Floats, fall: Floats) -> Floats:
+    """A cubic by its values at 0 and 1, and by its slopes there."""
+    back = 1 - share
+    blend = begin * (1 + 2 * share) * back**2 + end * (3 - 2 * share) * share**2
+    return np.asarray(blend + share * back * (rise * back - fall * share))

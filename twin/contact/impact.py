@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..effects import Effect, checked_effects
 from .bodies import Bodies, Floats
-from .course import Course
+from .course import Course, peak_force
 from .effect import ContactEffect
 from .impacts import Impacts
 from .marching import STEPS, March, march
@@ -62,13 +62,25 @@ def solve(impacts: Impacts, steps: int = STEPS) -> ImpactPulse:
     n = len(impacts.bodies)
     blocks = [np.arange(start, min(start + _BLOCK, n)) for start in range(0, n, _BLOCK)]
     marches = [march(numbers.take(block), steps) for block in blocks]
-    course = Course.joined([Course.of(one) for one in marches])
-    return _in_si(impacts, marches, course)
+    return _in_si(impacts, marches)
 
 
-def _in_si(impacts: Impacts, marches: Sequence[March], course: Course) -> ImpactPulse:
+@dataclass(eq=False)
+class _Shape:
+    """Force over its peak, n x p, at phases (p,). The course takes the place of the marches when first asked for."""
+
+    known: Sequence[March] | Course
+    peak: Floats
+
+    def __call__(self, phase: Floats) -> Floats:
+        if not isinstance(self.known, Course):
+            self.known = Course.joined([Course.of(one) for one in self.known])
+        return np.asarray(self.known.at(phase) / self.peak[:, None])
+
+
+def _in_si(impacts: Impacts, marches: Sequence[March]) -> ImpactPulse:
     length, force = scales(impacts)
-    velocity, peak = impacts.bodies.impact_velocity_m_s, course.peak()
+    velocity, peak = impacts.bodies.impact_velocity_m_s, np.concatenate([peak_force(one) for one in marches])
     back = -np.concatenate([one.velocity for one in marches])
 
     def times(name: str) -> Floats:
@@ -80,7 +92,7 @@ def _in_si(impacts: Impacts, marches: Sequence[March], course: Course) -> Impact
         peak_force_n=peak * force,
         impulse_n_s=impacts.mass_kg * velocity * (1 + back),
         restitution=Restitution.bounded(np.minimum(back, 1.0)),
-        shape=lambda phase: course.at(phase) / peak[:, None],
+        shape=_Shape(marches, peak),
         separation_velocity_m_s=back * velocity,
         deepest_indentation_m=times("deepest") * length,
         permanent_indentation_m=times("permanent") * length,

@@ -55,7 +55,7 @@ class March:
 def march(numbers: Numbers, steps: int = STEPS) -> March:
     """Raises `ArithmeticError` where a contact does not come to an end."""
     nodes: list[Node] = []
-    turn = _load(touch(numbers), steps, nodes)
+    turn = _load(touch(numbers), 1 / steps, nodes)
     back = replace(turn, spring=turn.spring.unloading(turn.state[0]))
     end = _unload(back, steps, nodes)
     time, velocity = end.contacts.time, end.contacts.state[1].copy()
@@ -66,34 +66,42 @@ def march(numbers: Numbers, steps: int = STEPS) -> March:
     return March(time, turn.time, turn.state[0], back.spring.rest, velocity, end.how != _TOUCHING, nodes)
 
 
-def _load(contacts: Contacts, steps: int, nodes: list[Node]) -> Contacts:
+def _load(contacts: Contacts, size: float, nodes: list[Node]) -> Contacts:
     """All of them at their deepest indentation."""
-    turn, now = contacts, contacts.rates()
-    for _ in range(_LONGEST * steps):
+    turning, yielding = _press(contacts, size, nodes)
+    if yielding:
+        # The step that crosses the depth of yield is done in two parts.
+        before = Contacts.joined(yielding)
+        there = to_the_yield(before, size)
+        beyond = step(there, before.s + size - there.s)
+        soon = beyond.rates().approach <= 0
+        turning.append(there.take(np.flatnonzero(soon)))
+        turning += _press(beyond.take(np.flatnonzero(~soon)), size, nodes)[0]
+    return to_the_turn(Contacts.joined(turning))
+
+
+def _press(contacts: Contacts, size: float, nodes: list[Node]) -> tuple[list[Contacts], list[Contacts]]:
+    """All of them a step before they turn, or before they yield."""
+    turning: list[Contacts] = []
+    yielding: list[Contacts] = []
+    now = contacts.rates()
+    for _ in range(round(_LONGEST / size)):
+        if not len(contacts):
+            return turning, yielding
         nodes.append(_node(contacts, now))
-        contacts, after = _past_the_yield(contacts, step(contacts, 1 / steps, now), 1 / steps)
+        after = step(contacts, size, now)
+        reach = contacts.numbers.yield_depth
+        crossing = (contacts.state[0] < reach) & (after.state[0] > reach)
         now = after.rates()
-        turning = now.approach <= 0
-        if np.any(turning):
-            there = to_the_turn(contacts.take(np.flatnonzero(turning)))
-            turn = turn.with_(there.index, there)
-            others = np.flatnonzero(~turning)
+        ending = crossing | (now.approach <= 0)
+        if np.any(ending):
+            for some, chosen in ((yielding, crossing), (turning, ending & ~crossing)):
+                if np.any(chosen):
+                    some.append(contacts.take(np.flatnonzero(chosen)))
+            others = np.flatnonzero(~ending)
             after, now = after.take(others), now.take(others)
-        if not len(after):
-            return turn
         contacts = after
     raise ArithmeticError(f"{len(contacts)} contacts do not come to their deepest indentation")
-
-
-def _past_the_yield(before: Contacts, after: Contacts, size: float) -> tuple[Contacts, Contacts]:
-    """A step in two parts where it crosses the depth of yield: from where its last part begins, and its end."""
-    reach = before.numbers.yield_depth
-    crossing = np.flatnonzero((before.state[0] < reach) & (after.state[0] > reach))
-    if not len(crossing):
-        return before, after
-    there = to_the_yield(before.take(crossing), size)
-    beyond = step(there, after.s[crossing] - there.s)
-    return before.with_(crossing, there), after.with_(crossing, beyond)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,21 +113,21 @@ class _Ends:
 
 
 def _unload(contacts: Contacts, steps: int, nodes: list[Node]) -> _Ends:
-    ends = contacts
-    how = np.zeros(len(contacts), dtype=np.int8)
+    ends: list[Contacts] = []
+    ways: list[NDArray[np.int8]] = []
     least = LEAST_FORCE * contacts.rates().force
     for _ in range(_LONGEST * steps):
         now = contacts.rates()
         ending = _ending(contacts, now, least[contacts.index])
         nodes.append(_node(contacts, now))
         if np.any(ending):
-            there = _back_to_least(contacts, now, ending, least[contacts.index]).take(np.flatnonzero(ending))
-            ends = ends.with_(there.index, there)
-            how[there.index] = ending[ending > 0]
+            ends.append(_back_to_least(contacts, now, ending, least[contacts.index]).take(np.flatnonzero(ending)))
+            ways.append(ending[ending > 0])
             others = np.flatnonzero(ending == 0)
             contacts, now = contacts.take(others), now.take(others)
         if not len(contacts):
-            return _Ends(ends, how)
+            order = np.argsort(np.concatenate([end.index for end in ends]))
+            return _Ends(Contacts.joined(ends), np.concatenate(ways)[order])
         contacts = step(contacts, 1 / steps, now)
     raise ArithmeticError(f"{len(contacts)} contacts neither part nor come to rest")
 

@@ -7,18 +7,19 @@ compliance of the layer, h by how much it grows stiffer with force, f static for
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .bodies import Floats
+from .columns import Columns
 from .impacts import Impacts
 
 
 @dataclass(frozen=True, eq=False)
-class Numbers:
+class Numbers(Columns):
     """What the motions of n impacts depend on, arrays (n,)."""
 
     exponent: Floats
@@ -41,15 +42,28 @@ class Numbers:
             yield_depth=(impacts.yield_load_n / force) ** (1 / impacts.exponent),
         )
 
-    def take(self, chosen: NDArray[np.intp]) -> Self:
-        return type(self)(*(getattr(self, item.name)[chosen] for item in fields(self)))
-
     def layer(self, static: Floats) -> Floats:
         """By how much the layer gives way under f: beta ln(1 + h f) / h."""
         stiffer = self.stiffening * static
         with np.errstate(divide="ignore", invalid="ignore"):
             share = np.where(stiffer > _LINEAR, np.log1p(stiffer) / stiffer, 1.0 - stiffer / 2)
         return np.asarray(self.compliance * static * share)
+
+    def layered(self, static: Floats, slope: Floats) -> Floats | float:
+        """Rate of the approach over that of the indentation, without the plate: 1 + beta f' / (1 + h f)."""
+        # What few batches have would cost all of them.
+        if not self._has_layers:
+            return 1.0
+        gives = self.compliance / (1 + self.stiffening * static) if self._stiffens else self.compliance
+        return np.asarray(1 + gives * slope)
+
+    @cached_property
+    def _has_layers(self) -> bool:
+        return bool(self.compliance.any())
+
+    @cached_property
+    def _stiffens(self) -> bool:
+        return bool(self.stiffening.any())
 
 
 #: Below, a logarithm over its argument is its first two terms.
@@ -64,7 +78,7 @@ def scales(impacts: Impacts) -> tuple[Floats, Floats]:
 
 
 @dataclass(frozen=True, eq=False)
-class Spring:
+class Spring(Columns):
     """f = c (xi - xi_0)^p, up to the depth where it yields; from there on along its tangent. Arrays (n,)."""
 
     exponent: Floats
@@ -95,22 +109,51 @@ class Spring:
     def __call__(self, depth: Floats) -> tuple[Floats, Floats]:
         """f and its slope."""
         over = np.maximum(depth - self.rest, 0.0)
-        elastic = np.minimum(over, self.yield_depth)
-        root = self.factor * _power(elastic, self.exponent - 1)
-        slope = self.exponent * root
-        return np.asarray(elastic * root + slope * (over - elastic)), np.asarray(slope)
+        elastic = np.minimum(over, self.yield_depth) if self._yields else over
+        root = self.factor * (np.sqrt(elastic) if self._of_spheres else elastic ** (self.exponent - 1))
+        slope, force = self.exponent * root, elastic * root
+        if self._yields:
+            force += slope * (over - elastic)
+        return force, slope
 
-    def take(self, chosen: NDArray[np.intp]) -> Self:
-        return type(self)(*(getattr(self, item.name)[chosen] for item in fields(self)))
+    @cached_property
+    def _yields(self) -> bool:
+        return bool(np.isfinite(self.yield_depth).any())
 
-
-def _power(values: Floats, exponent: Floats) -> Floats:
-    # A root costs a tenth of a power, and nearly every contact is a sphere's.
-    return np.sqrt(values) if np.all(exponent == 0.5) else np.asarray(values**exponent)
+    @cached_property
+    def _of_spheres(self) -> bool:
+        """All of them: a root costs a tenth of a power."""
+        return bool(np.all(self.exponent == 1.5))
 
 
 @dataclass(frozen=True, eq=False)
-class Rates:
+class Pace:
+    """What a step needs of a state, arrays (n,): the force, and the rates of indentation and approach."""
+
+    static: Floats  # f
+    slope: Floats  # df / d xi
+    lossy: Floats  # 1 + a lambda f
+    grip: Floats  # 1 + a x'
+    force: Floats
+    indentation: Floats  # d xi / dt
+    approach: Floats  # dx / dt
+
+
+def pace(numbers: Numbers, spring: Spring, depth: Floats, velocity: Floats) -> Pace:
+    """x = xi + beta ln(1 + h f) / h; x' = eta - lambda phi; phi = f (1 + a x'); eta' = -phi.
+
+    The loss acts on the rate of the whole approach, so that x' = (eta - lambda f) / (1 + a lambda f) is explicit.
+    """
+    static, slope = spring(depth)
+    zener = numbers.inelasticity * static
+    lossy = 1 + numbers.damping * zener
+    approach = (velocity - zener) / lossy
+    grip = 1 + numbers.damping * approach
+    return Pace(static, slope, lossy, grip, static * grip, approach / numbers.layered(static, slope), approach)
+
+
+@dataclass(frozen=True, eq=False)
+class Rates(Columns):
     """How a motion goes on from one state, arrays (n,)."""
 
     force: Floats
@@ -121,25 +164,11 @@ class Rates:
     static: Floats  # f
     slope: Floats  # df / d xi
 
-    def take(self, chosen: NDArray[np.intp]) -> Self:
-        return type(self)(*(getattr(self, item.name)[chosen] for item in fields(self)))
-
 
 def rates(numbers: Numbers, spring: Spring, depth: Floats, velocity: Floats) -> Rates:
-    """x = xi + beta ln(1 + h f) / h; x' = eta - lambda phi; phi = f (1 + a x'); eta' = -phi.
-
-    The loss acts on the rate of the whole approach, so that x' = (eta - lambda f) / (1 + a lambda f) is explicit.
-    """
-    static, slope = spring(depth)
-    lossy = 1 + numbers.damping * numbers.inelasticity * static
-    approach = (velocity - numbers.inelasticity * static) / lossy
-    grip = 1 + numbers.damping * approach
-    force = static * grip
-    gives = numbers.compliance
-    if numbers.stiffening.any():  # what nearly no layer does would cost all of them a twentieth
-        gives = gives / (1 + numbers.stiffening * static)
-    indentation = approach / (1 + gives * slope)
-    static_rate = slope * indentation
-    approach_rate = -(force + numbers.inelasticity * static_rate * grip) / lossy
-    force_rate = static_rate * grip + numbers.damping * static * approach_rate
-    return Rates(force, indentation, approach, approach_rate, force_rate, static, slope)
+    """`pace`, and how fast that changes."""
+    now = pace(numbers, spring, depth, velocity)
+    gripped = now.slope * now.indentation * now.grip
+    approach_rate = -(now.force + numbers.inelasticity * gripped) / now.lossy
+    force_rate = gripped + numbers.damping * now.static * approach_rate
+    return Rates(now.force, now.indentation, now.approach, approach_rate, force_rate, now.static, now.slope)

@@ -6,7 +6,7 @@ with q = 2 and q = 2 p both are smooth in s, which they are not in t.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .bodies import Floats
-from .numbers import Numbers, Rates, Spring, rates
+from .numbers import Numbers, Pace, Rates, Spring, pace, rates
 
 Index = NDArray[np.intp]
 #: Indentation and velocity, 2 x n; or other variables, one a row.
@@ -40,11 +40,19 @@ class Contacts:
 
     @property
     def time(self) -> Floats:
-        return np.asarray(self.own_time * self.s**self.power)
+        return np.asarray(self.own_time * (self.s**2 if self.plain else self.s**self.power))
+
+    @property
+    def plain(self) -> bool:
+        """Whether q = 2 for all of them: another power costs as much as all the rest."""
+        return bool(np.all(self.power == 2))
 
     def rates(self, state: State | None = None) -> Rates:
         depth, velocity = self.state if state is None else state[:2]
         return rates(self.numbers, self.spring, depth, velocity)
+
+    def pace(self, state: State) -> Pace:
+        return pace(self.numbers, self.spring, *state)
 
     def at(self, s: Floats, state: State) -> Self:
         return replace(self, s=s, state=state)
@@ -52,21 +60,29 @@ class Contacts:
     def at_time(self, time: Floats) -> Self:
         return replace(self, s=np.asarray((time / self.own_time) ** (1 / self.power)))
 
-    def with_(self, places: Index, others: Contacts) -> Self:
-        """The same with the state that others have put in places (k,)."""
-        s, state = self.s.copy(), self.state.copy()
-        s[places], state[:, places] = others.s, others.state
-        return self.at(s, state)
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """All of several batches, in the order of their index."""
+        together = cls(
+            np.concatenate([part.index for part in parts]),
+            Numbers.joined([part.numbers for part in parts]),
+            Spring.joined([part.spring for part in parts]),
+            np.concatenate([part.own_time for part in parts]),
+            np.concatenate([part.power for part in parts]),
+            np.concatenate([part.s for part in parts]),
+            np.concatenate([part.state for part in parts], axis=1),
+        )
+        return together.take(np.argsort(together.index))
 
     def take(self, chosen: Index) -> Self:
         return type(self)(
-            self.index[chosen],
+            self.index.take(chosen),
             self.numbers.take(chosen),
             self.spring.take(chosen),
-            self.own_time[chosen],
-            self.power[chosen],
-            self.s[chosen],
-            self.state[:, chosen],
+            self.own_time.take(chosen),
+            self.power.take(chosen),
+            self.s.take(chosen),
+            self.state.take(chosen, axis=1),
         )
 
 
@@ -96,12 +112,13 @@ def own_time(numbers: Numbers) -> Floats:
 
 def step(contacts: Contacts, size: Floats | float, now: Rates | None = None) -> Contacts:
     """All of them on by one step of s, or by steps (k,); `now` saves their rates, where they are known."""
-    plain = bool(np.all(contacts.power == 2))  # a power costs as much as all the rest
+    plain = contacts.plain
+    unit = contacts.own_time * contacts.power
 
-    def rate(s: Floats, state: State, rates: Rates | None = None) -> State:
-        at = rates or contacts.rates(state)
-        pace = contacts.own_time * contacts.power * (s if plain else s ** (contacts.power - 1))
-        return np.stack([pace * at.indentation, -pace * at.force])
+    def rate(s: Floats, state: State, known: Rates | None = None) -> State:
+        at = known or contacts.pace(state)
+        slowness = unit * (s if plain else s ** (contacts.power - 1))  # dt / ds
+        return np.stack([slowness * at.indentation, -slowness * at.force])
 
     first = rate(contacts.s, contacts.state, now)
     return contacts.at(contacts.s + size, runge_kutta(rate, contacts.s, contacts.state, size, first))
