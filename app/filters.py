@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from ..schema.columns import BY_COLUMN, level_label
+from ..schema.conditions import CAMPAIGN
 from ..schema.listings import OPERATORS, Condition
 
 _FORM = re.compile(r"\s*(?P<field>[^=<>!]+?)\s*(?P<operator><=|>=|!=|=|<|>)\s*(?P<value>.*?)\s*$")
@@ -26,7 +27,7 @@ def _condition(word: str) -> Condition:
     field, operator, text = found["field"], found["operator"], found["value"]
     known = BY_COLUMN.get(field)
     value: str | float = text
-    number = _number(text)
+    number = None if field == CAMPAIGN else _number(text)  # a campaign's name may look like one
     if number is not None:
         value = number
     if known is not None:

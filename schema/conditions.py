@@ -57,6 +57,10 @@ QUALITY = "quality"
 QUALITIES = ("ok", *SEVERITIES[1:])
 
 
+#: Every listing has it.
+CAMPAIGN = "campaign"
+
+
 class UnknownFieldError(ValueError):
     """A filter names no column and no factor; the message lists those there are."""
 
@@ -87,11 +91,13 @@ def restricted(
     campaign_id = None if campaign is None else get_campaign_id(session, campaign)
     if campaign_id is not None:
         query = query.where(table.campaign_id == campaign_id)
-    known = {*columns, QUALITY} if table is Impact else {*columns}
+    known = {*columns, CAMPAIGN, QUALITY} if table is Impact else {*columns, CAMPAIGN}
     of_factors = [condition for condition in where if condition.field not in known]
     for condition in where:
         if condition.field == QUALITY and QUALITY in known:
             query = query.where(_of_quality(condition))
+        elif condition.field == CAMPAIGN:
+            query = query.where(_of_campaign(session, table, condition))
         elif condition.field in known:
             _refuse_word(condition)
             query = query.where(OPERATORS[condition.operator](columns[condition.field], condition.value))
@@ -105,6 +111,15 @@ def restricted(
         return query.where(table.configuration_id.in_(found)), span_of(session, table, campaign_id, found)
     query = query.where(*(table.configuration_id.in_(each) for each in matching))
     return query, span_of(session, table, campaign_id, None)
+
+
+def _of_campaign(session: Session, table: Table, condition: Condition) -> ColumnElement[bool]:
+    if condition.operator not in ("=", "!="):
+        raise ValueError(f"condition {CAMPAIGN}{condition.operator}{condition.value}; expected = or != and a name")
+    found: ColumnElement[bool] = OPERATORS[condition.operator](
+        table.campaign_id, get_campaign_id(session, str(condition.value))
+    )
+    return found
 
 
 def _of_quality(condition: Condition) -> ColumnElement[bool]:

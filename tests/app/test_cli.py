@@ -134,6 +134,7 @@ def test_where_filters_in_the_labs_units_and_in_si(filled, where, runs):
         ("tip_radius_mm = 45", Condition("tip_radius", "=", 0.045)),
         ("peak_force_n>=1e3", Condition("peak_force_n", ">=", 1000.0)),
         ("note!=a=b", Condition("note", "!=", "a=b")),
+        ("campaign=2024", Condition("campaign", "=", "2024")),
     ],
 )
 def test_condition_is_parsed(text, condition):

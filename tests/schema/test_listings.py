@@ -160,6 +160,27 @@ def test_shots_have_no_quality(filled):
         list(iter_shots(session, None, (Condition("quality", "=", "ok"),)))
 
 
+@pytest.mark.parametrize(("operator", "expected"), [("=", {"b"}), ("!=", {"a"})])
+def test_the_campaign_is_a_column_like_others(filled, operator, expected):
+    steel, one = Condition("tip_material", "=", "steel"), Condition("campaign", operator, "b")
+    rows = listed(filled, one, steel)
+    assert rows == [row for row in listed(filled, steel) if row["campaign"] in expected]
+    assert {row["campaign"] for row in rows} == expected
+    with filled.reading() as session:
+        shots = list(iter_shots(session, None, (one,)))
+        assert shots == [shot for shot in iter_shots(session) if shot["campaign"] in expected]
+
+
+def test_campaigns_have_no_order(filled):
+    with pytest.raises(ValueError, match="campaign>a; expected = or != and a name"):
+        listed(filled, Condition("campaign", ">", "a"))
+
+
+def test_condition_on_an_unknown_campaign_lists_the_known(filled):
+    with pytest.raises(LookupError, match=r"no campaign 'c' in the store; known: a, b"):
+        listed(filled, Condition("campaign", "=", "c"))
+
+
 def test_conditions_narrow_together(filled):
     rows = listed(filled, Condition("tip_material", "=", "steel"), Condition("run", ">", 5.0), campaign="a")
     assert [row["run"] for row in rows] == [6, 8, 10]
