@@ -56,7 +56,7 @@ class Course:
         owner = np.repeat(rows[:, 0], np.diff(self.first))
         # Phases and rows in one key; a row has twice the room that its phases take, so that none meets the next.
         left = np.searchsorted(2.0 * owner + self.phase, (2.0 * rows + phase).ravel(), side="right") - 1
-        left = left.reshape(len(rows), -1).clip(self.first[:-1, None], self.first[1:, None] - 2)
+        left = np.minimum(left.reshape(len(rows), -1), self.first[1:, None] - 2)
         width = self.phase[left + 1] - self.phase[left]
         with np.errstate(invalid="ignore", divide="ignore"):
             share = np.where(width > 0, (phase - self.phase[left]) / width, 1.0)
@@ -76,7 +76,7 @@ def peak_force(march: March) -> Floats:
     for node in march.nodes:
         at = node.index
         peak[at] = np.maximum(peak[at], node.force)
-        top = np.flatnonzero((rate[at] > 0) & (node.force_rate < 0))
+        top = np.flatnonzero((rate[at] > 0) & (node.force_rate <= 0))
         if len(top):
             here = at[top]
             width = node.time[top] - time[here]
@@ -87,11 +87,11 @@ def peak_force(march: March) -> Floats:
 
 
 def _summit(begin: Floats, end: Floats, rise: Floats, fall: Floats) -> Floats:
-    """The greatest value of a cubic that rises at first and falls at last."""
+    """The greatest value of a cubic that rises at first, and falls or is level at last."""
     # The cubic's slope, rise + b t + c t^2; its root in the form that keeps its digits where c is small.
     step = end - begin
     b, c = 6 * step - 4 * rise - 2 * fall, 3 * (rise + fall - 2 * step)
-    root = np.sqrt(b**2 - 4 * rise * c)  # above |b + 2 c|, its slope at the end is below nothing
+    root = np.sqrt(np.maximum(b**2 - 4 * rise * c, 0.0))  # below nothing by rounding alone
     return _hermite(2 * rise / (root - b), begin, end, rise, fall)
 
 
