@@ -1,0 +1,70 @@
+"""How contacts end that do not part as a spring does: they creep apart, or stay."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pyroshock.twin.contact.marching import LEAST_FORCE, march
+from pyroshock.twin.contact.numbers import Numbers
+from scipy.integrate import solve_ivp
+
+
+def _numbers(exponent: float, **values: list[float]) -> Numbers:
+    n = len(next(iter(values.values())))
+    nothing = dict.fromkeys(("damping", "inelasticity", "compliance", "stiffening"), np.zeros(n))
+    given = {name: np.array(value) for name, value in values.items()}
+    return Numbers(**{"exponent": np.full(n, exponent), **nothing, "yield_depth": np.full(n, np.inf), **given})
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0])
+def test_what_is_held_by_its_losses_creeps_apart(exponent: float) -> None:
+    """Of phi = f (1 + a x') nothing is left where x' = -1 / a; the way back takes a xi_max, but for the turn."""
+    damping = np.array([100.0, 1e3])
+    numbers = _numbers(exponent, damping=[*damping])
+    found, finer = march(numbers), march(numbers, 960)
+    assert found.parted.all()
+    assert found.velocity == pytest.approx(-1 / damping, rel=1e-9)
+    assert found.contact_time == pytest.approx(finer.contact_time, rel=2e-8)
+    back = found.contact_time - found.compression_time
+    assert back == pytest.approx(damping * found.deepest, rel=0.04)
+    for i in range(2):
+        last = [node for node in found.nodes if i in node.index][-1]
+        here = last.index == i
+        assert last.time[here] == found.contact_time[i]
+        assert last.force[here] == last.force_rate[here] == 0
+
+
+def test_what_creeps_is_followed_to_its_end() -> None:
+    """Slower yet: force and way fall together, and neither is said to have gone."""
+    found = march(_numbers(1.5, damping=[1e4]))
+    finer = march(_numbers(1.5, damping=[1e4]), 960)
+    assert found.contact_time == pytest.approx(finer.contact_time, rel=1e-5)
+    assert found.velocity == pytest.approx([-1e-4], rel=1e-4)
+
+
+@pytest.mark.parametrize("inelasticity", [10.0, 30.0, 100.0])
+def test_what_stays_is_left_when_its_force_has_fallen(inelasticity: float) -> None:
+    """xi' = eta - lambda f, eta' = -f, f = xi^1.5, until f is 1e-4 of that at the turn; by scipy, with events."""
+
+    def rate(_: float, state: np.ndarray) -> list[float]:
+        force = max(state[0], 0.0) ** 1.5
+        return [state[1] - inelasticity * force, -force]
+
+    def turns(_: float, state: np.ndarray) -> float:
+        return state[1] - inelasticity * max(state[0], 0.0) ** 1.5
+
+    turns.terminal, turns.direction = True, -1  # type: ignore[attr-defined]
+    options = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-16, "max_step": 0.5}
+    turn = solve_ivp(rate, (0, 1e4), [0.0, 1.0], events=turns, **options)
+    deepest, velocity = turn.y[:, -1]
+
+    def left(_: float, state: np.ndarray) -> float:
+        return state[0] - LEAST_FORCE ** (1 / 1.5) * deepest
+
+    left.terminal, left.direction = True, -1  # type: ignore[attr-defined]
+    end = solve_ivp(rate, (turn.t[-1], 1e4), [deepest, velocity], events=left, **options)
+    found = march(_numbers(1.5, inelasticity=[inelasticity]))
+    assert not found.parted.any()
+    assert found.deepest == pytest.approx([deepest], rel=1e-6)
+    assert found.contact_time == pytest.approx([end.t[-1]], rel=3e-6)
+    assert found.velocity == pytest.approx([end.y[1, -1]], abs=3e-6)
