@@ -68,3 +68,13 @@ def test_what_stays_is_left_when_its_force_has_fallen(inelasticity: float) -> No
     assert found.deepest == pytest.approx([deepest], rel=1e-6)
     assert found.contact_time == pytest.approx([end.t[-1]], rel=3e-6)
     assert found.velocity == pytest.approx([end.y[1, -1]], abs=3e-6)
+
+
+def test_what_stays_and_what_parts_at_the_same_step_are_each_their_own() -> None:
+    """Some 65 steps after the turn both come to their end."""
+    damped = [np.linspace(1800.0, 2100.0, 20), np.linspace(5.0, 9.0, 40)]
+    both = march(_numbers(1.5, damping=[*np.concatenate(damped)]))
+    assert both.parted.tolist() == [False] * 20 + [True] * 40
+    apart = [march(_numbers(1.5, damping=[*some])) for some in damped]
+    assert both.contact_time == pytest.approx(np.concatenate([one.contact_time for one in apart]), rel=1e-12)
+    assert both.velocity == pytest.approx(np.concatenate([one.velocity for one in apart]), rel=1e-12)
