@@ -64,3 +64,19 @@ def test_report_of_coverage_py_is_read(tmp_path: Path) -> None:
         subprocess.run([sys.executable, "-m", "coverage", *words], cwd=tmp_path, env=outside, check=True)
     (file,) = by_file(json.loads((tmp_path / "out.json").read_text()))
     assert file == Covered("room/one.py", 4, 3, 2, 1)
+
+
+def test_what_was_run_in_a_folder_that_is_gone_is_not_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Tests of `make mutants` run a copy of the tree: the report ended in an error for want of its sources."""
+    import coverage
+
+    from tools import covered
+
+    kept = covered.ROOT / "twin" / "ode.py"
+    data = coverage.CoverageData(str(tmp_path / "counted"))
+    data.add_arcs({str(kept): {(-1, 1), (1, 2)}, str(tmp_path / "gone" / "pyroshock" / "ode.py"): {(-1, 1)}})
+    data.write()
+    monkeypatch.setenv("COVERAGE_FILE", str(tmp_path / "counted"))
+    files = {file.name for file in by_file(covered._counted())}
+    assert "twin/ode.py" in files
+    assert not any("gone" in name for name in files)
