@@ -22,7 +22,7 @@ from pyroshock.twin.srs.threads import processors
 
 from .measuring import Spread, interleaved, ratio
 
-SAMPLES, RATE_HZ, LINES, Q, REPEATS = 50_000, 1e5, 80, 10.0, 15
+SAMPLES, RATE_HZ, LINES, Q, REPEATS = 50_000, 1e5, 80, 10.0, 45
 PROMISED, PROCESSORS = 8.0, 2
 #: Ways that are the same to the last digits, of which the fastest is to be beaten.
 SAME = ("pyyeti", "pyyeti, processes")

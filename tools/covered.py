@@ -99,7 +99,7 @@ def page_text(text: str, rooms: list[Covered], day: str) -> str:
     return f"{before}{begin}\nCounted on {day}.\n\n{table}\n{end}{after}"
 
 
-def _counted() -> Mapping[str, Any]:
+def counted() -> Mapping[str, Any]:
     from coverage import Coverage
 
     with tempfile.TemporaryDirectory() as folder:
@@ -114,7 +114,7 @@ def _counted() -> Mapping[str, Any]:
 
 def main(words: list[str]) -> int:
     """0: nothing is below its floor, or nobody asked; 1: what is, and where."""
-    files = by_file(_counted())
+    files = by_file(counted())
     rooms = by_room(files)
     print(HEADER, *(room.row() for room in rooms), sep="\n")
     print("\nleast covered:", *(f"  {f.percent:5.1f} %  {f.name}" for f in _least(files)), sep="\n")

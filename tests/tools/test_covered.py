@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tools.covered import Covered, below, by_file, by_room, floor_text, page_text
+from tools.covered import ROOT, Covered, below, by_file, by_room, counted, floor_text, page_text
 
 FILES = [
     Covered("ingest/units.py", 100, 90, 40, 38),
@@ -68,15 +68,12 @@ def test_report_of_coverage_py_is_read(tmp_path: Path) -> None:
 
 def test_what_was_run_in_a_folder_that_is_gone_is_not_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Tests of `make mutants` run a copy of the tree: the report ended in an error for want of its sources."""
-    import coverage
-
-    from tools import covered
-
-    kept = covered.ROOT / "twin" / "ode.py"
+    coverage = pytest.importorskip("coverage", reason="no coverage.py: it comes with pyroshock[dev]")
+    kept = ROOT / "twin" / "ode.py"
     data = coverage.CoverageData(str(tmp_path / "counted"))
     data.add_arcs({str(kept): {(-1, 1), (1, 2)}, str(tmp_path / "gone" / "pyroshock" / "ode.py"): {(-1, 1)}})
     data.write()
     monkeypatch.setenv("COVERAGE_FILE", str(tmp_path / "counted"))
-    files = {file.name for file in by_file(covered._counted())}
+    files = {file.name for file in by_file(counted())}
     assert "twin/ode.py" in files
     assert not any("gone" in name for name in files)
