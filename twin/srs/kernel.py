@@ -1,4 +1,4 @@
-"""The compiled loop: eight oscillators at a time run over a record and keep their extremes and their last state.
+"""The compiled loop: sixteen oscillators at a time run over a record and keep their extremes and their last state.
 
 One step from the base accelerations a0 to a1, with S, G, H of `coefficients` and K = G / theta:
 
@@ -28,7 +28,7 @@ _COEFFICIENTS, _FOUND = 5, 5
 #: changing at every sample, keeps them above. It is lost in the last digit of every other sample.
 _DITHER = 1e-200
 #: Less work than this, in steps of one oscillator, is done before another thread has begun.
-_WORTH_A_THREAD = 200_000
+_WORTH_A_THREAD = 400_000
 
 
 def run(records: Floats, oscillators: Steps, threads: int | None = None) -> Floats:

@@ -1,4 +1,4 @@
-"""Several numbers that a compiled loop treats as one: what a vector register of the processor holds.
+"""Several numbers that a compiled loop treats as one: what some vector registers of the processor hold.
 
 Numba writes a loop over oscillators as single numbers where each step waits for the one before. This type says it
 outright: `+`, `-`, `*` and the functions below act on `WIDTH` numbers at once, on any processor LLVM knows. They may
@@ -20,8 +20,8 @@ from numba import extending, types
 from numba.core import cgutils
 from numba.extending import models, overload, register_model
 
-#: Two registers of AVX2: one waits while the other computes.
-WIDTH = 8
+#: Two registers of AVX-512, four of AVX2: while a step in one waits for the step before, the others compute.
+WIDTH = 16
 
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 
