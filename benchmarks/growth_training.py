@@ -66,7 +66,7 @@ def training_points(
 def _trained(make: Callable[[], Estimator], name: str, points: list[Point], n: int) -> tuple[float, ...]:
     """Seconds of training; its predictions are timed on the way."""
     learned: list[Estimator] = []
-    seconds = repeated(lambda: learned.append(_learned(make, n)), most=3)
+    seconds = repeated(lambda: learned.append(_learned(make, n)), most=3, enough_s=1.0)
     predict = partial(learned[-1].predict, pulses(ASKED)[0])
     points.append(Point(AXIS, PREDICTS.format(name), n, repeated(predict, 5, 1.0)))
     return seconds

@@ -98,7 +98,7 @@ def own_time(numbers: Numbers) -> Floats:
     """T (n,): about as long as the loading takes. It sets the steps, and nothing else."""
     p = numbers.exponent
     energy = 0.5 / (1 + numbers.damping / 2)
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):  # what there is next to nothing of asks for endless depths
         hertz = ((p + 1) * energy) ** (1 / (p + 1))
         soft = np.minimum(hertz**p, (2 * energy / numbers.compliance) ** 0.5)
         beta = numbers.compliance / (1 + numbers.stiffening * soft)  # about as stiff as under that force

@@ -237,6 +237,17 @@ def test_force_balances_momentum_and_energy_and_gains_none(case: Impacts) -> Non
     assert spent == pytest.approx(lost, abs=2e-4 * float(case.mass_kg[0] * case.bodies.impact_velocity_m_s[0] ** 2))
 
 
+@pytest.mark.parametrize("quantity", ["rate_loss_s_m", "plate_mobility_m_n_s", "layer_compliance_m_n"])
+def test_next_to_nothing_of_a_mechanism_is_none_of_it(quantity: str) -> None:
+    """As little as a number can hold, whose inverse none can; of a spring, as its depth is the inverse itself."""
+    little = np.array([0.0, 5e-324, 1e-320, 1e-316, 1e-312, 1e-308])
+    plain = Impacts.of(impacts(impact_velocity_m_s=np.full(6, 1.2)))
+    spring = replace(plain, exponent=np.ones(6), stiffness_n_mp=FORCE / DEPTH)
+    pulse = solve(replace(spring, **{quantity: little}))
+    assert pulse.contact_time_s == pytest.approx(np.full(6, pulse.contact_time_s[0]), rel=1e-6)
+    assert pulse.restitution.value == pytest.approx(1, abs=1e-6)
+
+
 @pytest.mark.parametrize(
     ("quantity", "unit"),
     [
