@@ -6,10 +6,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 pytest_plugins = ["support.stores.databases", "support.stores.care_fixtures", "support.stores.web_stores"]
 
 REPOSITORY = Path(__file__).resolve().parent.parent
+
+# Each test has its time limit; an example that waited for a busy machine is no failure. It changes no other profile.
+settings.register_profile("default", deadline=None)
 
 
 @pytest.fixture(scope="session")

@@ -18,7 +18,7 @@ POINTS = st.integers(FEWEST_POINTS, 80)
 
 
 @given(NUMBERS, POINTS)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_every_bucket_keeps_its_extremes(values, points):
     kept, length = envelope(values, points), bucket_length(values.size, points)
     for start in range(0, values.size, length):
@@ -29,7 +29,7 @@ def test_every_bucket_keeps_its_extremes(values, points):
 
 
 @given(NUMBERS, POINTS)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_points_rise_are_few_and_hold_both_ends(values, points):
     kept = envelope(values, points)
     assert 0 < kept.size <= points
@@ -38,14 +38,14 @@ def test_points_rise_are_few_and_hold_both_ends(values, points):
 
 
 @given(NUMBERS, st.integers(0, 200))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_what_fits_is_left_as_it_is(values, room):
     points = max(FEWEST_POINTS, values.size + room)
     np.testing.assert_array_equal(envelope(values, points), np.arange(values.size))
 
 
 @given(st.integers(5, 5000), POINTS)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_a_single_spike_is_never_lost(samples, points):
     values = np.zeros(samples)
     spike = samples // 3

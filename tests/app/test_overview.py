@@ -45,8 +45,8 @@ PLANNED = {
 
 
 @pytest.fixture
-def store(database_url):
-    with open_store(database_url, Writer("test", "0"), create=True) as store:
+def store(tables_url):
+    with open_store(tables_url, Writer("test", "0"), create=True) as store:
         yield store
 
 

@@ -70,7 +70,7 @@ def test_name_of_an_upload_is_no_path(given, told):
 
 
 @given(st.one_of(st.text(max_size=300), st.binary(max_size=300)), st.booleans())
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_any_content_is_read_or_refused(content, with_header):
     head = "frequency_hz,level_g,slope_db_per_octave,upper_db\n100,1,,3\n"
     if with_header:

@@ -35,16 +35,16 @@ Came = TypeVar("Came")
 
 
 @pytest.fixture
-def at_once(database_url: str) -> Callable[[Callable[[Store, int], Came]], list[Came | Exception]]:
+def at_once(tables_url: str) -> Callable[[Callable[[Store, int], Came]], list[Came | Exception]]:
     """Calls a function in as many threads as there are clients, each with a store of its own, at the same moment."""
-    with opened(database_url, create=True):
+    with opened(tables_url, create=True):
         pass
 
     def run(work: Callable[[Store, int], Came]) -> list[Came | Exception]:
         barrier = Barrier(CLIENTS)
 
         def client(number: int) -> Came | Exception:
-            with open_store(database_url, Writer(f"client {number}", "0")) as store:
+            with open_store(tables_url, Writer(f"client {number}", "0")) as store:
                 barrier.wait(60)
                 try:
                     return work(store, number)
@@ -69,7 +69,7 @@ def test_folders_in_different_orders_at_once(database_url: str, tmp_path: Path) 
     assert_whole(database_url, 2)
 
 
-def test_same_new_configurations_in_any_order(at_once, database_url) -> None:
+def test_same_new_configurations_in_any_order(at_once, tables_url) -> None:
     """Rows added in different orders are how two transactions come to wait for each other."""
     combinations = [[Level("speed", f"v{i}"), Level("tip", f"t{i % 5}")] for i in range(20)]
 
@@ -80,16 +80,16 @@ def test_same_new_configurations_in_any_order(at_once, database_url) -> None:
 
     found = at_once(add)
     assert all(keys == found[0] for keys in found)
-    with opened(database_url) as store, store.reading() as session:
+    with opened(tables_url) as store, store.reading() as session:
         assert session.scalar(select(func.count()).select_from(ConfigurationLevel)) == 40
 
 
-def test_one_campaign_cut_by_all(at_once, database_url, tmp_path) -> None:
-    ingested(database_url, hammer_campaign(tmp_path / "c", 2, name="c"))
+def test_one_campaign_cut_by_all(at_once, tables_url, tmp_path) -> None:
+    ingested(tables_url, hammer_campaign(tmp_path / "c", 2, name="c"))
     reports = at_once(lambda store, _: reextract(store, "c", ExtractionSettings(threshold=0.02)))
     assert sum(report.added for report in reports) == 4
     assert sum(report.reused for report in reports) == 4 * (CLIENTS - 1)
-    assert counts(database_url)["pulses"] == 8
+    assert counts(tables_url)["pulses"] == 8
 
 
 def planned(store: Store, runs: int = 12, name: str = "spring") -> None:
@@ -99,15 +99,15 @@ def planned(store: Store, runs: int = 12, name: str = "spring") -> None:
     add_plan(store, name, shipped_factors("gun"), design, repetitions=1)
 
 
-def test_one_of_many_gets_a_plans_name(at_once, database_url) -> None:
+def test_one_of_many_gets_a_plans_name(at_once, tables_url) -> None:
     found = at_once(lambda store, _: planned(store))
     assert found.count(None) == 1
     assert sum(isinstance(each, PlanExistsError) for each in found) == CLIENTS - 1
-    assert counts(database_url)["planned_runs"] == 12
+    assert counts(tables_url)["planned_runs"] == 12
 
 
-def test_plan_is_changed_by_all(at_once, database_url) -> None:
-    with opened(database_url, create=True) as store, store.reading() as session:
+def test_plan_is_changed_by_all(at_once, tables_url) -> None:
+    with opened(tables_url, create=True) as store, store.reading() as session:
         planned(store)
         rows = [run.row for run in read_plan(session, "spring").runs[:3]]
 
@@ -117,14 +117,14 @@ def test_plan_is_changed_by_all(at_once, database_url) -> None:
 
     numbers = [number for each in at_once(change) for number in each]
     assert sorted(numbers) == list(range(13, 13 + 3 * CLIENTS))
-    with opened(database_url) as store, store.reading() as session:
+    with opened(tables_url) as store, store.reading() as session:
         states = [run.status for run in read_plan(session, "spring").runs]
     assert states.count("discarded") == CLIENTS
 
 
-def test_campaign_linked_by_all(at_once, database_url, tmp_path) -> None:
-    ingested(database_url, gun_campaign(tmp_path / "gun", 10))
-    with opened(database_url) as store, store.writing() as session:
+def test_campaign_linked_by_all(at_once, tables_url, tmp_path) -> None:
+    ingested(tables_url, gun_campaign(tmp_path / "gun", 10))
+    with opened(tables_url) as store, store.writing() as session:
         plan = Plan(name="gun", kind="gun", factors="", method="import")
         session.add(plan)
         session.flush()
@@ -136,10 +136,10 @@ def test_campaign_linked_by_all(at_once, database_url, tmp_path) -> None:
     assert sum(link.done for link in links) == 10
 
 
-def test_versions_adopted_by_all_are_numbered(at_once, database_url, tmp_path) -> None:
-    ingested(database_url, gun_campaign(tmp_path / "gun", name="spring"))
+def test_versions_adopted_by_all_are_numbered(at_once, tables_url, tmp_path) -> None:
+    ingested(tables_url, gun_campaign(tmp_path / "gun", name="spring"))
     verdict = verdicts.verdict(campaign="spring")
     found = at_once(lambda store, _: adopt(store, verdict, "none").version)
     assert sorted(found) == list(range(1, CLIENTS + 1))
-    with opened(database_url) as store, store.reading() as session:
+    with opened(tables_url) as store, store.reading() as session:
         assert session.scalar(select(func.count()).select_from(TwinVersion)) == CLIENTS

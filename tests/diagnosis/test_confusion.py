@@ -298,7 +298,7 @@ def test_groups_stand_in_the_order_of_their_sums() -> None:
     assert [group.probability for group in found] == pytest.approx([0.6, 0.4])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.lists(st.floats(1e-4, 1.0), min_size=11, max_size=11), st.sampled_from([weak, strong, dict]))
 def test_every_hypothesis_is_in_one_group_with_its_probability(
     weights: list[float], places: Callable[[], dict[str, Place]]

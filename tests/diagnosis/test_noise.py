@@ -67,7 +67,7 @@ def test_mean_of_the_lines_scatters_as_it_does() -> None:
     assert np.mean(ratio) == pytest.approx(0.87, abs=0.15)  # the data sheet and the weight of "none" take a part
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(0, 10_000), st.floats(0, 3), st.integers(1, 6), st.floats(0, 0.4))
 def test_covariance_is_one(seed: int, shared: float, configurations: int, lost: float) -> None:
     """Symmetric, and positive but for what pairs with different gaps do to it."""

@@ -126,7 +126,7 @@ def test_peak_alone_gives_the_contact_time() -> None:
     assert shot.expected_contact_time_s == pytest.approx(1e-4)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.floats(1e4, 1e7), st.floats(0.05, 2.0), st.floats(1.0, 200.0), st.floats(1e3, 1e7), st.floats(1.0, 3.0))
 def test_a_harder_shot_is_never_safer(pressure: float, mass: float, velocity: float, force: float, by: float) -> None:
     shot = PlannedShot("1", pressure, mass, velocity, "steel", peak_force_n=force)

@@ -114,7 +114,7 @@ def test_any_number_of_hammer_runs_is_balanced(n: int) -> None:
 
 
 @given(st.integers(1, 70), st.integers(0, 1000))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_odd_spaces_are_taken_whole_before_anything_twice(n: int, seed: int) -> None:
     counts = np.zeros(ODD.size)
     rows = balanced(ODD, n, _rng(seed), steps=300).treatments

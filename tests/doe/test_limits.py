@@ -70,7 +70,7 @@ def test_around_five_millimetres_for_either_yield_strength(yield_strength: float
     assert round(1e3 * forrestal_thickness(1.0, 0.048, 150.0, opening_stress_pa=stress)) == 5
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(masses, diameters, velocities)
 def test_thickness_and_limit_are_inverse(mass: float, diameter: float, velocity: float) -> None:
     thick = nishiwaki_thickness(mass, diameter, velocity)
@@ -153,7 +153,7 @@ def test_hertz_is_the_integral_of_its_law_of_motion() -> None:
     assert peak_n == pytest.approx(stiffness * run.y[0].max() ** 1.5, rel=1e-3)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(radii, velocities, st.floats(500.0, 2e4))
 def test_hertz_is_equations_1_23_and_1_25_for_a_sphere(radius: float, velocity: float, density: float) -> None:
     mass = 4 / 3 * math.pi * radius**3 * density
@@ -250,7 +250,7 @@ def test_torque_as_printed_gives_less_than_half() -> None:
     assert printed == pytest.approx(142.0, abs=1.0)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.floats(0.0, 0.3, exclude_min=True))
 def test_torque_is_the_inclined_plane(friction: float) -> None:
     # The exact relation on the thread's helix; VDI 2230 linearises it and rounds to two digits.

@@ -32,7 +32,7 @@ def _word(name: str, levels: int, change: int) -> Factor:
 
 
 @given(st.integers(0, 60), st.integers(0, 100))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_every_run_stands_once(n: int, seed: int) -> None:
     found = order(GUN, _some(GUN, n, seed), np.random.default_rng(seed))
     assert sorted(found.tolist()) == list(range(n))

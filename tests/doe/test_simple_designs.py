@@ -79,7 +79,7 @@ def test_table_a_1_comes_back_cell_by_cell(shared: Path) -> None:
     assert [{"run": str(run), **row} for run, row in zip(design.runs, design.rows, strict=True)] == printed
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(0, 2**32), st.sampled_from(",;"), st.booleans(), st.sampled_from(["\n", "\r\n"]))
 def test_written_table_is_read_back(
     tmp_path_factory: pytest.TempPathFactory, seed: int, delimiter: str, marked: bool, ending: str
@@ -179,7 +179,7 @@ def test_balance_is_restored() -> None:
     assert _level_spread(repaired) <= 1 and len(np.unique(repaired, axis=0)) == 36
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.integers(0, 200), st.integers(1, 60), st.integers(0, 2**32))
 def test_additions_are_new_while_new_ones_remain(recorded: int, n: int, seed: int) -> None:
     before = np.random.default_rng(seed).permutation(np.vstack([HAMMER.all_treatments()] * 2))[:recorded]

@@ -126,14 +126,14 @@ def test_all_treatments_are_all_different(space: Space) -> None:
     assert len(np.unique(treatments, axis=0)) == space.size
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(spaces(), st.integers(0, 2**32))
 def test_rows_and_treatments_are_inverse(space: Space, seed: int) -> None:
     treatments = _some(space, seed)
     assert np.array_equal(space.treatments(space.rows(treatments)), treatments)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(spaces())
 def test_space_holds_what_the_rules_allow(space: Space) -> None:
     """Every combination of levels is a treatment exactly if it breaks no rule: counted without the axes."""
@@ -149,7 +149,7 @@ def test_space_holds_what_the_rules_allow(space: Space) -> None:
     assert space.size == feasible == len(np.unique(space.all_treatments(), axis=0))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.integers(0, 2**32), st.sampled_from(["{:.3f}", "{:g}", "{:e}", " {:.1f} "]))
 def test_numbers_may_be_written_otherwise(seed: int, form: str) -> None:
     treatments = _some(GUN, seed)

@@ -133,7 +133,7 @@ def test_records_end_does_not_wrap_to_its_beginning(clean: Record) -> None:
     assert np.abs(found[:1000]).max() < 0.01 * clean.force.max()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.floats(-8, -1), st.integers(0, 2**32 - 1))
 def test_regularisation_bounds_the_noise(power: float, seed: int) -> None:
     record = made_record()
@@ -236,7 +236,7 @@ def _half_sine(at: float, samples: float, length: int = 400) -> np.ndarray:
     return np.where((x > 0) & (x < samples), np.sin(np.pi * x / samples), 0.0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.floats(-6, 10), st.floats(9, 60), st.sampled_from([1.0, -250.0]))
 def test_known_delay_is_measured(delay: float, samples: float, gain: float) -> None:
     force = _half_sine(150.0, samples)

@@ -30,7 +30,7 @@ def half_sines(times_s, peaks_n, widths_s, seconds=1.0, rate=RATE, noise_n=0.0, 
     sign=st.sampled_from([1, -1]),
     offset=st.floats(-0.5, 0.5),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_half_sine_gives_its_own_figures_back(peak, samples, start, sign, offset):
     width = samples / RATE
     force = sign * half_sines([start], [peak], [width]) + offset * peak
@@ -136,7 +136,7 @@ def test_gap_outside_the_contact_changes_nothing():
 
 
 @given(st.integers(2, 40), st.floats(0.01, 1.0), st.integers(0, 2**32 - 1))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_spline_is_csaps(n, smoothing, seed):
     """Its minimiser's own condition: the penalised sum of squares is not lower anywhere near."""
     values = np.random.default_rng(seed).normal(size=n)

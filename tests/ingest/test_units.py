@@ -51,7 +51,7 @@ def test_unit_of_another_quantity_is_refused(unit, quantity):
 
 
 @given(st.text(max_size=20), st.sampled_from(sorted(SI_UNITS)))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_any_text_is_a_finite_factor_or_refused(unit, quantity):
     try:
         gain, offset = to_si(unit, quantity)

@@ -57,7 +57,7 @@ def laser(
     return rest + depth * shape + noise * abs(depth) * rng.standard_normal(samples)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.floats(5, 80),
     st.floats(5000, 5001),
@@ -159,7 +159,7 @@ def contact(power: float, samples: float, phase: float, *, quiet: int = 220) -> 
     return pulse, int(np.flatnonzero(pulse[:peak] <= 0.005)[-1]), peak
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.sampled_from([HALF_SINE, HERTZ]), st.floats(10, 60), st.floats(0, 0.999))
 @example(HALF_SINE, 32.0, 0.0)  # symmetric about a sample
 @example(HALF_SINE, 13.0, 0.5)
@@ -297,7 +297,7 @@ def test_drop_at_the_records_start_is_refused(rng: np.random.Generator) -> None:
         tank_pressure_before(tank(rng, drop=10, samples=4000))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(st.floats(0, 16))
 def test_transducer_volts_become_pressure(bar: float) -> None:
     """The thesis' calibration: 0.5621 V/bar and 0.3624 V at zero."""

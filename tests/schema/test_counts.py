@@ -23,7 +23,7 @@ def restored(samples: np.ndarray) -> np.ndarray | None:
     return again
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.floats(1e-9, 1e6), st.floats(0.5, 9000), st.sampled_from(["<f4", "<f8"]), st.integers(0, 9))
 def test_found_counts_give_every_bit_back(step, noise_steps, dtype, seed):
     samples = converter(step, noise_steps, dtype, seed=seed)

@@ -19,8 +19,8 @@ WRITER = Writer("pyroshock test", "1.2.3")
 
 
 @pytest.fixture
-def store(database_url: str) -> Iterator[Store]:
-    with open_store(database_url, WRITER, create=True) as store:
+def store(tables_url: str) -> Iterator[Store]:
+    with open_store(tables_url, WRITER, create=True) as store:
         yield store
 
 

@@ -42,8 +42,8 @@ def test_hash_tells_dtype_and_content_apart():
 
 
 @pytest.fixture
-def store(database_url):
-    with open_store(database_url, Writer("test", "0"), create=True) as store:
+def store(tables_url):
+    with open_store(tables_url, Writer("test", "0"), create=True) as store:
         yield store
 
 

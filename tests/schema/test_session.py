@@ -20,8 +20,8 @@ WRITER = Writer("pyroshock test", "1.2.3")
 
 
 @pytest.fixture
-def store(database_url):
-    with open_store(database_url, WRITER, create=True) as store:
+def store(tables_url):
+    with open_store(tables_url, WRITER, create=True) as store:
         yield store
 
 

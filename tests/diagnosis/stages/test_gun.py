@@ -146,7 +146,7 @@ def test_changes_of_mixed_sets_are_those_one_by_one() -> None:
     assert stage.changes(sets) == pytest.approx(np.array(alone), abs=1e-9)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     st.lists(
         st.tuples(st.floats(-3e4, 2e4), st.floats(0.8, 1.25), st.floats(0.0, 1.0)).map(

@@ -31,7 +31,7 @@ def test_amplitudes_come_back() -> None:
 
 
 @given(seed=st.integers(0, 1000), off=st.floats(-0.01, 0.01), wider=st.floats(0.5, 2.0))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_poles_are_refined_from_a_near_guess(seed: int, off: float, wider: float) -> None:
     poles = Poles.of(FREQUENCY, RATIO)
     records = ringing(poles, some(np.random.default_rng(seed)))

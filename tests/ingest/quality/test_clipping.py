@@ -105,7 +105,7 @@ def test_rest_at_zero_is_no_rail(channel_of, half_sine):
     assert check_clipping(channel_of(x), ()) == []
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     bits=st.integers(7, 16),
     width=st.integers(8, 20000),

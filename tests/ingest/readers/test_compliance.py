@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from pyroshock.ingest.parallel import Isolation, map_ahead
 from pyroshock.ingest.readers import READERS, RecordingError, may_crash, open_recording, reader_for
 
-few = settings(max_examples=12, deadline=None)
+few = settings(max_examples=12)
 
 
 def test_channels_are_described_as_written(sample):
@@ -105,7 +105,7 @@ def test_a_file_that_lacks_its_last_bytes_is_refused_or_identical(sample, tmp_pa
 
 
 @given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=2, deadline=None)
+@settings(max_examples=2)
 def test_a_wrong_byte_raises_nothing_else(sample, tmp_path_factory, seed):
     rng, content = np.random.default_rng(seed), sample.path.read_bytes()
     paths = [tmp_path_factory.mktemp("wrong") / sample.path.name for _ in range(8)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -46,6 +47,48 @@ def database_url(request: pytest.FixtureRequest) -> Iterator[str]:
         yield url
 
 
+@pytest.fixture(scope="session")
+def sqlite_tables(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A file with a store's tables and no row, to be copied."""
+    file = tmp_path_factory.mktemp("tables") / "tables.db"
+    _make_tables(f"sqlite:///{file}")
+    return file
+
+
+@pytest.fixture(scope="session")
+def postgres_tables(postgres_url: str) -> Iterator[str]:
+    """The name of a database with a store's tables and no row, to be copied."""
+    with fresh_database(postgres_url) as url:
+        _make_tables(url)
+        yield str(make_url(url).database)
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def tables_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
+    """As `database_url`, with the tables of a store: for tests of what is in them, not of how they are made.
+
+    A copy of tables is there in a third of the time that making them takes.
+    """
+    if request.param == "sqlite":
+        file = shutil.copy(request.getfixturevalue("sqlite_tables"), tmp_path / "pyroshock.db")
+        yield f"sqlite:///{file}"
+        return
+    server = request.getfixturevalue("postgres_url")
+    with fresh_database(server, request.getfixturevalue("postgres_tables")) as url:
+        yield url
+
+
+def _make_tables(url: str) -> None:
+    from pyroshock.schema import migrate
+    from pyroshock.schema.engine import make_engine
+
+    engine = make_engine(url)
+    try:
+        migrate.upgrade(engine)
+    finally:
+        engine.dispose()
+
+
 @pytest.fixture(scope="module", params=["sqlite", "postgresql"])
 def new_database(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
@@ -64,11 +107,11 @@ def new_database(
 
 
 @contextmanager
-def fresh_database(server_url: str) -> Iterator[str]:
-    """An empty database on a PostgreSQL server, gone after the block."""
+def fresh_database(server_url: str, like: str = "template1") -> Iterator[str]:
+    """A database on a PostgreSQL server, empty or a copy of the one called `like`, gone after the block."""
     server = make_url(server_url)
     name = f"pyroshock_{uuid.uuid4().hex}"
-    _execute(server, f'CREATE DATABASE "{name}"')
+    _execute(server, f'CREATE DATABASE "{name}" TEMPLATE "{like}"')
     try:
         yield _text(server.set(database=name))
     finally:

@@ -40,7 +40,7 @@ def _in_other_units(bodies: Bodies, units: np.ndarray) -> Bodies:
 
 
 @every_law
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(bodies=any_impacts, units=st.tuples(*[st.sampled_from([0.1, 0.3, 1.0, 7.0])] * 3))
 def test_units_do_not_matter(law: Law, bodies: Bodies, units: tuple[float, float, float]) -> None:
     kilogram, metre, second = units
@@ -53,7 +53,7 @@ def test_units_do_not_matter(law: Law, bodies: Bodies, units: tuple[float, float
 
 
 @every_law
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(bodies=any_impacts)
 def test_pulse_pushes_and_ends_at_zero(law: Law, bodies: Bodies) -> None:
     pulse = law(bodies)

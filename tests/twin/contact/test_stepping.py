@@ -35,7 +35,7 @@ def _numbers(**values: float | list[float]) -> Numbers:
 )
 def test_own_time_follows_the_way_of_the_loading(numbers: Numbers, within: float) -> None:
     """1.4 times the deepest approach, where one thing governs it: there the balance of energy has a closed form."""
-    found = march(numbers)
+    found = march(numbers, 24)
     way = found.deepest + numbers.layer(found.deepest**numbers.exponent)
     assert own_time(numbers) / 1.4 == pytest.approx(way, rel=within)
 

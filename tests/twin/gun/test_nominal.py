@@ -78,7 +78,7 @@ def test_mean_absolute_error_of_the_thesis(first_shots: tuple[GunBench, dict[str
     assert error.mean() == pytest.approx(4.07, abs=0.01)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(benches, pressures, masses)
 def test_integral_and_trajectory_agree(bench: GunBench, pressure: float, mass: float) -> None:
     velocity = float(muzzle_velocity(bench, pressure, mass))
@@ -87,7 +87,7 @@ def test_integral_and_trajectory_agree(bench: GunBench, pressure: float, mass: f
     assert trajectory(bench, pressure, mass).muzzle_velocity_m_s == pytest.approx(velocity, rel=1e-6, abs=0)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(benches, pressures, masses)
 def test_trajectory_balances_energy(bench: GunBench, pressure: float, mass: float) -> None:
     shot = trajectory(bench, pressure, mass, points=2001)
@@ -113,21 +113,21 @@ def test_ratio_of_one_is_isothermal() -> None:
     assert float(muzzle_velocity(bench, 4e5, 0.5)) == pytest.approx(expected, rel=1e-12)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(benches, st.lists(pressures, min_size=2, max_size=20), masses)
 def test_velocity_rises_with_pressure(bench: GunBench, values: list[float], mass: float) -> None:
     velocity = muzzle_velocity(bench, np.sort(values), mass)
     assert np.all(np.diff(velocity) >= 0)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(benches, pressures, masses)
 def test_efficiency_scales(bench: GunBench, pressure: float, mass: float) -> None:
     ideal = muzzle_velocity(replace(bench, efficiency=1.0), pressure, mass)
     assert float(muzzle_velocity(bench, pressure, mass)) == pytest.approx(bench.efficiency * float(ideal))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(benches, st.floats(1.0, 100.0), masses)
 def test_pressure_for_a_velocity_gives_it_back(bench: GunBench, velocity: float, mass: float) -> None:
     pressure = tank_pressure_for(bench, velocity, mass)

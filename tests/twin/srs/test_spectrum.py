@@ -16,7 +16,7 @@ RATE = 1e4
 LINES = np.geomspace(20, 4000, 11)
 PEAKS = ("maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s")
 
-few = settings(max_examples=25, deadline=None)
+few = settings(max_examples=25)
 dampings = st.floats(0.005, 0.5)
 numbers = st.floats(-1, 1).map(lambda x: round(x, 6))
 records = arrays(np.float64, st.integers(2, 60), elements=numbers).filter(lambda x: np.ptp(x) > 0.01)

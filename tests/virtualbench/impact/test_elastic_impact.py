@@ -113,7 +113,7 @@ def test_many_are_as_one() -> None:
         assert (together.restitution, together.contact_time_s) == (alone.restitution, alone.contact_time_s)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     tip=st.sampled_from(sorted(MATERIALS)),
     mass=st.floats(0.05, 1.0),

@@ -13,7 +13,7 @@ from pyroshock.virtualbench.plate.resonant import OUTLINE_M
 MESH = Mesh.regular(OUTLINE_M, 4, 3, 3)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.floats(0, 1), st.floats(0, 1))
 def test_a_point_is_found_again(u: float, v: float) -> None:
     point = bilinear(MESH.corners_m, np.array([u]), np.array([v]))[0][0]
