@@ -32,7 +32,7 @@ def as_counts(samples: NDArray[Any]) -> tuple[Counts, float] | None:
 
 
 def _as_counts(samples: NDArray[Any]) -> tuple[Counts, float] | None:
-    probe = np.unique(samples[:: max(1, samples.size // _PROBE_SAMPLES)].astype(np.float64))
+    probe = np.unique(samples[:: max(1, samples.size // _PROBE_SAMPLES)]).astype(np.float64)
     if probe.size < 2 or not np.isfinite(probe[[0, -1]]).all():
         return None
     rough = float(np.diff(probe).min())

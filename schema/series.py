@@ -1,13 +1,14 @@
 """Raw series in the store: exact, compressed, read by slice.
 
-A series is cut into chunks of equal length; each chunk is one Blosc frame (bits or bytes transposed, then zstd), and
-a slice fetches and decodes only the chunks that it touches. Frames tell their own filter and length; what else it
+A series is cut into chunks of equal length; each chunk is one Blosc frame (bits or bytes transposed, then packed), and
+a slice fetches and decodes only the chunks that it touches. Frames tell their own packing and length; what else it
 takes to read them, the `SeriesLayout`, stands in the channel's row.
 
 Floats that are whole multiples of one step are kept as the counts of their converter (`counts`): a third less room,
 and four times faster either way (docs/benchmarks.md). Transposed bits pack better than bytes where noise is of a few
-steps, and bytes where it uses every bit of a mantissa: hence a look at some samples before the filter is chosen.
-Higher levels of zstd save 1 to 5 % of room for two to three times the time.
+steps, and bytes where it uses every bit of a mantissa; where noise is all there is to pack, as of 24 bits, lz4 takes a
+third of zstd's time for a hundredth more room: hence a look at some samples before one of `PACKINGS` is chosen. Higher
+levels of zstd save 1 to 5 % of room for two to three times the time.
 
 Blosc decodes a frame with a changed byte to other numbers without a word, so each frame ends with its CRC-32, and
 every reading looks at it: a slice is whole or names its chunk. Frames that were stored before have none; their series'
@@ -34,11 +35,26 @@ from .recordings import RecordedChannel, SeriesChunk
 #: A chunk is this share of its series: shorter ones decode slower (15 µs each), longer ones make short slices dear.
 CHUNKS_PER_SERIES = 16
 SHORTEST_CHUNK, LONGEST_CHUNK = 16_384, 262_144
-#: As many samples, from the middle of a series, decide on its filter.
+#: As many samples, from the middle of a series, decide on its packing.
 _PROBE_SAMPLES = 16_384
 #: Of Blosc's header (README_CHUNK_FORMAT.rst, version 1): length of the content and of the frame, little-endian.
 _CONTENT_BYTES, _FRAME_BYTES = slice(4, 8), slice(12, 16)
 _HEADER_BYTES, _CHECKSUM_BYTES = 16, 4
+
+
+@dataclass(frozen=True)
+class Packing:
+    """How the numbers of a frame are packed: by which of Blosc's codecs, after their bits are transposed or bytes."""
+
+    codec: bytes
+    level: int
+    by_bits: bool
+
+
+#: The quickest first.
+PACKINGS = (Packing(b"lz4", 5, True), Packing(b"zstd", 1, True), Packing(b"zstd", 2, False))
+#: What a quicker one may cost of room.
+_WORTH_THE_TIME = 1.02
 
 
 @dataclass(frozen=True)
@@ -98,14 +114,18 @@ def chunk_length(samples: int) -> int:
     return min(max(samples // CHUNKS_PER_SERIES // 1024 * 1024, SHORTEST_CHUNK), LONGEST_CHUNK)
 
 
-def encode(samples: NDArray[Any], *, by_bits: bool = False) -> bytes:
-    """One Blosc frame of `samples` (n,), its bits transposed or its bytes, and its checksum."""
+def encode(samples: NDArray[Any], packing: Packing = PACKINGS[-1]) -> bytes:
+    """One Blosc frame of `samples` (n,) and its checksum."""
+    frame = _packed(samples, packing)
+    return frame + zlib.crc32(frame).to_bytes(_CHECKSUM_BYTES, "little")
+
+
+def _packed(samples: NDArray[Any], packing: Packing) -> bytes:
     from numcodecs.blosc import BITSHUFFLE, SHUFFLE, compress
 
-    level, shuffle = (1, BITSHUFFLE) if by_bits else (2, SHUFFLE)
+    shuffle = BITSHUFFLE if packing.by_bits else SHUFFLE
     # One block: Blosc's threads share out the blocks of a frame, and where cores are busy lose by it.
-    frame = bytes(compress(np.ascontiguousarray(samples), b"zstd", level, shuffle, samples.nbytes))
-    return frame + zlib.crc32(frame).to_bytes(_CHECKSUM_BYTES, "little")
+    return bytes(compress(np.ascontiguousarray(samples), packing.codec, packing.level, shuffle, samples.nbytes))
 
 
 def decode(frame: bytes, dtype: str) -> NDArray[Any]:
@@ -121,16 +141,17 @@ def encode_series(samples: NDArray[Any], chunk_samples: int | None = None) -> En
     length = chunk_samples or chunk_length(samples.size)
     found = as_counts(samples)
     content, step = found if found else (samples, None)
-    by_bits = _better_by_bits(content)
-    frames = [encode(content[i : i + length], by_bits=by_bits) for i in range(0, samples.size, length)]
+    packing = _packing(content)
+    frames = [encode(content[i : i + length], packing) for i in range(0, samples.size, length)]
     return EncodedSeries(SeriesLayout(samples.dtype.str, length, step), samples.size, series_hash(samples), frames)
 
 
-def _better_by_bits(samples: NDArray[Any]) -> bool:
-    """Whether transposed bits take no more than 2 % more room than transposed bytes, as the record's middle shows."""
+def _packing(samples: NDArray[Any]) -> Packing:
+    """The quickest that takes little more room than the closest, as the record's middle shows."""
     middle = max(0, (samples.size - _PROBE_SAMPLES) // 2)
     probe = samples[middle : middle + _PROBE_SAMPLES]
-    return len(encode(probe, by_bits=True)) <= 1.02 * len(encode(probe))
+    room = {packing: len(_packed(probe, packing)) for packing in PACKINGS}
+    return next(packing for packing, size in room.items() if size <= _WORTH_THE_TIME * min(room.values()))
 
 
 def write_series(session: Session, channel_id: int, frames: list[bytes], written_by_id: int) -> None:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.schema.series import SeriesError, chunk_length, decode, encode, encode_series, samples_of
+from pyroshock.schema.series import PACKINGS, SeriesError, chunk_length, decode, encode, encode_series, samples_of
 
-_FILTER = 2  # byte of Blosc's header that holds the flags
-_BYTES, _BITS = 0b001, 0b100
+_FLAGS = 2  # byte of Blosc's header: the filter, and from the sixth bit on the codec
+_BYTES, _BITS, _LZ4, _ZSTD = 0b001, 0b100, 1 << 5, 4 << 5
 
 
 @pytest.mark.parametrize("samples", [1, 16_384, 100_000, 512_000, 3_000_001, 10_000_000, 2**31])
@@ -24,24 +24,26 @@ def _no_counts(noise_steps, samples):
     return (codes * 0.152587890625).astype(np.float32)
 
 
-@pytest.mark.parametrize(("noise_steps", "expected"), [(1.0, _BITS), (10.0, _BYTES)])
-def test_filter_follows_the_noise(noise_steps, expected):
+@pytest.mark.parametrize(
+    ("noise_steps", "expected"), [(1.0, _BITS | _ZSTD), (10.0, _BYTES | _ZSTD), (30_000.0, _BITS | _LZ4)]
+)
+def test_packing_follows_the_noise(noise_steps, expected):
     frames = encode_series(_no_counts(noise_steps, 100_000)).frames
-    assert {frame[_FILTER] & (_BITS | _BYTES) for frame in frames} == {expected}
+    assert {frame[_FLAGS] & (_BITS | _BYTES | 0b11100000) for frame in frames} == {expected}
 
 
-@pytest.mark.parametrize("noise_steps", [0.5, 2.0, 5.0, 1000.0])
-def test_neither_filter_alone_takes_less_room(noise_steps):
+@pytest.mark.parametrize("noise_steps", [0.5, 2.0, 5.0, 1000.0, 30_000.0])
+def test_no_packing_alone_takes_less_room(noise_steps):
     samples = _no_counts(noise_steps, 16_384)
     (frame,) = encode_series(samples).frames
-    assert len(frame) <= 1.02 * min(len(encode(samples)), len(encode(samples, by_bits=True)))
+    assert len(frame) <= 1.02 * min(len(encode(samples, packing)) for packing in PACKINGS)
 
 
 @pytest.mark.parametrize("samples", [1, 7, 8, 9, 1001])
-@pytest.mark.parametrize("by_bits", [True, False])
-def test_any_length_comes_back_from_either_filter(samples, by_bits):
+@pytest.mark.parametrize("packing", PACKINGS, ids=lambda one: f"{one.codec.decode()}-{one.level}")
+def test_any_length_comes_back_from_any_packing(samples, packing):
     values = np.random.default_rng(samples).normal(size=samples)
-    assert decode(encode(values, by_bits=by_bits), "<f8").tobytes() == values.tobytes()
+    assert decode(encode(values, packing), "<f8").tobytes() == values.tobytes()
 
 
 def test_cut_frame_is_refused_before_it_is_decoded():
