@@ -6,6 +6,7 @@ A program, and not a worker of `multiprocessing`, whose way of starting processe
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -29,6 +30,7 @@ def in_fresh_process(name: str, full: bool, folder: Path) -> list[Figure]:
     with TemporaryDirectory() as room:
         answer = Path(room) / "figures.json"
         words = [name, "full" if full else "quick", str(folder), str(answer)]
+        os.sync()  # what another theme has written would be carried to the disk while this one is measured
         subprocess.run([sys.executable, "-m", "benchmarks.fresh", *words], cwd=ROOT, check=True)
         return [figure_from(table) for table in json.loads(answer.read_text(encoding="utf-8"))]
 

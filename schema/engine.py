@@ -17,6 +17,8 @@ from .rerun import Patience, rerun
 
 #: Wait this long for another writer before giving up (SQLite lets one write at a time).
 BUSY_TIMEOUT_S = 60.0
+#: Pages of the write-ahead log that wait to be written into the file (16 MB): SQLite's own 1,000 are two recordings.
+_LOG_PAGES = 4_000
 
 #: Of connections to a server: who they are, in its list of activity; and a server that vanished is noticed in a minute
 #: (the system's own keepalive waits two hours).
@@ -145,6 +147,7 @@ def _configure_sqlite(engine: Engine) -> None:
         cursor.execute("PRAGMA foreign_keys = ON")
         _write_ahead(cursor)
         cursor.execute("PRAGMA synchronous = NORMAL")
+        cursor.execute(f"PRAGMA wal_autocheckpoint = {_LOG_PAGES}")
         cursor.close()
 
     @event.listens_for(engine, "begin")
