@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tools.covered import ROOT, Covered, below, by_file, by_room, counted, floor_text, page_text
+from tools.covered import ROOT, Covered, below, by_file, by_room, floor_text, page_text
 
 FILES = [
     Covered("ingest/units.py", 100, 90, 40, 38),
@@ -58,22 +58,44 @@ def test_report_of_coverage_py_is_read(tmp_path: Path) -> None:
     pytest.importorskip("coverage", reason="no coverage.py: it comes with pyroshock[dev]")
     (tmp_path / "room").mkdir()
     (tmp_path / "room" / "one.py").write_text("import sys\nx = 1\nif len(sys.argv) > 5:\n    x = 2\n")
-    # Not counted by, or into, what counts this test.
-    outside = {name: value for name, value in os.environ.items() if not name.startswith("COVERAGE")}
     for words in (["run", "--branch", "room/one.py"], ["json", "-q", "-o", "out.json"]):
-        subprocess.run([sys.executable, "-m", "coverage", *words], cwd=tmp_path, env=outside, check=True)
+        subprocess.run([sys.executable, "-m", "coverage", *words], cwd=tmp_path, env=_outside(), check=True)
     (file,) = by_file(json.loads((tmp_path / "out.json").read_text()))
     assert file == Covered("room/one.py", 4, 3, 2, 1)
 
 
-def test_what_was_run_in_a_folder_that_is_gone_is_not_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Tests of `make mutants` run a copy of the tree: the report ended in an error for want of its sources."""
-    coverage = pytest.importorskip("coverage", reason="no coverage.py: it comes with pyroshock[dev]")
-    kept = ROOT / "twin" / "ode.py"
-    data = coverage.CoverageData(str(tmp_path / "counted"))
-    data.add_arcs({str(kept): {(-1, 1), (1, 2)}, str(tmp_path / "gone" / "pyroshock" / "ode.py"): {(-1, 1)}})
-    data.write()
-    monkeypatch.setenv("COVERAGE_FILE", str(tmp_path / "counted"))
-    files = {file.name for file in by_file(counted())}
+#: Writes what a run has counted to the file of $COVERAGE_FILE, and tells the files of the report on it.
+_REPORT = """
+import os, sys
+from coverage import CoverageData
+from tools.covered import by_file, counted
+data = CoverageData(os.environ["COVERAGE_FILE"])
+data.add_arcs({path: {(-1, 1), (1, 2)} for path in sys.argv[1:]})
+data.write()
+print(*(file.name for file in by_file(counted())))
+"""
+
+
+def test_what_was_run_in_a_folder_that_is_gone_is_not_counted(tmp_path: Path) -> None:
+    """Tests of `make mutants` run a copy of the tree: the report ended in an error for want of its sources.
+
+    In a process of its own: a second count beside the one that counts this test damages what that one has found.
+    """
+    pytest.importorskip("coverage", reason="no coverage.py: it comes with pyroshock[dev]")
+    paths = [str(ROOT / "twin" / "ode.py"), str(tmp_path / "gone" / "pyroshock" / "ode.py")]
+    done = subprocess.run(
+        [sys.executable, "-c", _REPORT, *paths],
+        cwd=ROOT,
+        env=_outside() | {"COVERAGE_FILE": str(tmp_path / "counted")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    files = done.stdout.split()
     assert "twin/ode.py" in files
     assert not any("gone" in name for name in files)
+
+
+def _outside() -> dict[str, str]:
+    """The environment of a process that is not counted by, or into, what counts this test."""
+    return {name: value for name, value in os.environ.items() if not name.startswith("COVERAGE")}
