@@ -22,7 +22,8 @@ class Options:
 
     `uncertain`: standard deviations of nominal parameters, "gun.friction_coefficient" in SI, "contact.impactor_mass_kg"
     and what else an impact is made of as shares. `contact`: a registered model in the place of Hertz' impact, which may
-    want to know `plate_mass_kg`. `catalogue`: ids of the effects that are looked for; None: all there are.
+    want to know `plate_mass_kg`. `catalogue`: ids of the effects that are looked for (`diagnose --with`);
+    None: all there are. `without`: ids that are left out (`diagnose --without`).
     `mapped`: probabilities through the map of `calibration`; else evidence as it stands. `calibrate`: so many campaigns
     of the user's own design are simulated for a map of its own, which is then `map`. `shrink`, `where`, `plan` and
     `draw` leave out parts of the report that take time. Raises `ValueError` for a stage there is none of and for a
@@ -35,6 +36,7 @@ class Options:
     contact: ContactStage | None = None
     plate_mass_kg: float | None = None
     catalogue: tuple[str, ...] | None = None
+    without: tuple[str, ...] = ()
     priors: Priors = field(default_factory=Priors)
     mapped: bool = True
     calibrate: int = 0

@@ -116,6 +116,48 @@ class Shrinkage:
 
 
 @dataclass(frozen=True)
+class EffectShare:
+    """What one effect of the catalogue has to do with the gap, averaged over the sets of effects that may act.
+
+    `inclusion` is the posterior probability that it acts. `share` of the squared gap is its Shapley value, with its
+    90 % interval. `held_out_gain` is the fraction of the gap that it takes away on configurations that it was not
+    fitted to. Effects with the same `credible_set` are those of which at least one acts, but the data cannot say
+    which; None for an effect that no set needs. `named` says whether the report calls it a cause: it predicts what it
+    has not seen.
+    """
+
+    effect: str
+    inclusion: float
+    share: float
+    ci90: Interval
+    held_out_gain: float
+    credible_set: int | None = None
+    parameters: tuple[Fitted, ...] = ()
+    named: bool = False
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """The share of the squared gap that no effect takes, with its 90 % interval."""
+
+    share: float
+    ci90: Interval
+
+
+@dataclass(frozen=True)
+class PathStep:
+    """One step of the path of the shrinkage, largest share first.
+
+    `after` is the gap that is left, in the unit of `GapSize`, when `added` acts with all effects before it, measured on
+    configurations that the fit has not seen; `fraction` is the part of the reducible gap that is gone by then.
+    """
+
+    added: str
+    after: float
+    fraction: float
+
+
+@dataclass(frozen=True)
 class NextRun:
     """A setting that tells causes apart, in the units of its keys, and how many shots of it."""
 
@@ -128,6 +170,9 @@ class NextRun:
 class Verdict:
     """A finished diagnosis. `causes` by falling probability, summing to one.
 
+    `effects` has every effect of the catalogue that the campaign's channels can show, by falling share; their shares
+    and `unexplained` add up to one. `path` adds the named effects in that order.
+
     What is not in the JSON: `fits`, every effect ("a+b" for two) as it was fitted by itself, from which one can be
     adopted that is not the likeliest of its group; `pictures`, what the page draws.
     """
@@ -138,6 +183,9 @@ class Verdict:
     where: Where
     causes: tuple[Cause, ...]
     shrinkage: tuple[Shrinkage, ...] = ()
+    effects: tuple[EffectShare, ...] = ()
+    unexplained: Unexplained | None = None
+    path: tuple[PathStep, ...] = ()
     next_runs: tuple[NextRun, ...] = ()
     assumptions: tuple[str, ...] = ()
     seconds: float = 0.0
@@ -157,6 +205,9 @@ class Verdict:
             "where": _plain(asdict(self.where)),
             "causes": [_cause(cause) for cause in self.causes],
             "shrinkage": [_plain(asdict(entry)) for entry in self.shrinkage],
+            "effects": [_effect_share(each) for each in self.effects],
+            "unexplained": None if self.unexplained is None else _plain(asdict(self.unexplained)),
+            "path": [asdict(step) for step in self.path],
             "next_runs": [_plain(asdict(run)) for run in self.next_runs],
             "assumptions": list(self.assumptions),
             "seconds": self.seconds,
@@ -170,6 +221,12 @@ def _cause(cause: Cause) -> dict[str, Any]:
     if len(cause.split) > 1:
         entry["split"] = list(cause.split)
     return entry
+
+
+def _effect_share(effect: EffectShare) -> dict[str, Any]:
+    table: dict[str, Any] = _plain(asdict(effect))
+    del table["named"]  # scripts read it from `causes`
+    return table
 
 
 def _plain(value: Any) -> Any:
