@@ -79,7 +79,8 @@ class Label:
     By stage, over configurations and observables: `gap` (rms of the effect's true change) and `floor`, in tolerances.
     `ratio` is the largest gap over floor of a stage, `tier` where it falls (`tier_of`); `stage` where that is.
     `changes` by stage: (C, d) true change of each configuration, in `TOLERANCES`' units; its configurations are
-    `configurations`, factors by name. `alone` has the ratio of each effect by itself. `background`: rms in tolerances
+    `configurations`, factors by name. `left_out` and `shapley` by stage: what each effect makes of the squared gap
+    (`attribution.Attribution`). `alone` has the ratio of each effect by itself. `background`: rms in tolerances
     as drawn. `region`: the factor and value in which alone the effect acts.
     """
 
@@ -100,6 +101,8 @@ class Label:
     changes: Mapping[str, list[list[float]]]
     seed: int
     folder_sha256: str = ""
+    left_out: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    shapley: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def within_tolerance(self) -> bool:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,10 @@ class Cause:
     family: str = ""
     amount: float = 0.0
     order: tuple[float, ...] = ()
+
+    def restricted(self, names: Collection[str]) -> Cause:
+        """With these of its effects alone."""
+        return replace(self, strengths=tuple((name, value) for name, value in self.strengths if name in names))
 
     @property
     def table(self) -> dict[str, float]:
