@@ -105,12 +105,14 @@ def _tell(report: Report | Pool, json_to: str | None) -> None:
 
 def _pooled(folders: tuple[Path, ...]) -> Pool:
     """Of folders, or of the files with scored rows themselves."""
+    from ...diagnosis.blind.benches import bench_tables
     from ...diagnosis.blind.kept import SCORED, pooled
     from ...diagnosis.blind.report import Pool
     from ...diagnosis.blind.scoring import kinds, tables
+    from ...diagnosis.blind.tasks import BENCHES
 
     checks, rows = pooled([each if each.is_file() else each / SCORED for each in folders])
-    return Pool(tuple(checks), tables(rows), kinds(rows))
+    return Pool(tuple(checks), tables(rows), kinds(rows), bench_tables(rows, tuple(BENCHES)))
 
 
 def _known(tiers: tuple[str, ...]) -> tuple[str, ...]:

@@ -22,7 +22,7 @@ from .journal import Journal
 from .kept import SCORED, write_rows
 from .report import Report
 from .scoring import rows_of, scored
-from .tasks import TIERS, Task, drawn, tasks
+from .tasks import BENCHES, TIERS, Task, drawn, tasks
 from .training import trained
 
 #: Called with (done, total, what).
@@ -123,10 +123,15 @@ def _oracles(
     crew: Crew,
     tell: Progress,
 ) -> dict[str, dict[str, Any]]:
-    """For one effect with a gap beyond tolerance."""
+    """For one effect with a gap beyond tolerance, and for the answers about benches that named an effect."""
     journal = Journal(place / _ORACLES)
     known = journal.read()
-    wanted = [task for task in work if len(truths[task.name].strengths) == 1 and not truths[task.name].within_tolerance]
+    wanted = [
+        task
+        for task in work
+        if (len(truths[task.name].strengths) == 1 and not truths[task.name].within_tolerance)
+        or (task.tier in BENCHES and said[task.name].get("fitted"))
+    ]
     asked = [
         right.Asked(task, options, tuple(said[task.name].get("fitted", ())))
         for task in wanted

@@ -16,13 +16,17 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Cause:
-    """What acts: effects of the catalogue, by strength, and a family outside of it. `order` (C,): places of the
-    configurations in the order of runs, 0 to 1; evenly spread where it is empty."""
+    """What acts: effects of the catalogue, by strength, and a family outside of it.
+
+    `order` (C,): places of the configurations in the order of runs, 0 to 1; evenly spread where it is empty. `laws`:
+    the split of the second laws by which the effects act, empty for the bench's own.
+    """
 
     strengths: tuple[tuple[str, float], ...] = ()
     family: str = ""
     amount: float = 0.0
     order: tuple[float, ...] = ()
+    laws: str = ""
 
     def restricted(self, names: Collection[str]) -> Cause:
         """With these of its effects alone."""

@@ -20,6 +20,7 @@ from .plates import CHANNELS, Plate, plate_of
 from .playing import Played, played
 from .shooting import gun_stage
 from .sizing import whole_cause
+from .strength import shown_by
 
 _DATE = "2026-01-01"
 _FORCE = SensorBuild("force", "force", "N", 1e7)
@@ -73,6 +74,8 @@ def label_of(case: Case, seed: int) -> Label:
         seed=seed,
         left_out=parts.left_out,
         shapley=parts.shapley,
+        shown=shown_by(case.kind, case.design),
+        laws=case.laws,
     )
 
 
