@@ -43,6 +43,7 @@ def _gun(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:
 
 def _contact(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:
     from .stages.contact import ContactStage
+    from .stages.contact_site import sites_of
     from .stages.model import RegisteredContactStage
 
     if not any(run.force is not None for run in record.runs):
@@ -51,6 +52,10 @@ def _contact(record: CampaignRecord, options: Options) -> tuple[Stage | None, st
         return None, "contact: no run with a force record has an impact velocity"
     if record.kind == "hammer" and record.hammer_mass_kg is None:
         return None, "contact: no [bench.hammer] mass_kg in the campaign"
+    try:
+        sites_of(record)
+    except ValueError as error:
+        return None, f"contact: not diagnosed: {error}"
     uncertain = options.uncertain_of("contact")
     if options.contact is not None:
         return RegisteredContactStage(record, options.contact, uncertain, plate_mass_kg=options.plate_mass_kg), ""

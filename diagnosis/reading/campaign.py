@@ -12,6 +12,7 @@ from ...dataset.stored_bench import gun_bench, modal_plate, stored_materials
 from ...schema.benches import ModalTable
 from ...schema.campaigns import Campaign
 from ...schema.listings import get_campaign_id
+from ...schema.materials import Material as StoredMaterial
 from ...twin.gun.bench import GunBench
 from ...twin.materials import Material
 from ...twin.plate.modal import ModalPlate
@@ -57,6 +58,8 @@ def read_campaign(
         hammer_mass_kg=campaign.hammer.mass_kg if campaign.hammer else hammer_mass_kg,
         plate=_plate(session, campaign) or plate,
         plate_thickness_m=(campaign.plate.thickness_m if campaign.plate else None) or THICKNESS_M,
+        plate_material=_plate_material(session, campaign),
+        plate_outline_m=_outline(campaign),
         materials=_materials(session),
     )
     lost = count_set_aside(session, campaign.id)
@@ -97,6 +100,18 @@ def _plate(session: Session, campaign: Campaign) -> ModalPlate | None:
     if campaign.plate is None or campaign.plate.modal_table_id is None:
         return None
     return modal_plate(session.get_one(ModalTable, campaign.plate.modal_table_id))
+
+
+def _plate_material(session: Session, campaign: Campaign) -> str | None:
+    """Of `[bench.plate]`, by the store's name."""
+    if campaign.plate is None or campaign.plate.material_id is None:
+        return None
+    return session.get_one(StoredMaterial, campaign.plate.material_id).name
+
+
+def _outline(campaign: Campaign) -> tuple[tuple[float, float], ...]:
+    corners = campaign.plate.outline_m if campaign.plate is not None else None
+    return tuple((float(x), float(y)) for x, y in corners or ())
 
 
 def _materials(session: Session) -> Mapping[str, Material]:

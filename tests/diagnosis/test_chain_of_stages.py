@@ -8,6 +8,7 @@ import pytest
 from pyroshock.diagnosis.chain import stages_of
 from pyroshock.diagnosis.options import Options
 from support.records.contact_campaigns import hammer_record
+from support.records.gun_shots import shots
 from support.records.plate_records import played
 
 
@@ -29,3 +30,13 @@ def test_nothing_measured_is_refused_with_the_reason_of_every_stage() -> None:
     runs = tuple(replace(run, force=None) for run in record.runs)
     with pytest.raises(ValueError, match=r"nothing to compare: gun: .*; contact: no run has a force record; plate: "):
         stages_of(replace(record, runs=runs), Options())
+
+
+def test_a_contact_that_the_record_does_not_describe_leaves_the_gun() -> None:
+    """A gun's campaign with forces, whose table of runs says nothing of tips, still has its velocities."""
+    force = hammer_record().runs[0].force
+    record = shots()
+    runs = tuple(replace(run, force=force) for run in record.runs)
+    stages, notes = stages_of(replace(record, runs=runs), Options())
+    assert [stage.name for stage in stages] == ["gun"]
+    assert any(note.startswith("contact: not diagnosed: configuration") for note in notes)

@@ -194,3 +194,13 @@ def _find(piece: np.ndarray, whole: np.ndarray) -> int:
     found = [int(i) for i in places if np.array_equal(whole[i : i + piece.size], piece)]
     assert len(found) == 1
     return found[0]
+
+
+def test_the_plate_s_make_is_that_of_the_bench(tmp_path: Path) -> None:
+    folder = hammer_campaign(tmp_path / "c")
+    drawing = 'material = "aluminium"\nthickness_m = 0.012\noutline_m = [[0, 0], [0.5, 0], [0.5, 0.4]]'
+    replace_in(folder / "campaign.toml", "[channels.force]", f"[bench.plate]\n{drawing}\n\n[channels.force]")
+    record = read_folder(folder)
+    assert record.plate_material == "aluminum"
+    assert record.plate_thickness_m == 0.012
+    assert record.plate_outline_m == ((0.0, 0.0), (0.5, 0.0), (0.5, 0.4))
