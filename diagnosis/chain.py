@@ -64,9 +64,17 @@ def _contact(record: CampaignRecord, options: Options) -> tuple[Stage | None, st
 
 def _plate(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:  # noqa: ARG001 - as the others
     from .stages.plate import PlateStage
+    from .stages.plate_ringdown import PlateRingdownStage
 
-    if not any(run.force is not None and run.accelerations for run in record.runs):
-        return None, "plate: no run has both a force and an acceleration record"
+    if not any(run.accelerations for run in record.runs):
+        return None, "plate: no run has an acceleration record"
     if record.plate is None:
-        return None, "plate: not diagnosed, since there is no modal table of it: give --modes, or --bench for a drawing"
-    return PlateStage(record), ""
+        return None, (
+            "plate: not diagnosed, since the campaign gives neither a modal table of it nor its outline: "
+            "give --modes, or --bench for a drawing"
+        )
+    driven = any(run.force is not None and run.accelerations for run in record.runs)
+    try:
+        return (PlateStage if driven and record.plate_points_known else PlateRingdownStage)(record), ""
+    except ValueError as error:
+        return None, f"plate: not diagnosed: {error}"

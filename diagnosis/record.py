@@ -71,9 +71,10 @@ class CampaignRecord:
 
     `plate` is the measured modal table (or a solved model) with the channels' names as its sensors.
     `plate_points_known` is false for a model whose impact points and sensors were assumed: then its frequencies count,
-    and its shapes do not. `plate_material` and `plate_outline_m` (corners in m) are those of `[bench.plate]`; a
-    configuration with a factor `plate_material` goes by that. `materials` by the words of the factors. `assumptions`
-    are sentences for the report: what was taken for granted on reading.
+    and its shapes do not. `plate_model_material` is what such a model was solved for. `plate_material` and
+    `plate_outline_m` (corners in m) are those of `[bench.plate]`; a configuration with a factor `plate_material` goes
+    by that. `materials` by the words of the factors. `assumptions` are sentences for the report: what was taken for
+    granted on reading.
     """
 
     name: str
@@ -84,6 +85,7 @@ class CampaignRecord:
     hammer_mass_kg: float | None = None
     plate: ModalPlate | None = None
     plate_points_known: bool = True
+    plate_model_material: str | None = None
     plate_thickness_m: float = 0.010
     plate_material: str | None = None
     plate_outline_m: tuple[tuple[float, float], ...] = ()

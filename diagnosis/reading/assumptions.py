@@ -57,8 +57,14 @@ def _velocity(hits: Sequence[Hit]) -> Iterator[str]:
 
 def _force(hits: Sequence[Hit], series: Records) -> Iterator[str]:
     pulses = sum(hit.has_pulse for hit in hits)
+    alone = len(series.rung_alone)
+    if alone:
+        yield (
+            f"no force was recorded with {alone} of {len(hits)} hits: their accelerations are used from where they "
+            "begin to ring"
+        )
     silent = sum(hit.recording_id is not None and not hit.has_pulse for hit in hits)
-    if silent:
+    if silent and not alone:
         yield f"no contact force in the recordings of {silent} of {len(hits)} hits: what else they hold is not used"
     if series.chosen < pulses:
         yield f"series of {series.chosen} of {pulses} hits are used, evenly chosen in each configuration"

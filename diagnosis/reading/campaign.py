@@ -48,7 +48,10 @@ def read_campaign(
     grouped = grouped_by_setting(session, [hit.configuration_id for hit in hits])
     with_pulse = [row if hit.has_pulse else None for hit, row in zip(hits, grouped.rows, strict=True)]
     chosen = evenly_chosen(with_pulse, most_runs_per_configuration)
-    series = read_records(session, hits, chosen, read_doubts(session, campaign.id))
+    alone = _first_without_pulse(hits)
+    without = [row if i in alone else None for i, row in enumerate(grouped.rows)]
+    ringing = evenly_chosen(without, most_runs_per_configuration)
+    series = read_records(session, hits, chosen, ringing, read_doubts(session, campaign.id))
     record = CampaignRecord(
         name=campaign.name,
         kind=campaign.kind,
@@ -65,6 +68,16 @@ def read_campaign(
     lost = count_set_aside(session, campaign.id)
     notes = (*grouped.notes, f"recordings that could not be read and are left out: {lost}") if lost else grouped.notes
     return replace(record, assumptions=(*notes, *assumptions(campaign, record, hits, series)))
+
+
+def _first_without_pulse(hits: Sequence[Hit]) -> frozenset[int]:
+    """Places of the first hits of recordings in which no pulse was found."""
+    with_pulse = {hit.recording_id for hit in hits if hit.has_pulse}
+    first: dict[int, int] = {}
+    for place, hit in enumerate(hits):
+        if hit.recording_id is not None and hit.recording_id not in with_pulse:
+            first.setdefault(hit.recording_id, place)
+    return frozenset(first.values())
 
 
 def evenly_chosen(groups: Sequence[int | None], most: int) -> list[int]:

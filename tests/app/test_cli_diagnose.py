@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import shutil
 from collections.abc import Callable
@@ -15,7 +16,8 @@ from pyroshock.app.diagnoses.diagnosing import Asked, record_of
 from pyroshock.app.twins import building as twins
 from pyroshock.diagnosis.verdict import Cause, Verdict
 from support.records import verdicts
-from support.records.campaigns import gun_campaign
+from support.records.campaigns import gun_campaign, replace_in, write_runs
+from support.records.plate_folders import plate_campaign
 from support.stores.stores import counts, ingested, pyroshock
 
 Diagnose = Callable[..., Result]
@@ -169,3 +171,41 @@ def test_drawing_of_a_plate_is_solved(tmp_path: Path, monkeypatch: pytest.Monkey
     bench.write_text("[plate]\nmaterial = 'steel'\nsensors = {left = [0.3, 0.3]}\n", encoding="utf-8")
     record = record_of(None, "sqlite:///none.db", Asked(str(gun_campaign(tmp_path / "folder")), bench=bench))
     assert record.plate == ({"left": (0.3, 0.3)}, "steel")
+    assert not record.plate_points_known
+
+
+def drawn_campaign(folder: Path, rows: Callable[[dict[str, object]], dict[str, object]] = dict) -> Path:
+    """Accelerations on a plate of which the campaign has a drawing and no modal table; `rows` may change its rows."""
+    plate_campaign(folder, hits=1)
+    drawing = 'material = "steel"\nthickness_m = 0.012\noutline_m = [[0, 0], [0.5, 0], [0.5, 0.4], [0, 0.4]]'
+    replace_in(folder / "campaign.toml", 'modes = "plate_modes.csv"', drawing)
+    with (folder / "runs.csv").open(newline="", encoding="utf-8") as file:
+        table = [rows(dict(row)) for row in csv.DictReader(file)]
+    write_runs(folder, table)
+    return folder
+
+
+@pytest.mark.parametrize(("struck", "solved"), [(None, "steel"), ("aluminum", "aluminum"), ("steel", "steel")])
+def test_plate_is_solved_from_the_campaign_s_own_outline(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, struck: str | None, solved: str
+) -> None:
+    """Of the plate that the runs strike, which are named in the table of runs or else in `[bench.plate]`."""
+    monkeypatch.setattr(
+        twins, "solved", lambda drawing, material, *_: (drawing.outline_m[2], drawing.thickness_m, material.name)
+    )
+
+    def of(row: dict[str, object]) -> dict[str, object]:
+        row.pop("plate_material")
+        return row if struck is None else {**row, "plate_material": struck}
+
+    record = record_of(None, "sqlite:///none.db", Asked(str(drawn_campaign(tmp_path / "folder", of))))
+    assert record.plate == ((0.5, 0.4), 0.012, solved)
+    assert not record.plate_points_known
+    assert record.plate_model_material == solved
+
+
+def test_plate_s_own_modal_table_is_not_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(twins, "solved", lambda *_: pytest.fail("there is a modal table"))
+    record = record_of(None, "sqlite:///none.db", Asked(str(plate_campaign(tmp_path / "folder", hits=1).folder)))
+    assert record.plate is not None and record.plate.frequency_hz.size == 6
+    assert record.plate_points_known

@@ -17,12 +17,12 @@ def test_plate_without_a_modal_table_says_how_to_give_one() -> None:
     ringing = tuple(replace(run, accelerations=played().runs[0].accelerations) for run in record.runs)
     stages, notes = stages_of(replace(record, runs=ringing), Options())
     assert [stage.name for stage in stages] == ["contact"]
-    assert notes[-1].startswith("plate: not diagnosed, since there is no modal table of it: give --modes")
+    assert notes[-1].startswith("plate: not diagnosed, since the campaign gives neither")
 
 
 def test_plate_without_accelerations_needs_them_first() -> None:
     _, notes = stages_of(hammer_record(), Options())
-    assert notes == ("gun: no [bench.gun] in the campaign", "plate: no run has both a force and an acceleration record")
+    assert notes == ("gun: no [bench.gun] in the campaign", "plate: no run has an acceleration record")
 
 
 def test_nothing_measured_is_refused_with_the_reason_of_every_stage() -> None:

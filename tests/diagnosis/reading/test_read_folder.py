@@ -10,7 +10,15 @@ import pytest
 from pyroshock.diagnosis.reading import folder as folders
 from pyroshock.diagnosis.reading import read_folder
 from pyroshock.ingest.errors import IngestError
-from support.records.campaigns import FS_HZ, gun_campaign, gun_rows, hammer_campaign, replace_in, write_runs
+from support.records.campaigns import (
+    FS_HZ,
+    gun_campaign,
+    gun_rows,
+    hammer_campaign,
+    replace_in,
+    write_recording,
+    write_runs,
+)
 from support.records.plate_folders import CHANNELS, plate_campaign, small_plate
 
 
@@ -204,3 +212,28 @@ def test_the_plate_s_make_is_that_of_the_bench(tmp_path: Path) -> None:
     assert record.plate_material == "aluminum"
     assert record.plate_thickness_m == 0.012
     assert record.plate_outline_m == ((0.0, 0.0), (0.5, 0.0), (0.5, 0.4))
+
+
+def test_accelerations_without_a_force_begin_where_they_begin_to_ring(tmp_path: Path) -> None:
+    campaign = plate_campaign(tmp_path / "c", hits=1, with_force=False)
+    record = read_folder(campaign.folder)
+    for run in record.runs:
+        blow = campaign.blows[run.run][0]
+        assert run.force is None
+        assert tuple(run.accelerations) == CHANNELS
+        for name, series in run.accelerations.items():
+            first = _find(series.values, campaign.written[run.run][name])
+            begin = first / FS_HZ - series.start_s
+            assert begin == pytest.approx(blow.start_s, abs=0.3 * blow.width_s)
+            assert series.time_s[-1] == pytest.approx(0.1, abs=0.01)
+    assert any("no force was recorded with 3 of 3 hits" in text for text in record.assumptions)
+
+
+def test_a_force_that_shows_no_contact_lends_no_accelerations(tmp_path: Path) -> None:
+    campaign = plate_campaign(tmp_path / "c", hits=1)
+    for number, channels in campaign.written.items():
+        silent = {**channels, "force": np.zeros_like(channels["force"])}
+        write_recording(campaign.folder / f"{number}.npz", silent)
+    record = read_folder(campaign.folder)
+    assert not any(run.accelerations for run in record.runs)
+    assert any("no contact force in the recordings of 3 of 3 hits" in text for text in record.assumptions)
