@@ -10,12 +10,14 @@ from ...schema.campaigns import Campaign
 from ..record import CampaignRecord
 from .hits import Hit
 from .records import Records
+from .settings import TRAVEL
 
 
 def assumptions(campaign: Campaign, record: CampaignRecord, hits: Sequence[Hit], series: Records) -> tuple[str, ...]:
     """In the order of the chain: pressure, velocity, force, acceleration, plate."""
     return (
         *_pressure(hits),
+        *_travel(record),
         *_velocity(hits),
         *_force(hits, series),
         *_acceleration(series),
@@ -35,6 +37,17 @@ def _pressure(hits: Sequence[Hit]) -> Iterator[str]:
     yield (
         f"tank pressure: as recorded in {len(recorded)} of {len(shots)} shots, in the median "
         f"{float(np.median(ratios)) - 1:+.1%} from the set one; gauge"
+    )
+
+
+def _travel(record: CampaignRecord) -> Iterator[str]:
+    own = [run.travel_m for run in record.runs if run.travel_m is not None]
+    if not own or record.gun is None:
+        return
+    columns = [name for name in TRAVEL if any(name in each.factors for each in record.configurations)]
+    yield (
+        f"travel to the vent holes: {min(own) * 1e3:g} to {max(own) * 1e3:g} mm, as the column {columns[0]} has it for "
+        f"{len(own)} of {len(record.runs)} runs; [bench.gun] has {record.gun.travel_m * 1e3:g} mm"
     )
 
 

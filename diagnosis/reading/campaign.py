@@ -21,7 +21,7 @@ from .assumptions import assumptions
 from .doubts import count_set_aside, read_doubts
 from .hits import Hit, read_hits
 from .records import Records, read_records
-from .settings import grouped_by_setting
+from .settings import grouped_by_setting, travel_m
 
 #: Where neither the campaign nor its caller says how thick the plate is: the thesis's.
 THICKNESS_M = 0.010
@@ -56,7 +56,10 @@ def read_campaign(
         name=campaign.name,
         kind=campaign.kind,
         configurations=grouped.configurations,
-        runs=tuple(_run(hit, row, i, series) for i, (hit, row) in enumerate(zip(hits, grouped.rows, strict=True))),
+        runs=tuple(
+            _run(hit, row, i, series, travel_m(grouped.configurations[row]))
+            for i, (hit, row) in enumerate(zip(hits, grouped.rows, strict=True))
+        ),
         gun=gun_bench(campaign.gun) if campaign.gun else gun,
         hammer_mass_kg=campaign.hammer.mass_kg if campaign.hammer else hammer_mass_kg,
         plate=_plate(session, campaign) or plate,
@@ -93,7 +96,7 @@ def evenly_chosen(groups: Sequence[int | None], most: int) -> list[int]:
     return sorted(chosen)
 
 
-def _run(hit: Hit, configuration: int, order: int, series: Records) -> Run:
+def _run(hit: Hit, configuration: int, order: int, series: Records, travel: float | None) -> Run:
     pressure = hit.recorded_pressure_pa
     return Run(
         configuration=configuration,
@@ -104,6 +107,7 @@ def _run(hit: Hit, configuration: int, order: int, series: Records) -> Run:
         bullet_mass_kg=hit.bullet_mass_kg,
         velocity_m_s=hit.velocity_m_s,
         velocity_u_m_s=hit.velocity_u_m_s,
+        travel_m=travel,
         force=series.force.get(order),
         accelerations=series.accelerations.get(order, {}),
     )

@@ -115,7 +115,7 @@ class PlateRingdownStage(Stage):
     @property
     def _rung(self) -> NDArray[np.bool_]:
         """(R,): runs whose accelerations are compared."""
-        return self.records.good.any(axis=1)
+        return np.asarray(self.records.good.any(axis=1))
 
     def _moves_modes(self, kind: type[Effect]) -> bool:
         if not (acts_on_plate(kind) and issubclass(kind, PlateEffect)):

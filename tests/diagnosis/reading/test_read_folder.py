@@ -237,3 +237,28 @@ def test_a_force_that_shows_no_contact_lends_no_accelerations(tmp_path: Path) ->
     record = read_folder(campaign.folder)
     assert not any(run.accelerations for run in record.runs)
     assert any("no contact force in the recordings of 3 of 3 hits" in text for text in record.assumptions)
+
+
+@pytest.mark.parametrize(("column", "values"), [("travel_mm", (885, 600)), ("travel_m", (0.885, 0.6))])
+def test_a_projectile_s_own_travel_is_read_with_its_run(
+    tmp_path: Path, column: str, values: tuple[float, float]
+) -> None:
+    folder = gun_campaign(tmp_path / "c", shots=4)
+    write_runs(folder, [{**row, column: values[i % 2]} for i, row in enumerate(gun_rows(4))])
+    record = read_folder(folder)
+    assert [run.travel_m for run in record.runs] == pytest.approx([0.885, 0.6] * 2)
+    told = f"travel to the vent holes: 600 to 885 mm, as the column {column} has it for 4 of 4 runs"
+    assert f"{told}; [bench.gun] has 900 mm" in record.assumptions
+
+
+def test_a_travel_that_is_no_length_is_refused(tmp_path: Path) -> None:
+    folder = gun_campaign(tmp_path / "c", shots=4)
+    write_runs(folder, [{**row, "travel_mm": "long"} for row in gun_rows(4)])
+    with pytest.raises(ValueError, match=r"travel_mm is 'long' .* expected a number above 0"):
+        read_folder(folder)
+
+
+def test_a_gun_without_such_a_column_has_one_travel(tmp_path: Path) -> None:
+    record = read_folder(gun_campaign(tmp_path / "c", shots=4))
+    assert {run.travel_m for run in record.runs} == {None}
+    assert not any("travel" in text for text in record.assumptions)
