@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .options import Options
@@ -26,9 +28,19 @@ def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ..
         else:
             found.append(stage)
             notes += list(getattr(stage, "assumptions", ()))
+    _refuse_idle(options, [stage.name for stage in found], notes)
     if not found:
         raise ValueError(f"campaign {record.name}: nothing to compare: {'; '.join(notes)}")
     return tuple(found), tuple(notes)
+
+
+def _refuse_idle(options: Options, stages: Sequence[str], notes: Sequence[str]) -> None:
+    """Raises `ValueError` for an uncertain number of a stage that is not diagnosed."""
+    for name in options.uncertain:
+        stage = name.partition(".")[0]
+        if stages and stage not in stages:
+            why = next((note for note in notes if note.startswith(stage)), f"{stage}: not measured")
+            raise ValueError(f"uncertain {name} cannot act on this campaign: {why}")
 
 
 def _gun(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:

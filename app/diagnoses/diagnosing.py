@@ -155,12 +155,13 @@ def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> C
 def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | None = None) -> Verdict:
     """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line."""
     from ...diagnosis.diagnose import Options, diagnose
+    from ...diagnosis.uncertain import full_name
 
     record = record_of(store, db, asked)
     options = Options(
         seed=asked.seed,
         tolerances=asked.tolerances,
-        uncertain=asked.uncertain,
+        uncertain={full_name(name): deviation for name, deviation in asked.uncertain.items()},
         contact=simulator_of(store, db, record.kind, asked.simulator),
         calibrate=asked.calibrate,
     )

@@ -11,7 +11,8 @@ from ...twin.gun.bench import GunBench
 from ...twin.gun.shots import gun_velocity
 from .base import Floats
 
-_READINGS = ("tank_pressure_pa", "bullet_mass_kg")
+#: What each shot is read off with.
+READINGS = ("tank_pressure_pa", "bullet_mass_kg")
 #: Of a standard deviation: small enough for a derivative, large enough for its digits.
 _STEP = 1e-3
 
@@ -24,7 +25,7 @@ def gun_nuisances(
     Central differences; one-sided where the other side is no gun, as above an efficiency of one. NaN where the nominal
     shot stays in the barrel. Raises `ValueError` for another name than a setting's, and a deviation that is negative.
     """
-    known = (*(item.name for item in fields(GunBench)), *_READINGS)
+    known = (*(item.name for item in fields(GunBench)), *READINGS)
     for name, sd in uncertain.items():
         if name not in known:
             raise ValueError(f"no uncertain setting {name!r} of the gun; there are: {', '.join(known)}")
@@ -44,7 +45,7 @@ def _moved(bench: GunBench, shots: tuple[Floats, Floats, Floats], name: str, ste
     """ln velocity (C,) with one setting moved; None where that is no gun."""
     names = ("tank_pressure_pa", "bullet_mass_kg", "travel_m")
     pressure, mass, travel = (values + step * (name == own) for values, own in zip(shots, names, strict=True))
-    if name not in _READINGS:
+    if name not in READINGS:
         try:
             bench = replace(bench, **{name: getattr(bench, name) + step})
         except ValueError:

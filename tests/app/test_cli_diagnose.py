@@ -108,6 +108,19 @@ def test_options_reach_the_diagnosis(asked: list[Asked], lab: str) -> None:
     assert (one.seed, one.simulator, one.calibrate) == (3, "models:/hybrid@2", 20)
 
 
+@pytest.mark.parametrize(
+    ("given", "full"),
+    [
+        ("bullet_mass_kg", "gun.bullet_mass_kg"),
+        ("gun.bullet_mass_kg", "gun.bullet_mass_kg"),
+        ("impactor_mass_kg", "contact.impactor_mass_kg"),
+    ],
+)
+def test_uncertain_number_needs_no_stage(asked: list[Asked], lab: str, given: str, full: str) -> None:
+    done("spring", "--db", lab, "--uncertain", f"{given}=0.002")
+    assert asked[0].uncertain == {full: 0.002}
+
+
 def test_not_finite_numbers_are_null(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
     gap = replace(verdicts.verdict().gap, noise_floor=float("nan"))
     monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.verdict(gap=gap))
@@ -129,7 +142,11 @@ def test_every_answer_is_a_finished_diagnosis(monkeypatch: pytest.MonkeyPatch, l
         (("spring", "--simulator", "models:/hybrid@1"), "no registered model 'hybrid@1'"),
         (("spring", "--tolerance", "gun=1"), "--tolerance is 'gun=1'; expected gun=1%"),
         (("spring", "--tolerance", "laser=1%"), "--tolerance is 'laser=1%'"),
-        (("spring", "--uncertain", "friction=0.1"), "--uncertain is 'friction=0.1'; expected NUMBER=SD"),
+        (("spring", "--uncertain", "friction_coefficient"), "'friction_coefficient'; expected NUMBER=SD, such as gun."),
+        (("spring", "--uncertain", "bullet_mass=0.1"), "no number 'bullet_mass'; the nearest is gun.bullet_mass_kg"),
+        (("spring", "--uncertain", "contact.friction_coeff=1"), "the nearest is gun.friction_coefficient"),
+        (("spring", "--uncertain", "weather=0.1"), "no number 'weather'; there are gun.tank_volume_m3, "),
+        (("spring", "--uncertain", "travel_m=-1"), "'travel_m=-1'; expected NUMBER=SD"),
         (("spring", "--list", "--db", "sqlite:///none.db"), "no store at"),
         (("summer", "--list"), "'summer'"),
     ],

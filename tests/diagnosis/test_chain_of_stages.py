@@ -40,3 +40,10 @@ def test_a_contact_that_the_record_does_not_describe_leaves_the_gun() -> None:
     stages, notes = stages_of(replace(record, runs=runs), Options())
     assert [stage.name for stage in stages] == ["gun"]
     assert any(note.startswith("contact: not diagnosed: configuration") for note in notes)
+
+
+def test_an_uncertain_number_of_a_stage_that_is_not_there_is_refused() -> None:
+    with pytest.raises(
+        ValueError, match=r"uncertain gun\.efficiency cannot act on this campaign: gun: no \[bench\.gun\]"
+    ):
+        stages_of(hammer_record(), Options(uncertain={"gun.efficiency": 0.01}))
