@@ -14,7 +14,7 @@ from .stages.base import Stage
 def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
     """Gun, contact and plate, as far as they were measured, and a sentence for each that was not.
 
-    Raises `ValueError` where nothing was.
+    Raises `ValueError` where nothing was, where one configuration was, and for an uncertain number that cannot act.
     """
     found: list[Stage] = []
     notes: list[str] = []
@@ -31,7 +31,20 @@ def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ..
     _refuse_idle(options, [stage.name for stage in found], notes)
     if not found:
         raise ValueError(f"campaign {record.name}: nothing to compare: {'; '.join(notes)}")
+    _refuse_one_setting(record, found)
     return tuple(found), tuple(notes)
+
+
+def _refuse_one_setting(record: CampaignRecord, stages: Sequence[Stage]) -> None:
+    """Raises `ValueError` where only one configuration has a gap: effects differ in how their gap changes with it."""
+    compared = np.any([np.isfinite(stage.residuals()).any(axis=1) for stage in stages], axis=0)
+    settings = np.unique(record.configuration_of[compared])
+    if settings.size == 1:
+        label = record.configurations[int(settings[0])].label
+        raise ValueError(
+            f"campaign {record.name}: all {int(compared.sum())} runs that can be compared are of one configuration "
+            f"({label}); effects are told apart by how the gap changes with the settings: record at least two"
+        )
 
 
 def _refuse_idle(options: Options, stages: Sequence[str], notes: Sequence[str]) -> None:
@@ -59,7 +72,7 @@ def _contact(record: CampaignRecord, options: Options) -> tuple[Stage | None, st
     from .stages.model import RegisteredContactStage
 
     if not any(run.force is not None for run in record.runs):
-        return None, "contact: no run has a force record"
+        return None, "contact: no run has a force record that shows a contact"
     if not any(run.force is not None and run.velocity_m_s for run in record.runs):
         return None, "contact: no run with a force record has an impact velocity"
     if record.kind == "hammer" and record.hammer_mass_kg is None:
@@ -79,7 +92,7 @@ def _plate(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]
     from .stages.plate_ringdown import PlateRingdownStage
 
     if not any(run.accelerations for run in record.runs):
-        return None, "plate: no run has an acceleration record"
+        return None, "plate: no run has an acceleration record that can be used"
     if record.plate is None:
         return None, (
             "plate: not diagnosed, since the campaign gives neither a modal table of it nor its outline: "

@@ -18,7 +18,7 @@ from ...twin.materials import Material
 from ...twin.plate.modal import ModalPlate
 from ..record import CampaignRecord, Run
 from .assumptions import assumptions
-from .doubts import count_set_aside, read_doubts
+from .doubts import count_set_aside, read_doubts, refuse_no_number
 from .hits import Hit, read_hits
 from .records import Records, read_records
 from .settings import grouped_by_setting, travel_m
@@ -39,12 +39,14 @@ def read_campaign(
     """The campaign `name` of the store. `plate`, `gun` and `hammer_mass_kg` stand in for what it does not tell.
 
     Velocities are of all runs; series of at most `most_runs_per_configuration` of each configuration, evenly chosen.
-    Raises `LookupError` for an unknown campaign, `ValueError` for one without any run.
+    Raises `LookupError` for an unknown campaign, `ValueError` for one without any run, for a channel
+    that holds no number, and for a projectile's travel that is no length.
     """
     campaign = session.get_one(Campaign, get_campaign_id(session, name))
     hits = read_hits(session, campaign)
     if not hits:
         raise ValueError(f"campaign {name!r} holds no run; ingest its folder first: pyroshock ingest FOLDER")
+    refuse_no_number(session, campaign.id)
     grouped = grouped_by_setting(session, [hit.configuration_id for hit in hits])
     with_pulse = [row if hit.has_pulse else None for hit, row in zip(hits, grouped.rows, strict=True)]
     chosen = evenly_chosen(with_pulse, most_runs_per_configuration)

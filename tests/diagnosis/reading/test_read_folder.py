@@ -262,3 +262,20 @@ def test_a_gun_without_such_a_column_has_one_travel(tmp_path: Path) -> None:
     record = read_folder(gun_campaign(tmp_path / "c", shots=4))
     assert {run.travel_m for run in record.runs} == {None}
     assert not any("travel" in text for text in record.assumptions)
+
+
+@pytest.mark.parametrize("channel", ["force", "acceleration_1"])
+def test_a_channel_without_a_number_is_refused_by_name(tmp_path: Path, channel: str) -> None:
+    campaign = plate_campaign(tmp_path / "c")
+    for number, channels in campaign.written.items():
+        write_recording(campaign.folder / f"{number}.npz", {**channels, channel: channels[channel] * np.nan})
+    with pytest.raises(ValueError, match=f"channel {channel} holds no number in any of its 3 recordings"):
+        read_folder(campaign.folder)
+
+
+def test_a_channel_without_a_number_in_one_recording_is_left_out_there(tmp_path: Path) -> None:
+    campaign = plate_campaign(tmp_path / "c")
+    broken = campaign.written[1]
+    write_recording(campaign.folder / "1.npz", {**broken, "acceleration_1": broken["acceleration_1"] * np.nan})
+    record = read_folder(campaign.folder)
+    assert [len(run.accelerations) for run in record.runs] == [1, 1, 2, 2, 2, 2]
