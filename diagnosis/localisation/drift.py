@@ -23,6 +23,8 @@ _SMALL = 0.5
 _SPREAD = 0.1
 #: A factor changes with the order where it explains this share of the order's variance.
 _EXPLAINED = 0.5
+#: With less than this share of the order's variance left nothing tells the factor from the order: chance would.
+_NOTHING = 0.1
 #: With fewer configurations no permutation is rare.
 _FEWEST = 5
 
@@ -145,6 +147,8 @@ def _without(levels: Floats, mean: Floats, place: Floats) -> tuple[Floats, Float
     unexplained = (off @ off / freedom) / (np.var(place) * count / (count - 1))
     if 1 - unexplained < _EXPLAINED:
         return None
+    if unexplained < _NOTHING:
+        off = np.zeros(count)
     _, group = np.unique(levels, axis=0, return_inverse=True)
     return left[:, None], off, (group.reshape(-1) if levels.shape[1] > 1 else np.zeros(count)).astype(np.intp)
 

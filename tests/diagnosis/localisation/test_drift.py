@@ -78,9 +78,10 @@ def test_a_drift_over_mixed_factors_is_the_order_s() -> None:
     assert "cannot be told apart" not in sentence
 
 
-def test_a_number_that_rises_with_the_order_is_named_beside_it() -> None:
-    rising = [Configuration(str(i), {"striker": "254 mm", "tank_pressure": 1e5 * (1 + i)}) for i in range(CELLS)]
-    (sentence,) = told(IN_A_ROW, rising, drifted=0.05)
+@pytest.mark.parametrize(("count", "repeats"), [(CELLS, REPEATS), (5, 15), (7, 1)])
+def test_a_number_that_rises_with_the_order_is_named_beside_it(count: int, repeats: int) -> None:
+    rising = [Configuration(str(i), {"striker": "254 mm", "tank_pressure": 1e5 * (1 + i)}) for i in range(count)]
+    *_, sentence = told(np.arange(count * repeats), rising, drifted=0.15)
     assert "order of runs and tank_pressure_bar cannot be told apart" in sentence
 
 
@@ -103,3 +104,13 @@ def test_settings_without_repetitions_tell_a_drift_where_they_were_mixed() -> No
 @pytest.mark.parametrize("count", [1, 4])
 def test_few_settings_without_repetitions_tell_nothing(count: int) -> None:
     assert told(np.arange(count), MIXED[:count], drifted=0.1) == ()
+
+
+def test_pressures_fired_one_after_the_other_are_no_drift() -> None:
+    """Trettel's shots: five pressures in rising order, 14 or 15 shots each, whose gap falls with the pressure."""
+    counts, gap = np.array([15, 14, 15, 15, 15]), np.array([-1.25, -0.99, -0.92, -0.92, -0.81])
+    settings = [Configuration(str(i), {"tank_pressure": p}) for i, p in enumerate((207e3, 276e3, 345e3, 414e3, 483e3))]
+    of, rng = np.repeat(np.arange(5), counts), np.random.default_rng(0)
+    residual = gap[of] + 0.05 * rng.standard_normal(of.size)
+    *_, sentence = drift(residual[:, None], of, np.arange(of.size), VELOCITY, rng, configurations=settings)
+    assert "order of runs and tank_pressure_bar cannot be told apart" in sentence
