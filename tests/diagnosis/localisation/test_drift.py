@@ -108,7 +108,7 @@ def test_few_settings_without_repetitions_tell_nothing(count: int) -> None:
 
 def test_pressures_fired_one_after_the_other_are_no_drift() -> None:
     """Trettel's shots: five pressures in rising order, 14 or 15 shots each, whose gap falls with the pressure."""
-    counts, gap = np.array([15, 14, 15, 15, 15]), np.array([-1.25, -0.99, -0.92, -0.92, -0.81])
+    counts, gap = np.array([14, 15, 15, 15, 15]), np.array([-1.25, -0.99, -0.92, -0.92, -0.81])
     settings = [Configuration(str(i), {"tank_pressure": p}) for i, p in enumerate((207e3, 276e3, 345e3, 414e3, 483e3))]
     of, rng = np.repeat(np.arange(5), counts), np.random.default_rng(0)
     residual = gap[of] + 0.05 * rng.standard_normal(of.size)
