@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..twin.effects import Effect, catalogue
-from .calibration import CalibrationMap, shipped
-from .causes import causes, fits
 from .chain import stages_of
-from .evidence.scene import Scene
-from .evidence.surface import Surface, surfaces
-from .evidence.weighing import Weighed, weigh
 from .gap import GapTable
-from .metric import Metric
+from .inference.posterior import Posterior, fitted_effects
 from .options import Options
-from .own_design import own_map
 from .pictures import Pictures
 from .record import CampaignRecord
 from .stages.base import Stage
-from .verdict import NONE, UNKNOWN, Cause, Shrinkage, Verdict, Where
+from .verdict import EffectShare, Shrinkage, Verdict, Where
+
+if TYPE_CHECKING:
+    from .inference.held_out import FoldFit
+    from .shrinkage.measure import HeldOut
 
 __all__ = ["Options", "diagnose"]
 
@@ -44,8 +42,10 @@ def diagnose(record: CampaignRecord, *, options: Options | None = None, progress
 
 
 def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verdict:
+    from .conclusion import conclude
     from .drawing import pictures_of
     from .found import where
+    from .inference.shares import gap_shares
     from .localisation.stages import stage_notes
     from .next_runs import next_runs
 
@@ -55,89 +55,62 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
     notes = (*notes, *_plausible(record, stages))
     gap = GapTable.of(record, stages, options.widened)
     tell(1, _STEPS, "effects")
-    table = surfaces(stages, _kinds(options))
-    tell(2, _STEPS, "causes")
-    scene = Scene.of(gap, table)
-    if options.mapped and options.calibrate:
-        options = replace(options, map=own_map(scene, options.priors, options.calibrate, options.seed, tell))
-    weighed = weigh(scene, options.priors, stages)
-    found = causes(weighed, probabilities(weighed, options))
-    tell(3, _STEPS, "where")
+    posterior = Posterior.of(gap, stages, _kinds(options, stages))
+    tell(2, _STEPS, "shares")
+    metric = posterior.metric
+    shares = gap_shares(posterior.library, metric.columns, posterior.floor, rng)
+    tell(3, _STEPS, "held out")
+    held = _held_out(posterior, stages, options, rng)
+    entries = tuple(entry for entry, _ in held)
+    conclusion = conclude(posterior, shares, held[0][1] if held else None, options.unknown_map)
+    tell(4, _STEPS, "where")
     place = where(gap, stages, rng) if options.where else Where()
-    tell(4, _STEPS, "shrinkage")
-    metric = Metric.of(gap)
-    shrunk = _shrunk(gap, table, stages, metric, options, rng) if options.shrink else ()
     tell(5, _STEPS, "next experiment")
-    planned = next_runs(weighed, stages, found, rng) if options.plan else ()
+    planned = next_runs(posterior, stages, conclusion.causes, rng) if options.plan else ()
     tell(_STEPS, _STEPS, "done")
     return Verdict(
         campaign=record.name,
         simulator=" | ".join(stage.simulator for stage in stages),
         gap=metric.size(gap),
         where=place,
-        causes=found,
-        shrinkage=shrunk,
+        causes=conclusion.causes,
+        shrinkage=entries if options.shrink else (),
+        effects=conclusion.effects,
+        unexplained=conclusion.unexplained,
+        path=conclusion.path,
         next_runs=planned,
-        assumptions=(
-            *record.assumptions,
-            *notes,
-            *stage_notes(stages),
-            *_assumed(gap, options),
-            *_warned(found, shrunk),
-        ),
+        assumptions=(*record.assumptions, *notes, *stage_notes(stages), *_assumed(gap, options, conclusion.effects)),
         seconds=time.perf_counter() - started,
-        fits=fits(weighed, found),
-        pictures=pictures_of(gap, stages, found[0].fitted) if options.draw else Pictures(),
+        fits={name: fitted_effects(fit) for name, fit in conclusion.fits.items()},
+        pictures=pictures_of(gap, stages, fitted_effects(posterior.best)) if options.draw else Pictures(),
     )
 
 
-def _kinds(options: Options) -> list[type[Effect]]:
-    """The effects that are looked for. Raises `LookupError` for one that there is not."""
-    known = catalogue()
-    if options.catalogue is None:
-        return list(known.values())
-    if missing := [name for name in options.catalogue if name not in known]:
-        raise LookupError(f"no effect {missing[0]!r}; there are: {', '.join(known)}")
-    return [kind for name, kind in known.items() if name in options.catalogue]
+def _held_out(
+    posterior: Posterior, stages: Sequence[Stage], options: Options, rng: np.random.Generator
+) -> list[tuple[Shrinkage, HeldOut]]:
+    from .inference.held_out import fit_fold
+    from .shrinkage.measure import measured
+
+    def fit(rows: NDArray[np.intp]) -> FoldFit:
+        return fit_fold(posterior.library, rows)
+
+    return measured(stages, fit, rng, posterior.metric.scales(posterior.gap), options.draw)
 
 
-def probabilities(weighed: Weighed, options: Options) -> dict[str, float]:
-    """By hypothesis, largest first: evidence through the map that was learned, or as it stands."""
-    return _map(weighed.scene.gap, options)(weighed.log_joint) if options.mapped else weighed.probability
-
-
-def _map(gap: GapTable, options: Options) -> CalibrationMap:
-    return options.map or shipped(gap.stages)
-
-
-def chosen(weighed: Weighed, options: Options) -> tuple[Effect, ...]:
-    """The effects of the likeliest hypothesis, fitted; () for none and unknown."""
-    return weighed.effects(next(iter(probabilities(weighed, options))))
-
-
-def choose(
-    gap: GapTable, table: Sequence[Surface], options: Options
-) -> Callable[[NDArray[np.intp]], tuple[Effect, ...]]:
-    """What chooses cause and parameters on some of the configurations alone."""
-
-    def on(rows: NDArray[np.intp]) -> tuple[Effect, ...]:
-        scene = Scene.of(gap.only(rows), [surface.only(rows) for surface in table])
-        return chosen(weigh(scene, options.priors, quick=True), options)
-
-    return on
-
-
-def _shrunk(
-    gap: GapTable,
-    table: Sequence[Surface],
-    stages: Sequence[Stage],
-    metric: Metric,
-    options: Options,
-    rng: np.random.Generator,
-) -> tuple[Shrinkage, ...]:
-    from .shrinkage.measure import shrinkage
-
-    return shrinkage(stages, choose(gap, table, options), rng, metric.scales(gap))
+def _kinds(options: Options, stages: Sequence[Stage]) -> list[type[Effect]]:
+    """The effects that are looked for. Raises `LookupError` for one that there is not, and `ValueError` where the
+    campaign can show none of them."""
+    table = catalogue()
+    for name in (*(options.catalogue or ()), *options.without):
+        if name not in table:
+            raise LookupError(f"no effect {name!r}; there are: {', '.join(table)}")
+    shown = {identity for stage in stages for identity in stage.shows}
+    for name in options.catalogue or ():
+        if name not in shown:
+            raise ValueError(f"{name} cannot show in this campaign; these can: {', '.join(sorted(shown))}")
+    wanted = [name for name in table if name in (options.catalogue or table) and name not in options.without]
+    return [table[name] for name in wanted]
 
 
 def _plausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[str, ...]:
@@ -146,33 +119,30 @@ def _plausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[str, ..
     return tuple(finding.message for finding in check(record, stages))
 
 
-#: Held out, a cause that takes less of the gap than this does not predict what it has not seen.
-_PREDICTS = 0.3
-
-
-def _warned(found: Sequence[Cause], shrunk: Sequence[Shrinkage]) -> tuple[str, ...]:
-    """That the likeliest cause of the catalogue is not much of one: probabilities are among its hypotheses alone."""
-    named = [name for name in found[0].effects if name not in (NONE, UNKNOWN)]
-    held = [each.fraction for each in shrunk if each.held_out_by == "configuration" and each.fraction is not None]
-    return tuple(
-        f"{named[0]} is the likeliest cause of the catalogue, but what is chosen on other configurations takes only "
-        f"{fraction:.0%} of the gap where it was not fitted: a cause outside of the catalogue is possible"
-        for fraction in held
-        if named and fraction < _PREDICTS
-    )
-
-
-def _assumed(gap: GapTable, options: Options) -> tuple[str, ...]:
-    priors = options.priors
-    found = [
-        f"priors: none {priors.none:g}, single effects {priors.singles:g}, pairs {priors.pairs:g}, "
-        f"unknown {priors.unknown:g}"
-    ]
-    if options.mapped:
-        found.append(f"probabilities: evidence through a map of margins, learned on {_map(gap, options).source}")
+def _assumed(gap: GapTable, options: Options, effects: Sequence[EffectShare]) -> tuple[str, ...]:
+    sentences = ["priors: every effect acts with the same probability, such that none acts with probability 0.2"]
+    if options.unknown_map.source:
+        sentences.append(f"the probability of unknown was learned on {options.unknown_map.source}")
     if gap.noise.assumed:
-        found.append(
+        sentences.append(
             "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets', and the "
             "probabilities are not calibrated"
         )
-    return tuple(found)
+    return (*sentences, *_at_limits(effects))
+
+
+def _at_limits(effects: Sequence[EffectShare]) -> tuple[str, ...]:
+    """A sentence for each parameter of a named effect that lies outside of its likely range."""
+    sentences = []
+    for row in effects:
+        if not row.named:
+            continue
+        likely = {item.name: item.likely for item in catalogue()[row.effect].parameters()}
+        for item in row.parameters:
+            low, high = likely.get(item.name.split(" (")[0]) or (-np.inf, np.inf)
+            if not low <= item.value <= high:
+                sentences.append(
+                    f"{row.effect}: {item.name} = {item.value:.3g} {item.unit}".rstrip()
+                    + f" lies at the end of its likely range ({low:g} to {high:g}); it may stand for something else"
+                )
+    return tuple(sentences)

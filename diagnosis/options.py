@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from ..twin.strikes import ContactStage
 from .calibration import CalibrationMap
 from .hypotheses import Priors
+from .unknown_probability import UnknownMap
 
 #: Of each stage: velocity and peak force as shares, spectra in dB. What the observables' tolerances stand for.
 TOLERANCES = {"gun": 0.01, "contact": 0.03, "plate": 0.5}
@@ -41,6 +42,7 @@ class Options:
     mapped: bool = True
     calibrate: int = 0
     map: CalibrationMap | None = None
+    unknown_map: UnknownMap = field(default_factory=UnknownMap)
     shrink: bool = True
     where: bool = True
     plan: bool = True

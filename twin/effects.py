@@ -30,7 +30,10 @@ class Parameter:
     """One parameter of an effect: unit ("" for a pure number), default and allowed range, ends included.
 
     `off` is the value at which the effect does nothing. `likely` is where a diagnosis looks for it, inside the range:
-    what benches have, not what is possible. None: not looked for, the default stays.
+    what benches have, not what is possible. None: not looked for, the default stays. `typical`: the standard deviation
+    that data sheets and calibrations give for an error of either sign; None where there is no such sheet. `owner`: what
+    the parameter belongs to, and from whose one level to the next it may differ: "bench", "bullet", "tip", "face" (what
+    the tip meets), "layer", "plate", "mode band", "channel" or "session".
     """
 
     name: str
@@ -41,6 +44,8 @@ class Parameter:
     high: float
     off: float
     likely: tuple[float, float] | None
+    typical: float | None = None
+    owner: str = "bench"
 
 
 def parameter(
@@ -52,9 +57,11 @@ def parameter(
     high: float,
     off: float,
     likely: tuple[float, float] | None = None,
+    typical: float | None = None,
+    owner: str = "bench",
 ) -> Any:
     """A field of an effect. SI; the unit stands in the field's name, too."""
-    return field(default=default, metadata={_KEY: (meaning, unit, low, high, off, likely)})
+    return field(default=default, metadata={_KEY: (meaning, unit, low, high, off, likely, typical, owner)})
 
 
 @dataclass(frozen=True)
@@ -101,9 +108,9 @@ class Effect(ABC):
 
 
 def _parameter(item: Field[Any]) -> Parameter:
-    meaning, unit, low, high, off, likely = item.metadata[_KEY]
+    meaning, unit, low, high, off, likely, typical, owner = item.metadata[_KEY]
     assert item.default is not MISSING
-    return Parameter(item.name, meaning, unit, float(item.default), low, high, off, likely)
+    return Parameter(item.name, meaning, unit, float(item.default), low, high, off, likely, typical, owner)
 
 
 _FOLDERS = ("gun", "contact", "plate", "sensors")

@@ -18,8 +18,17 @@ if TYPE_CHECKING:
 
 @click.command("blind-check")
 @click.option("--cases", type=click.IntRange(1), help="Campaigns of each tier.")
-@click.option("--seed", type=click.IntRange(0), help="Drawn after the code was fixed, used once.")
+@click.option("--seed", type=click.IntRange(0), help="Of the cases. [the split's own]")
 @click.option("--tier", "tiers", multiple=True, metavar="NAME", help="Only this tier: repeat. [all]")
+@click.option("--kind", "kinds", multiple=True, metavar="NAME", help="Only this kind where kinds take turns: repeat.")
+@click.option(
+    "--split",
+    type=click.Choice(["development", "calibration", "sealed"]),
+    default="sealed",
+    show_default=True,
+    help="Which families, laws and seeds may be drawn.",
+)
+@click.option("--time-limit", type=click.FloatRange(1), default=900.0, show_default=True, help="Seconds of a case.")
 @crew_options("Processes.", jobs=2)
 @click.option("--folder", type=click.Path(file_okay=False, path_type=Path), help="Keep answers here, and go on.")
 @click.option(
@@ -36,6 +45,9 @@ def blind_check(
     cases: int | None,
     seed: int | None,
     tiers: tuple[str, ...],
+    kinds: tuple[str, ...],
+    split: str,
+    time_limit: float,
     crew: Crew,
     folder: Path | None,
     pool: tuple[Path, ...],
@@ -51,21 +63,23 @@ def blind_check(
     \b
     Example:
         pyroshock blind-check --cases 20 --seed 7 --tier strong
+        pyroshock blind-check --cases 8 --tier realistic --split development
         pyroshock blind-check --pool monday --pool tuesday
     """
     with errors_as_one_line():
         if pool:
             _tell(_pooled(pool), json_to)
             return
-        if cases is None or seed is None:
-            raise ValueError("--cases and --seed are missing; give both, or --pool FOLDER for checks that are finished")
+        if cases is None:
+            raise ValueError("--cases is missing; give it, or --pool FOLDER for checks that are finished")
         from ...diagnosis.blind.run import OPTIONS, run
+        from ...diagnosis.blind.tasks import SEEDS
         from ..progress import progress_bar
 
         with progress_bar("blind check", "cases") as step:
             report = run(
                 cases,
-                seed,
+                SEEDS[split] if seed is None else seed,
                 _known(tiers),
                 crew=crew,
                 folder=folder,
@@ -73,6 +87,9 @@ def blind_check(
                 options=replace(OPTIONS, shrink=not no_shrinkage),
                 baselines=not no_baselines,
                 oracle=not no_shrinkage,
+                split=split,
+                kinds=kinds,
+                patience_s=time_limit,
             )
         _tell(report, json_to)
 
@@ -88,12 +105,14 @@ def _tell(report: Report | Pool, json_to: str | None) -> None:
 
 def _pooled(folders: tuple[Path, ...]) -> Pool:
     """Of folders, or of the files with scored rows themselves."""
+    from ...diagnosis.blind.benches import bench_tables
     from ...diagnosis.blind.kept import SCORED, pooled
     from ...diagnosis.blind.report import Pool
     from ...diagnosis.blind.scoring import kinds, tables
+    from ...diagnosis.blind.tasks import BENCHES
 
     checks, rows = pooled([each if each.is_file() else each / SCORED for each in folders])
-    return Pool(tuple(checks), tables(rows), kinds(rows))
+    return Pool(tuple(checks), tables(rows), kinds(rows), bench_tables(rows, tuple(BENCHES)))
 
 
 def _known(tiers: tuple[str, ...]) -> tuple[str, ...]:

@@ -13,7 +13,8 @@ from typing import Any
 from ...twin.effects import catalogue
 from ...virtualbench.withheld.record import record_case
 from ..options import Options
-from .tasks import LEFT_OUT, Task, drawn
+from .peak_memory import PeakMemory
+from .tasks import BENCHES, LEFT_OUT, Task, drawn
 
 #: A case that takes longer has no answer.
 PATIENCE_S = 900.0
@@ -50,7 +51,9 @@ def lost(job: Job) -> dict[str, Any]:
 def _from_folder(folder: Path, job: Job, left_out: str | None) -> dict[str, Any]:
     try:
         if left_out is None:
-            return {**diagnosed(folder, job.options), **(_simply(folder, job.options) if job.simple else {})}
+            simple = _simply(folder, job.options) if job.simple else {}
+            naive = {"naive": _naive(folder, job.options)} if job.task.tier in BENCHES and job.options.shrink else {}
+            return {**diagnosed(folder, job.options), **simple, **naive}
         known = tuple(name for name in job.options.catalogue or tuple(catalogue()) if name != left_out)
         without = diagnosed(folder, replace(job.options, catalogue=known, shrink=False))
         return {**without, "added": diagnosed(folder, job.options)}
@@ -63,13 +66,15 @@ def diagnosed(folder: Path, options: Options) -> dict[str, Any]:
     from ..diagnose import diagnose
     from ..reading import read_folder
 
+    memory = PeakMemory()
     began, used = time.perf_counter(), time.process_time()
     verdict = diagnose(read_folder(folder), options=options)
     seconds, cpu = time.perf_counter() - began, time.process_time() - used
     report = verdict.as_json()
-    kept = {key: report[key] for key in ("gap", "where", "causes", "shrinkage")}
+    kept = {key: report[key] for key in ("gap", "where", "causes", "shrinkage", "effects", "unexplained", "path")}
     fitted = [effect.as_json() for effect in verdict.first.fitted]
-    text = json.dumps({"verdict": kept, "fitted": fitted, "seconds": seconds, "cpu_s": cpu})
+    cost = {"seconds": seconds, "cpu_s": cpu, "memory_mb": memory.used_mb()}
+    text = json.dumps({"verdict": kept, "fitted": fitted, **cost})
     return json.loads(text, parse_constant=lambda _: None)  # type: ignore[no-any-return]  # JSON knows no NaN
 
 
@@ -88,6 +93,21 @@ def _simply(folder: Path, options: Options) -> dict[str, Any]:
     problem = Problem.of(gap, surfaces(stages, catalogue().values()))
     simple = {name: _short(answer(problem)) for name, answer in BASELINES.items()}
     return {"simple": simple, "features": featured(gap)}
+
+
+def _naive(folder: Path, options: Options) -> dict[str, Any]:
+    """The gap that all effects together take away, by a fit without selection; {"error"} where it fails."""
+    from ..chain import stages_of
+    from ..gap import GapTable
+    from ..reading import read_folder
+    from .joint_ridge import joint_ridge
+
+    try:
+        record = read_folder(folder)
+        stages, _ = stages_of(record, options)
+        return joint_ridge(stages, GapTable.of(record, stages, options.widened))
+    except Exception as error:  # noqa: BLE001 - a baseline that fails must not take the answer with it
+        return {"error": f"{type(error).__name__}: {error}"}
 
 
 def featured(gap: Any) -> list[float]:

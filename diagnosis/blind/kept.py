@@ -53,9 +53,11 @@ def _row(table: Mapping[str, Any]) -> Row:
     label, said = dict(table["label"]), dict(table["said"])
     for name in ("effects", "stages"):
         label[name] = tuple(label[name])
+    label["shown"] = tuple(label.get("shown", ()))
     label["inside"] = None if label["inside"] is None else tuple(label["inside"])
     said["entries"] = tuple(
         Entry(tuple(each["labels"]), each["probability"], tuple(each["shares"])) for each in said["entries"]
     )
     said["stages"], said["inside"] = tuple(said["stages"]), tuple(tuple(each) for each in said["inside"])
+    said["shares"] = {name: tuple(values) for name, values in said.get("shares", {}).items()}
     return Row(Label(**label), Said(**said), table["oracle"])

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from .benches import BenchFigures, bench_text
 from .left_out import LeftOut
 from .rates import Rate
 from .score import Figures
@@ -19,8 +20,8 @@ DIAGNOSIS = "diagnosis"
 class Report:
     """`tiers` of the diagnosis and `baselines` by their name, the same tiers each, "all" the last.
 
-    `kinds`: the diagnosis by kind of campaign, over all tiers. `published` are the salted hashes of the labels, in the
-    order of the cases, as they were before any diagnosis.
+    `kinds`: the diagnosis by kind of campaign, over all tiers. `benches`: the tiers on which many effects act.
+    `published` are the salted hashes of the labels, in the order of the cases, as they were before any diagnosis.
     """
 
     cases: int
@@ -30,6 +31,7 @@ class Report:
     left_out: LeftOut | None = None
     kinds: tuple[Figures, ...] = ()
     published: tuple[str, ...] = ()
+    benches: tuple[BenchFigures, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         return {
@@ -40,6 +42,7 @@ class Report:
                 {"name": name, "tiers": [_tier(each) for each in tables]} for name, tables in self.baselines.items()
             ],
             "kinds": [{"kind": row.pop("name"), **row} for row in (each.as_json() for each in self.kinds)],
+            "benches": [each.as_json() for each in self.benches],
             "left_out": self.left_out.as_json() if self.left_out else None,
             "published": list(self.published),
         }
@@ -52,7 +55,12 @@ class Report:
         if self.baselines:
             last = {DIAGNOSIS: self.tiers[-1], **{name: tables[-1] for name, tables in self.baselines.items()}}
             parts.append(table(list(last.values()), "answers by", list(last)))
-        parts += [_reliability(self.tiers[-1]), _errors(self.tiers[-1]), _left_out(self.left_out)]
+        parts += [
+            bench_text(self.benches),
+            _reliability(self.tiers[-1]),
+            _errors(self.tiers[-1]),
+            _left_out(self.left_out),
+        ]
         return "\n\n".join(part for part in parts if part)
 
 
@@ -63,12 +71,14 @@ class Pool:
     checks: tuple[Mapping[str, Any], ...]
     tiers: tuple[Figures, ...]
     kinds: tuple[Figures, ...]
+    benches: tuple[BenchFigures, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
         return {
             "pooled": [dict(each) for each in self.checks],
             "tiers": [_tier(each) for each in self.tiers],
             "kinds": [{"kind": row.pop("name"), **row} for row in (each.as_json() for each in self.kinds)],
+            "benches": [each.as_json() for each in self.benches],
         }
 
     def text(self) -> str:

@@ -17,7 +17,8 @@ class Label:
     `effects` are ids of the catalogue: none of them for a campaign without effect and for one whose effect lies outside
     the catalogue, which has a `family` instead. `gap_in_floors` and `gap_in_tolerances` are of the effect alone,
     without background. `stages` are those in whose observables it shows; `inside` names the configurations (by their
-    place in the record) where it acts, where it does not act in all of them.
+    place in the record) where it acts, where it does not act in all of them. `shares` of the squared gap by effect, by
+    leaving one out, and `shapley`; `shown` are the effects that such a campaign could show, acting or not.
     """
 
     case: str
@@ -30,6 +31,9 @@ class Label:
     stages: tuple[str, ...] = ()
     inside: tuple[int, ...] | None = None
     rough: bool = False
+    shares: Mapping[str, float] = field(default_factory=dict)
+    shapley: Mapping[str, float] = field(default_factory=dict)
+    shown: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:
@@ -60,7 +64,8 @@ class Said:
     """An answer as it is scored. `error` is the reason where there is none: it counts as wrong wherever it can.
 
     `stages` in the order named; `inside` the configurations of each named region; `shrinkage` the report's entry that
-    is held out by configuration.
+    is held out by configuration. `shares` by effect: of the squared gap, with its interval's ends. `naive` is the
+    fraction of the gap that the naive joint fit takes away, held out.
     """
 
     case: str
@@ -70,6 +75,9 @@ class Said:
     shrinkage: Mapping[str, Any] | None = None
     seconds: float = float("nan")
     error: str = ""
+    shares: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    naive: float | None = None
+    memory_mb: float | None = None
 
     @classmethod
     def of(cls, case: str, verdict: Mapping[str, Any], inside: Sequence[Sequence[int]] = ()) -> Self:
@@ -83,6 +91,9 @@ class Said:
             tuple(tuple(int(i) for i in each) for each in inside),
             held[0] if held else None,
             float(verdict.get("seconds", float("nan"))),
+            shares={row["effect"]: (row["share"], *row["ci90"]) for row in verdict.get("effects") or ()},
+            naive=verdict.get("naive"),
+            memory_mb=verdict.get("memory_mb"),
         )
 
     @classmethod
@@ -97,6 +108,13 @@ class Said:
     def labels(self) -> tuple[str, ...]:
         """In the order in which the report is read: the first entry's, then the second's."""
         return tuple(label for entry in self.entries for label in entry.labels)
+
+    @property
+    def named(self) -> tuple[frozenset[str], ...]:
+        """Effects that the first entry names, a set for each of its alternatives, the likeliest first; empty sets for
+        "none" and "unknown"."""
+        first = self.entries[0].labels if self.entries else ()
+        return tuple(frozenset(name for name in label.split("+") if "." in name) for label in first)
 
     @property
     def probabilities(self) -> dict[str, float]:

@@ -22,7 +22,7 @@ from .journal import Journal
 from .kept import SCORED, write_rows
 from .report import Report
 from .scoring import rows_of, scored
-from .tasks import TIERS, Task, drawn, tasks
+from .tasks import BENCHES, TIERS, Task, drawn, tasks
 from .training import trained
 
 #: Called with (done, total, what).
@@ -48,21 +48,26 @@ def run(
     learn_from: int | None = None,
     oracle: bool = True,
     split: str = "sealed",
+    kinds: Sequence[str] = (),
+    patience_s: float = PATIENCE_S,
 ) -> Report:
     """`cases` of each tier, answered by `crew` and scored.
 
     With a `folder` hashes, sealed labels, key and answers are kept there, and a check that was stopped goes on. The
     forest among the baselines learns from `learn_from` campaigns, by default as many as are scored; 0: no forest.
+    `split`: of families, laws and seeds. `kinds`: these alone, in the tiers in which kinds take turns. A case that
+    takes longer than `patience_s` has no answer.
     Raises `ValueError` for a tier that there is not and for a folder of another check, `SealError` for a folder of
     other labels than were published.
     """
     tell, options = progress or (lambda *_: None), options or OPTIONS
-    work = tasks(cases, seed, tiers, split)
+    work = tasks(cases, seed, tiers, split, kinds)
     with _place(folder) as place:
-        asked = {"cases": cases, "seed": seed, "tiers": list(dict.fromkeys(tiers)), "split": split}
+        asked: dict[str, Any] = {"cases": cases, "seed": seed, "tiers": list(dict.fromkeys(tiers)), "split": split}
+        asked |= {"kinds": list(kinds)} if kinds else {}
         _same_check(place, asked | {"shrinkage": options.shrink})
         published = _published(place, work, crew, tell)
-        said = _answers(place, [Job(task, options, baselines) for task in work], crew, tell)
+        said = _answers(place, [Job(task, options, baselines) for task in work], crew, tell, patience_s)
         learn = (len(work) if learn_from is None else learn_from) if baselines else 0
         forest = trained(learn, seed, crew, tell) if learn else None
         opened = _opened(place, published)
@@ -95,12 +100,14 @@ def _opened(place: Path, published: Sequence[str]) -> list[Opened]:
     return open_labels(place / _SEALED, (place / _KEY).read_bytes(), published)
 
 
-def _answers(place: Path, work: Sequence[Job], crew: Crew, tell: Progress) -> dict[str, dict[str, Any]]:
+def _answers(
+    place: Path, work: Sequence[Job], crew: Crew, tell: Progress, patience_s: float
+) -> dict[str, dict[str, Any]]:
     journal = Journal(place / _ANSWERS)
     known = journal.read()
     left = [job for job in work if job.task.name not in known]
     tell(len(work) - len(left), len(work), "answers")
-    for job, answer in mapped(crew, answered, left, lost=lost, patience_s=PATIENCE_S):
+    for job, answer in mapped(crew, answered, left, lost=lost, patience_s=patience_s):
         journal.add(answer)
         known[job.task.name] = answer
         tell(len(known), len(work), "answers")
@@ -116,10 +123,15 @@ def _oracles(
     crew: Crew,
     tell: Progress,
 ) -> dict[str, dict[str, Any]]:
-    """For one effect with a gap beyond tolerance."""
+    """For one effect with a gap beyond tolerance, and for the answers about benches that named an effect."""
     journal = Journal(place / _ORACLES)
     known = journal.read()
-    wanted = [task for task in work if len(truths[task.name].strengths) == 1 and not truths[task.name].within_tolerance]
+    wanted = [
+        task
+        for task in work
+        if (len(truths[task.name].strengths) == 1 and not truths[task.name].within_tolerance)
+        or (task.tier in BENCHES and said[task.name].get("fitted"))
+    ]
     asked = [
         right.Asked(task, options, tuple(said[task.name].get("fitted", ())))
         for task in wanted

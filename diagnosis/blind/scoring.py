@@ -9,11 +9,12 @@ import numpy as np
 
 from ...virtualbench.withheld.case import Label as Opened
 from .baselines import BASELINES
+from .benches import BenchFigures, bench_tables
 from .forest import Forest
 from .left_out import LeftOut, left_out
 from .rows import Label, Row, Said
 from .score import Figures, figures
-from .tasks import LEFT_OUT, Task
+from .tasks import BENCHES, LEFT_OUT, Task
 from .truth import label, named_regions
 
 FOREST, ALL = "random forest", "all"
@@ -24,6 +25,7 @@ class Scores(TypedDict):
     kinds: tuple[Figures, ...]
     baselines: dict[str, tuple[Figures, ...]]
     left_out: LeftOut | None
+    benches: tuple[BenchFigures, ...]
 
 
 def scored(
@@ -42,6 +44,7 @@ def scored(
         tiers=tables(rows),
         kinds=kinds(rows),
         baselines={way: tables([_simple(way, labels[t.name], answers[t.name], forest) for t in usual]) for way in ways},
+        benches=bench_tables(rows, tuple(BENCHES)),
         left_out=_left_out([task for task in work if task.tier == LEFT_OUT], labels, answers, truths),
     )
 
@@ -84,7 +87,12 @@ def said(case: str, answer: Mapping[str, Any], opened: Opened) -> Said:
     seconds = answer.get("seconds")
     if "verdict" not in answer:
         return Said(case, error=str(answer.get("error", "no answer")))
-    verdict = {**answer["verdict"], "seconds": np.nan if seconds is None else seconds}
+    verdict = {
+        **answer["verdict"],
+        "seconds": np.nan if seconds is None else seconds,
+        "naive": answer.get("naive", {}).get("fraction"),
+        "memory_mb": answer.get("memory_mb"),
+    }
     return Said.of(case, verdict, named_regions(opened, verdict["where"].get("factors", ())))
 
 

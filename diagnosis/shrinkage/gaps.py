@@ -9,7 +9,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...twin.effects import Effect
 from ..localisation.means import Floats, Means, floors, tolerances
 from ..stages.base import Observable, Stage
 
@@ -55,11 +54,10 @@ class Gaps:
         """Configurations that have a gap at all."""
         return np.flatnonzero(np.isfinite(self.mean).any(axis=1))
 
-    def corrections(self, stages: Sequence[Stage], sets: Sequence[Sequence[Effect]]) -> Floats:
-        """(k, C, D) over the scale: what sets of effects add to the simulation; zero where there is no answer."""
-        tables = [_changes(stage, sets) for stage in stages]
+    def over_scale(self, tables: Floats) -> Floats:
+        """(k, C, D): changes (k, C, D') of all observables in their units; zero where there is no answer."""
         used = np.isfinite(self.scale)
-        return np.nan_to_num(np.concatenate(tables, axis=2)[:, :, used] / self.scale[used])
+        return np.asarray(np.nan_to_num(tables[:, :, used] / self.scale[used]))
 
     def squares(self, correction: Floats | float = 0.0) -> Floats:
         """(C,): mean squared gap of each configuration, its scatter included."""
@@ -80,15 +78,6 @@ class Gaps:
 def _over_observables(values: Floats) -> Floats:
     known = np.isfinite(values)
     return np.asarray(np.where(known, values, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1))
-
-
-def _changes(stage: Stage, sets: Sequence[Sequence[Effect]]) -> Floats:
-    shown = [[effect for effect in each if effect.id in stage.shows] for each in sets]
-    table = np.zeros((len(sets), len(stage.record.configurations), len(stage.observables)))
-    acting = [i for i, each in enumerate(shown) if each]
-    if acting:
-        table[acting] = stage.changes([shown[i] for i in acting])
-    return table
 
 
 def _chance(residuals: Floats, configuration: NDArray[np.intp], means: Means) -> Floats:

@@ -13,7 +13,7 @@ from ...twin.sensors.chain import SensorChain
 from ..record import CampaignRecord, Series
 from .base import Floats, Observable, Stage, Upstream
 from .contact_acting import acts, concerns
-from .contact_batches import Rows, split, true_velocity
+from .contact_batches import Rows, split, taken, true_velocity
 from .contact_courses import Courses, law_courses
 from .contact_features import NAMES, OBSERVABLES, series_features
 from .contact_nuisances import contact_nuisances
@@ -82,7 +82,7 @@ class ContactStage(Stage):
         known = np.flatnonzero(runs >= 0)
         found = np.zeros((len(sets), len(runs), len(NAMES)))
         found[:, runs < 0] = np.nan
-        mine = [[each for each in effects if concerns(type(each))] for effects in sets]
+        mine = [[taken(each, known) for each in effects if concerns(type(each))] for effects in sets]
         nominal = self.features_of(runs[known])
         for places in by_kinds(mine):
             together = stacked([mine[place] for place in places], len(known))

@@ -20,6 +20,8 @@ from .stacked import by_kinds, stacked
 
 #: 1 % of velocity counts as agreement; the scatter where no run states its uncertainty.
 TOLERANCE, ASSUMED_FLOOR = 0.01, 0.01
+#: Velocities that are compared within a hundredth need no more than five digits.
+_COARSER = 30.0
 
 
 class GunStage(Stage):
@@ -124,7 +126,7 @@ class GunStage(Stage):
         rows = np.flatnonzero((pressure_pa >= 0) & np.isfinite(pressure_pa) & (mass_kg > 0) & np.isfinite(mass_kg))
         if rows.size:
             some = [each.take(rows) for each in gun] if rows.size < pressure_pa.size else gun
-            shots = gun_velocity(self.bench, pressure_pa[rows], mass_kg[rows], some, travel_m=travel_m[rows])
+            shots = gun_velocity(self.bench, pressure_pa[rows], mass_kg[rows], some, _COARSER, travel_m=travel_m[rows])
             velocity[rows] = np.where(shots.left, shots.velocity_m_s, np.nan)
         return velocity
 

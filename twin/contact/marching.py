@@ -149,7 +149,10 @@ def _back_to_least(contacts: Contacts, now: Rates, ending: NDArray[np.int8], lea
     stays = ending == _TOUCHING
     if not np.any(stays):
         return contacts
-    excess = np.where(stays, np.log(least / now.force) * now.force / -now.force_rate, 0.0)
+    # A force that has come down to nothing has no exponential to go back along.
+    falls = stays & (now.force > 0) & (now.force_rate < 0)
+    force, rate = np.where(falls, now.force, least), np.where(falls, now.force_rate, -1.0)
+    excess = np.where(falls, np.log(least / force) * force / -rate, 0.0)
     return contacts.at_time(contacts.time - excess)
 
 

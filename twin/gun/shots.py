@@ -56,6 +56,7 @@ def gun_velocity(
     tank_pressure_pa: ArrayLike,
     bullet_mass_kg: ArrayLike,
     effects: Sequence[GunEffect] = (),
+    coarser: float = 1.0,
     *,
     travel_m: ArrayLike | None = None,
 ) -> GunShots:
@@ -63,7 +64,8 @@ def gun_velocity(
 
     `travel_m`, one for all or (n,), takes the place of the bench's where projectiles differ in it. The bench's
     efficiency still stands before the velocity: it is 1 where effects say where the losses are. In
-    closed form without effects and where they only prepare the shot. Raises `ValueError` as `muzzle_velocity` does,
+    closed form without effects and where they only prepare the shot. `coarser`: a factor on the error that a step of
+    the integration may make. Raises `ValueError` as `muzzle_velocity` does,
     for an effect given twice and for parameters that are not one or n; `TypeError` for another stage's effect.
     """
     shot = nominal_shot(bench, tank_pressure_pa, bullet_mass_kg)
@@ -72,10 +74,10 @@ def gun_velocity(
     acting = checked_effects(effects, GunEffect)
     for effect in acting:
         shot = effect.prepare(shot)
-    return _fired(shot, acting, bench.efficiency)
+    return _fired(shot, acting, bench.efficiency, coarser)
 
 
-def _fired(shot: Shot, effects: Sequence[GunEffect], efficiency: float) -> GunShots:
+def _fired(shot: Shot, effects: Sequence[GunEffect], efficiency: float, coarser: float) -> GunShots:
     n = len(shot)
     moving = np.zeros(n, dtype=bool)
     for effect in effects:
@@ -87,11 +89,12 @@ def _fired(shot: Shot, effects: Sequence[GunEffect], efficiency: float) -> GunSh
     for mask, way in ways:
         rows = np.flatnonzero(mask)
         if rows.size:
-            shots.put(rows, way(shot.take(rows), [effect.take(rows) for effect in effects if effect.moves]))
+            acting = [effect.take(rows) for effect in effects if effect.moves]
+            shots.put(rows, way(shot.take(rows), acting, coarser))
     return replace(shots, velocity_m_s=efficiency * shots.velocity_m_s)
 
 
-def _closed(shot: Shot, _: Sequence[GunEffect]) -> GunShots:
+def _closed(shot: Shot, _: Sequence[GunEffect], __: float) -> GunShots:
     velocity = ideal_velocity_m_s(shot)
     left = velocity > 0
     time = np.full(len(shot), np.nan)
@@ -100,21 +103,21 @@ def _closed(shot: Shot, _: Sequence[GunEffect]) -> GunShots:
     return GunShots(velocity, time, status)
 
 
-def _one_chamber(shot: Shot, effects: Sequence[GunEffect]) -> GunShots:
+def _one_chamber(shot: Shot, effects: Sequence[GunEffect], coarser: float) -> GunShots:
     # Without a valve the pressure only falls: a projectile that does not start now never does.
     n = len(shot)
     shots = GunShots(np.zeros(n), np.full(n, np.nan), np.full(n, Status.NOT_STARTED, dtype=np.int_))
     rows = np.flatnonzero(starting_force_n(shot) > 0)
     if rows.size:
-        shots.put(rows, _moved(Chamber(shot.take(rows), [effect.take(rows) for effect in effects])))
+        shots.put(rows, _moved(Chamber(shot.take(rows), [effect.take(rows) for effect in effects]), coarser))
     return shots
 
 
-def _two_chambers(shot: Shot, effects: Sequence[GunEffect]) -> GunShots:
-    return _moved(TwoChambers(shot, effects))
+def _two_chambers(shot: Shot, effects: Sequence[GunEffect], coarser: float) -> GunShots:
+    return _moved(TwoChambers(shot, effects), coarser)
 
 
-def _moved(chamber: Chamber) -> GunShots:
+def _moved(chamber: Chamber, coarser: float) -> GunShots:
     from ..ode import Tolerance, run
 
     shot, start = chamber.shot, chamber.start()
@@ -122,7 +125,7 @@ def _moved(chamber: Chamber) -> GunShots:
     floor = np.empty_like(start)
     floor[0], floor[1] = 0.1 * shot.travel_m, 0.1 * shot.travel_m / scale
     floor[2::2], floor[3::2] = shot.driving_pressure_pa, 0.01 * start[3::2].max(axis=0)
-    tolerance = Tolerance(chamber.step_error, np.maximum(floor, 1e-300))
+    tolerance = Tolerance(coarser * chamber.step_error, np.maximum(floor, 1e-300))
     ends = run(chamber, start, chamber.first_step * scale, tolerance, chamber.method)
     velocity = np.where(ends.reached, ends.state[1], 0.0)
     status = np.where(ends.reached, Status.LEFT, np.where(ends.state[0] > 0, Status.STOPPED, Status.NOT_STARTED))

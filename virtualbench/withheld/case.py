@@ -47,8 +47,9 @@ class Case:
     repetitions, in tolerances.
 
     `strengths` by effect id, in the unit of `strength.RANGES`; `unknown` is a family outside the catalogue with its
-    `amount`. `decoys`: nominal figures of campaign.toml by name, times a factor within tolerance. `blocked`: a
-    configuration's repetitions follow one another; else runs are shuffled.
+    `amount`. `laws`: by which second laws the effects act, "development" or "sealed"; empty: by the bench's own (see
+    `virtualbench.second_laws`). `decoys`: nominal figures of campaign.toml by name, times a factor within tolerance.
+    `blocked`: a configuration's repetitions follow one another; else runs are shuffled.
     """
 
     kind: str
@@ -60,6 +61,7 @@ class Case:
     strengths: Mapping[str, float] = field(default_factory=dict)
     unknown: str | None = None
     amount: float = 0.0
+    laws: str = ""
     decoys: Mapping[str, float] = field(default_factory=dict)
     blocked: bool = False
     sampling_rate_hz: float = 102_400.0
@@ -79,8 +81,10 @@ class Label:
     By stage, over configurations and observables: `gap` (rms of the effect's true change) and `floor`, in tolerances.
     `ratio` is the largest gap over floor of a stage, `tier` where it falls (`tier_of`); `stage` where that is.
     `changes` by stage: (C, d) true change of each configuration, in `TOLERANCES`' units; its configurations are
-    `configurations`, factors by name. `alone` has the ratio of each effect by itself. `background`: rms in tolerances
-    as drawn. `region`: the factor and value in which alone the effect acts.
+    `configurations`, factors by name. `left_out` and `shapley` by stage: what each effect makes of the squared gap
+    (`attribution.Attribution`); `shown`: the effects that such a campaign can show; `laws`: as in `Case`. `alone` has
+    the ratio of each effect by itself. `background`: rms in tolerances as drawn. `region`: the factor and value in
+    which alone the effect acts.
     """
 
     kind: str
@@ -100,6 +104,10 @@ class Label:
     changes: Mapping[str, list[list[float]]]
     seed: int
     folder_sha256: str = ""
+    left_out: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    shapley: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    shown: tuple[str, ...] = ()
+    laws: str = ""
 
     @property
     def within_tolerance(self) -> bool:
@@ -117,7 +125,7 @@ class Label:
     @classmethod
     def from_json(cls, table: Mapping[str, Any]) -> Label:
         """The inverse of `as_json`."""
-        tuples = {"cause": tuple(table["cause"]), "configurations": tuple(table["configurations"])}
+        tuples = {name: tuple(table[name]) for name in ("cause", "configurations", "shown")}
         return cls(**{**table, **tuples})
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +16,21 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Cause:
-    """What acts: effects of the catalogue, by strength, and a family outside of it. `order` (C,): places of the
-    configurations in the order of runs, 0 to 1; evenly spread where it is empty."""
+    """What acts: effects of the catalogue, by strength, and a family outside of it.
+
+    `order` (C,): places of the configurations in the order of runs, 0 to 1; evenly spread where it is empty. `laws`:
+    the split of the second laws by which the effects act, empty for the bench's own.
+    """
 
     strengths: tuple[tuple[str, float], ...] = ()
     family: str = ""
     amount: float = 0.0
     order: tuple[float, ...] = ()
+    laws: str = ""
+
+    def restricted(self, names: Collection[str]) -> Cause:
+        """With these of its effects alone."""
+        return replace(self, strengths=tuple((name, value) for name, value in self.strengths if name in names))
 
     @property
     def table(self) -> dict[str, float]:

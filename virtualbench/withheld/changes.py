@@ -19,7 +19,12 @@ _CHANGES = {"gun": in_gun, "contact": in_contact, "plate": in_plate}
 
 def changes(kind: str, number: int, cause: Cause) -> dict[str, Floats]:
     """By stage (C, d): ln v; ln peak, impulse, width; dB at third octaves of each channel."""
-    return {stage: _CHANGES[stage](kind, number, cause) for stage in STAGES[kind]}
+    return {stage: changed_stage(stage, kind, number, cause) for stage in STAGES[kind]}
+
+
+def changed_stage(stage: str, kind: str, number: int, cause: Cause) -> Floats:
+    """(C, d) of one stage, in the unit of `TOLERANCES`."""
+    return _CHANGES[stage](kind, number, cause)
 
 
 def gaps(moved: Mapping[str, Floats]) -> dict[str, float]:

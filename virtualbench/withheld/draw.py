@@ -44,7 +44,7 @@ def draw_case(
     """
     _check(kind, tier, cause)
     for _ in range(_TRIES):
-        case = _base(kind, tier, rng, rough, number)
+        case = base_case(kind, tier, rng, rough=rough, number=number)
         case = replace(case, decoys=_decoys(kind, rng, decoy))
         found = _CAUSES[cause](case, rng, split) if cause in _CAUSES else with_cause(case, cause, rng)
         if found:
@@ -66,7 +66,10 @@ def _check(kind: str, tier: str, cause: str) -> None:
         raise ValueError(f"cause {cause!r}: a {kind} campaign cannot show it")
 
 
-def _base(kind: str, tier: str, rng: np.random.Generator, rough: bool, number: int | None) -> Case:
+def base_case(
+    kind: str, tier: str, rng: np.random.Generator, *, rough: bool = False, number: int | None = None
+) -> Case:
+    """A case without a cause: its plan, background, noise and the order of its runs."""
     return Case(
         kind=kind,
         tier=tier,

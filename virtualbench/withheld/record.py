@@ -11,6 +11,7 @@ import numpy as np
 from ..recorder import CampaignCard, Value, write_card, write_recording, write_runs
 from ..seal import folder_hash
 from ..sensors import SensorBuild
+from .attribution import attribution
 from .case import Case, Label, tier_of
 from .cause import Cause
 from .changes import changes, gaps
@@ -19,6 +20,7 @@ from .plates import CHANNELS, Plate, plate_of
 from .playing import Played, played
 from .shooting import gun_stage
 from .sizing import whole_cause
+from .strength import shown_by
 
 _DATE = "2026-01-01"
 _FORCE = SensorBuild("force", "force", "N", 1e7)
@@ -51,6 +53,7 @@ def label_of(case: Case, seed: int) -> Label:
     ratio = sizes[stage] / case.floor
     names = list(case.strengths)
     alone = {n: gaps(changes(case.kind, case.design, _alone(case, n))) for n in names} if len(names) > 1 else {}
+    parts = attribution(case.kind, case.design, whole_cause(case))
     settings = design(case.kind, case.design)
     return Label(
         kind=case.kind,
@@ -69,6 +72,10 @@ def label_of(case: Case, seed: int) -> Label:
         configurations=tuple(setting.factors() for setting in settings),
         changes={name: rows.tolist() for name, rows in moved.items()},
         seed=seed,
+        left_out=parts.left_out,
+        shapley=parts.shapley,
+        shown=shown_by(case.kind, case.design),
+        laws=case.laws,
     )
 
 

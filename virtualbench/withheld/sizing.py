@@ -30,8 +30,9 @@ def ratio_of(case: Case) -> float:
 
 def whole_cause(case: Case) -> Cause:
     """What acts in a case."""
-    order = places(case) if case.unknown and FAMILIES[case.unknown].drift else ()
-    return Cause(tuple(sorted(case.strengths.items())), case.unknown or "", case.amount, order)
+    drifting = case.unknown is not None and FAMILIES[case.unknown].drift
+    order = places(case) if drifting else ()
+    return Cause(tuple(sorted(case.strengths.items())), case.unknown or "", case.amount, order, case.laws)
 
 
 def with_cause(case: Case, name: str, rng: np.random.Generator) -> Case | None:

@@ -27,10 +27,19 @@ class LayerCompliance(ContactEffect):
     )
 
     # up to 1 mm of rubber (E = 5 MPa) below 2 cm^2; a sheet of hard polymer has some 1e-9 to 1e-8
-    compliance_m_n: Value = parameter("C of the layer", "m/N", default=1e-8, low=0, high=1e-4, off=0, likely=(0, 1e-6))
+    compliance_m_n: Value = parameter(
+        "C of the layer", "m/N", default=1e-8, low=0, high=1e-4, off=0, likely=(0, 1e-6), owner="layer"
+    )
     # stiffness doubles at 1 / h: some tenths of strain of a sheet, 0.1 to 10 kN below a tip
     stiffening_1_n: Value = parameter(
-        "h, by which its stiffness grows with force", "1/N", default=0, low=0, high=1, off=0, likely=(0, 1e-2)
+        "h, by which its stiffness grows with force",
+        "1/N",
+        default=0,
+        low=0,
+        high=1,
+        off=0,
+        likely=(0, 1e-2),
+        owner="layer",
     )
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("compliance_m_n",), ("compliance_m_n", "stiffening_1_n"))
 

@@ -27,7 +27,7 @@ class PlasticYield(ContactEffect):
 
     # from a tip softer than its sheet says to one that is hardened and has shaken down, and hardly yields any more
     pressure_over_yield_strength: Value = parameter(
-        "p_y over the lesser yield strength", "", default=1.6, low=0.3, high=1e6, off=1e6, likely=(0.3, 20)
+        "p_y over the lesser yield strength", "", default=1.6, low=0.3, high=1e6, off=1e6, likely=(0.3, 20), owner="tip"
     )
 
     def prepare(self, impacts: Impacts) -> Impacts:

@@ -24,7 +24,14 @@ class PlateCompliance(ContactEffect):
 
     # 1 far from edges, 2.3 on a free one (Cremer, 5.4: 3.5 for 8); more in a corner, less with echoes
     share: Value = parameter(
-        "s, mobility over that of the plate without edges", "", default=1, low=0, high=10, off=0, likely=(0, 3)
+        "s, mobility over that of the plate without edges",
+        "",
+        default=1,
+        low=0,
+        high=10,
+        off=0,
+        likely=(0, 3),
+        owner="plate",
     )
 
     def prepare(self, impacts: Impacts) -> Impacts:

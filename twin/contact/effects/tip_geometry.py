@@ -25,9 +25,18 @@ class TipGeometry(ContactEffect):
     source: ClassVar[str] = "Sneddon, Int. J. Eng. Sci. 3 (1965) 47; thesis, eq. 1.16"
 
     # from a flat punch to a little beyond a cone; d from a scratch on a metal tip to the depth of a soft one
-    exponent: Value = parameter("p of F = k delta^p", "", default=1.2, low=1, high=3, off=1.5, likely=(1, 2.2))
+    exponent: Value = parameter(
+        "p of F = k delta^p", "", default=1.2, low=1, high=3, off=1.5, likely=(1, 2.2), owner="tip"
+    )
     reference_indentation_m: Value = parameter(
-        "d, where the ball's force is kept", "m", default=1e-4, low=1e-7, high=0.01, off=1e-4, likely=(1e-5, 5e-3)
+        "d, where the ball's force is kept",
+        "m",
+        default=1e-4,
+        low=1e-7,
+        high=0.01,
+        off=1e-4,
+        likely=(1e-5, 5e-3),
+        owner="tip",
     )
 
     def prepare(self, impacts: Impacts) -> Impacts:

@@ -33,24 +33,45 @@ class ViscousLoss(ContactEffect):
 
     # up to a restitution of 0.35 at 1 m/s, of soft polymers (Goldsmith, Impact, 1960, ch. 8); metals stay below 0.2
     loss_s_m: Value = parameter(
-        "chi, loss for the rate of indentation", "s/m", default=0.1, low=0, high=50, off=0, likely=(0, 3)
+        "chi, loss for the rate of indentation", "s/m", default=0.1, low=0, high=50, off=0, likely=(0, 3), owner="tip"
     )
 
     # polyurethane rebounds at 0.6, e = exp(-1.72 lambda) after Zener; half of that again for filled rubbers
     polymer_loss: Value = parameter(
-        "lambda, inelasticity of polymers that relax", "", default=0, low=0, high=2, off=0, likely=(0, 0.8)
+        "lambda, inelasticity of polymers that relax", "", default=0, low=0, high=2, off=0, likely=(0, 0.8), owner="tip"
     )
     # dynamic over static modulus less one: 0.1 to 1 for engineering polymers, several for elastomers near their glass
     # transition (Ferry, Viscoelastic Properties of Polymers, 1980)
     polymer_stiffening: Value = parameter(
-        "s, by which polymers are stiffer than at rest", "", default=0, low=0, high=10, off=0, likely=(0, 5)
+        "s, by which polymers are stiffer than at rest",
+        "",
+        default=0,
+        low=0,
+        high=10,
+        off=0,
+        likely=(0, 5),
+        owner="tip",
     )
     # the same of whatever meets: joints, coatings and grease relax where no polymer is
     relaxing_loss: Value = parameter(
-        "lambda, inelasticity of any contact that relaxes", "", default=0, low=0, high=2, off=0, likely=(0, 0.5)
+        "lambda, inelasticity of any contact that relaxes",
+        "",
+        default=0,
+        low=0,
+        high=2,
+        off=0,
+        likely=(0, 0.5),
+        owner="tip",
     )
     relaxing_stiffening: Value = parameter(
-        "s, by which any contact is stiffer than at rest", "", default=0, low=0, high=10, off=0, likely=(0, 1)
+        "s, by which any contact is stiffer than at rest",
+        "",
+        default=0,
+        low=0,
+        high=10,
+        off=0,
+        likely=(0, 1),
+        owner="tip",
     )
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (
         ("loss_s_m",),

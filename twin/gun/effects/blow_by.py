@@ -36,10 +36,18 @@ class BlowBy(GunEffect):
         high=1.0,
         off=0.0,
         likely=(0.0, 1.0),
+        owner="bullet",
     )
     # Likely: printed bullets wear by tenths of a millimetre; one beyond 1 mm would rattle in the barrel.
     wear_m: Value = parameter(
-        "added to the radial clearance", "m", default=0.0, low=0.0, high=2e-3, off=0.0, likely=(0.0, 1e-3)
+        "added to the radial clearance",
+        "m",
+        default=0.0,
+        low=0.0,
+        high=2e-3,
+        off=0.0,
+        likely=(0.0, 1e-3),
+        owner="bullet",
     )
 
     # Likely: as the other, and a worn ring of three times the clearance.
@@ -51,6 +59,7 @@ class BlowBy(GunEffect):
         high=10.0,
         off=0.0,
         likely=(0.002, 3.0),
+        owner="bullet",
     )
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (
         ("discharge_coefficient", "wear_m"),

@@ -24,11 +24,25 @@ class SlidingFriction(GunEffect):
     # Likely: dry pairs lie between 0.1 and 1, rubber on metal somewhat higher; a bullet that wedges presses on the wall
     # with some times its weight.
     added_coefficient: Value = parameter(
-        "added to the nominal friction coefficient", "", default=0.3, low=0.0, high=10.0, off=0.0, likely=(0.0, 3.0)
+        "added to the nominal friction coefficient",
+        "",
+        default=0.3,
+        low=0.0,
+        high=10.0,
+        off=0.0,
+        likely=(0.0, 3.0),
+        owner="bullet",
     )
     # Likely: O-rings drag by some tenths of a newton per mm of their length, up to 60 N in 50 mm of bore.
     seal_force_n: Value = parameter(
-        "constant drag of seal or fit", "N", default=5.0, low=0.0, high=1000.0, off=0.0, likely=(0.0, 100.0)
+        "constant drag of seal or fit",
+        "N",
+        default=5.0,
+        low=0.0,
+        high=1000.0,
+        off=0.0,
+        likely=(0.0, 100.0),
+        owner="bullet",
     )
 
     # Likely: a lip that the gas presses on the bore over a tenth of the section at most, times its friction
@@ -40,6 +54,7 @@ class SlidingFriction(GunEffect):
         high=0.9,
         off=0.0,
         likely=(0.0, 0.5),
+        owner="bullet",
     )
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (
         ("added_coefficient", "seal_force_n"),

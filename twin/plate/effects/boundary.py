@@ -29,6 +29,7 @@ class Boundary(PlateEffect):
         high=5000.0,
         off=0.0,
         likely=(0.0, 300.0),
+        owner="plate",
     )
 
     id = "plate.boundary"

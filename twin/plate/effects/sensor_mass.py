@@ -25,7 +25,7 @@ class SensorMass(PlateEffect):
 
     # From a miniature shock accelerometer (1 g) to a triaxial one on its mounting block and cable.
     mass_kg: float = parameter(
-        "mass of each sensor", "kg", default=0.027, low=0.0, high=5.0, off=0.0, likely=(0.0, 0.3)
+        "mass of each sensor", "kg", default=0.027, low=0.0, high=5.0, off=0.0, likely=(0.0, 0.3), owner="channel"
     )
 
     id = "plate.sensor_mass"

@@ -20,7 +20,15 @@ class AccelerationGain(SensorEffect):
 
     # Some per cent for a certificate that is old, up to 3 dB for a wrong setting of the amplifier (ISO 16063-1).
     gain: Value = parameter(
-        "reading over true acceleration", "", default=1.05, low=0.2, high=5.0, off=1.0, likely=(0.7, 1.4)
+        "reading over true acceleration",
+        "",
+        default=1.05,
+        low=0.2,
+        high=5.0,
+        off=1.0,
+        likely=(0.7, 1.4),
+        typical=0.03,
+        owner="channel",
     )
 
     def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook

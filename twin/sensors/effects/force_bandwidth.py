@@ -28,12 +28,19 @@ class ForceBandwidth(SensorEffect):
 
     # down to 1 kHz, the lowest filter of charge amplifiers that one may forget at an impact
     time_constant_s: Value = parameter(
-        "of the low pass", "s", default=1.6e-5, low=0.0, high=1e-2, off=0.0, likely=(0.0, 1.6e-4)
+        "of the low pass", "s", default=1.6e-5, low=0.0, high=1e-2, off=0.0, likely=(0.0, 1.6e-4), owner="channel"
     )
 
     # as the other: down to 1 kHz
     corner_period_s: Value = parameter(
-        "T of a low pass of two poles", "s", default=0.0, low=0.0, high=1e-1, off=0.0, likely=(0.0, 1e-3)
+        "T of a low pass of two poles",
+        "s",
+        default=0.0,
+        low=0.0,
+        high=1e-1,
+        off=0.0,
+        likely=(0.0, 1e-3),
+        owner="channel",
     )
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("time_constant_s",), ("corner_period_s",))
 

@@ -19,7 +19,17 @@ class ForceGain(SensorEffect):
     source = "ISO 7626-5:2019, 7 (calibration of the force channel); JCGM 200:2012 (VIM), 4.12 sensitivity"
 
     # certificates err by a few per cent; a bolt that preloads the cell carries up to half of the force
-    gain: Value = parameter("reading over true force", "", default=1.03, low=0.2, high=5.0, off=1.0, likely=(0.5, 2.0))
+    gain: Value = parameter(
+        "reading over true force",
+        "",
+        default=1.03,
+        low=0.2,
+        high=5.0,
+        off=1.0,
+        likely=(0.5, 2.0),
+        typical=0.03,
+        owner="channel",
+    )
 
     def measured_force_n(self, force_n: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook
         return np.asarray(force_n * along_first(self.gain, force_n))

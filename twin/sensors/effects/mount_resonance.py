@@ -25,7 +25,14 @@ class MountResonance(SensorEffect):
 
     # A stud holds to 30 kHz and more, glue, wax and magnets to 7 to 30 kHz (ISO 5348).
     period_s: Value = parameter(
-        "of the mounted resonance", "s", default=5e-5, low=0.0, high=1e-2, off=0.0, likely=(0.0, 1.4e-4)
+        "of the mounted resonance",
+        "s",
+        default=5e-5,
+        low=0.0,
+        high=1e-2,
+        off=0.0,
+        likely=(0.0, 1.4e-4),
+        owner="channel",
     )
     # Not looked for: below the resonance it is hardly seen.
     damping_ratio: Value = parameter("of the mounted resonance", "", default=0.03, low=1e-3, high=0.9, off=0.03)

@@ -20,7 +20,15 @@ class PressureGain(SensorEffect):
 
     # Likely: a wrong range or shunt, seldom a fifth; larger errors are units, which plausibility tells.
     gain: Value = parameter(
-        "reading over true pressure", "", default=1.02, low=0.5, high=2.0, off=1.0, likely=(0.8, 1.25)
+        "reading over true pressure",
+        "",
+        default=1.02,
+        low=0.5,
+        high=2.0,
+        off=1.0,
+        likely=(0.8, 1.25),
+        typical=0.01,
+        owner="channel",
     )
 
     def true_pressure_pa(self, reading_pa: Floats) -> Floats:

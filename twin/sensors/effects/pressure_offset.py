@@ -21,7 +21,15 @@ class PressureOffset(SensorEffect):
 
     # Likely: a few percent of the span of a transducer for 10 bar.
     offset_pa: Value = parameter(
-        "reading at an open tank", "Pa", default=5e3, low=-1e5, high=1e5, off=0.0, likely=(-30e3, 30e3)
+        "reading at an open tank",
+        "Pa",
+        default=5e3,
+        low=-1e5,
+        high=1e5,
+        off=0.0,
+        likely=(-30e3, 30e3),
+        typical=3e3,
+        owner="channel",
     )
 
     def true_pressure_pa(self, reading_pa: Floats) -> Floats:

@@ -20,7 +20,15 @@ class VelocityGain(SensorEffect):
 
     # a light gate's spacing or a projectile's effective length is wrong by a few per cent, by a quarter at worst
     gain: Value = parameter(
-        "reading over true velocity", "", default=1.012, low=0.5, high=2.0, off=1.0, likely=(0.75, 1.33)
+        "reading over true velocity",
+        "",
+        default=1.012,
+        low=0.5,
+        high=2.0,
+        off=1.0,
+        likely=(0.75, 1.33),
+        typical=0.012,
+        owner="channel",
     )
 
     def measured_velocity_m_s(self, velocity_m_s: Floats) -> Floats:

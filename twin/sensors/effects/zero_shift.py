@@ -21,11 +21,18 @@ class ZeroShift(SensorEffect):
 
     # Chu's accelerometers shift by up to 5 % of the shock, either way.
     share: Value = parameter(
-        "offset over the largest acceleration", "", default=0.01, low=-1.0, high=1.0, off=0.0, likely=(-0.05, 0.05)
+        "offset over the largest acceleration",
+        "",
+        default=0.01,
+        low=-1.0,
+        high=1.0,
+        off=0.0,
+        likely=(-0.05, 0.05),
+        owner="channel",
     )
     # Of the amplifier: the high-pass of a charge amplifier or IEPE supply, 0.2 to 3 Hz.
     decay_time_s: Value = parameter(
-        "in which it falls to 1/e", "s", default=0.05, low=1e-4, high=1e3, off=0.05, likely=(0.05, 0.8)
+        "in which it falls to 1/e", "s", default=0.05, low=1e-4, high=1e3, off=0.05, likely=(0.05, 0.8), owner="channel"
     )
 
     def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:

@@ -1,0 +1,207 @@
+"""From the inference and what it predicts held out to the entries of a report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .inference.held_out import linear_prediction
+from .inference.model_search import fit_sets
+from .inference.posterior import Posterior, fitted_effects, fitted_parameters
+from .inference.shares import GapShares
+from .inference.subset_fit import SubsetFit
+from .shrinkage.measure import HeldOut
+from .unknown_probability import UnknownMap
+from .verdict import NONE, UNKNOWN, Cause, EffectShare, PathStep, Unexplained
+
+Floats = NDArray[np.float64]
+
+#: Entries below this probability are not listed; what is listed sums to one.
+_LISTED = 1e-3
+#: Two sets are one entry where these data leave the less likely one a tenth of both; an entry has at most so many.
+_ALIKE, _MOST_ALIKE = 0.10, 4
+#: An effect is named from this probability on that it acts.
+_INCLUDED = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Conclusion:
+    """The entries of a report. `fits`: every set that can be adopted, as it was fitted."""
+
+    causes: tuple[Cause, ...]
+    effects: tuple[EffectShare, ...]
+    unexplained: Unexplained
+    path: tuple[PathStep, ...]
+    fits: Mapping[str, SubsetFit]
+
+
+def conclude(posterior: Posterior, shares: GapShares, held: HeldOut | None, unknown: UnknownMap) -> Conclusion:
+    """`held` is what was held out by configuration; None where there are too few configurations."""
+    gains = _held_out_gains(posterior, held)
+    named = _named(posterior, shares, gains)
+    fraction = held.fraction(held.correction) if held is not None else None
+    p_unknown = unknown(posterior.log_odds_unknown, fraction) if _large(posterior) else 0.0
+    causes = _causes(posterior, p_unknown)
+    path = _path(posterior, held, named)
+    return Conclusion(
+        causes=causes,
+        effects=_effect_shares(posterior, shares, gains, named),
+        unexplained=Unexplained(shares.unexplained, shares.unexplained_interval),
+        path=path,
+        fits=_fits(posterior, named),
+    )
+
+
+def _large(posterior: Posterior) -> bool:
+    """Whether there is a gap beyond noise and tolerance to be explained."""
+    return posterior.metric.size(posterior.gap).beyond_noise or posterior.none_probability < 0.5
+
+
+def _held_out_gains(posterior: Posterior, held: HeldOut | None) -> dict[str, tuple[float, float]]:
+    """By effect: by how much the fraction that goes is larger with it on configurations that it was not fitted to, and
+    the standard error of that; of effects outside of the best set by adding them to it."""
+    if held is None:
+        return {}
+    library, best = posterior.library, posterior.best
+    by_effects: dict[frozenset[str], SubsetFit] = {}
+    for fit in library.fits.values():
+        key = frozenset(fit.effects)
+        if key not in by_effects or library.log_joint(fit) > library.log_joint(by_effects[key]):
+            by_effects[key] = fit
+    gains = {}
+    whole = _unseen_squares(posterior, held, best)
+    for effect in posterior.effects:
+        key = frozenset(best.effects)
+        other = by_effects.get(key - {effect} if effect in key else key | {effect})
+        if other is None:
+            gains[effect] = (0.0, 0.0)
+            continue
+        squares = _unseen_squares(posterior, held, other)
+        less, more = (squares, whole) if effect in key else (whole, squares)
+        gains[effect] = _gain(held, less, more)
+    return gains
+
+
+def _unseen_squares(posterior: Posterior, held: HeldOut, fit: SubsetFit) -> Floats:
+    tables = np.array([linear_prediction(posterior.library, fold.training, fit) for fold in held.folds])
+    return held.squares(held.unseen(held.gaps.over_scale(tables)))
+
+
+def _gain(held: HeldOut, without: Floats, with_effect: Floats) -> tuple[float, float]:
+    """Difference of the roots over the room, and its jackknife standard error over configurations."""
+    before, floor = held.squares(), held.gaps.floor[held.split.held_out]
+
+    def value(rows: NDArray[np.bool_]) -> float:
+        room = np.sqrt(before[rows].mean()) - np.sqrt(floor[rows].mean())
+        return float((np.sqrt(without[rows].mean()) - np.sqrt(with_effect[rows].mean())) / max(room, 1e-9))
+
+    everything = np.ones(len(before), dtype=bool)
+    left_out = np.array([value(everything & (np.arange(len(before)) != i)) for i in range(len(before))])
+    count = len(before)
+    return value(everything), float(np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean()) ** 2)))
+
+
+def _named(posterior: Posterior, shares: GapShares, gains: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:
+    """Effects that probably act and that predict what they have not seen, by falling share."""
+    kept = []
+    for effect in posterior.effects:
+        gain, error = gains.get(effect, (np.inf, 0.0))
+        if posterior.inclusion(effect) >= _INCLUDED and gain > error:
+            kept.append(effect)
+    return tuple(sorted(kept, key=lambda name: -shares.share[name]))
+
+
+def _causes(posterior: Posterior, p_unknown: float) -> tuple[Cause, ...]:
+    """Sets of major effects by falling probability, those that the data cannot separate in one entry."""
+    none = posterior.none_probability * (1 - p_unknown)
+    rest = {names: p * (1 - p_unknown) for names, p in posterior.set_probabilities().items()}
+    entries: list[Cause] = []
+    remaining = list(rest)
+    while remaining:
+        first = remaining.pop(0)
+        group = [first]
+        for other in list(remaining):
+            alike = len(other) == len(first) and len(group) < _MOST_ALIKE
+            if alike and rest[other] >= _ALIKE * (rest[first] + rest[other]):
+                group.append(other)
+                remaining.remove(other)
+        entries.append(_cause(posterior, group, [rest[names] for names in group]))
+    entries += [Cause((NONE,), none), Cause((UNKNOWN,), p_unknown)]
+    kept = [entry for entry in entries if entry.probability >= _LISTED or entry.effects[0] in (NONE, UNKNOWN)]
+    total = sum(entry.probability for entry in kept) or 1.0
+    scaled = [Cause(c.effects, c.probability / total, c.parameters, c.split, c.fitted) for c in kept]
+    return tuple(sorted(scaled, key=lambda entry: -entry.probability))
+
+
+def _cause(posterior: Posterior, group: Sequence[tuple[str, ...]], probabilities: Sequence[float]) -> Cause:
+    fit = posterior.representative(group[0])
+    total = sum(probabilities)
+    prefix = len(group[0]) > 1
+    parameters = [item for name in group[0] for item in fitted_parameters(fit, name, f"{name}." if prefix else "")]
+    return Cause(
+        effects=tuple("+".join(names) for names in group),
+        probability=total,
+        parameters=tuple(parameters),
+        split=tuple(p / total for p in probabilities) if len(group) > 1 and total > 0 else (),
+        fitted=fitted_effects(fit),
+    )
+
+
+def _effect_shares(
+    posterior: Posterior, shares: GapShares, gains: Mapping[str, tuple[float, float]], named: Sequence[str]
+) -> tuple[EffectShare, ...]:
+    sets = posterior.credible_sets()
+    number = {name: i for i, names in reversed(list(enumerate(sets, start=1))) for name in names}
+    rows = [
+        EffectShare(
+            effect=name,
+            inclusion=posterior.inclusion(name),
+            share=shares.share[name],
+            ci90=shares.interval[name],
+            held_out_gain=gains.get(name, (0.0, 0.0))[0],
+            credible_set=number.get(name),
+            parameters=posterior.parameters(name),
+            named=name in named,
+        )
+        for name in posterior.effects
+    ]
+    return tuple(sorted(rows, key=lambda row: -row.share))
+
+
+def _path(posterior: Posterior, held: HeldOut | None, named: Sequence[str]) -> tuple[PathStep, ...]:
+    """The named effects (else those of the likeliest set) added one by one, largest share first, held out."""
+    if held is None:
+        return ()
+    order = list(named) or list(posterior.major(posterior.best) if posterior.best.laws else ())
+    prefixes = [order[: i + 1] for i in range(len(order))]
+    fit_sets(posterior.problem, posterior.library, prefixes)
+    steps = []
+    for prefix in prefixes:
+        fit = _fit_of(posterior, prefix)
+        squares = _unseen_squares(posterior, held, fit)
+        tables = np.array([linear_prediction(posterior.library, fold.training, fit) for fold in held.folds])
+        correction = held.unseen(held.gaps.over_scale(tables))
+        steps.append(PathStep(prefix[-1], float(np.sqrt(squares.mean())), held.fraction(correction)))
+    return tuple(steps)
+
+
+def _fit_of(posterior: Posterior, effects: Sequence[str]) -> SubsetFit:
+    wanted = frozenset(effects)
+    fits = [fit for fit in posterior.library.fits.values() if frozenset(fit.effects) == wanted]
+    return max(fits, key=posterior.library.log_joint)
+
+
+def _fits(posterior: Posterior, named: Sequence[str]) -> dict[str, SubsetFit]:
+    """By name, "a+b" for several: every set of the report, each prefix of the path, and single effects."""
+    fits: dict[str, SubsetFit] = {}
+    for names in posterior.set_probabilities():
+        fits["+".join(names)] = posterior.representative(names)
+    for i in range(len(named)):
+        fits.setdefault("+".join(named[: i + 1]), _fit_of(posterior, named[: i + 1]))
+    for fit in posterior.library.fits.values():
+        if len(fit.laws) == 1:
+            fits.setdefault(fit.effects[0], fit)
+    return fits

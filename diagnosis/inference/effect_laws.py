@@ -1,0 +1,228 @@
+"""The laws by which effects of the catalogue may act, with priors of their parameters.
+
+Every searched parameter is a number u with a standard normal prior. Parameters that span orders of magnitude are
+searched by their logarithm, from where the effect is as large as a tolerance to the end of its likely range: an effect
+within tolerance is none. A gain or an offset of a sensor has the prior of data sheets and calibrations, and beside it,
+as a law of its own with a small prior, that of a gross error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...twin.effects import Effect, Parameter
+
+Floats = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+#: The ends of a likely range lie so many standard deviations from the middle of the prior.
+LIKELY_SD = 2.0
+#: Share of a parameter's prior variance that all levels of its owner have in common (the rest is each level's own).
+COMMON_SHARE = 0.8
+#: Prior probability of a gross error of a sensor, where it has an error at all.
+GROSS_ERROR = 0.2
+#: Prior probability that a parameter differs from level to level of its owner.
+BY_LEVEL = 0.3
+#: A parameter without a size of its own begins at this share of its likely end.
+_SMALL = 0.01
+#: A range of at least this ratio is searched by logarithms.
+_WIDE = 1.5
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A parameter's value from u: `centre` + `scale` u, or its exponential; kept inside of the allowed range."""
+
+    parameter: Parameter
+    centre: float
+    scale: float
+    logarithmic: bool
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether it grows from nothing, rather than being off to either side."""
+        assert self.parameter.likely is not None
+        low, high = self.parameter.likely
+        return self.logarithmic and not low < self.parameter.off < high
+
+    def value(self, u: Floats) -> Floats:
+        raw = self.centre + self.scale * u
+        return np.clip(np.exp(raw) if self.logarithmic else raw, self.parameter.low, self.parameter.high)
+
+    def place(self, value: float) -> float:
+        """The u of a value."""
+        return float(((np.log(value) if self.logarithmic else value) - self.centre) / self.scale)
+
+
+@dataclass(frozen=True)
+class EffectLaw:
+    """One law of an effect: the parameters that it is searched by, all others at what switches them off.
+
+    `levels` (C,) gives the level of the parameters' owner in each configuration, empty where one value serves all.
+    Each coordinate then has 1 + L numbers u: what all levels have in common, and what each has of its own.
+    """
+
+    kind: type[Effect]
+    name: str
+    coordinates: tuple[Coordinate, ...]
+    fixed: tuple[tuple[str, float], ...]
+    log_prior: float = 0.0
+    levels: tuple[int, ...] = ()
+    level_names: tuple[str, ...] = ()
+
+    @property
+    def id(self) -> str:
+        return self.kind.id
+
+    @property
+    def key(self) -> str:
+        """What tells it from all other laws of a campaign."""
+        return f"{self.id}/{self.name}"
+
+    @property
+    def size(self) -> int:
+        """How many numbers u it has."""
+        return len(self.coordinates) * (1 + len(self.level_names))
+
+    def values(self, u: Floats) -> dict[str, float | Floats]:
+        """Parameters by name: a number, or (C,) where levels differ."""
+        table: dict[str, float | Floats] = {}
+        for coordinate, own in zip(self.coordinates, u.reshape(len(self.coordinates), -1), strict=True):
+            if self.levels:
+                at = np.sqrt(COMMON_SHARE) * own[0] + np.sqrt(1 - COMMON_SHARE) * own[1:]
+                table[coordinate.parameter.name] = coordinate.value(at)[list(self.levels)]
+            else:
+                table[coordinate.parameter.name] = float(coordinate.value(own[0]))
+        return table
+
+    def effect(self, u: Floats) -> Effect:
+        """The effect of the twin at u."""
+        return self.kind(**dict(self.fixed), **self.values(u))
+
+    @property
+    def common(self) -> EffectLaw:
+        """The same law with one value for all levels."""
+        return replace(self, levels=(), level_names=())
+
+    def common_part(self, u: Floats) -> Floats:
+        """Of its numbers u, those of the law with one value for all levels."""
+        rows = u.reshape(len(self.coordinates), -1)
+        return np.asarray(rows[:, 0] * (np.sqrt(COMMON_SHARE) if self.levels else 1.0))
+
+    def off(self) -> Effect:
+        """The same effect, doing nothing."""
+        return self.kind(**{item.name: item.off for item in self.kind.parameters()})
+
+    def starts(self) -> list[Floats]:
+        """Where a search begins: small and large, both signs of what is signed."""
+        first = [-1.2, 0.0, 1.2] if self.coordinates[0].logarithmic else [-0.8, 0.8]
+        places = []
+        for value in first:
+            u = np.zeros((len(self.coordinates), 1 + len(self.level_names)))
+            u[0, 0] = value
+            places.append(u.ravel())
+        return places
+
+
+@dataclass(frozen=True)
+class LawRanges:
+    """Where laws of a campaign begin to be seen: by effect id and parameter, the value that moves an observable by a
+    tolerance (`smallest`)."""
+
+    smallest: Mapping[tuple[str, str], float] = field(default_factory=dict)
+
+
+def laws_of(
+    kind: type[Effect], ranges: LawRanges, owners: Mapping[str, tuple[tuple[int, ...], tuple[str, ...]]]
+) -> list[EffectLaw]:
+    """All laws of one effect. `owners`: by name of an owner, level of each configuration and names of the levels.
+
+    Raises `ValueError` for an effect none of whose parameters has a likely range.
+    """
+    likely = [item for item in kind.parameters() if item.likely is not None]
+    if not likely:
+        raise ValueError(f"{kind.id}: no parameter has a likely range, so that there is nothing to look for")
+    regimes = kind.regimes or (tuple(item.name for item in likely),)
+    laws: list[EffectLaw] = []
+    for regime in regimes:
+        searched = [item for item in likely if item.name in regime]
+        fixed = tuple((item.name, item.off) for item in likely if item.name not in regime)
+        prior = -float(np.log(len(regimes)))
+        for label, share, coordinates in _variants(kind, searched, ranges):
+            name = "+".join(regime) + label
+            laws.append(EffectLaw(kind, name, coordinates, fixed, prior + float(np.log(share))))
+    return laws + [split for law in laws for split in _by_level(law, owners)]
+
+
+def _variants(
+    kind: type[Effect], searched: Sequence[Parameter], ranges: LawRanges
+) -> list[tuple[str, float, tuple[Coordinate, ...]]]:
+    gross = tuple(_coordinate(kind, item, ranges) for item in searched)
+    if all(item.typical is None for item in searched):
+        return [("", 1.0, gross)]
+    sheet = tuple(
+        Coordinate(item, item.off, item.typical, False) if item.typical is not None else coordinate
+        for item, coordinate in zip(searched, gross, strict=True)
+    )
+    return [("", 1 - GROSS_ERROR, sheet), (" (gross)", GROSS_ERROR, gross)]
+
+
+def _coordinate(kind: type[Effect], item: Parameter, ranges: LawRanges) -> Coordinate:
+    assert item.likely is not None
+    low, high = item.likely
+    shape = item.default == item.off and low > 0
+    if low < item.off < high and not shape:
+        if low > 0 and high / low > 3:
+            return Coordinate(item, float(np.log(item.off)), float(np.log(high / item.off)) / LIKELY_SD, True)
+        return Coordinate(item, item.off, max(high - item.off, item.off - low) / LIKELY_SD, False)
+    if low > 0 and high / low <= _WIDE:
+        return Coordinate(item, (low + high) / 2, (high - low) / 2 / LIKELY_SD, False)
+    smallest = ranges.smallest.get((kind.id, item.name))
+    if item.off > high:
+        high = max(smallest or 10 * high, 2 * low)
+    elif low == 0 or not shape:
+        low = min(smallest or max(low, _SMALL * high), high / 3)
+    return Coordinate(item, float(np.log(low * high)) / 2, float(np.log(high / low)) / 2 / LIKELY_SD, True)
+
+
+def _by_level(law: EffectLaw, owners: Mapping[str, tuple[tuple[int, ...], tuple[str, ...]]]) -> list[EffectLaw]:
+    """The same law with a value for each level of its first parameter's owner, where there are several."""
+    owner = law.coordinates[0].parameter.owner
+    if owner not in owners or len(owners[owner][1]) < 2:
+        return []
+    levels, names = owners[owner]
+    name = f"{law.name} by {owner}"
+    prior = law.log_prior + float(np.log(BY_LEVEL))
+    return [EffectLaw(law.kind, name, law.coordinates, law.fixed, prior, levels, names)]
+
+
+def owners_of(configurations: Sequence[Mapping[str, Any]]) -> dict[str, tuple[tuple[int, ...], tuple[str, ...]]]:
+    """Levels of what parameters may belong to, from the factors of C configurations.
+
+    "bullet": the projectile, told by its mass; "tip" and "face": what touches; "layer": the insulator; "plate".
+    """
+    columns = {
+        "bullet": [row.get("bullet_mass", "") for row in configurations],
+        "tip": [row.get("tip_material", "") for row in configurations],
+        "face": [_face(row) for row in configurations],
+        "layer": [row.get("insulator", "none") for row in configurations],
+        "plate": [row.get("plate_material", "") for row in configurations],
+    }
+    found: dict[str, tuple[tuple[int, ...], tuple[str, ...]]] = {}
+    for owner, column in columns.items():
+        names = sorted({str(value) for value in column})
+        if owner == "layer":
+            names = [name for name in names if name != "none"]
+        if len(names) > 1 and (owner != "layer" or "none" not in {str(value) for value in column}):
+            found[owner] = tuple(names.index(str(value)) for value in column), tuple(names)
+    return found
+
+
+def _face(row: Mapping[str, Any]) -> Any:
+    anvil = row.get("anvil_material", "none")
+    return row.get("plate_material", "") if anvil == "none" else anvil

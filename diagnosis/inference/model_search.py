@@ -1,0 +1,330 @@
+"""Which sets of effects may act: a search over subsets by adding, dropping and exchanging effects.
+
+Sets that are much less likely than the best are left out (Occam's window: Madigan and Raftery, J. Am. Stat. Assoc. 89
+(1994) 1535). All effects are as likely to act, so seldom that a longer catalogue does not make "some effect" likelier
+(Scott and Berger, Ann. Stat. 38 (2010) 2587, on multiplicity).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .effect_laws import EffectLaw
+from .problem import InferenceProblem
+from .subset_fit import (
+    Start,
+    SubsetFit,
+    covariance,
+    fit_subsets,
+    no_effects,
+    point_of,
+    polished,
+    residual,
+    split_parts,
+)
+
+Floats = NDArray[np.float64]
+
+#: Prior probability that no effect acts.
+NONE_PRIOR = 0.2
+#: Candidates of a step that are fitted; rounds of exchanges; sets within so many nats of the best are kept.
+_FITTED, _ROUNDS, WINDOW = 4, 8, 12.0
+#: So many sets are extended at once.
+BEAM = 2
+#: Additions that do not pay by themselves, in a row: the second may pay for both.
+_PATIENCE = 2
+#: Step of differences in u.
+_DIFFERENCE = 0.03
+
+
+@dataclass(eq=False)
+class ModelLibrary:
+    """Every set of laws that was fitted, by its key, and the prior of its size."""
+
+    problem: InferenceProblem
+    fits: dict[tuple[str, ...], SubsetFit] = field(default_factory=dict)
+
+    def add(self, fits: Iterable[SubsetFit]) -> None:
+        """A polished fit takes the place of one that is not; else the likelier one stays."""
+        for fit in fits:
+            key = tuple(sorted(fit.key))
+            old = self.fits.get(key)
+            if old is None or fit.polished > old.polished or fit.log_evidence > old.log_evidence:
+                self.fits[key] = fit
+
+    def polish(self, most: int = 4, window: float = 5.0) -> None:
+        """Polishes the likeliest sets that are not."""
+        rough = [fit for fit, _ in self.weights(window) if not fit.polished and fit.laws][:most]
+        if rough:
+            self.add(polished(self.problem, rough))
+
+    def has(self, laws: Sequence[EffectLaw]) -> bool:
+        return tuple(sorted(law.key for law in laws)) in self.fits
+
+    def log_joint(self, fit: SubsetFit) -> float:
+        """Log evidence plus log prior of the set."""
+        return fit.log_evidence + log_set_prior(fit, len(self.problem.effects))
+
+    def best(self) -> SubsetFit:
+        return max(self.fits.values(), key=self.log_joint)
+
+    def weights(self, window: float = WINDOW) -> list[tuple[SubsetFit, float]]:
+        """Sets within Occam's window, the likeliest first, and their probabilities."""
+        joint = {key: self.log_joint(fit) for key, fit in self.fits.items()}
+        top = max(joint.values())
+        kept = sorted((key for key, value in joint.items() if value > top - window), key=lambda key: -joint[key])
+        mass = np.exp(np.array([joint[key] for key in kept]) - top)
+        return [(self.fits[key], float(share)) for key, share in zip(kept, mass / mass.sum(), strict=True)]
+
+
+def log_set_prior(fit: SubsetFit, effects: int) -> float:
+    """Each effect acts with the same probability, such that none of `effects` acts with `NONE_PRIOR`."""
+    acts = 1 - NONE_PRIOR ** (1 / max(effects, 1))
+    size = len(fit.laws)
+    return (
+        size * float(np.log(acts)) + (effects - size) * float(np.log1p(-acts)) + sum(law.log_prior for law in fit.laws)
+    )
+
+
+def search(problem: InferenceProblem, progress: Callable[[str], None] = lambda _: None) -> ModelLibrary:
+    """Sets of effects from none on: additions first, then drops, exchanges and additions until none is better."""
+    library = ModelLibrary(problem)
+    library.add([no_effects(problem)])
+    beam = [library.best()]
+    without_gain = 0
+    while without_gain < _PATIENCE:
+        before = library.log_joint(library.best())
+        fits = _fitted(problem, library, [(current, _additions(problem, current)) for current in beam])
+        if not fits:
+            break
+        beam = polished(problem, sorted(fits, key=lambda fit: -library.log_joint(fit))[:BEAM])
+        library.add(beam)
+        beam = sorted(beam, key=lambda fit: -library.log_joint(fit))
+        without_gain = 0 if library.log_joint(beam[0]) > before else without_gain + 1
+        progress(f"{'+'.join(beam[0].effects)}: {library.log_joint(beam[0]):.1f}")
+    library.polish()
+    beam = [fit for fit, _ in library.weights()][:BEAM]
+    for _ in range(_ROUNDS):
+        moves = [
+            (current, [*_drops(current), *_exchanges(problem, current), *_additions(problem, current)])
+            for current in beam
+        ]
+        _fitted(problem, library, moves, count=_FITTED + 2)
+        library.polish()
+        best = [fit for fit, _ in library.weights()][:BEAM]
+        progress(f"exchange {'+'.join(best[0].effects)}: {library.log_joint(best[0]):.1f}")
+        if best[0].key == beam[0].key:
+            break
+        beam = best
+    return library
+
+
+def fit_sets(problem: InferenceProblem, library: ModelLibrary, sets: Sequence[Sequence[str]]) -> None:
+    """Fits sets of effects by id, each by the laws that are likeliest in the library (else all its laws, singly)."""
+    best = library.best()
+    used = {law.id: (law, part) for law, part in zip(best.laws, best.parts, strict=True)}
+    picked: list[tuple[SubsetFit, tuple[EffectLaw, ...], Floats]] = []
+    for ids in sets:
+        chosen = [used.get(identity) or _plainest(problem, identity) for identity in ids]
+        if chosen and not library.has([law for law, _ in chosen]):
+            picked.append((best, tuple(law for law, _ in chosen), np.concatenate([part for _, part in chosen])))
+    library.add(polished(problem, fit_subsets(problem, _starts(problem, picked), iterations=8)))
+
+
+def _plainest(problem: InferenceProblem, identity: str) -> tuple[EffectLaw, Floats]:
+    """The likeliest law of an effect before any evidence, and the middle of where its search begins."""
+    law = max((law for law in problem.laws if law.id == identity), key=lambda law: law.log_prior)
+    return law, law.starts()[len(law.starts()) // 2]
+
+
+@dataclass(frozen=True, eq=False)
+class _Move:
+    laws: tuple[EffectLaw, ...]
+    u: Floats
+
+
+def _additions(problem: InferenceProblem, current: SubsetFit) -> list[_Move]:
+    taken = set(current.effects)
+    return [
+        _Move((*current.laws, law), np.concatenate([current.u, u]))
+        for law in problem.laws
+        if law.id not in taken and not law.levels
+        for u in law.starts()
+    ]
+
+
+def _drops(current: SubsetFit) -> list[_Move]:
+    return [_without(current, i) for i in range(len(current.laws))]
+
+
+def _without(current: SubsetFit, index: int) -> _Move:
+    parts = [part for i, part in enumerate(current.parts) if i != index]
+    laws = tuple(law for i, law in enumerate(current.laws) if i != index)
+    return _Move(laws, np.concatenate(parts) if parts else np.zeros(0))
+
+
+def _exchanges(problem: InferenceProblem, current: SubsetFit) -> list[_Move]:
+    moves = []
+    for index, old in enumerate(current.laws):
+        rest = _without(current, index)
+        taken = {law.id for law in rest.laws}
+        for law in problem.laws:
+            if law.key == old.key or law.id in taken or (law.levels and law.id != old.id):
+                continue
+            same = [_spread(current.parts[index], old, law)] if _alike(old, law) else law.starts()
+            moves += [_Move((*rest.laws, law), np.concatenate([rest.u, u])) for u in same]
+    return moves
+
+
+def _alike(old: EffectLaw, new: EffectLaw) -> bool:
+    """Whether one is the other with levels of its own, or without."""
+    return old.id == new.id and bool(old.levels) != bool(new.levels) and old.coordinates == new.coordinates
+
+
+def _spread(u: Floats, old: EffectLaw, new: EffectLaw) -> Floats:
+    from .effect_laws import COMMON_SHARE
+
+    rows = u.reshape(len(old.coordinates), -1)
+    out = np.zeros((len(new.coordinates), 1 + len(new.level_names)))
+    root = np.sqrt(COMMON_SHARE)
+    out[:, 0] = rows[:, 0] * (root if old.levels else 1 / root)
+    return out.ravel()
+
+
+def _fitted(
+    problem: InferenceProblem,
+    library: ModelLibrary,
+    moves: Sequence[tuple[SubsetFit, Sequence[_Move]]],
+    count: int = _FITTED,
+) -> list[SubsetFit]:
+    """The most promising moves from each set, fitted; those that are in the library already are left out."""
+    open_moves = [(current, [move for move in own if not library.has(move.laws)]) for current, own in moves]
+    problem.changes([point_of(move.laws, move.u) for _, own in open_moves for move in own])  # one batch for all
+    picked: list[tuple[SubsetFit, tuple[EffectLaw, ...], Floats]] = []
+    seen: set[tuple[str, ...]] = set()
+    for current, own in open_moves:
+        if not own:
+            continue
+        scores, places = _screened(problem, current, own)
+        fresh = 0
+        for index in np.argsort(-scores):
+            key = tuple(sorted(law.key for law in own[index].laws))
+            if key not in seen:
+                seen.add(key)
+                picked.append((current, own[index].laws, places[index]))
+                fresh += 1
+            if fresh >= count:
+                break
+    fits = fit_subsets(problem, _starts(problem, picked))
+    library.add(fits)
+    return fits
+
+
+def _starts(
+    problem: InferenceProblem, picked: Sequence[tuple[SubsetFit, tuple[EffectLaw, ...], Floats]]
+) -> list[Start]:
+    """Derivatives and discrepancies of laws that stay are those of the set that a start comes from; those of new ones
+    are simulated. `picked`: the set, the laws of the start, and its u."""
+    points = []
+    for current, laws, u in picked:
+        points.append(point_of(laws, u))
+        for i in _new_places(current, laws):
+            moved = u.copy()
+            moved[i] += _DIFFERENCE
+            points.append(point_of(laws, moved))
+        points += [point_of(*_removed(laws, u, law)) for law in laws if law.key not in current.key]
+    tables = problem.changes(points) if points else []
+    starts, at = [], 0
+    for current, laws, u in picked:
+        new = _new_places(current, laws)
+        added = [law for law in laws if law.key not in current.key]
+        base, slopes = at, slice(at + 1, at + 1 + len(new))
+        without = slice(slopes.stop, slopes.stop + len(added))
+        at = without.stop
+        rows, own = _shared(laws, dict(zip(current.key, _columns(current), strict=True)))
+        jacobian, contributions = [], []
+        for index, table in enumerate(tables):
+            slope = np.zeros((table.shape[1], len(u)))
+            slope[:, rows] = current.jacobian[index][:, own]
+            slope[:, new] = np.nan_to_num((table[slopes] - table[base]) / _DIFFERENCE).T
+            jacobian.append(slope)
+            part = dict(zip(current.key, current.contributions[index], strict=True))
+            part |= {law.key: np.nan_to_num(table[base] - table[without.start + i]) for i, law in enumerate(added)}
+            contributions.append(np.array([part[law.key] for law in laws]).reshape(len(laws), -1))
+        change = tuple(table[base] for table in tables)
+        starts.append(Start(laws, u, tuple(contributions), current.errors, change, tuple(jacobian)))
+    return starts
+
+
+def _new_places(current: SubsetFit, laws: Sequence[EffectLaw]) -> list[int]:
+    """Places in u of laws that the current set has not."""
+    places, at = [], 0
+    for law in laws:
+        if law.key not in current.key:
+            places += list(range(at, at + law.size))
+        at += law.size
+    return places
+
+
+def _removed(laws: Sequence[EffectLaw], u: Floats, out: EffectLaw) -> tuple[tuple[EffectLaw, ...], Floats]:
+    parts = split_parts(laws, u)
+    kept = [i for i, law in enumerate(laws) if law.key != out.key]
+    return tuple(laws[i] for i in kept), np.concatenate([np.zeros(0), *(parts[i] for i in kept)])
+
+
+def _screened(problem: InferenceProblem, current: SubsetFit, moves: Sequence[_Move]) -> tuple[Floats, list[Floats]]:
+    """A score of each move, higher is better, and where its fit begins: the parameters of effects that stay are
+    adjusted by the current set's derivatives."""
+    from scipy.linalg import cholesky, solve_triangular
+
+    tables = problem.changes([point_of(move.laws, move.u) for move in moves])
+    columns = {law.key: part for law, part in zip(current.laws, _columns(current), strict=True)}
+    gains = np.zeros(len(moves))
+    quadratic = [np.eye(len(move.u)) for move in moves]
+    linear = [-move.u for move in moves]
+    for index, block in enumerate(problem.blocks):
+        factor = cholesky(covariance(block, current.contributions[index], current.errors[index]), lower=True)
+        residuals = residual(block, tables[index])
+        white = solve_triangular(factor, residuals.T, lower=True)
+        slopes = solve_triangular(factor, current.jacobian[index], lower=True) if len(current.u) else None
+        gains -= 0.5 * np.einsum("nk,nk->k", white, white)
+        for k, move in enumerate(moves):
+            if slopes is None:
+                continue
+            rows, own = _shared(move.laws, columns)
+            if not len(rows):
+                continue
+            jacobian = slopes[:, own]
+            quadratic[k][np.ix_(rows, rows)] += jacobian.T @ jacobian
+            linear[k][rows] += jacobian.T @ white[:, k]
+    places = []
+    for k, move in enumerate(moves):
+        step = np.clip(np.linalg.solve(quadratic[k], linear[k]), -1.5, 1.5) if len(move.u) else np.zeros(0)
+        rows, _ = _shared(move.laws, columns)
+        held = np.setdiff1d(np.arange(len(move.u)), rows)
+        step[held] = 0.0
+        gains[k] += float(linear[k] @ step - 0.5 * step @ quadratic[k] @ step) - 0.5 * float(move.u @ move.u)
+        gains[k] += sum(law.log_prior for law in move.laws)
+        places.append(np.clip(move.u + step, -4.0, 4.0))
+    return gains, places
+
+
+def _columns(fit: SubsetFit) -> list[NDArray[np.intp]]:
+    return split_parts(fit.laws, np.arange(len(fit.u)))  # type: ignore[arg-type,return-value]
+
+
+def _shared(
+    laws: Sequence[EffectLaw], columns: dict[str, NDArray[np.intp]]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Places in u of some laws, and in that of the current set, of those that are in both."""
+    rows, own, at = [], [], 0
+    for law in laws:
+        if law.key in columns:
+            rows += list(range(at, at + law.size))
+            own += [int(i) for i in columns[law.key]]
+        at += law.size
+    return np.array(rows, dtype=np.intp), np.array(own, dtype=np.intp)

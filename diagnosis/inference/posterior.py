@@ -1,0 +1,236 @@
+"""What the inference says: which effects act, which sets of them, what remains, and how sure that is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...twin.effects import Effect
+from ..gap import GapTable
+from ..metric import Metric
+from ..stages.base import Stage
+from ..verdict import NONE, UNKNOWN, Fitted
+from .model_search import ModelLibrary, fit_sets, search
+from .problem import InferenceProblem
+from .run_order_drift import RunOrderDrift
+from .subset_fit import SubsetFit, residual
+from .unexplained_gap import UnexplainedEvidence, unexplained_evidence
+
+Floats = NDArray[np.float64]
+
+#: An effect with less of the squared gap than this is no major one of a set.
+MAJOR = 0.1
+#: Prior probability that something outside of the catalogue makes most of the gap.
+UNKNOWN_PRIOR = 0.2
+#: Sets beside which something unexplained is looked for.
+_BESIDE = 3
+_Z90 = 1.6449
+#: Two sets are one entry where these data leave the less likely one a tenth of both; an entry has at most so many.
+_ALIKE, _MOST_ALIKE = 0.10, 4
+#: Probability that the alternatives of an effect have together.
+_CREDIBLE = 0.90
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """Sets of effects with their probabilities; see `ModelLibrary`. `metric` says what the squared gap is made of."""
+
+    gap: GapTable
+    library: ModelLibrary
+    metric: Metric
+    weighted: tuple[tuple[SubsetFit, float], ...]
+    unexplained: Mapping[tuple[str, ...], UnexplainedEvidence] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls,
+        gap: GapTable,
+        stages: Sequence[Stage],
+        kinds: Sequence[type[Effect]],
+        progress: Callable[[str], None] = lambda _: None,
+    ) -> Posterior:
+        problem = InferenceProblem.of(gap, stages, kinds)
+        library = search(problem, progress)
+        best = library.best()
+        fit_sets(problem, library, [[name for name in best.effects if name != out] for out in best.effects])
+        weighted = tuple(library.weights())
+        drift = RunOrderDrift.of(gap)
+        posterior = cls(gap, library, Metric.of(gap), weighted)
+        beside = {fit.key: fit for fit in posterior.poor_sets}
+        evidence = {key: unexplained_evidence(gap, problem.blocks, fit, drift) for key, fit in beside.items()}
+        return cls(gap, library, posterior.metric, weighted, evidence)
+
+    @property
+    def problem(self) -> InferenceProblem:
+        return self.library.problem
+
+    @property
+    def best(self) -> SubsetFit:
+        return self.weighted[0][0]
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        return self.problem.effects
+
+    def inclusion(self, effect: str) -> float:
+        """Posterior probability that it acts."""
+        return sum(weight for fit, weight in self.weighted if effect in fit.effects)
+
+    @cached_property
+    def _before(self) -> float:
+        return self._square([block.z for block in self.problem.blocks])
+
+    @cached_property
+    def floor(self) -> float:
+        """What repetitions leave of the squared gap, in tolerances squared over the cells of the metric."""
+        variance = self.gap.floor_variance / self.gap.tolerance**2
+        return float(np.nansum(variance[:, self.metric.columns]))
+
+    def _square(self, cells: Sequence[Floats]) -> float:
+        total = 0.0
+        for block, own in zip(self.problem.blocks, cells, strict=True):
+            total += float((own[np.isin(block.observable, self.metric.columns)] ** 2).sum())
+        return total
+
+    def taken(self, fit: SubsetFit) -> float:
+        """The fraction of the reducible gap (roots, as the report has it) that a set takes in the sample."""
+        left = self._square([residual(block, own) for block, own in zip(self.problem.blocks, fit.change, strict=True)])
+        room = np.sqrt(self._before) - np.sqrt(self.floor)
+        return float((np.sqrt(self._before) - np.sqrt(left)) / room) if room > 0 else 0.0
+
+    def last_shares(self, fit: SubsetFit) -> dict[str, float]:
+        """By effect: by how much the squared gap would grow without it, over the squared gap before."""
+        blocks = list(zip(self.problem.blocks, fit.change, strict=True))
+        left = self._square([residual(block, own) for block, own in blocks])
+        shares = {}
+        for i, law in enumerate(fit.laws):
+            without = [residual(block, own) + fit.contributions[k][i] for k, (block, own) in enumerate(blocks)]
+            shares[law.id] = (self._square(without) - left) / max(self._before - self.floor, 1e-9)
+        return shares
+
+    def major(self, fit: SubsetFit) -> tuple[str, ...]:
+        """The effects of a set that make much of the gap, largest first; the largest always."""
+        shares = self.last_shares(fit)
+        order = sorted(shares, key=lambda name: -shares[name])
+        return tuple(name for i, name in enumerate(order) if i == 0 or shares[name] >= MAJOR)
+
+    @cached_property
+    def poor_sets(self) -> list[SubsetFit]:
+        """No effects, and the likeliest sets that leave more than half of the gap."""
+        ranked = sorted(self.library.fits.values(), key=lambda fit: -self.library.log_joint(fit))
+        poor = [fit for fit in ranked if fit.laws and self.taken(fit) < 0.5][:_BESIDE]
+        return [self.library.fits[()], *poor]
+
+    @cached_property
+    def log_odds_unknown(self) -> float:
+        """Log odds that something outside of the catalogue makes most of the gap, against all sets of effects."""
+        joint = [
+            self.library.log_joint(self.library.fits[tuple(sorted(key))]) + evidence.gain
+            for key, evidence in self.unexplained.items()
+        ]
+        known = [self.library.log_joint(fit) for fit, _ in self.weighted]
+        prior = float(np.log(UNKNOWN_PRIOR / (1 - UNKNOWN_PRIOR)))
+        return prior + float(np.logaddexp.reduce(joint)) - float(np.logaddexp.reduce(known))
+
+    @property
+    def likeliest_pattern(self) -> UnexplainedEvidence:
+        """Of what is unexplained, beside the set where it is likeliest."""
+        return max(
+            self.unexplained.items(),
+            key=lambda item: self.library.log_joint(self.library.fits[tuple(sorted(item[0]))]) + item[1].gain,
+        )[1]
+
+    @cached_property
+    def none_probability(self) -> float:
+        """Of sets that together move no stage's metric by a tolerance."""
+        return sum(weight for fit, weight in self.weighted if self._within_tolerance(fit))
+
+    def _within_tolerance(self, fit: SubsetFit) -> bool:
+        for block, own in zip(self.problem.blocks, fit.change, strict=True):
+            inside = np.isin(block.observable, self.metric.columns)
+            if inside.any() and np.sqrt(np.mean(np.nan_to_num(own[inside], nan=100.0) ** 2)) > 1.0:
+                return False
+        return True
+
+    def set_probabilities(self) -> dict[tuple[str, ...], float]:
+        """By set of major effects (largest first), of sets that are beyond tolerance; sums to one less that of none."""
+        table: dict[frozenset[str], float] = {}
+        order: dict[frozenset[str], tuple[str, ...]] = {}
+        for fit, weight in self.weighted:
+            if not self._within_tolerance(fit):
+                names = self.major(fit)
+                key = frozenset(names)
+                order.setdefault(key, names)
+                table[key] = table.get(key, 0.0) + weight
+        ranked = sorted(table, key=lambda key: -table[key])
+        return {order[key]: table[key] for key in ranked}
+
+    def representative(self, names: Sequence[str]) -> SubsetFit:
+        """The likeliest fit whose major effects these are."""
+        wanted = frozenset(names)
+        for fit, _ in self.weighted:
+            if frozenset(self.major(fit)) == wanted if fit.laws else not wanted:
+                return fit
+        return self.best
+
+    def credible_sets(self) -> list[tuple[str, ...]]:
+        """Of each effect of the best set: itself and what could stand in its place, with 90 % of the probability."""
+        sets = []
+        joint = {frozenset(fit.effects): self.library.log_joint(fit) for fit in self._best_of_effects()}
+        for out in self.best.effects:
+            rest = frozenset(self.best.effects) - {out}
+            options = {
+                name: joint[rest | {name}] for name in self.effects if rest | {name} in joint and name not in rest
+            }
+            names = sorted(options, key=lambda name: -options[name])
+            mass = np.exp(np.array([options[name] for name in names]) - options[names[0]])
+            share = np.cumsum(mass / mass.sum())
+            sets.append(tuple(names[: int(np.searchsorted(share, _CREDIBLE - 1e-9)) + 1]))
+        return sets
+
+    def _best_of_effects(self) -> list[SubsetFit]:
+        """The likeliest laws of every set of effects, the least likely first."""
+        return sorted(self.library.fits.values(), key=self.library.log_joint)
+
+    def parameters(self, effect: str) -> tuple[Fitted, ...]:
+        """Of an effect in the likeliest set that has it, with 90 % intervals; () where no set has it."""
+        for fit, _ in [*self.weighted, *((fit, 0.0) for fit in reversed(self._best_of_effects()))]:
+            if effect in fit.effects:
+                return fitted_parameters(fit, effect)
+        return ()
+
+
+def fitted_parameters(fit: SubsetFit, effect: str, prefix: str = "") -> tuple[Fitted, ...]:
+    """Parameters of one effect of a set, those of levels by their names."""
+    spread = np.sqrt(np.maximum(np.diag(np.linalg.inv(fit.precision)), 0.0)) if len(fit.u) else np.zeros(0)
+    at, table = 0, []
+    for law, own in zip(fit.laws, fit.parts, strict=True):
+        width = spread[at : at + law.size]
+        at += law.size
+        if law.id != effect:
+            continue
+        low, middle, high = (law.values(own + side * _Z90 * width) for side in (-1, 0, 1))
+        for coordinate in law.coordinates:
+            item = coordinate.parameter
+            for place, name in enumerate(law.level_names or ("",)):
+                first = law.levels.index(place) if law.levels else 0
+                ends = [np.atleast_1d(values[item.name])[first] for values in (low, middle, high)]
+                label = f"{prefix}{item.name}" + (f" ({name})" if name else "")
+                table.append(
+                    Fitted(
+                        label, float(ends[1]), item.unit, (float(min(ends[0], ends[2])), float(max(ends[0], ends[2])))
+                    )
+                )
+    return tuple(table)
+
+
+def fitted_effects(fit: SubsetFit) -> tuple[Effect, ...]:
+    """The effects of a set as they were fitted."""
+    return tuple(law.effect(own) for law, own in zip(fit.laws, fit.parts, strict=True))
+
+
+__all__ = ["NONE", "UNKNOWN", "Posterior", "fitted_effects", "fitted_parameters"]

@@ -1,0 +1,162 @@
+"""Which effect takes how much of the gap: Shapley values of the squared gap, with their intervals.
+
+The value of a set of effects is by how much they reduce the squared gap, simulated together. An effect's share is the
+mean of what it adds over all orders in which the effects may come (Shapley, 1953), so that the shares of all effects
+and what remains add up to the whole gap.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import factorial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .model_search import ModelLibrary
+from .problem import InferenceProblem
+from .subset_fit import DISCREPANCIES, SubsetFit, point_of
+
+Floats = NDArray[np.float64]
+
+#: Sets of up to so many effects are valued in full; of larger ones the smallest contributions come first in all orders.
+_EXACT = 6
+#: Draws from the posterior of parameters and laws' errors, and how many of them are simulated.
+DRAWS, _SIMULATED = 400, 10
+#: Sets of effects whose shares are averaged, at most, and the least weight of one.
+_MOST, _LEAST = 3, 0.08
+
+
+@dataclass(frozen=True)
+class GapShares:
+    """`share` and `interval` (90 %) by effect id, of the squared gap beyond the noise floor, and of what remains."""
+
+    share: Mapping[str, float]
+    interval: Mapping[str, tuple[float, float]]
+    unexplained: float
+    unexplained_interval: tuple[float, float]
+
+
+def gap_shares(library: ModelLibrary, columns: NDArray[np.intp], floor: float, rng: np.random.Generator) -> GapShares:
+    """Averaged over the likeliest sets. `columns`: the observables of the gap's metric; `floor`: the sum over their
+    cells of the variance that repetitions leave, in tolerances squared."""
+    weighted = [(fit, weight) for fit, weight in library.weights() if weight > _LEAST][:_MOST]
+    weighted = weighted or library.weights()[:1]
+    effects = library.problem.effects
+    draws: list[Floats] = []
+    total = sum(weight for _, weight in weighted)
+    for fit, weight in weighted:
+        count = max(1, round(DRAWS * weight / total))
+        draws.append(_draws(library.problem, fit, columns, floor, effects, count, rng))
+    values = np.concatenate(draws)
+    mean = values.mean(axis=0)
+    low, high = np.quantile(values, [0.05, 0.95], axis=0)
+    share = {name: float(mean[i]) for i, name in enumerate(effects)}
+    interval = {name: (float(low[i]), float(high[i])) for i, name in enumerate(effects)}
+    return GapShares(share, interval, float(mean[-1]), (float(low[-1]), float(high[-1])))
+
+
+def _draws(
+    problem: InferenceProblem,
+    fit: SubsetFit,
+    columns: NDArray[np.intp],
+    floor: float,
+    effects: Sequence[str],
+    count: int,
+    rng: np.random.Generator,
+) -> Floats:
+    """(count, effects + 1): shares that are not negative and sum to one, the last what remains."""
+    before = _square(problem, columns, [()])[0]
+    room = max(before - floor, 1e-9)
+    table = np.zeros((count, len(effects) + 1))
+    if fit.laws:
+        parts = _shapley(problem, fit, columns, before) / room
+        spread = _relative_spread(problem, fit, columns, parts, rng)
+        errors = _law_errors(fit)
+        drawn = parts * np.exp(
+            np.clip(spread * rng.standard_normal((count, len(parts))), -2, 2)
+            + np.clip(errors * rng.standard_normal((count, len(parts))), -2, 2)
+        )
+        drawn = np.maximum(drawn, 0.0)
+        for i, law in enumerate(fit.laws):
+            table[:, effects.index(law.id)] = drawn[:, i]
+        left = max(1 - float(np.maximum(parts, 0).sum()), 0.0)
+        wobble = np.abs(
+            left + 0.5 * float(np.sqrt(np.sum((errors * parts) ** 2))) * rng.standard_normal(count) * left**0.5
+        )
+        table[:, -1] = wobble
+    else:
+        table[:, -1] = 1.0
+    return np.asarray(table / np.maximum(table.sum(axis=1, keepdims=True), 1e-9))
+
+
+def _square(problem: InferenceProblem, columns: NDArray[np.intp], points: Sequence[object]) -> Floats:
+    """(k,): squared gap that sets leave, summed over the cells of the metric."""
+    total = np.zeros(len(points))
+    for block, table in zip(problem.blocks, problem.changes(points), strict=True):  # type: ignore[arg-type]
+        inside = np.isin(block.observable, columns)
+        left = np.where(np.isfinite(table), block.z - np.nan_to_num(table), block.z)
+        total += (left[:, inside] ** 2).sum(axis=1)
+    return total
+
+
+def _shapley(problem: InferenceProblem, fit: SubsetFit, columns: NDArray[np.intp], before: float) -> Floats:
+    """(m,): by how much each law reduces the squared gap, averaged over orders."""
+    count = len(fit.laws)
+    pairs = fit.point()
+    if count > _EXACT:
+        return _first_and_last(problem, fit, columns, before)
+    subsets = [rows for size in range(count + 1) for rows in itertools.combinations(range(count), size)]
+    left = _square(problem, columns, [tuple(pairs[i] for i in rows) for rows in subsets])
+    value = {rows: before - left[k] for k, rows in enumerate(subsets)}
+    parts = np.zeros(count)
+    for rows in subsets:
+        for i in set(range(count)) - set(rows):
+            weight = factorial(len(rows)) * factorial(count - len(rows) - 1) / factorial(count)
+            parts[i] += weight * (value[tuple(sorted((*rows, i)))] - value[rows])
+    return parts
+
+
+def _first_and_last(problem: InferenceProblem, fit: SubsetFit, columns: NDArray[np.intp], before: float) -> Floats:
+    """(m,): the mean of what a law reduces alone and after all others, scaled to their sum."""
+    alone, last, whole = _ends(problem, [fit.point()], columns, before)
+    mean = (alone + last) / 2
+    return np.asarray(mean[0] * whole[0] / mean[0].sum()) if mean[0].sum() > 0 else mean[0]
+
+
+def _ends(
+    problem: InferenceProblem, points: Sequence[tuple[object, ...]], columns: NDArray[np.intp], before: float
+) -> tuple[Floats, Floats, Floats]:
+    """(k, m) reduction by each law alone, (k, m) by each after all others, (k,) by all."""
+    count = len(points[0])
+    asked: list[tuple[object, ...]] = []
+    for pairs in points:
+        asked.append(pairs)
+        asked += [(pair,) for pair in pairs]
+        asked += [tuple(pair for j, pair in enumerate(pairs) if j != i) for i in range(count)]
+    reduction = (before - _square(problem, columns, asked)).reshape(len(points), 1 + 2 * count)
+    whole = reduction[:, 0]
+    return reduction[:, 1 : 1 + count], whole[:, None] - reduction[:, 1 + count :], whole
+
+
+def _relative_spread(
+    problem: InferenceProblem, fit: SubsetFit, columns: NDArray[np.intp], parts: Floats, rng: np.random.Generator
+) -> Floats:
+    """(m,): standard deviation of the logarithm of each law's reduction, by the posterior of the parameters."""
+    covariance = np.linalg.inv(fit.precision)
+    root = np.linalg.cholesky((covariance + covariance.T) / 2 + 1e-9 * np.eye(len(covariance)))
+    before = _square(problem, columns, [()])[0]
+    drawn = [fit.u + root @ rng.standard_normal(len(fit.u)) for _ in range(_SIMULATED)]
+    points = [fit.point(), *(point_of(fit.laws, u) for u in drawn)]
+    alone, last, _ = _ends(problem, points, columns, before)
+    mean = np.maximum((alone + last) / 2, 1e-3 * np.abs(parts).max() * before + 1e-9)
+    return np.asarray(np.minimum(np.std(np.log(mean[1:] / mean[:1]), axis=0), 1.0))
+
+
+def _law_errors(fit: SubsetFit) -> Floats:
+    """(m,): relative errors of the laws, by the discrepancy of the stage in which each contributes most."""
+    sizes = np.array([np.sqrt((own**2).sum(axis=1)) for own in fit.contributions])
+    at = sizes.argmax(axis=0)
+    return np.array([DISCREPANCIES[fit.errors[int(index)].discrepancy] for index in at])

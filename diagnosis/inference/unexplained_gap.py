@@ -1,0 +1,151 @@
+"""A gap that no effect explains: how much likelier the data are if something else acts besides a set of effects.
+
+Something else may act in one stage, by a few to a hundred tolerances: alike in all configurations, smoothly over the
+factors, from one configuration to the next, in one level of a factor, beyond a limit of how hard a run is, or more and
+more over the order of runs. Each way is as likely as any other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..gap import GapTable
+from .model_error import LENGTH, squared_distances
+from .problem import StageBlock
+from .run_order_drift import RunOrderDrift
+from .subset_fit import SubsetFit, covariance, residual
+
+Floats = NDArray[np.float64]
+
+#: Sizes of what is not explained, in tolerances.
+AMPLITUDES = (1.5, 4.0, 10.0, 30.0)
+#: What a level limits begins at these shares of the configurations.
+_LIMITS = (0.25, 0.5, 0.75)
+#: A smaller difference of how hard runs are, in logarithms, is none.
+_ALIKE = 1e-6
+#: Share of what is unexplained that all configurations have in common, in a smooth pattern.
+_COMMON = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class ConfigurationPattern:
+    """`covariance` (C, C) of variance one where it acts; `slopes` (C, k) what a drift adds to the repetitions' lean on
+    their order, by k components whose means are `means` (C, k)."""
+
+    name: str
+    covariance: Floats
+    drift: bool = False
+
+
+def configuration_patterns(gap: GapTable, stage: str, drift: RunOrderDrift) -> list[ConfigurationPattern]:
+    """All ways in which something may spread over the configurations of a gap table."""
+    factors = [gap.record.configurations[int(row)].factors for row in gap.rows]
+    count = len(factors)
+    distance = squared_distances(factors)
+    smooth = _COMMON + (1 - _COMMON) * np.exp(-0.5 * distance / LENGTH**2)
+    rough = np.exp(-0.5 * distance / (0.4 * LENGTH) ** 2)
+    patterns = [
+        ConfigurationPattern("all configurations alike", np.ones((count, count))),
+        ConfigurationPattern("smooth over the factors", smooth),
+        ConfigurationPattern("rough over the factors", rough),
+        ConfigurationPattern("from configuration to configuration", np.eye(count)),
+        ConfigurationPattern("over the order of runs", drift.means @ drift.means.T, True),
+    ]
+    for rule, inside in factor_levels(factors):
+        patterns.append(ConfigurationPattern(rule, np.outer(inside, inside).astype(np.float64)))
+    for start, ramp in _ramps(gap.loudness[stage][gap.rows]):
+        patterns.append(
+            ConfigurationPattern(f"beyond the quantile {start:g} of how hard runs are", np.outer(ramp, ramp))
+        )
+    return patterns
+
+
+def factor_levels(factors: Sequence[Mapping[str, str | float]]) -> list[tuple[str, NDArray[np.bool_]]]:
+    """Rules "name = level" and the configurations (C,) that they hold for; two at least, and two others."""
+    rules: dict[bytes, tuple[str, NDArray[np.bool_]]] = {}
+    for name in sorted({name for row in factors for name in row}):
+        values = [row.get(name, "") for row in factors]
+        for level in dict.fromkeys(values):
+            inside = np.array([value == level for value in values])
+            if 2 <= inside.sum() <= len(values) - 2:
+                rules.setdefault(inside.tobytes(), (f"{name} = {level}", inside))
+    return list(rules.values())
+
+
+def _ramps(loudness: Floats) -> list[tuple[float, Floats]]:
+    known = np.isfinite(loudness)
+    if known.sum() < 3 or np.ptp(loudness[known]) < _ALIKE:
+        return []
+    ramps = []
+    for share in _LIMITS:
+        ramp = np.where(known, np.maximum(np.nan_to_num(loudness) - np.quantile(loudness[known], share), 0.0), 0.0)
+        if (ramp > _ALIKE).sum() >= 2:
+            ramps.append((share, ramp / np.sqrt((ramp[ramp > 0] ** 2).mean())))
+    return ramps
+
+
+@dataclass(frozen=True)
+class UnexplainedEvidence:
+    """`gain`: log evidence with something unexplained in `stage` besides a set of effects, less that without;
+    `pattern` is the likeliest way."""
+
+    gain: float
+    stage: str
+    pattern: str
+
+
+def unexplained_evidence(
+    gap: GapTable, blocks: Sequence[StageBlock], fit: SubsetFit, drift: RunOrderDrift
+) -> UnexplainedEvidence:
+    """Of one fitted set, over all stages, patterns and sizes."""
+    gains: list[tuple[float, str, str]] = []
+    slope_gain = drift.log_gains(AMPLITUDES)
+    for index, block in enumerate(blocks):
+        base = covariance(block, fit.contributions[index], fit.errors[index])
+        left = residual(block, fit.change[index])
+        # parameters of the effects adapt to what is unexplained, as they do without it
+        free = base + fit.jacobian[index] @ fit.jacobian[index].T
+        start = left + fit.jacobian[index] @ fit.u
+        values, vectors = _whitened_space(free)
+        white = vectors.T @ start / np.sqrt(values)
+        for pattern in configuration_patterns(gap, block.stage, drift):
+            own = pattern.covariance[np.ix_(block.configuration, block.configuration)]
+            for alike in (True, False) if len(set(block.observable)) > 1 else (True,):
+                root = _pattern_root(own, block, alike=alike)
+                directions = vectors.T @ root / np.sqrt(values)[:, None]
+                inner, turn = np.linalg.eigh(directions.T @ directions)
+                along = turn.T @ (directions.T @ white)
+                for k, size in enumerate(AMPLITUDES):
+                    spread = 1 + size**2 * np.maximum(inner, 0)
+                    gain = 0.5 * float(np.sum(size**2 * along**2 / spread)) - 0.5 * float(np.log(spread).sum())
+                    gains.append((gain + (slope_gain[k] if pattern.drift else 0.0), block.stage, pattern.name))
+    logs = np.array([gain for gain, _, _ in gains])
+    best = gains[int(logs.argmax())]
+    top = float(logs.max())
+    return UnexplainedEvidence(top + float(np.log(np.mean(np.exp(logs - top)))), best[1], best[2])
+
+
+def _whitened_space(matrix: Floats) -> tuple[Floats, Floats]:
+    values, vectors = np.linalg.eigh(matrix)
+    return np.maximum(values, 1e-9), vectors
+
+
+def _pattern_root(own: Floats, block: StageBlock, *, alike: bool) -> Floats:
+    """(N, q): directions of a pattern over cells; `alike`: in all amplitudes and durations of a stage together, else in
+    each observable by itself."""
+    columns, at = np.unique(block.observable, return_inverse=True)
+    if alike:
+        loud = np.where(block.detail, 0.3, 1.0)
+        matrix = own * np.outer(loud, loud)
+    else:
+        same = (at[:, None] == at[None, :]).astype(np.float64)
+        matrix = own * (0.3 + 0.7 * same)
+    values, vectors = np.linalg.eigh(matrix)
+    kept = values > 1e-3 * values.max()
+    limit = min(int(kept.sum()), 3 * len(columns) + len(set(block.configuration)))
+    order = np.argsort(-values)[:limit]
+    return np.asarray(vectors[:, order] * np.sqrt(np.maximum(values[order], 0.0)))

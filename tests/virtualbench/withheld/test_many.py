@@ -1,0 +1,90 @@
+"""Benches on which many effects act, and what each of them makes of the gap."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pyroshock.virtualbench.withheld.attribution import attribution, shapley_values, shares
+from pyroshock.virtualbench.withheld.case import KINDS
+from pyroshock.virtualbench.withheld.cause import Cause
+from pyroshock.virtualbench.withheld.many import (
+    ALWAYS,
+    BENCH_DEFAULT,
+    FULL_SCALE,
+    STRONGEST,
+    USUAL_GAP,
+    WEAKEST,
+    draw_realistic,
+    total_gap,
+)
+from pyroshock.virtualbench.withheld.strength import RANGES
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_strengths_are_those_of_a_bench(kind: str) -> None:
+    case = draw_realistic(kind, np.random.default_rng(3))
+    sizes = {n: abs(v) / BENCH_DEFAULT.get(n, 1.0) for n, v in case.strengths.items() if n != ALWAYS}
+    assert all(WEAKEST <= size <= STRONGEST for size in sizes.values())
+    assert USUAL_GAP[0] <= total_gap(case) <= USUAL_GAP[1]
+
+
+@pytest.mark.parametrize("kind", ["gun", "chain"])
+def test_every_gun_stands_in_an_atmosphere(kind: str) -> None:
+    case = draw_realistic(kind, np.random.default_rng(4))
+    assert RANGES[ALWAYS].low <= case.strengths[ALWAYS] <= RANGES[ALWAYS].high
+
+
+def test_effects_are_off_as_often_as_said() -> None:
+    cases = [draw_realistic("hammer", np.random.default_rng(seed)) for seed in range(40)]
+    assert np.mean([len(case.strengths) for case in cases]) == pytest.approx(0.7 * 9, abs=0.8)
+
+
+@pytest.mark.parametrize("kind", ["gun", "plate"])
+def test_full_scale_is_many_tolerances(kind: str) -> None:
+    case = draw_realistic(kind, np.random.default_rng(5), full_scale=True)
+    assert FULL_SCALE[kind][0] <= total_gap(case) <= FULL_SCALE[kind][1]
+    assert all(abs(v) <= 3 * BENCH_DEFAULT[n] for n, v in case.strengths.items() if n in BENCH_DEFAULT and "." in n[6:])
+
+
+def test_same_generator_same_bench() -> None:
+    first, second = (draw_realistic("gun", np.random.default_rng(6)) for _ in range(2))
+    assert first == second
+
+
+# --- shares ----------------------------------------------------------------------------------------------------------
+
+
+def test_single_effect_has_the_whole_gap() -> None:
+    parts = attribution("hammer", 0, Cause((("contact.effective_mass", 2.0),)))
+    assert shares(parts.left_out, {"contact": 3}) == {"contact.effective_mass": pytest.approx(1.0)}
+    assert shares(parts.shapley, {"contact": 3}) == {"contact.effective_mass": pytest.approx(1.0)}
+
+
+def test_shapley_values_add_up_to_the_squared_gap() -> None:
+    cause = Cause((("contact.effective_mass", 2.0), ("contact.viscous_loss", 1.0), ("sensor.force_gain", 0.05)))
+    parts = attribution("hammer", 1, cause)
+    from pyroshock.virtualbench.withheld.changes import changes, gaps
+
+    whole = gaps(changes("hammer", 1, cause))["contact"] ** 2
+    assert sum(parts.shapley["contact"].values()) == pytest.approx(whole)
+
+
+def test_shapley_of_a_sum_is_each_term() -> None:
+    worth = {"a": 3.0, "b": -1.0, "c": 0.5, "d": 0.0, "e": 2.0, "f": 1.0}
+    values = shapley_values(list(worth), lambda some: sum(worth[name] for name in some))
+    assert values == pytest.approx(worth)
+
+
+def test_shapley_of_a_pair_that_acts_only_together_is_half_each() -> None:
+    values = shapley_values(["a", "b"], lambda some: float(len(some) == 2))
+    assert values == {"a": 0.5, "b": 0.5}
+
+
+def test_stage_counts_by_its_observables() -> None:
+    table = {"gun": {"a": 1.0}, "contact": {"b": 1.0}}
+    assert shares(table, {"gun": 1, "contact": 3}) == {"a": 0.25, "b": 0.75}
+
+
+def test_bench_without_gap_has_no_shares() -> None:
+    parts = attribution("hammer", 0, Cause())
+    assert shares(parts.left_out, {"contact": 3}) == {}

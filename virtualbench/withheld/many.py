@@ -1,0 +1,105 @@
+"""Draws benches on which many effects act at once, as on every real one: the tiers `realistic` of the blind check."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from .case import STAGES, Case
+from .changes import changes, gaps
+from .draw import base_case
+from .sizing import whole_cause
+from .strength import RANGES, largest, shown_by, signs
+
+#: Strength 1 of the virtual bench in the unit of `RANGES`, for the effects whose unit is another one. Sensors: what
+#: their data sheets allow (`campaigns.gun_sensors`, `campaigns.hammer_sensors`); velocity: 1 mm of 85 mm; boundary:
+#: the plate of 9.3 kg on the ropes of `plate.resonant`, 8 kN/m.
+BENCH_DEFAULT: Mapping[str, float] = {
+    "plate.sensor_mass": 0.027,
+    "plate.boundary": 4.7,
+    "sensor.pressure_offset": 0.005,
+    "sensor.pressure_gain": 0.005,
+    "sensor.velocity_gain": 0.012,
+    "sensor.force_gain": 0.01,
+    "sensor.acceleration_gain": 0.01,
+    "sensor.zero_shift": 0.001,
+}
+#: Strengths are drawn between these, evenly in their logarithm, in units of the bench's default.
+WEAKEST, STRONGEST = 0.3, 3.0
+#: How often an effect does not act.
+OFF = 0.3
+#: Every bench stands in an atmosphere.
+ALWAYS = "gun.back_pressure"
+#: Gap over all observables, in tolerances. A realistic bench has one beyond tolerance; otherwise nothing is to explain.
+USUAL_GAP = (1.5, 90.0)
+#: At full scale; spectra of a plate have a wide tolerance, so that a large error is fewer of them.
+FULL_SCALE: Mapping[str, tuple[float, float]] = {
+    "gun": (10.0, 60.0),
+    "hammer": (10.0, 60.0),
+    "plate": (4.0, 60.0),
+    "chain": (10.0, 60.0),
+}
+_TRIES = 300
+_STEP = 1.3
+
+
+def draw_realistic(kind: str, rng: np.random.Generator, *, full_scale: bool = False) -> Case:
+    """A case with every effect of its kind at a strength of 0.3 to 3 times the bench's default, each off with
+    probability 0.3, errors that go either way with a random sign, in an atmosphere of 0.9 to 1.04 standard ones.
+
+    At full scale the gap is 10 to 60 tolerances (a plate's 4 to 60); where it is less, all effects but those of the
+    sensors grow together within their physical ranges. Raises `ValueError` where no such case is drawn.
+    """
+    limits = FULL_SCALE[kind] if full_scale else USUAL_GAP
+    for _ in range(_TRIES):
+        case = base_case(kind, "any", rng)
+        case = replace(case, strengths=_strengths(kind, case.design, rng))
+        if full_scale:
+            case = _enlarged(case, limits[0])
+        if limits[0] <= total_gap(case) <= limits[1]:
+            return case
+    raise ValueError(f"no realistic {kind} case found in {_TRIES} draws, full_scale = {full_scale!r}")
+
+
+def total_gap(case: Case) -> float:
+    """Root mean square over all configurations and observables of all stages, in tolerances; infinite where a shot
+    does not leave the barrel."""
+    moved = changes(case.kind, case.design, whole_cause(case))
+    widths = {stage: rows.shape[1] for stage, rows in moved.items()}
+    sizes = gaps(moved)
+    if not np.isfinite(sum(sizes.values())):
+        return math.inf
+    return math.sqrt(sum(widths[s] * sizes[s] ** 2 for s in STAGES[case.kind]) / sum(widths.values()))
+
+
+def _strengths(kind: str, number: int, rng: np.random.Generator) -> dict[str, float]:
+    drawn: dict[str, float] = {}
+    for name in shown_by(kind, number):
+        if name == ALWAYS:
+            drawn[name] = float(rng.uniform(RANGES[name].low, RANGES[name].high))
+            continue
+        size = math.exp(rng.uniform(math.log(WEAKEST), math.log(STRONGEST))) * BENCH_DEFAULT.get(name, 1.0)
+        sign = int(rng.choice(signs(name)))
+        if rng.random() >= OFF:
+            drawn[name] = sign * size
+    return drawn
+
+
+def _enlarged(case: Case, least: float) -> Case:
+    """With effects so much stronger, in steps, that the gap is at least so many tolerances, or all at their ends."""
+    while total_gap(case) < least:
+        larger = {name: _grown(name, value) for name, value in case.strengths.items()}
+        if larger == case.strengths:
+            break
+        case = replace(case, strengths=larger)
+    return case
+
+
+def _grown(name: str, value: float) -> float:
+    if name == ALWAYS or name.startswith("sensor."):
+        return value
+    sign = 1 if value > 0 else -1
+    return sign * min(abs(_STEP * value), abs(largest(name, sign)))
