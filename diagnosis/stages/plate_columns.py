@@ -28,12 +28,19 @@ _MOST_DELAY = 0.25
 PLATE = "plate"
 
 
-def mode_observables(frequency_hz: Floats, ringing_s: tuple[float, float]) -> tuple[Observable, ...]:
-    """Logarithms of frequencies, then of damping ratios, of modes that the table has at `frequency_hz` (K,)."""
-    kinds = (("frequency", _FREQUENCY, _FREQUENCY_FLOOR), ("damping", _DAMPING, _DAMPING_FLOOR))
+def mode_observables(
+    frequency_hz: Floats,
+    ringing_s: tuple[float, float],
+    tolerance: tuple[float, float] = (_FREQUENCY, _DAMPING),
+) -> tuple[Observable, ...]:
+    """Logarithms of frequencies, then of damping ratios, of modes that the table has at `frequency_hz` (K,).
+
+    `tolerance` of either, as logarithms.
+    """
+    kinds = (("frequency", tolerance[0], _FREQUENCY_FLOOR), ("damping", tolerance[1], _DAMPING_FLOOR))
     return tuple(
-        Observable(f"ln {what} of the mode at {f:.4g} Hz", "plate", PLATE, "1", tolerance, floor, float(f), ringing_s)
-        for what, tolerance, floor in kinds
+        Observable(f"ln {what} of the mode at {f:.4g} Hz", "plate", PLATE, "1", within, floor, float(f), ringing_s)
+        for what, within, floor in kinds
         for f in frequency_hz
     )
 

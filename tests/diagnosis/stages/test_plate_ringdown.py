@@ -122,3 +122,11 @@ def test_its_gap_is_in_tolerances_of_modes() -> None:
     size = Metric.of(gap).size(gap)
     assert "modal frequencies and damping ratios" in size.metric
     assert size.before == pytest.approx(np.log(1.02) / 0.002 / np.sqrt(2), rel=0.1)
+
+
+def test_a_solved_plate_agrees_within_what_the_twin_takes_it_for() -> None:
+    """A handbook's modulus and an assumed damping are known less well than a measured table."""
+    measured, model = (PlateRingdownStage(each) for each in (without_force(played()), solved(played())))
+    assert {item.tolerance for item in measured.observables} == {0.002, 0.1}
+    assert {item.tolerance for item in model.observables} == {0.01, 0.4}
+    assert any("within 1% of a frequency and 40% of a damping ratio" in text for text in model.assumptions)
