@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .options import Options
@@ -12,7 +14,7 @@ from .stages.base import Stage
 def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
     """Gun, contact and plate, as far as they were measured, and a sentence for each that was not.
 
-    Raises `ValueError` where nothing was.
+    Raises `ValueError` where nothing was, where one configuration was, and for an uncertain number that cannot act.
     """
     found: list[Stage] = []
     notes: list[str] = []
@@ -26,9 +28,32 @@ def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ..
         else:
             found.append(stage)
             notes += list(getattr(stage, "assumptions", ()))
+    _refuse_idle(options, [stage.name for stage in found], notes)
     if not found:
         raise ValueError(f"campaign {record.name}: nothing to compare: {'; '.join(notes)}")
+    _refuse_one_setting(record, found)
     return tuple(found), tuple(notes)
+
+
+def _refuse_one_setting(record: CampaignRecord, stages: Sequence[Stage]) -> None:
+    """Raises `ValueError` where only one configuration has a gap: effects differ in how their gap changes with it."""
+    compared = np.any([np.isfinite(stage.residuals()).any(axis=1) for stage in stages], axis=0)
+    settings = np.unique(record.configuration_of[compared])
+    if settings.size == 1:
+        label = record.configurations[int(settings[0])].label
+        raise ValueError(
+            f"campaign {record.name}: all {int(compared.sum())} runs that can be compared are of one configuration "
+            f"({label}); effects are told apart by how the gap changes with the settings: record at least two"
+        )
+
+
+def _refuse_idle(options: Options, stages: Sequence[str], notes: Sequence[str]) -> None:
+    """Raises `ValueError` for an uncertain number of a stage that is not diagnosed."""
+    for name in options.uncertain:
+        stage = name.partition(".")[0]
+        if stages and stage not in stages:
+            why = next((note for note in notes if note.startswith(stage)), f"{stage}: not measured")
+            raise ValueError(f"uncertain {name} cannot act on this campaign: {why}")
 
 
 def _gun(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:
@@ -43,14 +68,19 @@ def _gun(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:
 
 def _contact(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:
     from .stages.contact import ContactStage
+    from .stages.contact_site import sites_of
     from .stages.model import RegisteredContactStage
 
     if not any(run.force is not None for run in record.runs):
-        return None, "contact: no run has a force record"
+        return None, "contact: no run has a force record that shows a contact"
     if not any(run.force is not None and run.velocity_m_s for run in record.runs):
         return None, "contact: no run with a force record has an impact velocity"
     if record.kind == "hammer" and record.hammer_mass_kg is None:
         return None, "contact: no [bench.hammer] mass_kg in the campaign"
+    try:
+        sites_of(record)
+    except ValueError as error:
+        return None, f"contact: not diagnosed: {error}"
     uncertain = options.uncertain_of("contact")
     if options.contact is not None:
         return RegisteredContactStage(record, options.contact, uncertain, plate_mass_kg=options.plate_mass_kg), ""
@@ -59,9 +89,17 @@ def _contact(record: CampaignRecord, options: Options) -> tuple[Stage | None, st
 
 def _plate(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:  # noqa: ARG001 - as the others
     from .stages.plate import PlateStage
+    from .stages.plate_ringdown import PlateRingdownStage
 
-    if not any(run.force is not None and run.accelerations for run in record.runs):
-        return None, "plate: no run has both a force and an acceleration record"
+    if not any(run.accelerations for run in record.runs):
+        return None, "plate: no run has an acceleration record that can be used"
     if record.plate is None:
-        return None, "plate: not diagnosed, since there is no modal table of it: give --modes, or --bench for a drawing"
-    return PlateStage(record), ""
+        return None, (
+            "plate: not diagnosed, since the campaign gives neither a modal table of it nor its outline: "
+            "give --modes, or --bench for a drawing"
+        )
+    driven = any(run.force is not None and run.accelerations for run in record.runs)
+    try:
+        return (PlateStage if driven and record.plate_points_known else PlateRingdownStage)(record), ""
+    except ValueError as error:
+        return None, f"plate: not diagnosed: {error}"

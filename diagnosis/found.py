@@ -27,7 +27,7 @@ def where(gap: GapTable, stages: Sequence[Stage], rng: np.random.Generator) -> W
         factors=factor_regions(gap.residuals, of, gap.record.configurations, gap.observables, rng),
         time=time,
         frequency=(*frequency, *_of_spectra(gap, stages, rng)),
-        drift=drift(gap.residuals, of, order, gap.observables, rng),
+        drift=drift(gap.residuals, of, order, gap.observables, rng, configurations=gap.record.configurations),
     )
 
 

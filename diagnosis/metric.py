@@ -33,9 +33,12 @@ class Metric:
 
     @classmethod
     def of(cls, gap: GapTable) -> Metric:
-        """One stage in its own unit, several in tolerances."""
-        columns = np.flatnonzero([_counts(item) for item in gap.observables])
+        """One stage in its own unit, several in tolerances; a plate without spectra by its modes, in tolerances."""
+        spectra = any(item.unit == "dB" for item in gap.observables)
+        columns = np.flatnonzero([_counts(item, spectra) for item in gap.observables])
         tolerance = gap.tolerance[columns]
+        if gap.stages == ("plate",) and not spectra:
+            return cls("rms error of modal frequencies and damping ratios (in tolerances)", columns, tolerance, 1.0)
         if len(gap.stages) == 1:
             return cls(_NAMES[gap.stages[0]], columns, np.ones(columns.size), float(np.sqrt(np.mean(tolerance**2))))
         return cls(f"rms error of {', '.join(gap.stages)} (in tolerances)", columns, tolerance, 1.0)
@@ -65,7 +68,7 @@ class Metric:
         return sizes
 
 
-def _counts(item: Observable) -> bool:
+def _counts(item: Observable, spectra: bool) -> bool:
     if item.stage == "contact":
         return item.name in _CONTACT
-    return item.stage != "plate" or item.unit == "dB"
+    return item.stage != "plate" or item.unit == "dB" or not spectra

@@ -46,8 +46,10 @@ class Run:
     """One impact or shot. What was not measured is None. `order` is its place in the order of runs, from 0.
 
     `configuration` is a row of `CampaignRecord.configurations`. Pressures are gauge, as read. `velocity_m_s` is the
-    recorded one: muzzle velocity of a shot, impact velocity of a hammer. `force` is what the force channel shows of the
-    contact, with some samples before it; `accelerations` by channel, on the same clock, as long as they ring.
+    recorded one: muzzle velocity of a shot, impact velocity of a hammer. `travel_m` is the projectile's travel to the
+    vent holes where the campaign states it for each run; else that of the gun holds. `force` is what the force
+    channel shows of the contact, with some samples before it; `accelerations` by channel, on the same clock,
+    as long as they ring.
     """
 
     configuration: int
@@ -58,6 +60,7 @@ class Run:
     bullet_mass_kg: float | None = None
     velocity_m_s: float | None = None
     velocity_u_m_s: float | None = None
+    travel_m: float | None = None
     force: Series | None = None
     accelerations: Mapping[str, Series] = field(default_factory=dict)
 
@@ -66,8 +69,12 @@ class Run:
 class CampaignRecord:
     """A campaign as it was measured, and the bench as the lab believes it to be.
 
-    `plate` is the measured modal table (or a solved model) with the channels' names as its sensors. `materials` by the
-    words of the factors. `assumptions` are sentences for the report: what was taken for granted on reading.
+    `plate` is the measured modal table (or a solved model) with the channels' names as its sensors.
+    `plate_points_known` is false for a model whose impact points and sensors were assumed: then its frequencies count,
+    and its shapes do not. `plate_model_material` is what such a model was solved for. `plate_material` and
+    `plate_outline_m` (corners in m) are those of `[bench.plate]`; a configuration with a factor `plate_material` goes
+    by that. `materials` by the words of the factors. `assumptions` are sentences for the report: what was taken for
+    granted on reading.
     """
 
     name: str
@@ -77,9 +84,18 @@ class CampaignRecord:
     gun: GunBench | None = None
     hammer_mass_kg: float | None = None
     plate: ModalPlate | None = None
+    plate_points_known: bool = True
+    plate_model_material: str | None = None
     plate_thickness_m: float = 0.010
+    plate_material: str | None = None
+    plate_outline_m: tuple[tuple[float, float], ...] = ()
     materials: Mapping[str, Material] = field(default_factory=dict)
     assumptions: tuple[str, ...] = ()
+
+    def plate_material_of(self, configuration: Configuration) -> str | None:
+        """The material of the plate that a configuration strikes; None where the campaign does not state it."""
+        factor = configuration.factors.get("plate_material")
+        return self.plate_material if factor is None else str(factor)
 
     @property
     def configuration_of(self) -> NDArray[np.intp]:

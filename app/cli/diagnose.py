@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +23,9 @@ _STAGES = ("gun", "contact", "plate")
 @click.option("--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write a page to FILE.")
 @click.option("--adopt", metavar="EFFECT|none", default=None, help="Predictions use it from now on; none: no longer.")
 @click.option("--tolerance", "tolerances", multiple=True, metavar="STAGE=SIZE", help="gun=1%, contact=3%, plate=0.5dB.")
-@click.option("--uncertain", multiple=True, metavar="NUMBER=SD", help="gun.friction_coefficient=0.05, in SI: repeat.")
+@click.option(
+    "--uncertain", multiple=True, metavar="NUMBER=SD", help="bullet_mass_kg=0.001, in SI; contact: shares. Repeat it."
+)
 @click.option("--modes", type=click.Path(path_type=Path), default=None, help="Modal table of the plate, CSV.")
 @click.option("--bench", type=click.Path(path_type=Path), default=None, help="The plate as a TOML file with [plate].")
 @click.option("--calibrate", type=click.IntRange(0), default=0, metavar="N", help="On N campaigns of this design. [0]")
@@ -145,13 +148,17 @@ def _tolerance(text: str) -> tuple[str, float]:
 
 
 def _uncertain(text: str) -> tuple[str, float]:
+    from ...diagnosis.uncertain import full_name
+
     name, _, size = (part.strip() for part in text.partition("="))
+    example = "expected NUMBER=SD, such as gun.friction_coefficient=0.05 or bullet_mass_kg=0.001"
     try:
         value = float(size)
-        if not (value > 0 and "." in name):
-            raise ValueError
     except ValueError as error:
-        raise ValueError(
-            f"--uncertain is {text!r}; expected NUMBER=SD, such as gun.friction_coefficient=0.05"
-        ) from error
-    return name, value
+        raise ValueError(f"--uncertain is {text!r}; {example}") from error
+    if not (0 < value < math.inf):
+        raise ValueError(f"--uncertain is {text!r}; {example}, and SD above 0")
+    try:
+        return full_name(name), value
+    except ValueError as error:
+        raise ValueError(f"--uncertain is {text!r}: {error}") from error

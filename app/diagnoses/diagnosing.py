@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -21,13 +22,15 @@ if TYPE_CHECKING:
     from ...diagnosis.record import CampaignRecord
     from ...diagnosis.verdict import Verdict
     from ...schema.session import Store
-    from ...twin.plate.modal import ModalPlate
     from ...twin.strikes import ContactStage
+    from ..twins.benches import PlateDrawing
 
 Progress = Callable[[int, int, str], None]
 MODELS = "models:/"
 #: The registered model in use, whatever its kind.
 IN_USE = "contact-force"
+#: A plate without places is compared at its lowest modes alone, which lie below this on a bench.
+_DIAGNOSED_HZ = 5_000.0
 
 
 @dataclass(frozen=True)
@@ -69,8 +72,9 @@ def record_of(store: Store | None, db: str, asked: Asked) -> CampaignRecord:
     else:
         known = ", ".join(_campaigns(store)) or "none"
         raise LookupError(f"no campaign and no folder {asked.target!r}; campaigns: {known} (pyroshock ingest FOLDER)")
-    plate = _plate(record, db, asked)
-    return record if plate is None else replace(record, plate=plate)
+    if asked.modes is not None or asked.bench is not None:
+        return _with_own_plate(record, db, asked)
+    return _with_solved_plate(record, db)
 
 
 def _campaigns(store: Store | None) -> list[str]:
@@ -80,19 +84,52 @@ def _campaigns(store: Store | None) -> list[str]:
         return list(session.scalars(select(Campaign.name).order_by(Campaign.name)))
 
 
-def _plate(record: CampaignRecord, db: str, asked: Asked) -> ModalPlate | None:
-    """A modal table, or a solved drawing, that the user brings; None where the campaign's own is taken."""
-    if asked.modes is None and asked.bench is None:
-        return None
+def _with_own_plate(record: CampaignRecord, db: str, asked: Asked) -> CampaignRecord:
+    """With the modal table, or the solved drawing, that the user brings."""
     from ..twins.benches import bench_of_file, shipped_bench, with_modes
 
     bench = shipped_bench() if asked.bench is None else bench_of_file(asked.bench, shipped_bench())
     bench = bench if asked.modes is None else with_modes(bench, asked.modes)
     if bench.modes is not None:
-        return bench.modes
+        return replace(record, plate=bench.modes)
     from ..twins.building import MAX_MODE_HZ, plates_folder, solved
 
-    return solved(bench.drawing, record.materials[bench.plate_material.lower()], MAX_MODE_HZ, plates_folder(db))
+    return replace(
+        record,
+        plate=solved(bench.drawing, record.materials[bench.plate_material.lower()], MAX_MODE_HZ, plates_folder(db)),
+        plate_points_known=_points_given(bench.drawing),
+        plate_model_material=bench.plate_material,
+    )
+
+
+def _points_given(drawing: PlateDrawing) -> bool:
+    """Whether somebody said where the plate is hit and where its sensors stand."""
+    from ..twins.benches import PlateDrawing
+
+    assumed = PlateDrawing.of(drawing.outline_m, drawing.source)
+    return drawing.impact_points != assumed.impact_points and drawing.sensors != assumed.sensors
+
+
+def _with_solved_plate(record: CampaignRecord, db: str) -> CampaignRecord:
+    """With the plate of the campaign's own outline, where it has no modal table and accelerations to compare."""
+    drawn = bool(record.plate_outline_m) and any(run.accelerations for run in record.runs)
+    material = _struck_material(record)
+    if record.plate is not None or not drawn or material is None:
+        return record
+    from ..twins.benches import PlateDrawing
+    from ..twins.building import plates_folder, solved
+
+    drawing = PlateDrawing.of(record.plate_outline_m, f"campaign {record.name}", record.plate_thickness_m)
+    plate = solved(drawing, record.materials[material], _DIAGNOSED_HZ, plates_folder(db))
+    return replace(record, plate=plate, plate_points_known=False, plate_model_material=material)
+
+
+def _struck_material(record: CampaignRecord) -> str | None:
+    """The plate's material in `[bench.plate]` where any run strikes it, else that of most configurations."""
+    struck = [name for each in record.configurations if (name := record.plate_material_of(each)) is not None]
+    if not struck or record.plate_material in struck:
+        return record.plate_material
+    return Counter(struck).most_common(1)[0][0]
 
 
 def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> ContactStage | None:
@@ -118,12 +155,13 @@ def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> C
 def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | None = None) -> Verdict:
     """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line."""
     from ...diagnosis.diagnose import Options, diagnose
+    from ...diagnosis.uncertain import full_name
 
     record = record_of(store, db, asked)
     options = Options(
         seed=asked.seed,
         tolerances=asked.tolerances,
-        uncertain=asked.uncertain,
+        uncertain={full_name(name): deviation for name, deviation in asked.uncertain.items()},
         contact=simulator_of(store, db, record.kind, asked.simulator),
         calibrate=asked.calibrate,
     )

@@ -34,7 +34,8 @@ def factor_regions(
     rng: np.random.Generator,
     permutations: int = PERMUTATIONS,
 ) -> tuple[Region, ...]:
-    """Regions that hold the gap, by rising p-value; none where it is everywhere, or nowhere.
+    """Regions that hold the gap, by rising p-value; none where it is everywhere, or nowhere. Levels of other factors
+    that hold for the same configurations are regions, too: nothing tells which of them it is.
 
     Residuals (R, d) of runs, NaN allowed. Each stage's mean residuals are reduced to scores: their main signed
     direction (a singular vector, which permuting configurations does not change) on a scale that is logarithmic beyond
@@ -75,7 +76,8 @@ def _named(searches: Sequence[Search]) -> tuple[Region, ...]:
         rule, table = searches[i].rule, searches[i].table
         if corrected[i] <= LEVEL and rule is not None and _holds_gap(rule, table):
             order = (float(corrected[i]), round(table.rms(~rule.inside), 1), int(rule.inside.sum()))
-            best.setdefault(rule.text, (order, Region(rule.text, table.excess(rule.inside), float(corrected[i]))))
+            for text in (rule.text, *rule.same):
+                best.setdefault(text, (order, Region(text, table.excess(rule.inside), float(corrected[i]))))
     return tuple(region for _, region in sorted(best.values(), key=lambda each: each[0]))
 
 

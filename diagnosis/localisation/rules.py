@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -12,16 +13,20 @@ from numpy.typing import NDArray
 from ...schema.columns import BY_NAME
 from ..record import Configuration, Factor
 
-_AND = " and "
+_AND, _SIGN = " and ", " (?:=|!=|>|<=) "
 
 
 @dataclass(frozen=True, eq=False)
 class Rule:
-    """`inside` (C,) are the configurations that it holds for."""
+    """`inside` (C,) are the configurations that it holds for.
+
+    `same`: rules of one condition on other factors that hold for the same configurations.
+    """
 
     text: str
     conditions: int
     inside: NDArray[np.bool_]
+    same: tuple[str, ...] = ()
 
 
 def column_of(factor: str) -> tuple[str, float]:
@@ -33,15 +38,24 @@ def column_of(factor: str) -> tuple[str, float]:
 def rules(configurations: Sequence[Configuration], least: int = 2) -> tuple[Rule, ...]:
     """All rules of one or two conditions that split the configurations, with at least so many on both sides.
 
-    Rules that hold for the same configurations are one: the first, and simplest, stands for them.
+    Rules that hold for the same configurations are one: the first, and simplest, stands for them, and names those on
+    other factors.
     """
     single = _conditions(configurations)
     found: dict[bytes, Rule] = {}
     for rule in [*single, *(_both(a, b) for a, b in combinations(single, 2))]:
-        size = int(rule.inside.sum())
-        if least <= size <= len(configurations) - least:
-            found.setdefault(rule.inside.tobytes(), rule)
+        size, key = int(rule.inside.sum()), rule.inside.tobytes()
+        if not least <= size <= len(configurations) - least:
+            continue
+        first = found.setdefault(key, rule)
+        if rule.conditions == 1 and _column(rule.text) not in map(_column, (first.text, *first.same)):
+            found[key] = replace(first, same=(*first.same, rule.text))
     return tuple(found.values())
+
+
+def _column(text: str) -> str:
+    """The factor of a rule of one condition."""
+    return re.split(_SIGN, text, maxsplit=1)[0]
 
 
 def holds(text: str, factors: Mapping[str, Factor]) -> bool:
@@ -49,15 +63,21 @@ def holds(text: str, factors: Mapping[str, Factor]) -> bool:
 
     Raises `ValueError` for a text that is no rule, `LookupError` for a factor that the configuration does not have.
     """
-    return all(_holds(condition, factors) for condition in text.split(_AND))
-
-
-def _holds(condition: str, factors: Mapping[str, Factor]) -> bool:
-    try:
-        column, sign, level = condition.split(" ", 2)
-    except ValueError:
-        raise ValueError(f"{condition!r} is no rule: expected 'factor = level' or 'factor > number'") from None
     named = {column_of(name)[0]: (value, column_of(name)[1]) for name, value in factors.items()}
+    return all(_holds(condition, named) for condition in _split(text, named))
+
+
+def _split(text: str, columns: Iterable[str]) -> list[str]:
+    """The conditions of a rule. A level may hold the word "and": only before a column and its sign does it join."""
+    heads = "|".join(re.escape(column) for column in columns)
+    return re.split(rf"{_AND}(?=(?:{heads}){_SIGN})", text) if heads else text.split(_AND)
+
+
+def _holds(condition: str, named: Mapping[str, tuple[Factor, float]]) -> bool:
+    found = re.fullmatch(r"(.+?) (=|!=|>|<=) (.*)", condition, re.DOTALL)
+    if found is None:
+        raise ValueError(f"{condition!r} is no rule: expected 'factor = level' or 'factor > number'")
+    column, sign, level = found.groups()
     if column not in named:
         raise LookupError(f"no factor {column!r}; there are: {', '.join(named)}")
     value, unit = named[column]
@@ -85,7 +105,7 @@ def _thresholds(name: str, values: NDArray[np.float64]) -> list[Rule]:
     for low, high in pairwise(levels):
         number = short_between(low / unit, high / unit)
         above = values / unit > number
-        found += [Rule(f"{column} > {number:g}", 1, above), Rule(f"{column} <= {number:g}", 1, ~above)]
+        found += [Rule(f"{column} > {_number(number)}", 1, above), Rule(f"{column} <= {_number(number)}", 1, ~above)]
     return found
 
 
@@ -98,7 +118,12 @@ def _levels(name: str, values: Sequence[Factor | None]) -> list[Rule]:
 
 
 def _word(value: Factor, unit: float) -> str:
-    return value if isinstance(value, str) else f"{value / unit:g}"
+    return value if isinstance(value, str) else _number(value / unit)
+
+
+def _number(value: float) -> str:
+    """With the digits in which levels of the store differ."""
+    return f"{value:.12g}"
 
 
 def _both(one: Rule, other: Rule) -> Rule:

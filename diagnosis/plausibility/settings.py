@@ -33,6 +33,7 @@ _FREQUENCY = Limit("frequency_hz", 20.0, 1e6, below="kilohertz")
 _RADIUS = Limit("tip_radius_mm", 2e-4, 20.0, below="metres", above="micrometres")
 _MASS = Limit("bullet_mass_kg", 1e-4, 50.0, below="tonnes", above="grams")
 _PRESSURE = Limit("tank_pressure_pa", 100.0, 1e8, above="pascals, in a column of bar")
+_TRAVEL = Limit("travel_m of a run", 0.01, 30.0, below="metres, in a column of millimetres", above="millimetres")
 _VELOCITY = Limit("velocity_m_s", 1e-4, 2000.0, below="km/s", above="mm/s or cm/s")
 _RATE = Limit("sampling rate of the force", 1e3, 1e9, below="kilohertz", above="another unit")
 
@@ -70,6 +71,8 @@ def _settings(record: CampaignRecord) -> Iterator[tuple[Limit, float]]:
             yield _MASS, run.bullet_mass_kg
         if run.tank_pressure_pa is not None:
             yield _PRESSURE, run.tank_pressure_pa
+        if run.travel_m is not None:
+            yield _TRAVEL, run.travel_m
         if run.velocity_m_s:
             yield _VELOCITY, run.velocity_m_s
         if run.force is not None:

@@ -10,12 +10,14 @@ from ...schema.campaigns import Campaign
 from ..record import CampaignRecord
 from .hits import Hit
 from .records import Records
+from .settings import TRAVEL
 
 
 def assumptions(campaign: Campaign, record: CampaignRecord, hits: Sequence[Hit], series: Records) -> tuple[str, ...]:
     """In the order of the chain: pressure, velocity, force, acceleration, plate."""
     return (
         *_pressure(hits),
+        *_travel(record),
         *_velocity(hits),
         *_force(hits, series),
         *_acceleration(series),
@@ -38,6 +40,17 @@ def _pressure(hits: Sequence[Hit]) -> Iterator[str]:
     )
 
 
+def _travel(record: CampaignRecord) -> Iterator[str]:
+    own = [run.travel_m for run in record.runs if run.travel_m is not None]
+    if not own or record.gun is None:
+        return
+    columns = [name for name in TRAVEL if any(name in each.factors for each in record.configurations)]
+    yield (
+        f"travel to the vent holes: {min(own) * 1e3:g} to {max(own) * 1e3:g} mm, as the column {columns[0]} has it for "
+        f"{len(own)} of {len(record.runs)} runs; [bench.gun] has {record.gun.travel_m * 1e3:g} mm"
+    )
+
+
 def _velocity(hits: Sequence[Hit]) -> Iterator[str]:
     integrated = [hit for hit in hits if hit.velocity_source == "integrated"]
     if integrated:
@@ -57,8 +70,14 @@ def _velocity(hits: Sequence[Hit]) -> Iterator[str]:
 
 def _force(hits: Sequence[Hit], series: Records) -> Iterator[str]:
     pulses = sum(hit.has_pulse for hit in hits)
+    alone = len(series.rung_alone)
+    if alone:
+        yield (
+            f"no force was recorded with {alone} of {len(hits)} hits: their accelerations are used from where they "
+            "begin to ring"
+        )
     silent = sum(hit.recording_id is not None and not hit.has_pulse for hit in hits)
-    if silent:
+    if silent and not alone:
         yield f"no contact force in the recordings of {silent} of {len(hits)} hits: what else they hold is not used"
     if series.chosen < pulses:
         yield f"series of {series.chosen} of {pulses} hits are used, evenly chosen in each configuration"

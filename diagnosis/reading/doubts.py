@@ -79,3 +79,35 @@ def _findings(campaign_id: int) -> Any:
         .where(Recording.campaign_id == campaign_id)
         .where(or_(finding.severity == "reject", finding.check == "double-hit", outside))
     )
+
+
+#: Quantities that a diagnosis reads: pressure and displacement for the gun, the others for contact and plate.
+_READ = ("force", "acceleration", "pressure", "displacement")
+
+
+def refuse_no_number(session: Session, campaign_id: int) -> None:
+    """Raises `ValueError` for a channel that holds no finite number in any of its recordings."""
+    channels = (
+        select(RecordedChannel.name, func.count())
+        .join(Recording, RecordedChannel.recording_id == Recording.id)
+        .where(Recording.campaign_id == campaign_id, RecordedChannel.quantity.in_(_READ))
+        .group_by(RecordedChannel.name)
+        .order_by(RecordedChannel.name)
+    )
+    finding, channel = QualityFinding, RecordedChannel
+    dropouts = (
+        select(channel.name, finding.recording_id, finding.evidence)
+        .join(Recording, finding.recording_id == Recording.id)
+        .join(channel, finding.channel_id == channel.id)
+        .where(Recording.campaign_id == campaign_id, finding.check == "dropouts")
+    )
+    empty: dict[str, set[int]] = {}
+    for name, recording, evidence in session.execute(dropouts):
+        if evidence.get("kind") == "nan" and evidence.get("share") == 1.0:
+            empty.setdefault(name, set()).add(recording)
+    for name, count in session.execute(channels):
+        if len(empty.get(name, ())) == count:
+            raise ValueError(
+                f"channel {name} holds no number in any of its {count} recordings: mend these, or take "
+                f"[channels.{name}] out of campaign.toml, and ingest anew"
+            )

@@ -12,7 +12,7 @@ from ...schema.recordings import RecordedChannel
 from ..record import Series
 from .doubts import Doubts
 from .hits import Hit
-from .series import Window, cut_accelerations, cut_force, is_on_plate, windows
+from .series import Window, cut_accelerations, cut_force, cut_ringing, is_on_plate, windows
 
 _AT_ONCE = 500  # SQLite allows a limited number of variables
 
@@ -21,7 +21,8 @@ _AT_ONCE = 500  # SQLite allows a limited number of variables
 class Records:
     """Series by a hit's place in the order of runs, and what happened on the way.
 
-    `rejected` counts hits by channel that a quality check said not to use; `double_hits` and `turned` are places.
+    `rejected` counts hits by channel that a quality check said not to use; `double_hits` and `turned` are places, as is
+    `rung_alone`: hits whose accelerations were recorded and their force was not.
     """
 
     force: dict[int, Series] = field(default_factory=dict)
@@ -32,22 +33,46 @@ class Records:
     cells: int = 0
     chosen: int = 0
     of_impactor: set[str] = field(default_factory=set)
+    rung_alone: list[int] = field(default_factory=list)
 
     def left_out(self, channel: str) -> None:
         """Count one hit more."""
         self.rejected[channel] = self.rejected.get(channel, 0) + 1
 
 
-def read_records(session: Session, hits: Sequence[Hit], chosen: Sequence[int], doubts: Doubts) -> Records:
-    """Force and accelerations of the hits at the places `chosen`."""
+def read_records(
+    session: Session, hits: Sequence[Hit], chosen: Sequence[int], ringing: Sequence[int], doubts: Doubts
+) -> Records:
+    """Force and accelerations of the hits at the places `chosen`; accelerations alone of those at `ringing`, which have
+    no pulse, where no force was recorded that could have shown one."""
     found, cuts = Records(chosen=len(chosen)), windows(hits)
-    channels = _channels(session, sorted({hits[i].recording_id or 0 for i in chosen}))
+    channels = _channels(session, sorted({hits[i].recording_id or 0 for i in (*chosen, *ringing)}))
     for i in chosen:
         rows = channels.get(hits[i].recording_id or 0, [])
         found.double_hits += [i] if hits[i].impact_id in doubts.double_hits else []
         _take_accelerations(session, found, i, cuts[i], rows, doubts)
         _take_force(session, found, i, cuts[i], [row for row in rows if row.quantity == "force"], doubts)
+    for i in ringing:
+        rows = channels.get(hits[i].recording_id or 0, [])
+        if not any(row.quantity == "force" for row in rows):
+            _take_ringing(session, found, i, hits[i], rows, doubts)
     return found
+
+
+def _take_ringing(
+    session: Session, found: Records, place: int, hit: Hit, rows: Sequence[RecordedChannel], doubts: Doubts
+) -> None:
+    accelerations = [row for row in rows if row.quantity == "acceleration"]
+    found.of_impactor |= {row.name for row in accelerations if not is_on_plate(row)}
+    good = [row for row in accelerations if is_on_plate(row) and not doubts.rejects(hit, row.name)]
+    cut = {
+        name: series
+        for name, series in cut_ringing(session, good).items()
+        if not doubts.cut_top(hit, name, series.values)
+    }
+    if cut:
+        found.accelerations[place] = cut
+        found.rung_alone.append(place)
 
 
 def _take_force(

@@ -21,6 +21,8 @@ FORCE_BEFORE, FORCE_AFTER, REST_SAMPLES = 0.5, 2.0, 64
 REST_S, RINGING_S = 1e-3, 0.1
 #: The next hit's window begins so long before its contact: a start found at a share of the peak is a little late.
 _CLEAR_S = 1e-3
+#: Ringing begins where a record first exceeds this share of its top, at most so long before it.
+_RISE, _RISE_S = 0.1, 10e-3
 #: In samples: nearer than this is the same instant.
 _SAME_SAMPLE = 1e-4
 
@@ -88,6 +90,41 @@ def cut_accelerations(session: Session, rows: Sequence[RecordedChannel], window:
         if cut.values.size:
             cuts[row.name] = cut
     return cuts
+
+
+def cut_ringing(session: Session, rows: Sequence[RecordedChannel]) -> dict[str, Series]:
+    """By channel the loudest ringing of a recording without a force; 0 s is where the first channel rises to it.
+
+    Channels without a finite sample, and silent ones, are left out.
+    """
+    whole = {row.name: np.asarray(read_channel(session, row).si, dtype=np.float64) for row in rows}
+    heard = {
+        name: values
+        for name, values in whole.items()
+        if np.isfinite(values).any() and np.nanmax(values) > np.nanmin(values)
+    }
+    begins = [
+        row.start_s + _begin_of_loudest(heard[row.name], row.sampling_rate_hz) / row.sampling_rate_hz
+        for row in rows
+        if row.name in heard
+    ]
+    cuts = {}
+    for row in rows:
+        if row.name in heard:
+            rate, values = row.sampling_rate_hz, heard[row.name]
+            contact = (min(begins) - row.start_s) * rate
+            first = max(0, math.ceil(contact - max(REST_S * rate, REST_SAMPLES)))
+            stop = min(values.size, math.floor(contact + RINGING_S * rate) + 1)
+            cuts[row.name] = Series(values[first:stop], rate, (first - contact) / rate)
+    return cuts
+
+
+def _begin_of_loudest(values: Floats, rate_hz: float) -> int:
+    """The sample from which a record (n,) stays within `_RISE_S` above a share of its largest deviation from rest."""
+    away = np.abs(np.nan_to_num(values - np.nanmedian(values)))
+    top = int(np.argmax(away))
+    first = max(0, top - round(_RISE_S * rate_hz))
+    return first + int(np.flatnonzero(away[first : top + 1] > _RISE * away[top])[0])
 
 
 def _cut(session: Session, row: RecordedChannel, start_s: float, before_s: float, after_s: float) -> Series:

@@ -15,6 +15,9 @@ from ...schema.columns import BY_NAME
 from ..record import Configuration, Factor
 from .notes import note_columns
 
+#: Columns of a projectile's own travel to the vent holes, and their units in m.
+TRAVEL = {"travel_m": 1.0, "travel_mm": 1e-3}
+
 Factors = Mapping[str, Factor]
 _AT_ONCE = 500  # SQLite allows a limited number of variables
 
@@ -84,3 +87,18 @@ def _part(name: str, value: Factor) -> str:
     if isinstance(value, str):
         return f"{name} {value}"
     return f"{known.column} {value / known.scale:.6g}" if known else f"{name} {value:.6g}"
+
+
+def travel_m(configuration: Configuration) -> float | None:
+    """The projectile's travel to the vent holes, m; None where no column has it.
+
+    Raises `ValueError` for a column that is not a positive number.
+    """
+    for name, unit in TRAVEL.items():
+        value = configuration.factors.get(name)
+        if value is None:
+            continue
+        if isinstance(value, str) or not value > 0:
+            raise ValueError(f"{name} is {value!r} at {configuration.label}: expected a number above 0")
+        return value * unit
+    return None

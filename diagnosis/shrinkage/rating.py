@@ -17,6 +17,7 @@ _INNER, _OUTER, _SHIFT, _WINDOW, _MAGNITUDE, _SLOPE = 0.05, 0.50, 0.20, 0.10, 0.
 #: Of corridor, phase, magnitude and slope.
 _WEIGHTS = np.array([0.4, 0.2, 0.2, 0.2])
 _SMOOTH = 9
+_CONSTANT = 1e-12
 
 
 def rating(measured: Floats, simulated: Floats) -> float:
@@ -46,13 +47,20 @@ def _best_shift(measured: Floats, simulated: Floats) -> int:
 
 
 def _correlations(first: Floats, late: Floats, most: int) -> Floats:
-    """(most + 1,): correlation of the first n - k samples of one with the last n - k of the other."""
+    """(most + 1,): correlation of the first n - k samples of one with the last n - k of the other.
+
+    Minus infinity where either of these is constant: a force that rests for part of its record has no phase there.
+    """
     x, y = first - first.mean(), late - late.mean()
     left = len(x) - np.arange(most + 1)
     sums = [np.cumsum(each)[left - 1] for each in (x, y[::-1], x**2, y[::-1] ** 2)]
     product = np.correlate(y, x, "full")[len(x) - 1 : len(x) + most]
     covariance = product - sums[0] * sums[1] / left
-    return np.asarray(covariance / np.sqrt((sums[2] - sums[0] ** 2 / left) * (sums[3] - sums[1] ** 2 / left)))
+    squares = np.array([sums[2] - sums[0] ** 2 / left, sums[3] - sums[1] ** 2 / left])
+    # What cancellation leaves of a constant stretch is below this share of the whole record's square.
+    constant = (squares <= _CONSTANT * squares[:, :1]).any(axis=0)
+    size = np.sqrt(np.prod(np.where(constant, 1.0, squares), axis=0))
+    return np.where(constant, -np.inf, covariance / size)
 
 
 def _shifted(measured: Floats, simulated: Floats, shift: int) -> tuple[Floats, Floats]:
@@ -68,13 +76,18 @@ def _phase(shift: int, samples: int) -> float:
 def _magnitude(measured: Floats, simulated: Floats) -> float:
     """Of the records after dynamic time warping, which takes local differences in phase away."""
     path = warped(simulated, measured, int(np.ceil(_WINDOW * len(measured))) - 1)
-    error = np.abs(simulated[path[:, 0]] - measured[path[:, 1]]).sum() / np.abs(measured[path[:, 1]]).sum()
-    return float(max(0.0, 1.0 - error / _MAGNITUDE))
+    error = np.abs(simulated[path[:, 0]] - measured[path[:, 1]]).sum()
+    return _score(error, np.abs(measured[path[:, 1]]).sum(), _MAGNITUDE)
 
 
 def _slope(measured: Floats, simulated: Floats) -> float:
     x, y = _smooth_slope(measured), _smooth_slope(simulated)
-    return float(max(0.0, 1.0 - np.abs(y - x).sum() / np.abs(x).sum() / _SLOPE))
+    return _score(np.abs(y - x).sum(), np.abs(x).sum(), _SLOPE)
+
+
+def _score(error: float, size: float, most: float) -> float:
+    """1 without an error, 0 from `most` of the size on; 0 for an error of what is nothing."""
+    return 0.0 if error > most * size else float(1.0 - error / (most * size)) if size > 0 else 1.0
 
 
 def _smooth_slope(values: Floats) -> Floats:

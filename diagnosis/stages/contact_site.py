@@ -85,9 +85,11 @@ def _row(record: CampaignRecord, configuration: Configuration, run: Run) -> dict
 
 def layers(record: CampaignRecord, configuration: Configuration) -> tuple[Material, Material, Material | None]:
     """Tip, plate and anvil, None without one. Raises `ValueError` as `sites_of`."""
-    tip, plate = (_material(record, configuration, f"{part}_material") for part in ("tip", "plate"))
+    tip = _material(record, "tip_material", _factor(configuration, "tip_material"))
+    plate = _material(record, "plate_material", _plate_material(record, configuration))
     bare = configuration.factors.get("anvil_material", "none") == "none"
-    return tip, plate, None if bare else _material(record, configuration, "anvil_material")
+    anvil = None if bare else _material(record, "anvil_material", _factor(configuration, "anvil_material"))
+    return tip, plate, anvil
 
 
 def impactor_mass_kg(record: CampaignRecord, run: Run) -> float:
@@ -102,12 +104,24 @@ def impactor_mass_kg(record: CampaignRecord, run: Run) -> float:
 
 def _factor(configuration: Configuration, name: str) -> str | float:
     if name not in configuration.factors:
-        raise ValueError(f"configuration {configuration.label!r} has no {name}: the contact stage needs it")
+        raise ValueError(
+            f"configuration {configuration.label!r} has no {name}: give it as a column of the table of runs"
+        )
     return configuration.factors[name]
 
 
-def _material(record: CampaignRecord, configuration: Configuration, factor: str) -> Material:
-    word = str(_factor(configuration, factor))
+def _plate_material(record: CampaignRecord, configuration: Configuration) -> str:
+    material = record.plate_material_of(configuration)
+    if material is None:
+        raise ValueError(
+            f"configuration {configuration.label!r} has no plate_material: give it as a column of the table of runs, "
+            "or as material in [bench.plate]"
+        )
+    return material
+
+
+def _material(record: CampaignRecord, factor: str, value: str | float) -> Material:
+    word = str(value)
     if word not in record.materials:
         known = ", ".join(record.materials) or "none"
         raise ValueError(f"{factor} = {word!r}: no such material in the record; there are: {known}")

@@ -27,6 +27,8 @@ _COARSER = 30.0
 class GunStage(Stage):
     """Eq. 2.16 with gauge pressure and the campaign's own friction and efficiency, which stays as effects come in.
 
+    The travel is that of each run where the record has it, else the gun's.
+
     `uncertain`: standard deviations of the gun's settings by their names in `GunBench`, and of "tank_pressure_pa" and
     "bullet_mass_kg", each the same in all runs. Raises `ValueError` for a record without a gun, and for a name or a
     value of `uncertain` that cannot be.
@@ -43,8 +45,12 @@ class GunStage(Stage):
         self.pressure_pa = _numbers([run.tank_pressure_pa for run in record.runs])
         self.mass_kg = _numbers([run.bullet_mass_kg for run in record.runs])
         self.velocity_m_s = _numbers([run.velocity_m_s for run in record.runs])
+        self.travel_m = _numbers([run.travel_m or self.bench.travel_m for run in record.runs])
         self.usual_pressure_pa, self.usual_mass_kg = self._usual(self.pressure_pa), self._usual(self.mass_kg)
-        self._nuisances = gun_nuisances(self.bench, self.usual_pressure_pa, self.usual_mass_kg, self.uncertain)
+        self.usual_travel_m = self._usual(self.travel_m)
+        self._nuisances = gun_nuisances(
+            self.bench, self.usual_pressure_pa, self.usual_mass_kg, self.usual_travel_m, self.uncertain
+        )
 
     @property
     def simulator(self) -> str:
@@ -67,27 +73,32 @@ class GunStage(Stage):
         return _logarithms(self.velocity_m_s)[:, None]
 
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
-        return self._shown(effects, self._true_pressure(effects, self.pressure_pa, upstream), self.mass_kg)[:, None]
+        pressure = self._true_pressure(effects, self.pressure_pa, upstream)
+        return self._shown(effects, pressure, self.mass_kg, self.travel_m)[:, None]
 
     def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:
-        velocity = self._fired(effects, self._true_pressure(effects, self.pressure_pa, upstream), self.mass_kg)
+        pressure = self._true_pressure(effects, self.pressure_pa, upstream)
+        velocity = self._fired(effects, pressure, self.mass_kg, self.travel_m)
         return cast(Sequence[float], velocity.tolist())
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
         c = self.usual_pressure_pa.size
         found = np.zeros((len(sets), c))
-        usual = self._shown((), self.usual_pressure_pa, self.usual_mass_kg)
+        usual = self._shown((), self.usual_pressure_pa, self.usual_mass_kg, self.usual_travel_m)
         acting = [[each for each in effects if acts_on_gun(type(each))] for effects in sets]
         for rows in by_kinds(acting):
             effects = stacked([acting[row] for row in rows], c)
-            pressure, mass = np.tile(self.usual_pressure_pa, len(rows)), np.tile(self.usual_mass_kg, len(rows))
-            shown = self._shown(effects, self._true_pressure(effects, pressure), mass)
+            medians = (self.usual_pressure_pa, self.usual_mass_kg, self.usual_travel_m)
+            pressure, mass, travel = (np.tile(values, len(rows)) for values in medians)
+            shown = self._shown(effects, self._true_pressure(effects, pressure), mass, travel)
             found[rows] = shown.reshape(len(rows), c) - usual
         return found[:, :, None]
 
     @property
     def fingerprint(self) -> Hashable:
-        return self.bench, self.usual_pressure_pa.tobytes(), self.usual_mass_kg.tobytes()
+        return self.bench, *(
+            values.tobytes() for values in (self.usual_pressure_pa, self.usual_mass_kg, self.usual_travel_m)
+        )
 
     def nuisances(self) -> dict[str, Floats]:
         return dict(self._nuisances)
@@ -104,18 +115,18 @@ class GunStage(Stage):
             return np.asarray(upstream, dtype=np.float64)
         return _chain(effects).true_pressure_pa(reading_pa)
 
-    def _shown(self, effects: Sequence[Effect], pressure_pa: Floats, mass_kg: Floats) -> Floats:
+    def _shown(self, effects: Sequence[Effect], pressure_pa: Floats, mass_kg: Floats, travel_m: Floats) -> Floats:
         """ln of what the velocity measurement shows."""
-        return _logarithms(_chain(effects).measured_velocity_m_s(self._fired(effects, pressure_pa, mass_kg)))
+        return _logarithms(_chain(effects).measured_velocity_m_s(self._fired(effects, pressure_pa, mass_kg, travel_m)))
 
-    def _fired(self, effects: Sequence[Effect], pressure_pa: Floats, mass_kg: Floats) -> Floats:
+    def _fired(self, effects: Sequence[Effect], pressure_pa: Floats, mass_kg: Floats, travel_m: Floats) -> Floats:
         """True velocities; NaN for a shot that stays in the barrel, or of which pressure or mass is not known."""
         gun = [each for each in effects if isinstance(each, GunEffect)]
         velocity = np.full(pressure_pa.shape, np.nan)
         rows = np.flatnonzero((pressure_pa >= 0) & np.isfinite(pressure_pa) & (mass_kg > 0) & np.isfinite(mass_kg))
         if rows.size:
             some = [each.take(rows) for each in gun] if rows.size < pressure_pa.size else gun
-            shots = gun_velocity(self.bench, pressure_pa[rows], mass_kg[rows], some, _COARSER)
+            shots = gun_velocity(self.bench, pressure_pa[rows], mass_kg[rows], some, _COARSER, travel_m=travel_m[rows])
             velocity[rows] = np.where(shots.left, shots.velocity_m_s, np.nan)
         return velocity
 

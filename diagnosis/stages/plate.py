@@ -133,9 +133,7 @@ class PlateStage(Stage):
     def _columns(self) -> Columns:
         signals, of = self.signals, self.record.configuration_of
         samples = signals.acceleration.shape[2]
-        elastic = self.plate.frequency_hz[self.plate.frequency_hz > 0]
-        highest = float(elastic.max()) * _BAND[1] if elastic.size <= _MANY else float(elastic[_MANY])
-        band = (_BAND[0] * float(elastic.min()), min(highest, _MOST_OF_RATE * signals.rate_hz))
+        band = searched_band(self.plate, signals.rate_hz)
         window = RingingWindow.of(signals.ringing, samples, signals.rate_hz, band[1])
         searched = self._reading.at(searched_runs(signals, of))
         at = searched.first_s + window.start_s
@@ -167,6 +165,13 @@ class PlateStage(Stage):
         count = plate.frequency_hz.size - self.plate.frequency_hz.size
         limit = _HIGHEST * self.signals.rate_hz
         return (f"{count} modes of the plate above {limit:g} Hz are left out: records end there",) if count else ()
+
+
+def searched_band(plate: ModalPlate, rate_hz: float) -> tuple[float, float]:
+    """In which modes are looked for, Hz, in records of this sampling rate."""
+    elastic = plate.frequency_hz[plate.frequency_hz > 0]
+    highest = float(elastic.max()) * _BAND[1] if elastic.size <= _MANY else float(elastic[_MANY])
+    return _BAND[0] * float(elastic.min()), min(highest, _MOST_OF_RATE * rate_hz)
 
 
 def acts_on_plate(kind: type[Effect]) -> bool:

@@ -28,6 +28,23 @@ _MOST_DELAY = 0.25
 PLATE = "plate"
 
 
+def mode_observables(
+    frequency_hz: Floats,
+    ringing_s: tuple[float, float],
+    tolerance: tuple[float, float] = (_FREQUENCY, _DAMPING),
+) -> tuple[Observable, ...]:
+    """Logarithms of frequencies, then of damping ratios, of modes that the table has at `frequency_hz` (K,).
+
+    `tolerance` of either, as logarithms.
+    """
+    kinds = (("frequency", tolerance[0], _FREQUENCY_FLOOR), ("damping", tolerance[1], _DAMPING_FLOOR))
+    return tuple(
+        Observable(f"ln {what} of the mode at {f:.4g} Hz", "plate", PLATE, "1", within, floor, float(f), ringing_s)
+        for what, within, floor in kinds
+        for f in frequency_hz
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class Columns:
     """Which of the readings are observables; `frequency_hz` (K,) are the table's."""
@@ -39,8 +56,7 @@ class Columns:
     frequency_hz: Floats
 
     def observables(self) -> tuple[Observable, ...]:
-        found = [self._of_mode("frequency", f, _FREQUENCY, _FREQUENCY_FLOOR) for f in self.frequency_hz]
-        found += [self._of_mode("damping", f, _DAMPING, _DAMPING_FLOOR) for f in self.frequency_hz]
+        found = list(mode_observables(self.frequency_hz, self._ringing_s))
         for row, channel in enumerate(self.signals.channels):
             found += [self._line(channel, f) for f in self.spectra.lines_hz]
             found += [self._level(channel, f) for f in self.frequency_hz[self.modes.clear[row]]]
@@ -82,10 +98,6 @@ class Columns:
     @property
     def _ringing_s(self) -> tuple[float, float]:
         return self.seconds((self.signals.ringing, self.signals.acceleration.shape[2]))
-
-    def _of_mode(self, what: str, f: float, tolerance: float, floor: float) -> Observable:
-        name = f"ln {what} of the mode at {f:.4g} Hz"
-        return Observable(name, "plate", PLATE, "1", tolerance, floor, float(f), self._ringing_s)
 
     def _line(self, channel: str, f: float) -> Observable:
         name = f"{channel} spectrum at {f:.4g} Hz"

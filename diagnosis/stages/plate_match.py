@@ -39,14 +39,21 @@ class Lines:
         return np.asarray(np.where(loud > 0, _ALONE + _DECADE * loud, 0.0))
 
 
-def matched(found: Lines, tried: Sequence[Lines]) -> Rows:
-    """(M,): for each mode the line that is it, -1 for none; `tried` are plates with the same M modes in order."""
-    costs, rows = zip(*(_aligned(found, lines) for lines in tried), strict=True)
+def matched(found: Lines, tried: Sequence[Lines], *, patterns: bool = True) -> Rows:
+    """(M,): for each mode the line that is it, -1 for none; `tried` are plates with the same M modes in order.
+
+    Without `patterns` the levels of the plates are not known, and frequencies alone tell.
+    """
+    costs, rows = zip(*(_aligned(found, lines, patterns) for lines in tried), strict=True)
     return np.asarray(rows[int(np.argmin(costs))])
 
 
-def _aligned(found: Lines, plate: Lines) -> tuple[float, Rows]:
-    pair, alone_f, alone_p = _pair_cost(plate, found), found.cost_alone, plate.cost_alone
+def _aligned(found: Lines, plate: Lines, patterns: bool) -> tuple[float, Rows]:
+    alone_f = found.cost_alone
+    if patterns:
+        pair, alone_p = _pair_cost(plate, found), plate.cost_alone
+    else:
+        pair, alone_p = _apart(plate, found) ** 2, np.full(plate.frequency_hz.size, _ALONE)
     m, k = pair.shape
     cost = np.zeros((m + 1, k + 1))
     cost[1:, 0], cost[0, 1:] = np.cumsum(alone_p), np.cumsum(alone_f)
@@ -72,11 +79,15 @@ def _walked(cost: Floats, pair: Floats, alone_p: Floats) -> Rows:
     return rows
 
 
+def _apart(plate: Lines, found: Lines) -> Floats:
+    """(M, k): distances of found lines from modes, in widths."""
+    return np.asarray(np.log(found.frequency_hz[None, :] / plate.frequency_hz[:, None]) / _WIDTH)
+
+
 def _pair_cost(plate: Lines, found: Lines) -> Floats:
-    apart = np.log(found.frequency_hz[None, :] / plate.frequency_hz[:, None]) / _WIDTH
     alike = _unit(plate.level) @ _unit(found.level).T
     silent = plate.cost_alone[:, None] == 0  # a mode that is not expected takes no line from its neighbours
-    return np.asarray(np.where(silent, np.inf, apart**2 + _PATTERN * (1 - alike)))
+    return np.asarray(np.where(silent, np.inf, _apart(plate, found) ** 2 + _PATTERN * (1 - alike)))
 
 
 def _unit(level: Floats) -> Floats:

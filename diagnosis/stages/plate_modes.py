@@ -109,7 +109,7 @@ def _chosen(
     noise = median(np.where(known, reading.level_noise, np.nan), axis=0)
     clear = (noise < _CLEAR_LEVEL) & (known.sum(axis=0) > _SELDOM * reading.level.shape[0])
     loud = np.max(np.where(clear, median(reading.level, axis=0), -np.inf), axis=0)
-    best = _best(np.flatnonzero((damping < _CLEAR_DAMPING) & clear.any(axis=0)), loud)
+    best = best_modes(np.flatnonzero((damping < _CLEAR_DAMPING) & clear.any(axis=0)), loud)
     picked = reading.of_lines(best)
     heard, enough = picked.damping_noise < _LOST, median(share[:, best], axis=0) > ENOUGH
     weight = np.where(clear[:, best] & enough, 1.0, 0.0)
@@ -138,7 +138,8 @@ def _delay(reading: Reading, signals: PlateSignals, window: RingingWindow, weigh
     return delays_s(angle - usual[:, None], 2 * np.pi * np.exp(reading.frequency), weight)
 
 
-def _best(good: Rows, loud: Floats) -> Rows:
+def best_modes(good: Rows, loud: Floats) -> Rows:
+    """Of the rows `good` the ends and the loudest, in rising order; `loud` (M,) of all."""
     middle = good[_ENDS:-_ENDS]
     loudest = middle[np.argsort(-loud[middle])][: MOST - 2 * _ENDS]
     return np.unique(np.concatenate([good[:_ENDS], loudest, good[-_ENDS:]])).astype(np.intp)

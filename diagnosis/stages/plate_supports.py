@@ -15,6 +15,11 @@ _COUPLED, _WHOLE = 0.5, 1.5
 _DB = 20 / np.log(10)
 
 
+def frequency_spread(frequency_hz: Floats, support_hz: float) -> Floats:
+    """(K,): standard deviations of ln frequency about the law of evenly spread springs."""
+    return np.asarray(_UNEVEN * 0.5 * support_hz**2 / (frequency_hz**2 + support_hz**2))
+
+
 def loose_supports(columns: Columns, support_hz: float) -> Floats:
     """(d,): standard deviations about the law of evenly spread springs, of springs somewhere with the same mean.
 
@@ -22,7 +27,7 @@ def loose_supports(columns: Columns, support_hz: float) -> Floats:
     perturbation, (support / (f_k^2 - f_l^2)) for two modes. Lines of a spectrum are as open as the mode next to them.
     """
     f, squared = columns.frequency_hz, support_hz**2
-    rises = _UNEVEN * 0.5 * squared / (f**2 + squared)
+    rises = frequency_spread(f, support_hz)
     apart = np.abs(f[:, None] ** 2 - f[None, :] ** 2)
     np.fill_diagonal(apart, np.inf)
     turned = np.minimum(_COUPLED * np.sqrt((squared**2 / np.maximum(apart, squared) ** 2).sum(axis=1)), _WHOLE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import shutil
 from collections.abc import Callable
@@ -15,7 +16,8 @@ from pyroshock.app.diagnoses.diagnosing import Asked, record_of
 from pyroshock.app.twins import building as twins
 from pyroshock.diagnosis.verdict import Cause, Verdict
 from support.records import verdicts
-from support.records.campaigns import gun_campaign
+from support.records.campaigns import gun_campaign, replace_in, write_runs
+from support.records.plate_folders import plate_campaign
 from support.stores.stores import counts, ingested, pyroshock
 
 Diagnose = Callable[..., Result]
@@ -106,6 +108,19 @@ def test_options_reach_the_diagnosis(asked: list[Asked], lab: str) -> None:
     assert (one.seed, one.simulator, one.calibrate) == (3, "models:/hybrid@2", 20)
 
 
+@pytest.mark.parametrize(
+    ("given", "full"),
+    [
+        ("bullet_mass_kg", "gun.bullet_mass_kg"),
+        ("gun.bullet_mass_kg", "gun.bullet_mass_kg"),
+        ("impactor_mass_kg", "contact.impactor_mass_kg"),
+    ],
+)
+def test_uncertain_number_needs_no_stage(asked: list[Asked], lab: str, given: str, full: str) -> None:
+    done("spring", "--db", lab, "--uncertain", f"{given}=0.002")
+    assert asked[0].uncertain == {full: 0.002}
+
+
 def test_not_finite_numbers_are_null(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
     gap = replace(verdicts.verdict().gap, noise_floor=float("nan"))
     monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.verdict(gap=gap))
@@ -127,7 +142,11 @@ def test_every_answer_is_a_finished_diagnosis(monkeypatch: pytest.MonkeyPatch, l
         (("spring", "--simulator", "models:/hybrid@1"), "no registered model 'hybrid@1'"),
         (("spring", "--tolerance", "gun=1"), "--tolerance is 'gun=1'; expected gun=1%"),
         (("spring", "--tolerance", "laser=1%"), "--tolerance is 'laser=1%'"),
-        (("spring", "--uncertain", "friction=0.1"), "--uncertain is 'friction=0.1'; expected NUMBER=SD"),
+        (("spring", "--uncertain", "friction_coefficient"), "'friction_coefficient'; expected NUMBER=SD, such as gun."),
+        (("spring", "--uncertain", "bullet_mass=0.1"), "no number 'bullet_mass'; the nearest is gun.bullet_mass_kg"),
+        (("spring", "--uncertain", "contact.friction_coeff=1"), "the nearest is gun.friction_coefficient"),
+        (("spring", "--uncertain", "weather=0.1"), "no number 'weather'; there are gun.tank_volume_m3, "),
+        (("spring", "--uncertain", "travel_m=-1"), "'travel_m=-1'; expected NUMBER=SD"),
         (("spring", "--list", "--db", "sqlite:///none.db"), "no store at"),
         (("summer", "--list"), "'summer'"),
     ],
@@ -169,3 +188,41 @@ def test_drawing_of_a_plate_is_solved(tmp_path: Path, monkeypatch: pytest.Monkey
     bench.write_text("[plate]\nmaterial = 'steel'\nsensors = {left = [0.3, 0.3]}\n", encoding="utf-8")
     record = record_of(None, "sqlite:///none.db", Asked(str(gun_campaign(tmp_path / "folder")), bench=bench))
     assert record.plate == ({"left": (0.3, 0.3)}, "steel")
+    assert not record.plate_points_known
+
+
+def drawn_campaign(folder: Path, rows: Callable[[dict[str, object]], dict[str, object]] = dict) -> Path:
+    """Accelerations on a plate of which the campaign has a drawing and no modal table; `rows` may change its rows."""
+    plate_campaign(folder, hits=1)
+    drawing = 'material = "steel"\nthickness_m = 0.012\noutline_m = [[0, 0], [0.5, 0], [0.5, 0.4], [0, 0.4]]'
+    replace_in(folder / "campaign.toml", 'modes = "plate_modes.csv"', drawing)
+    with (folder / "runs.csv").open(newline="", encoding="utf-8") as file:
+        table = [rows(dict(row)) for row in csv.DictReader(file)]
+    write_runs(folder, table)
+    return folder
+
+
+@pytest.mark.parametrize(("struck", "solved"), [(None, "steel"), ("aluminum", "aluminum"), ("steel", "steel")])
+def test_plate_is_solved_from_the_campaign_s_own_outline(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, struck: str | None, solved: str
+) -> None:
+    """Of the plate that the runs strike, which are named in the table of runs or else in `[bench.plate]`."""
+    monkeypatch.setattr(
+        twins, "solved", lambda drawing, material, *_: (drawing.outline_m[2], drawing.thickness_m, material.name)
+    )
+
+    def of(row: dict[str, object]) -> dict[str, object]:
+        row.pop("plate_material")
+        return row if struck is None else {**row, "plate_material": struck}
+
+    record = record_of(None, "sqlite:///none.db", Asked(str(drawn_campaign(tmp_path / "folder", of))))
+    assert record.plate == ((0.5, 0.4), 0.012, solved)
+    assert not record.plate_points_known
+    assert record.plate_model_material == solved
+
+
+def test_plate_s_own_modal_table_is_not_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(twins, "solved", lambda *_: pytest.fail("there is a modal table"))
+    record = record_of(None, "sqlite:///none.db", Asked(str(plate_campaign(tmp_path / "folder", hits=1).folder)))
+    assert record.plate is not None and record.plate.frequency_hz.size == 6
+    assert record.plate_points_known

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..effects import checked_effects
-from .bench import GunBench
+from .bench import GunBench, checked
 from .chambers import Chamber, TwoChambers
 from .effect import GunEffect
 from .expansion import ideal_velocity_m_s, starting_force_n, travel_time_s
@@ -57,15 +57,20 @@ def gun_velocity(
     bullet_mass_kg: ArrayLike,
     effects: Sequence[GunEffect] = (),
     coarser: float = 1.0,
+    *,
+    travel_m: ArrayLike | None = None,
 ) -> GunShots:
     """Shots with gauge pressures (Pa) and masses (kg), broadcast to (n,): eq. 2.16, 2.18, and what effects do to it.
 
-    The bench's efficiency still stands before the velocity: it is 1 where effects say where the losses are. In
+    `travel_m`, one for all or (n,), takes the place of the bench's where projectiles differ in it. The bench's
+    efficiency still stands before the velocity: it is 1 where effects say where the losses are. In
     closed form without effects and where they only prepare the shot. `coarser`: a factor on the error that a step of
     the integration may make. Raises `ValueError` as `muzzle_velocity` does,
     for an effect given twice and for parameters that are not one or n; `TypeError` for another stage's effect.
     """
     shot = nominal_shot(bench, tank_pressure_pa, bullet_mass_kg)
+    if travel_m is not None:
+        shot = shot.but(travel_m=checked("travel_m", travel_m))
     acting = checked_effects(effects, GunEffect)
     for effect in acting:
         shot = effect.prepare(shot)

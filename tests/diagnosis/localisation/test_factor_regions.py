@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -50,6 +51,24 @@ def test_a_region_of_two_conditions() -> None:
         "tank_pressure_bar > 1.5 and insulator = polymeric",
         "insulator = polymeric and tank_pressure_bar > 1.5",
     )
+
+
+@pytest.mark.parametrize("confounded", [False, True], ids=["alone", "confounded"])
+@pytest.mark.parametrize("word", ["254 mm", "254", "PLA and steel"])
+def test_a_gap_of_one_level_of_a_text(word: str, confounded: bool) -> None:
+    """With the bullet that always went with it, where one did."""
+    rng = np.random.default_rng(2)
+    record = campaign((), rng, scatter=_BACKGROUND)
+    stage = stages_of(record)[1]
+    words = [("127 mm", "M4 x 10", word)[i % 3] for i in range(len(record.configurations))]
+    more = [{"striker": each} | ({"bullet": f"no {each}"} if confounded else {}) for each in words]
+    pairs = zip(record.configurations, more, strict=True)
+    configurations = [replace(each, factors={**each.factors, **own}) for each, own in pairs]
+    struck = np.array([each == word for each in words])[record.configuration_of]
+    residual = stage.residuals() + 0.3 * struck[:, None]
+    found = factor_regions(residual, record.configuration_of, configurations, stage.observables, rng, 199)
+    expected = {f"striker = {word}"} | ({f"bullet = no {word}"} if confounded else set())
+    assert {each.rule for each in found} == expected
 
 
 @pytest.mark.parametrize("background", [0.0, 0.8], ids=["scatter", "background"])

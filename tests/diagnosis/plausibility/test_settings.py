@@ -32,6 +32,7 @@ def test_a_bench_as_it_is_has_none() -> None:
         ),
         (replace(RECORD, gun=replace(BENCH, tank_volume_m3=9.5)), "tank_volume_m3", "litres"),
         (replace(RECORD, gun=replace(BENCH, travel_m=885.0)), "travel_m", "millimetres"),
+        (replace(RECORD, runs=(replace(RUN, travel_m=885.0),)), "travel_m of a run", "millimetres"),
         (replace(RECORD, hammer_mass_kg=320.0), "mass_kg", "grams"),
         (replace(RECORD, plate_thickness_m=10.0), "thickness_m", "millimetres"),
         (replace(RECORD, configurations=(Configuration("c", {"tip_radius": 3e-5}),)), "tip_radius_mm", "metres"),

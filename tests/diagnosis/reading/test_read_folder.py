@@ -10,7 +10,15 @@ import pytest
 from pyroshock.diagnosis.reading import folder as folders
 from pyroshock.diagnosis.reading import read_folder
 from pyroshock.ingest.errors import IngestError
-from support.records.campaigns import FS_HZ, gun_campaign, gun_rows, hammer_campaign, replace_in, write_runs
+from support.records.campaigns import (
+    FS_HZ,
+    gun_campaign,
+    gun_rows,
+    hammer_campaign,
+    replace_in,
+    write_recording,
+    write_runs,
+)
 from support.records.plate_folders import CHANNELS, plate_campaign, small_plate
 
 
@@ -194,3 +202,80 @@ def _find(piece: np.ndarray, whole: np.ndarray) -> int:
     found = [int(i) for i in places if np.array_equal(whole[i : i + piece.size], piece)]
     assert len(found) == 1
     return found[0]
+
+
+def test_the_plate_s_make_is_that_of_the_bench(tmp_path: Path) -> None:
+    folder = hammer_campaign(tmp_path / "c")
+    drawing = 'material = "aluminium"\nthickness_m = 0.012\noutline_m = [[0, 0], [0.5, 0], [0.5, 0.4]]'
+    replace_in(folder / "campaign.toml", "[channels.force]", f"[bench.plate]\n{drawing}\n\n[channels.force]")
+    record = read_folder(folder)
+    assert record.plate_material == "aluminum"
+    assert record.plate_thickness_m == 0.012
+    assert record.plate_outline_m == ((0.0, 0.0), (0.5, 0.0), (0.5, 0.4))
+
+
+def test_accelerations_without_a_force_begin_where_they_begin_to_ring(tmp_path: Path) -> None:
+    campaign = plate_campaign(tmp_path / "c", hits=1, with_force=False)
+    record = read_folder(campaign.folder)
+    for run in record.runs:
+        blow = campaign.blows[run.run][0]
+        assert run.force is None
+        assert tuple(run.accelerations) == CHANNELS
+        for name, series in run.accelerations.items():
+            first = _find(series.values, campaign.written[run.run][name])
+            begin = first / FS_HZ - series.start_s
+            assert begin == pytest.approx(blow.start_s, abs=0.3 * blow.width_s)
+            assert series.time_s[-1] == pytest.approx(0.1, abs=0.01)
+    assert any("no force was recorded with 3 of 3 hits" in text for text in record.assumptions)
+
+
+def test_a_force_that_shows_no_contact_lends_no_accelerations(tmp_path: Path) -> None:
+    campaign = plate_campaign(tmp_path / "c", hits=1)
+    for number, channels in campaign.written.items():
+        silent = {**channels, "force": np.zeros_like(channels["force"])}
+        write_recording(campaign.folder / f"{number}.npz", silent)
+    record = read_folder(campaign.folder)
+    assert not any(run.accelerations for run in record.runs)
+    assert any("no contact force in the recordings of 3 of 3 hits" in text for text in record.assumptions)
+
+
+@pytest.mark.parametrize(("column", "values"), [("travel_mm", (885, 600)), ("travel_m", (0.885, 0.6))])
+def test_a_projectile_s_own_travel_is_read_with_its_run(
+    tmp_path: Path, column: str, values: tuple[float, float]
+) -> None:
+    folder = gun_campaign(tmp_path / "c", shots=4)
+    write_runs(folder, [{**row, column: values[i % 2]} for i, row in enumerate(gun_rows(4))])
+    record = read_folder(folder)
+    assert [run.travel_m for run in record.runs] == pytest.approx([0.885, 0.6] * 2)
+    told = f"travel to the vent holes: 600 to 885 mm, as the column {column} has it for 4 of 4 runs"
+    assert f"{told}; [bench.gun] has 900 mm" in record.assumptions
+
+
+def test_a_travel_that_is_no_length_is_refused(tmp_path: Path) -> None:
+    folder = gun_campaign(tmp_path / "c", shots=4)
+    write_runs(folder, [{**row, "travel_mm": "long"} for row in gun_rows(4)])
+    with pytest.raises(ValueError, match=r"travel_mm is 'long' .* expected a number above 0"):
+        read_folder(folder)
+
+
+def test_a_gun_without_such_a_column_has_one_travel(tmp_path: Path) -> None:
+    record = read_folder(gun_campaign(tmp_path / "c", shots=4))
+    assert {run.travel_m for run in record.runs} == {None}
+    assert not any("travel" in text for text in record.assumptions)
+
+
+@pytest.mark.parametrize("channel", ["force", "acceleration_1"])
+def test_a_channel_without_a_number_is_refused_by_name(tmp_path: Path, channel: str) -> None:
+    campaign = plate_campaign(tmp_path / "c")
+    for number, channels in campaign.written.items():
+        write_recording(campaign.folder / f"{number}.npz", {**channels, channel: channels[channel] * np.nan})
+    with pytest.raises(ValueError, match=f"channel {channel} holds no number in any of its 3 recordings"):
+        read_folder(campaign.folder)
+
+
+def test_a_channel_without_a_number_in_one_recording_is_left_out_there(tmp_path: Path) -> None:
+    campaign = plate_campaign(tmp_path / "c")
+    broken = campaign.written[1]
+    write_recording(campaign.folder / "1.npz", {**broken, "acceleration_1": broken["acceleration_1"] * np.nan})
+    record = read_folder(campaign.folder)
+    assert [len(run.accelerations) for run in record.runs] == [1, 1, 2, 2, 2, 2]

@@ -38,6 +38,22 @@ def test_constant_record_is_refused() -> None:
         rating(PULSE, np.zeros(200))
 
 
+@pytest.mark.parametrize("contact", [TIME > 0.9, TIME < 0.1], ids=["end", "begin"])
+def test_a_record_that_rests_for_most_of_its_time_is_rated(contact: np.ndarray) -> None:
+    """Shifted, nothing but rest is left to correlate: that was a division by zero."""
+    short = np.where(contact, np.sin(10 * np.pi * TIME) ** 2, 0.0)
+    assert rating(short, short) == pytest.approx(1.0)
+    assert 0 <= rating(short, 0.5 * short) < 1
+    assert 0 <= rating(short, PULSE) < 0.7
+
+
+def test_a_rectangle_is_rated() -> None:
+    """Within it there is neither slope nor variance."""
+    step = np.where((TIME > 0.1) & (TIME < 0.3), 1.0, 0.0)
+    assert rating(step, step) == pytest.approx(1.0)
+    assert 0 <= rating(step, np.where(TIME > 0.95, 1.0, 0.0)) < 0.5
+
+
 def test_other_lengths_are_refused() -> None:
     with pytest.raises(ValueError, match="one length"):
         rating(PULSE, PULSE[:-1])

@@ -37,6 +37,28 @@ def test_elastic_campaign_has_no_gap() -> None:
     assert np.abs(in_tolerances(hammer_record(repetitions=8), [])).max() < 0.3
 
 
+def without_plate_material(record: CampaignRecord) -> CampaignRecord:
+    kept = [{k: v for k, v in each.factors.items() if k != "plate_material"} for each in record.configurations]
+    pairs = zip(record.configurations, kept, strict=True)
+    return replace(record, configurations=tuple(replace(each, factors=factors) for each, factors in pairs))
+
+
+def test_the_bench_s_plate_is_struck_where_the_runs_name_none() -> None:
+    """A hammer's plan has no factor plate_material: `[bench.plate]` has it."""
+    stage = ContactStage(replace(without_plate_material(CLEAN), plate_material="aluminum"))
+    np.testing.assert_array_equal(stage.simulated(), STAGE.simulated())
+
+
+def test_the_runs_plate_goes_before_the_bench_s() -> None:
+    stage = ContactStage(replace(CLEAN, plate_material="steel"))
+    np.testing.assert_array_equal(stage.simulated(), STAGE.simulated())
+
+
+def test_a_plate_that_nobody_names_is_refused_with_both_places() -> None:
+    with pytest.raises(ValueError, match=r"no plate_material: .* column .* \[bench.plate\]"):
+        ContactStage(without_plate_material(CLEAN))
+
+
 @EACH
 def test_planted_effect_leaves_no_gap_once_it_is_added(each: Effect) -> None:
     assert np.abs(in_tolerances(hammer_record([each], repetitions=6), [each])).max() < 0.3

@@ -66,10 +66,15 @@ def plate_campaign(
     cells: int = 1,
     sign: int = 1,
     clip: Mapping[str, float] | None = None,
+    with_force: bool = True,
 ) -> PlateCampaign:
-    """Recordings of `hits` hits each; the force is shared by `cells` cells. No velocities. `clip`: rails by channel."""
+    """Recordings of `hits` hits each; the force is shared by `cells` cells. No velocities. `clip`: rails by channel.
+
+    Without `with_force` the plate is hit alike, and no force is recorded.
+    """
     folder.mkdir(parents=True)
     forces = [f"force_{i + 1}" for i in range(cells)] if cells > 1 else ["force"]
+    forces = forces if with_force else []
     card = CARD.format(name="plate") + "".join(CHANNEL.format(name=n, quantity="force", unit="N") for n in forces)
     card += "".join(CHANNEL.format(name=n, quantity="acceleration", unit="m/s2") for n in CHANNELS)
     (folder / "campaign.toml").write_text(card, encoding="utf-8")
@@ -79,7 +84,7 @@ def plate_campaign(
         force = force_record(blows(number, hits), np.random.default_rng([3, number])).astype(np.float64)
         felt = respond(small_plate(), force, 1 / FS_HZ)
         shares = np.arange(1, cells + 1) / np.arange(1, cells + 1).sum()
-        channels = {name: sign * s * force for name, s in zip(forces, shares, strict=True)}
+        channels = {name: sign * s * force for name, s in zip(forces, shares, strict=False)}
         channels |= dict(zip(CHANNELS, felt, strict=True))
         for name, rail in (clip or {}).items():
             channels[name] = np.clip(channels[name], -rail, rail)

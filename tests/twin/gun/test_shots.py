@@ -251,3 +251,19 @@ def test_similar_shots_are_similar_to_the_last_step(pressure: float, mass: float
     speed = (pressure * area * travel / mass) ** 0.5
     np.testing.assert_allclose(other.velocity_m_s / speed, one.velocity_m_s, rtol=3e-12)
     np.testing.assert_allclose(other.exit_time_s * speed / travel, one.exit_time_s, rtol=3e-12)
+
+
+@pytest.mark.parametrize("kind", GUN, ids=IDS)
+def test_travel_of_each_shot_takes_the_bench_s_place(kind):
+    travel = np.array([0.5, 0.7, 0.885, 1.2])
+    found = gun_velocity(THESIS_GUN, PRESSURE, MASS, [kind()], travel_m=travel).velocity_m_s
+    alone = [
+        gun_velocity(replace(THESIS_GUN, travel_m=float(t)), p, m, [kind()]).velocity_m_s[0]
+        for t, p, m in zip(travel, PRESSURE, MASS, strict=True)
+    ]
+    assert found == pytest.approx(alone, rel=1e-5)
+
+
+def test_travel_that_is_no_length_is_refused():
+    with pytest.raises(ValueError, match="travel_m = 0"):
+        gun_velocity(THESIS_GUN, PRESSURE, MASS, travel_m=[0.5, 0.0, 0.5, 0.5])
