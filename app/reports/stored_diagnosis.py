@@ -30,7 +30,7 @@ from .sentences import (
 )
 
 #: Of a report, where null says that there is none; elsewhere it is a number that JSON has not.
-_MAY_BE_NONE = ("fraction", "ci90")
+_MAY_BE_NONE = ("fraction", "ci90", "credible_set", "unexplained")
 #: Causes from this probability on come with their equations.
 _EXPLAINED = 0.05
 
@@ -49,16 +49,29 @@ def verdict_of(report: Mapping[str, Any]) -> Verdict:
         causes = [{"split": cause.get("split", []), "fitted": []} for cause in report["causes"]]
         pictures: dict[str, list[Any]] = {"configurations": [], "residuals": [], "curves": []}
         lost = [{"at": at, "value": "nan"} for at in _nulls(report, [])]
-        details = {"format": FORMAT, "lost": lost, "causes": causes, "fits": {}, "pictures": pictures}
+        effects = [{"named": effect["effect"] in _named(report)} for effect in report.get("effects", ())]
+        details = {
+            "format": FORMAT,
+            "lost": lost,
+            "causes": causes,
+            "effects": effects,
+            "fits": {},
+            "pictures": pictures,
+        }
         return verdict_from_json(report, details)
     except (KeyError, TypeError) as error:
         raise ValueError(f"the kept diagnosis lacks {error}: diagnose again (pyroshock diagnose CAMPAIGN)") from error
 
 
+def _named(report: Mapping[str, Any]) -> set[str]:
+    """The effects of the first entry: a report alone does not say what else was named."""
+    return set("+".join(report["causes"][0]["effects"]).split("+"))
+
+
 def _nulls(value: Any, at: Sequence[str | int]) -> Iterator[list[str | int]]:
     if isinstance(value, Mapping):
         for key, each in value.items():
-            if each is not None or key not in _MAY_BE_NONE:
+            if each is not None or key not in _MAY_BE_NONE or at[:1] == ["path"]:
                 yield from _nulls(each, [*at, key])
     elif isinstance(value, list):
         for i, each in enumerate(value):

@@ -13,6 +13,7 @@ from pyroshock.app.reports.pdf import pdf_of
 from pyroshock.app.reports.sentences import verdict_sentence
 from pyroshock.app.reports.stored_diagnosis import diagnosis_document, document_of, verdict_of
 from pyroshock.diagnosis.pictures import Pictures
+from pyroshock.diagnosis.verdict import Verdict
 from pyroshock.schema.diagnoses import Diagnosis
 from support.checks.pdf_text import pdf_text
 from support.checks.well_formed import Page, needs_nothing
@@ -23,9 +24,17 @@ from support.stores.stores import ingested, opened
 HOSTILE = "<script>alert('x')</script>&\"quoted\""
 
 
-def test_report_alone_gives_back_what_it_says() -> None:
-    report = json.loads(json.dumps(report_json(verdicts.verdict())))
+@pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.gun(), verdicts.unknown(), verdicts.none()])
+def test_report_alone_gives_back_what_it_says(made: Verdict) -> None:
+    report = json.loads(json.dumps(report_json(made)))
     assert report_json(verdict_of(report)) == report
+
+
+def test_report_alone_names_the_effects_of_its_first_entry() -> None:
+    report = json.loads(json.dumps(report_json(verdicts.gun())))
+    assert [effect.effect for effect in verdict_of(report).effects if effect.named] == [
+        "gun.valve_flow", "gun.back_pressure", "gun.blow_by"
+    ]  # fmt: skip
 
 
 def test_missing_numbers_are_no_obstacle() -> None:
