@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +22,8 @@ _STAGES = ("gun", "contact", "plate")
 @click.argument("target", metavar="CAMPAIGN_OR_FOLDER")
 @click.option("--simulator", metavar="nominal|models:/NAME@VERSION", default=None, help="Of the contact. [nominal]")
 @click.option("--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write a page to FILE.")
+@click.option("--with", "with_effects", multiple=True, metavar="EFFECT", help="Consider these alone: repeat, or a,b.")
+@click.option("--without", "without_effects", multiple=True, metavar="EFFECT", help="Leave these out: repeat, or a,b.")
 @click.option("--adopt", metavar="EFFECT|none", default=None, help="Predictions use it from now on; none: no longer.")
 @click.option("--tolerance", "tolerances", multiple=True, metavar="STAGE=SIZE", help="gun=1%, contact=3%, plate=0.5dB.")
 @click.option("--uncertain", multiple=True, metavar="NUMBER=SD", help="gun.friction_coefficient=0.05, in SI: repeat.")
@@ -40,6 +44,7 @@ def diagnose(
     \b
     Example:
         pyroshock diagnose examples/first-shots --html gap.html
+        pyroshock diagnose spring --with gun.valve_flow,gun.blow_by
         pyroshock diagnose spring --adopt gun.valve_flow
     """
     if listed:
@@ -127,7 +132,13 @@ def _read(given: dict[str, Any]) -> dict[str, Any]:
     """The options as `Asked` takes them."""
     tolerances = dict(_tolerance(text) for text in given.pop("tolerances"))
     uncertain = dict(_uncertain(text) for text in given.pop("uncertain"))
-    return {**given, "tolerances": tolerances, "uncertain": uncertain}
+    effects = {name: _effect_ids(given.pop(name)) for name in ("with_effects", "without_effects")}
+    return {**given, **effects, "tolerances": tolerances, "uncertain": uncertain}
+
+
+def _effect_ids(words: Sequence[str]) -> tuple[str, ...]:
+    """Each id once, of options that are repeated and of lists with commas ("a+b", as reports name a set, is one)."""
+    return tuple(dict.fromkeys(part for word in words for part in re.split(r"[,+\s]+", word) if part))
 
 
 def _tolerance(text: str) -> tuple[str, float]:

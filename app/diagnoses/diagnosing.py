@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,6 +18,7 @@ from ..finite import finite
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
+    from ...diagnosis.options import Options
     from ...diagnosis.record import CampaignRecord
     from ...diagnosis.verdict import Verdict
     from ...schema.session import Store
@@ -34,7 +35,8 @@ IN_USE = "contact-force"
 class Asked:
     """What a user asks of a diagnosis. `tolerances` by stage, in the unit of its levels: shares for gun and contact,
     dB for the plate; `uncertain` are standard deviations of nominal numbers, "gun.friction_coefficient", in SI;
-    `calibrate`: campaigns of this design that are simulated for its probabilities."""
+    `calibrate`: campaigns of this design that are simulated for its probabilities; `with_effects`: ids of the effects
+    that alone are considered (none: all), `without_effects`: of those that are not."""
 
     target: str
     simulator: str | None = None
@@ -44,6 +46,8 @@ class Asked:
     bench: Path | None = None
     seed: int = 0
     calibrate: int = 0
+    with_effects: Sequence[str] = ()
+    without_effects: Sequence[str] = ()
 
 
 def is_stored(store: Store | None, target: str) -> bool:
@@ -116,8 +120,10 @@ def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> C
 
 
 def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | None = None) -> Verdict:
-    """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line."""
+    """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line: also for an
+    effect of `with_effects` and `without_effects` that there is not, or that the campaign cannot show."""
     from ...diagnosis.diagnose import Options, diagnose
+    from ...diagnosis.restriction import restriction_sentences
 
     record = record_of(store, db, asked)
     options = Options(
@@ -127,7 +133,23 @@ def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | N
         contact=simulator_of(store, db, record.kind, asked.simulator),
         calibrate=asked.calibrate,
     )
-    return diagnose(record, options=options, progress=progress)
+    verdict = diagnose(record, options=_restricted(record, options, asked), progress=progress)
+    sentences = restriction_sentences(asked.with_effects, asked.without_effects)
+    return replace(verdict, assumptions=(*sentences, *verdict.assumptions))
+
+
+def _restricted(record: CampaignRecord, options: Options, asked: Asked) -> Options:
+    """The options with the effects that the user names. Whatever method diagnoses sees the effects that are left."""
+    if not (asked.with_effects or asked.without_effects):
+        return options
+    from ...diagnosis.chain import stages_of
+    from ...diagnosis.restriction import considered_effects
+    from ...twin.effects import catalogue
+
+    stages, _ = stages_of(record, options)
+    detectable = [name for name in catalogue() if any(name in stage.shows for stage in stages)]
+    effects = considered_effects(record.name, detectable, asked.with_effects, asked.without_effects)
+    return replace(options, catalogue=effects, without=tuple(asked.without_effects))
 
 
 def keep(store: Store, verdict: Verdict) -> int:

@@ -106,6 +106,53 @@ def test_options_reach_the_diagnosis(asked: list[Asked], lab: str) -> None:
     assert (one.seed, one.simulator, one.calibrate) == (3, "models:/hybrid@2", 20)
 
 
+def test_effects_are_named_one_by_one_or_in_a_list(asked: list[Asked], lab: str) -> None:
+    done("spring", "--db", lab, "--with", "gun.valve_flow", "--with", "gun.blow_by, gun.valve_flow",
+         "--without", "sensor.velocity_gain,sensor.pressure_gain")  # fmt: skip
+    (one,) = asked
+    assert one.with_effects == ("gun.valve_flow", "gun.blow_by")
+    assert one.without_effects == ("sensor.velocity_gain", "sensor.pressure_gain")
+
+
+@pytest.mark.parametrize(
+    ("words", "shown"),
+    [
+        (("--with", "gun.valve_flow", "--with", "gun.blow_by"), {"gun.valve_flow", "gun.blow_by"}),
+        (("--with", "gun.valve_flow,gun.blow_by", "--without", "gun.blow_by"), {"gun.valve_flow"}),
+    ],
+)
+def test_restricted_diagnosis_names_no_other_effect_and_says_so(
+    lab: str, words: tuple[str, ...], shown: set[str]
+) -> None:
+    """The diagnosis itself, on the five shots of "spring"."""
+    report = json.loads(done("spring", "--db", lab, *words, "--json").stdout)
+    named = {part for cause in report["causes"] for name in cause["effects"] for part in name.split("+")}
+    assert named - {"none", "unknown"} <= shown
+    assert {effect["effect"] for effect in report["effects"]} <= shown
+    assert report["assumptions"][0].startswith("The diagnosis considers only gun.valve_flow, gun.blow_by (--with)")
+    assert ("gun.blow_by (--without)" in report["assumptions"][1]) == ("--without" in words)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--with", "gun.magic"), "--with 'gun.magic': the catalogue has no such effect; it has gun.back_pressure"),
+        (("--without", "gun.magic"), "--without 'gun.magic': the catalogue has no such effect"),
+        (("--with", "plate.damping"), "the channels of spring cannot show this effect; they can show gun.back_p"),
+        (("--with", "gun.blow_by", "--without", "gun.blow_by"), "leave no effect to consider for spring"),
+    ],
+)
+def test_effect_that_cannot_be_considered_is_one_line_and_stores_nothing(
+    lab: str, words: tuple[str, ...], message: str
+) -> None:
+    before = counts(lab)
+    result = pyroshock("diagnose", "spring", "--db", lab, *words)
+    assert result.exit_code == 2
+    (line,) = result.stderr.strip().splitlines()
+    assert message in line
+    assert counts(lab) == before
+
+
 def test_not_finite_numbers_are_null(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
     gap = replace(verdicts.verdict().gap, noise_floor=float("nan"))
     monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.verdict(gap=gap))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ..work import Ending, Result, Work
@@ -19,6 +19,8 @@ class DiagnoseArguments:
     uncertain: Mapping[str, float] = field(default_factory=dict)
     seed: int = 0
     calibrate: int = 0
+    with_effects: Sequence[str] = ()
+    without_effects: Sequence[str] = ()
 
 
 def _do(work: Work, asked: DiagnoseArguments) -> Ending:

@@ -16,10 +16,12 @@ from ..asking import Key, OpenStore, Running, Text
 from ..diagnosing import diagnose_job
 
 router = APIRouter(tags=["diagnoses"])
+EffectId = Annotated[Text, Field(max_length=200)]
 
 
 class Question(BaseModel):
-    """As the options of `pyroshock diagnose`; `tolerances` are shares for gun and contact, dB for the plate."""
+    """As the options of `pyroshock diagnose`; `tolerances` are shares for gun and contact, dB for the plate. `with`:
+    ids of the effects that alone are considered, `without`: of those that are not."""
 
     campaign: Text = Field(max_length=1000)
     simulator: Text | None = Field(None, max_length=300)
@@ -27,6 +29,8 @@ class Question(BaseModel):
     uncertain: dict[str, Annotated[float, Field(gt=0)]] = {}
     calibrate: Annotated[int, Field(ge=0, le=1000)] = 0
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
+    with_effects: list[EffectId] = Field([], alias="with", max_length=100)
+    without: list[EffectId] = Field([], max_length=100)
 
     def asked(self) -> DiagnoseArguments:
         return DiagnoseArguments(
@@ -36,6 +40,8 @@ class Question(BaseModel):
             uncertain=self.uncertain,
             seed=self.seed,
             calibrate=self.calibrate,
+            with_effects=self.with_effects,
+            without_effects=self.without,
         )
 
 

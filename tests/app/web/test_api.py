@@ -199,6 +199,7 @@ def test_a_bad_question_is_answered_in_words(filled: Lab, address: str, status: 
         ("/api/ingest", '{"path": "/etc"}', "/etc"),
         ("/api/ingest", '{"path": "../.."}', "../.."),
         ("/api/diagnoses", '{"campaign": "first-shots", "seed": -1}', "seed"),
+        ("/api/diagnoses", '{"campaign": "first-shots", "with": "gun.valve_flow"}', "with"),
         ("/api/models/tree/1/promote", '{"force": true}', "reason"),
     ],
 )
