@@ -54,6 +54,7 @@ def diagnose(
         from ..diagnoses.diagnosing import Asked, diagnosed, is_stored, keep, report_json
         from ..models.training import models_extra
         from ..progress import progress_bar
+        from ..twins.adopting import check_adoptable
 
         asked = Asked(target, **_read(given))
         stored = is_stored(store, target)
@@ -61,6 +62,8 @@ def diagnose(
             raise ValueError(f"--adopt needs a campaign of the store; ingest it first: pyroshock ingest {target}")
         with models_extra(), progress_bar("diagnose", "steps") as step:
             verdict = diagnosed(store, db, asked, step)
+        if adopt is not None:
+            check_adoptable(verdict, adopt)
         key = keep(store, verdict) if store is not None and stored else None
         if html is not None:
             from ..reports.diagnosis import write_page
@@ -83,7 +86,7 @@ def _adopt(store: Store, verdict: Verdict, wanted: str, diagnosis: int | None) -
         stages = ", ".join(row.configuration["stages"])
         note(f"nothing is adopted from version {row.version} on: predict and tune use the nominal {stages}")
         return
-    if wanted not in verdict.first.effects:
+    if set(wanted.split("+")) not in [set(name.split("+")) for name in verdict.first.effects]:
         note(f"{wanted} is not what the diagnosis says first: {' or '.join(verdict.first.effects)}")
     note(f"adopted as version {row.version}: {row.reason}; predict and tune use it (--no-adopted: without)")
 

@@ -188,6 +188,18 @@ def test_what_a_user_can_mend_is_one_line(lab: str, tmp_path: Path, words: tuple
     assert message in result.stderr.strip().splitlines()[-1]
 
 
+def test_set_that_cannot_be_adopted_stores_nothing(asked: list[Asked], lab: str) -> None:
+    before = counts(lab)
+    result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", "gun.blow_by")
+    assert result.exit_code == 2
+    assert (
+        result.stderr.strip()
+        .splitlines()[-1]
+        .endswith("has no fit of 'gun.blow_by'; it has: contact.layer_compliance, gun.valve_flow, and none")
+    )
+    assert counts(lab) == before
+
+
 def test_folder_cannot_adopt(asked: list[Asked], tmp_path: Path) -> None:
     folder = gun_campaign(tmp_path / "folder")
     result = pyroshock("diagnose", folder, "--adopt", "gun.valve_flow", "--db", f"sqlite:///{tmp_path / 'none.db'}")
