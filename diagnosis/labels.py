@@ -55,7 +55,7 @@ EFFECT_NAMES: dict[str, EffectName] = {
     ),
     "contact.tip_geometry": EffectName("the shape of the tip", "the tip's profile with a radius gauge or a microscope"),
     "contact.viscous_loss": EffectName(
-        "the damping of the contact", "the velocity of the rebound, which gives the coefficient of restitution"
+        "the damping of the contact", "the velocity of the rebound (coefficient of restitution)"
     ),
     "plate.boundary": EffectName(
         "the stiffness of the plate's supports", "the rigid-body frequency of the plate on its supports"
