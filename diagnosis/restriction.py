@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 
 from ..twin.effects import catalogue
 
+_ONLY, _WITHOUT = "The diagnosis considers only", "The diagnosis does not consider"
+
 
 def considered_effects(
     campaign: str, detectable: Sequence[str], only: Sequence[str] = (), without: Sequence[str] = ()
@@ -43,10 +45,15 @@ def restriction_sentences(only: Sequence[str] = (), without: Sequence[str] = ())
     """What a report says under its assumptions of a restriction; nothing where there is none."""
     sentences = []
     if only:
-        sentences.append(f"The diagnosis considers only {_list(dict.fromkeys(only))} (--with), and no other effect.")
+        sentences.append(f"{_ONLY} {_list(dict.fromkeys(only))} (--with), and no other effect.")
     if without:
-        sentences.append(f"The diagnosis does not consider {_list(dict.fromkeys(without))} (--without).")
+        sentences.append(f"{_WITHOUT} {_list(dict.fromkeys(without))} (--without).")
     return tuple(sentences)
+
+
+def restrictions_among(assumptions: Sequence[str]) -> tuple[str, ...]:
+    """Those sentences of a report's assumptions that say which effects were not considered."""
+    return tuple(sentence for sentence in assumptions if sentence.startswith((_ONLY, _WITHOUT)))
 
 
 def _list(names: Iterable[str]) -> str:

@@ -103,32 +103,56 @@ def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
 
 
 def _tell(verdict: Verdict) -> None:
-    from ..reports.sentences import (
-        cause_name,
-        fitted_words,
-        next_run_line,
-        percent,
-        shrinkage_line,
-        verdict_sentence,
-        where_lines,
-    )
+    """The first sentences and what to do next, then effects, path and the rest of the report."""
+    from ...diagnosis.number_format import percent
+    from ...diagnosis.recommendations import next_experiment, recommendations
+    from ...diagnosis.restriction import restrictions_among
+    from ...diagnosis.summary import summary
+    from ..reports.sentences import cause_name, fitted_words, shrinkage_line, where_lines
 
-    click.echo(verdict_sentence(verdict))
-    click.echo("\ncauses")
+    click.echo(f"{verdict.campaign}: {' '.join((*restrictions_among(verdict.assumptions), summary(verdict)))}")
+    _tell_lines("What to do next", recommendations(verdict))
+    _tell_effects(verdict)
+    _tell_path(verdict)
+    click.echo("\nCauses")
     for cause in verdict.causes:
         numbers = ", ".join(fitted_words(parameter) for parameter in cause.parameters)
         click.echo(f"  {percent(cause.probability):>7}  {cause_name(cause)}{': ' + numbers if numbers else ''}")
-    parts = {
-        "where": tuple(where_lines(verdict.where)),
-        "on configurations that it has not seen": tuple(map(shrinkage_line, verdict.shrinkage)),
-        "the next experiment": tuple(map(next_run_line, verdict.next_runs)),
-        "taken for granted": verdict.assumptions,
-    }
-    for title, lines in parts.items():
-        if lines:
-            click.echo(f"\n{title}")
-            for line in lines:
-                click.echo(f"  {line}")
+    _tell_lines("Where the error lies", tuple(where_lines(verdict.where)))
+    _tell_lines("On configurations that the fit has not seen", tuple(map(shrinkage_line, verdict.shrinkage)))
+    _tell_lines("The next experiment", next_experiment(verdict))
+    _tell_lines("Assumptions", verdict.assumptions)
+
+
+def _tell_lines(title: str, lines: Sequence[str]) -> None:
+    if lines:
+        click.echo(f"\n{title}")
+        for line in lines:
+            click.echo(f"  {line}")
+
+
+def _tell_effects(verdict: Verdict) -> None:
+    from ..reports.diagnosis import EFFECT_COLUMNS, effect_rows
+
+    if verdict.effects:
+        click.echo("\nEffects (share of the squared error; held out: taken away where it was not fitted)")
+        columns = [column for column in EFFECT_COLUMNS if column != "name"]
+        rows = [dict(zip(EFFECT_COLUMNS, row, strict=True)) for row in effect_rows(verdict)]
+        print_table([{column: row[column] for column in columns} for row in rows], "")
+
+
+def _tell_path(verdict: Verdict) -> None:
+    from ...diagnosis.number_format import number, percent
+
+    if not verdict.path:
+        return
+    click.echo("\nPath of the model error on configurations that the fit has not seen")
+    rows = [{"step": "nominal model", "error": number(verdict.gap.before), "gone": ""}]
+    rows += [
+        {"step": f"+ {step.added}", "error": number(step.after), "gone": percent(step.fraction)}
+        for step in verdict.path
+    ]
+    print_table([*rows, {"step": "measurement noise", "error": number(verdict.gap.noise_floor), "gone": ""}], "")
 
 
 def _read(given: dict[str, Any]) -> dict[str, Any]:

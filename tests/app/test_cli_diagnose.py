@@ -62,14 +62,60 @@ def test_json_is_alone_on_standard_output(asked: list[Asked], lab: str) -> None:
 def test_json_file_and_page_are_written(asked: list[Asked], lab: str, tmp_path: Path) -> None:
     done("spring", "--db", lab, "--json", tmp_path / "report.json", "--html", tmp_path / "gap.html")
     assert json.loads((tmp_path / "report.json").read_text())["campaign"] == "spring"
-    assert "<h1>spring: the gap is 0.041" in (tmp_path / "gap.html").read_text()
+    page = (tmp_path / "gap.html").read_text()
+    assert "<h1>spring</h1>" in page and "The model error is 4.1 times the tolerance" in page
 
 
 def test_people_read_every_part(asked: list[Asked], lab: str) -> None:
     told = done("spring", "--db", lab).stdout
-    for part in ("spring: the gap is", "93 %  contact.layer_compliance (80 %) or", "causes", "where",
-                 "on configurations that it has not seen", "the next experiment", "taken for granted"):  # fmt: skip
-        assert part in told
+    assert told.startswith("spring: The model error is 4.1 times the tolerance and 4.6 times the measurement noise; ")
+    assert headings(told) == [
+        "What to do next",
+        "Causes",
+        "Where the error lies",
+        "On configurations that the fit has not seen",
+        "The next experiment",
+        "Assumptions",
+    ]
+    assert "93 %  contact.layer_compliance (80 %) or" in told
+
+
+def headings(told: str) -> list[str]:
+    return [block.splitlines()[0] for block in told.split("\n\n")[1:]]
+
+
+def test_effects_and_path_are_tables(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.gun())
+    told = done("spring", "--db", lab).stdout
+    assert [line.split("  ")[0] for line in headings(told)[:3]] == [
+        "What to do next",
+        "Effects (share of the squared error; held out: taken away where it was not fitted)",
+        "Path of the model error on configurations that the fit has not seen",
+    ]
+    rows = [" ".join(line.split()) for line in told.splitlines()]
+    assert "gun.valve_flow 61 % 52 to 68 % 99 % 58 % 1 yes loss_coefficient = 31 (27 to 36)" in rows
+    assert "unexplained 3 % 1 to 6 %" in rows
+    assert [row for row in rows if row.startswith(("nominal model ", "+ ", "measurement noise "))] == [
+        "nominal model 0.42",
+        "+ gun.valve_flow 0.164 61 %",
+        "+ gun.back_pressure 0.05 88 %",
+        "+ gun.blow_by 0.0126 97 %",
+        "measurement noise 0.00424",
+    ]
+
+
+def test_unknown_is_never_without_a_next_experiment(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.unknown(next_runs=()))
+    told = done("spring", "--db", lab).stdout
+    experiment = told.partition("\nThe next experiment\n")[2]
+    assert experiment.startswith("  Fire three repetitions") and "needed" not in experiment
+    assert "gun.valve_flow" in told and "contact.viscous_loss" in told
+
+
+def test_restriction_is_said_first(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
+    sentence = "The diagnosis considers only gun.valve_flow (--with), and no other effect."
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.gun(assumptions=(sentence,)))
+    assert done("spring", "--db", lab).stdout.startswith(f"spring: {sentence} The model error is 42 times")
 
 
 def test_store_keeps_each_diagnosis(asked: list[Asked], lab: str) -> None:

@@ -24,9 +24,9 @@ class DiagnoseArguments:
 
 
 def _do(work: Work, asked: DiagnoseArguments) -> Ending:
+    from ....diagnosis.summary import summary
     from ...diagnoses.diagnosing import Asked, diagnosed, is_stored, keep, report_json
     from ...models.training import models_extra
-    from ...reports.sentences import verdict_sentence
 
     if not is_stored(work.store, asked.target):  # a folder's path is nobody's to name from afar
         raise LookupError(f"no campaign {asked.target!r} in the store; ingest it first")
@@ -35,7 +35,9 @@ def _do(work: Work, asked: DiagnoseArguments) -> Ending:
 
     def ending() -> Result:
         key = keep(work.store, verdict)
-        return Result(f"/diagnoses/{key}", verdict_sentence(verdict), {"id": key, **report_json(verdict)})
+        return Result(
+            f"/diagnoses/{key}", f"{verdict.campaign}: {summary(verdict)}", {"id": key, **report_json(verdict)}
+        )
 
     return ending
 

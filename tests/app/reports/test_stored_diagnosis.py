@@ -7,12 +7,13 @@ from dataclasses import replace
 
 import pytest
 from pyroshock.app.diagnoses.diagnosing import keep, report_json
+from pyroshock.app.reports.diagnosis import document_of
 from pyroshock.app.reports.document import Bars, Figures, Paragraph
 from pyroshock.app.reports.page import html_of
 from pyroshock.app.reports.pdf import pdf_of
-from pyroshock.app.reports.sentences import verdict_sentence
-from pyroshock.app.reports.stored_diagnosis import diagnosis_document, document_of, verdict_of
+from pyroshock.app.reports.stored_diagnosis import diagnosis_document, verdict_of
 from pyroshock.diagnosis.pictures import Pictures
+from pyroshock.diagnosis.summary import summary
 from pyroshock.diagnosis.verdict import Verdict
 from pyroshock.schema.diagnoses import Diagnosis
 from support.checks.pdf_text import pdf_text
@@ -45,7 +46,7 @@ def test_missing_numbers_are_no_obstacle() -> None:
     assert "left:nan" not in page and "93 %" in page
 
 
-@pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.none()])
+@pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.gun(), verdicts.unknown(), verdicts.none()])
 def test_both_hold_every_part(made: object) -> None:
     verdict = made
     found = document_of(verdict, "3", None)
@@ -53,7 +54,7 @@ def test_both_hold_every_part(made: object) -> None:
     assert needs_nothing(page)
     for section in found.sections:
         assert section.title in page.text and section.title in paper
-    assert found.lead == verdict_sentence(verdict)
+    assert found.lead == summary(verdict)
 
 
 def test_pictures_are_drawn_where_they_are_kept() -> None:
