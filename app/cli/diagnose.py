@@ -64,7 +64,7 @@ def diagnose(
             verdict = diagnosed(store, db, asked, step)
         if adopt is not None:
             check_adoptable(verdict, adopt)
-        key = keep(store, verdict) if store is not None and stored else None
+        key = keep(store, verdict, asked) if store is not None and stored else None
         if html is not None:
             from ..reports.diagnosis import write_page
 

@@ -152,11 +152,16 @@ def _restricted(record: CampaignRecord, options: Options, asked: Asked) -> Optio
     return replace(options, catalogue=effects, without=tuple(asked.without_effects))
 
 
-def keep(store: Store, verdict: Verdict) -> int:
-    """Store a diagnosis with its campaign, and what its page draws; its key."""
+def keep(store: Store, verdict: Verdict, asked: Asked | None = None) -> int:
+    """Store a diagnosis with its campaign, and what its page draws; its key.
+
+    What was `asked` is kept beside it, so that a what-if diagnosis asks the same; paths of this machine are not.
+    """
     from ...diagnosis.kept import verdict_to_json
 
     report, details = verdict_to_json(verdict)
+    if asked is not None:
+        details["options"] = _options_json(asked)
 
     def add(session: Session) -> int:
         row = Diagnosis(
@@ -171,6 +176,18 @@ def keep(store: Store, verdict: Verdict) -> int:
         return row.id
 
     return store.write(add)
+
+
+def _options_json(asked: Asked) -> dict[str, Any]:
+    return {
+        "simulator": asked.simulator,
+        "tolerances": dict(asked.tolerances),
+        "uncertain": dict(asked.uncertain),
+        "seed": asked.seed,
+        "calibrate": asked.calibrate,
+        "with_effects": list(asked.with_effects),
+        "without_effects": list(asked.without_effects),
+    }
 
 
 def report_json(verdict: Verdict) -> dict[str, Any]:

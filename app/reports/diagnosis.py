@@ -24,8 +24,9 @@ from .share_charts import path_chart, share_chart
 
 #: Causes from this probability on come with their equations.
 _EXPLAINED = 0.05
-#: The section whose table the web application shows with boxes to tick.
+#: The section whose table the web application shows with boxes to tick, and those before it.
 EFFECTS = "Effects"
+FIRST_SECTIONS = ("What to do next", "How far the error shrinks, and what causes it")
 
 
 def write_page(verdict: Verdict, path: Path) -> None:
@@ -57,8 +58,8 @@ def document_of(verdict: Verdict, name: str, date: dt.date | None) -> Document:
 def sections(verdict: Verdict) -> tuple[Section, ...]:
     """All of the report but its title; sections without anything to show are left out."""
     every = (
-        Section("What to do next", [Paragraph(" ".join(recommendations(verdict)))]),
-        Section("How far the error shrinks, and what causes it", _path_and_shares(verdict)),
+        Section(FIRST_SECTIONS[0], [Paragraph(" ".join(recommendations(verdict)))]),
+        Section(FIRST_SECTIONS[1], _path_and_shares(verdict)),
         Section(EFFECTS, _effects(verdict)),
         Section("Causes", [Bars([_bar(cause) for cause in verdict.causes])]),
         Section("The model error, stage by stage", _gap(verdict)),

@@ -166,6 +166,12 @@ def _stages_of(verdict: Verdict, effects: Sequence[Effect]) -> list[str]:
     return [stage for stage in STAGES if stage in named]
 
 
+def effects_of_stages(verdict: Verdict) -> list[str]:
+    """Ids of the catalogue's effects that act in the stages which a diagnosis simulated."""
+    stages = _stages_of(verdict, ())
+    return [identity for identity in catalogue() if acts_at(identity) in stages]
+
+
 def adopted_for(session: Session, campaign: str) -> list[Adopted]:
     """For each stage, what the newest version says whose campaign had the same gun, hammer or plate there.
 

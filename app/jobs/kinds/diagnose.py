@@ -31,10 +31,11 @@ def _do(work: Work, asked: DiagnoseArguments) -> Ending:
     if not is_stored(work.store, asked.target):  # a folder's path is nobody's to name from afar
         raise LookupError(f"no campaign {asked.target!r} in the store; ingest it first")
     with models_extra():
-        verdict = diagnosed(work.store, work.db, Asked(**vars(asked)), work.step)
+        question = Asked(**vars(asked))
+        verdict = diagnosed(work.store, work.db, question, work.step)
 
     def ending() -> Result:
-        key = keep(work.store, verdict)
+        key = keep(work.store, verdict, question)
         return Result(
             f"/diagnoses/{key}", f"{verdict.campaign}: {summary(verdict)}", {"id": key, **report_json(verdict)}
         )
