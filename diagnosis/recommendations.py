@@ -95,7 +95,7 @@ def _tell_apart(verdict: Verdict) -> str:
     checks = list(dict.fromkeys(filter(None, (effect_check(part) for name in names for part in name.split("+")))))
     if not checks:
         return ""
-    subjects = listed([set_subject(name) for name in names], "or")
+    subjects = listed([set_subject(name, _WITH) for name in names], "or")
     return f"These runs cannot tell whether {subjects} acts; to decide, measure {listed(checks[:2], 'or')}."
 
 
@@ -103,18 +103,27 @@ def run_sentence(run: NextRun) -> str:
     """The next experiment in a sentence; one that cannot decide says so, and what to measure instead."""
     settings = listed([f"{key} = {_level(value)}" for key, value in run.settings.items()])
     runs = "1 run" if run.runs_needed == 1 else f"{run.runs_needed} runs"
-    ids = [part for part in re.split(r"[\s+,]+", run.why) if part in EFFECT_NAMES]
-    if " only to " in run.why and ids:
-        subjects = listed([effect_subject(name) for name in ids], "and")
-        checks = listed([effect_check(name) for name in ids[:2]], "or")
-        return f"Even {runs} at {settings} would not separate {subjects}; measure {checks} instead."
-    return f"Fire {runs} at {settings}: this {_with_subjects(run.why)}."
+    match = re.match(r"separates (\S+) from (\S+)( only to )?", run.why)
+    if match is None:
+        return f"Fire {runs} at {settings}: this {_with_subjects(run.why)}."
+    one, other = match[1].split("+"), match[2].split("+")
+    pair = f"{set_subject(match[1], _WITH)} from {set_subject(match[2], _WITH)}"
+    if not match[3]:
+        return f"Fire {runs} at {settings}: this separates {pair}."
+    apart = [name for name in (*one, *other) if (name in one) != (name in other)]
+    checks = listed(list(filter(None, map(effect_check, apart)))[:2], "or")
+    instead = f"; measure {checks} instead" if checks else ""
+    return f"Even {runs} at {settings} would not separate {pair}{instead}."
+
+
+#: Between effects that act together, where "and" would be read with what stands beside it.
+_WITH = "with"
 
 
 def _with_subjects(text: str) -> str:
-    """Plain names in the place of ids; of several effects together "and"."""
+    """Plain names in the place of ids."""
     ids = "|".join(re.escape(name) for name in EFFECT_NAMES)
-    return re.sub(rf"({ids})(\+?)", lambda m: effect_subject(m[1]) + (" and " if m[2] else ""), text)
+    return re.sub(ids, lambda match: effect_subject(match[0]), text)
 
 
 def _limits(verdict: Verdict) -> Iterator[str]:

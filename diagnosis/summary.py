@@ -143,6 +143,7 @@ def _by_cause(cause: Cause) -> str:
     probability = percent(cause.probability)
     subjects = [set_subject(name) for name in cause.effects]
     if len(subjects) > 1:
+        subjects = [set_subject(name, "with") for name in cause.effects]
         told = f"{listed(subjects, 'or')}; these runs cannot tell which (together {probability})"
         return f"Most probably it is {told}." if cause.probability >= _PROBABLE else f"The likeliest cause is {told}."
     if cause.probability < _PROBABLE:
@@ -151,8 +152,9 @@ def _by_cause(cause: Cause) -> str:
     return f"Most probably {subjects[0]} {verb} ({probability})."
 
 
-def set_subject(name: str) -> str:
-    return listed([effect_subject(part) for part in name.split("+")])
+def set_subject(name: str, last: str = "and") -> str:
+    """An effect or a set of effects ("a+b") as a sentence names it."""
+    return listed([effect_subject(part) for part in name.split("+")], last)
 
 
 def _unknown(verdict: Verdict) -> str:

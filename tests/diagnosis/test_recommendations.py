@@ -74,6 +74,22 @@ def test_run_that_cannot_decide_says_what_to_measure_instead() -> None:
     assert EFFECT_NAMES["gun.valve_flow"].check in line
 
 
+def test_measurement_instead_of_a_run_is_of_what_two_sets_do_not_share() -> None:
+    why = "separates gun.valve_flow from gun.blow_by+gun.valve_flow only to 0.2 of the 4 standard deviations"
+    (line,) = next_experiment(verdicts.verdict(next_runs=(NextRun(why, {"tank_pressure_bar": 0.9}, 30),)))
+    assert line == (
+        "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve from the leak "
+        "past the projectile with the flow resistance of the valve; measure the clearance between projectile and "
+        "barrel with a bore gauge instead."
+    )
+
+
+def test_run_with_a_reason_of_its_own_keeps_it() -> None:
+    run = NextRun("shows whether gun.blow_by acts", {"tank_pressure_bar": 0.9}, 1)
+    (line,) = next_experiment(verdicts.verdict(next_runs=(run,)))
+    assert line == "Fire 1 run at tank_pressure_bar = 0.9: this shows whether the leak past the projectile acts."
+
+
 def test_group_without_a_run_is_told_apart_by_a_measurement() -> None:
     (line, *_) = next_experiment(verdicts.verdict(next_runs=()))
     assert line.startswith("These runs cannot tell whether the compliance of the insulating layer or the plate that")
