@@ -210,7 +210,7 @@ def _nearest_sentence(verdict: Verdict) -> str:
         more = listed([f"{effect_subject(other.effect)} {percent(other.held_out_gain)}" for other in others])
         together = ""
         if len(verdict.path) > 1 and verdict.path[-1].fraction >= WORTH_SAYING:
-            together = f"; {len(verdict.path)} effects together take {percent(verdict.path[-1].fraction)}"
+            together = f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
         return f"{told}{', ' + more if more else ''}{together}."
     if verdict.effects:
         return "No effect of the catalogue takes anything away on configurations that it was not fitted to."

@@ -124,7 +124,7 @@ def _chart(label: str, x_title: str, rows: Sequence[BarRow], connected: int = 0)
         top = _TOP + i * _ROW
         if i < connected:
             level = across(row.start if i else row.end)
-            parts.append(_line("zero", level, top + _TEXT + 3, level, top + _ROW + _TEXT + 3 + _BAR))
+            parts.append(_line("grid", level, top + _TEXT + 3, level, top + _ROW + _TEXT + 3 + _BAR))
         parts.append(_row(row, across, top))
     return f'<svg viewBox="0 0 {WIDTH:g} {height:g}" role="img" aria-label="{escape(label)}">{"".join(parts)}</svg>'
 

@@ -137,7 +137,7 @@ def test_campaign_without_repetitions_is_asked_for_some() -> None:
 def test_nearest_effects_say_what_each_takes_and_all_together() -> None:
     first = recommendations(verdicts.unknown())[0]
     assert "the damping of the contact, which takes 31 % of the error away" in first
-    assert "the plastic yield of tip or target 14 %; 2 effects together take 38 %" in first
+    assert "the plastic yield of tip or target 14 %; the effects of the path together take 38 %" in first
 
 
 def test_unknown_without_shares_falls_back_to_the_next_causes() -> None:

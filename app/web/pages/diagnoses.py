@@ -163,12 +163,13 @@ def diagnosis(request: Request, diagnosis: Key, store: OpenStore) -> Response:
 @dataclass(frozen=True)
 class _Drawn:
     """What the page shows of a verdict: sections as HTML (escaped where they are made) before and after the table of
-    effects, the rows of that table, and what can be adopted."""
+    effects, the rows of that table (`explained`: with their figures), and what can be adopted."""
 
     sentence: str = ""
     restriction: str = ""
     before: str = ""
     after: str = ""
+    explained: bool = False
     columns: Sequence[str] = ()
     rows: Sequence[Sequence[Any]] = ()
     adoptable: Sequence[str] = ()
@@ -189,7 +190,8 @@ def _drawn(verdict: Verdict) -> _Drawn:
         restriction=" ".join(restrictions_among(verdict.assumptions)),
         before="".join(html for title, html in titled if title in FIRST_SECTIONS),
         after="".join(html for title, html in titled if title not in FIRST_SECTIONS),
-        columns=EFFECT_COLUMNS,
+        explained=bool(verdict.effects),
+        columns=EFFECT_COLUMNS if verdict.effects else EFFECT_COLUMNS[:2],
         rows=_rows(verdict),
         adoptable=adoptable_names(verdict),
     )
@@ -202,7 +204,7 @@ def _rows(verdict: Verdict) -> list[tuple[Any, ...]]:
 
     rows = effect_rows(verdict)
     shown = {effect.effect for effect in verdict.effects}
-    blank = ("",) * (len(EFFECT_COLUMNS) - 2)
+    blank = ("",) * (len(EFFECT_COLUMNS) - 2 if shown else 0)
     others = [(name, effect_subject(name), *blank) for name in effects_of_stages(verdict) if name not in shown]
     return [*rows[: len(shown)], *others, *rows[len(shown) :]]
 
