@@ -111,7 +111,7 @@ def share_chart(verdict: Verdict) -> str:
 
 def _chart(label: str, x_title: str, rows: Sequence[BarRow], connected: int = 0) -> str:
     """`connected`: so many of the first bars are joined to the next, where one begins at the level of the other."""
-    values = [value for row in rows for value in (row.start, row.end, *(row.interval or ()))]
+    values: list[float] = [value for row in rows for value in (row.start, row.end, *(row.interval or ()))]
     low, high = min(0.0, *values), max(values)
     scale = (WIDTH - _LEFT - _RIGHT) / ((high - low) or 1.0)
 
