@@ -38,6 +38,8 @@ _STAGE_MEASUREMENTS = {
     "contact": "the indentation after the hit and the force with a second sensor",
     "plate": "the acceleration at more places, and the supports' motion",
 }
+#: Of other channels: the plate, for those are accelerations.
+_STAGE_OF_CHANNEL = {"velocity": "gun", "force": "contact"}
 _STAGE_RUNS = {
     "gun": "the lowest and at the highest tank pressure with one projectile",
     "contact": "the lowest and at the highest impact velocity with one tip",
@@ -230,15 +232,22 @@ def rest_sentence(verdict: Verdict) -> str:
         places.append(f"in {stage_name(stages[0].name)}")
     if where.factors:
         places.append(f"where {where.factors[0].rule}")
-    if where.time:
-        window = where.time[0]
+    windows = [window for window in where.time if _is_of_main_stage(verdict, window.channel)]
+    bands = [band for band in where.frequency if _is_of_main_stage(verdict, band.channel)]
+    if windows:
+        window = windows[0]
         places.append(f"in the {_channel(window.channel)} from {_ms(window.from_s)} to {_ms(window.to_s)} ms")
-    if where.frequency:
-        band = where.frequency[0]
+    if bands:
+        band = bands[0]
         places.append(f"in the {_channel(band.channel)} from {number(band.from_hz)} to {number(band.to_hz)} Hz")
     told = f"The error is largest {listed(places)}." if places else ""
     drift = f"It changes while the campaign goes on: {with_labels(where.drift[0])}." if where.drift else ""
     return " ".join(filter(None, (told, drift)))
+
+
+def _is_of_main_stage(verdict: Verdict, channel: str) -> bool:
+    """Whether a channel shows the stage where most of the error arises: a window elsewhere would mislead."""
+    return not verdict.where.stage or _STAGE_OF_CHANNEL.get(channel, "plate") == _main_stage(verdict)
 
 
 def _channel(name: str) -> str:

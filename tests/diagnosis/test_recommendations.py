@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 from pyroshock.diagnosis.labels import EFFECT_NAMES
-from pyroshock.diagnosis.recommendations import limit_of, next_experiment, recommendations
-from pyroshock.diagnosis.verdict import Cause, Fitted, NextRun, Unexplained, Verdict, Where
+from pyroshock.diagnosis.recommendations import limit_of, next_experiment, recommendations, rest_sentence
+from pyroshock.diagnosis.verdict import Cause, Fitted, NextRun, StageShare, Unexplained, Verdict, Where
 from support.records import verdicts
 
 BARE = Where()
@@ -101,6 +101,13 @@ def test_large_rest_says_where_it_lies() -> None:
     steps = recommendations(verdicts.gun(unexplained=Unexplained(0.3, (0.2, 0.4)), where=where))
     assert any("where striker = 254 mm" in step and "peak force of the contact falls" in step for step in steps)
     assert not any("striker" in step for step in recommendations(verdicts.gun(where=where)))
+
+
+def test_windows_of_another_stage_than_the_main_one_are_not_mentioned() -> None:
+    contact = verdicts.unknown().where
+    assert "in the force from 0.1 to 0.4 ms and in the force from 800 to 4000 Hz" in rest_sentence(verdicts.unknown())
+    gun = replace(contact, stage=(StageShare("gun", 0.9, (0.8, 1.0), 9.0), StageShare("contact", 0.1, (0.0, 0.2), 1.0)))
+    assert "force from" not in rest_sentence(verdicts.unknown(where=gun))
 
 
 def test_parameter_at_the_end_of_its_range_is_said() -> None:
