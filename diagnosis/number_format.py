@@ -5,15 +5,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+NOTHING = "–"
+
 
 def number(value: float) -> str:
-    """Three digits."""
+    """Three digits; a dash for what is no number."""
+    if math.isnan(value):
+        return NOTHING
     text = f"{value:.3g}"
     return f"{float(text):.0f}" if "e+" in text and abs(value) < 1e6 else text
 
 
 def percent(share: float) -> str:
-    """`93 %`; never 100 or 0 for what is only near it."""
+    """`93 %`; never 100 or 0 for what is only near it, a dash for what is no number."""
+    if not math.isfinite(share):
+        return NOTHING
     if 0.995 <= share < 1:
         return "> 99 %"
     if 0 < share < 0.005:
@@ -23,6 +29,8 @@ def percent(share: float) -> str:
 
 def percent_range(low: float, high: float) -> str:
     """`52 to 68 %`."""
+    if not math.isfinite(low + high):
+        return "interval not known"
     return f"{100 * low:.0f} to {100 * high:.0f} %"
 
 

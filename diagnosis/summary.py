@@ -18,7 +18,7 @@ MOST, _WHOLE = 0.5, 0.995
 _PROBABLE = 0.5
 #: Shares below this are not worth words.
 WORTH_SAYING = 0.005
-#: So many of the nearest effects are named under `unknown`.
+#: So many effects are named under `unknown`, and of those that the data cannot tell apart.
 NEAREST = 3
 
 
@@ -121,6 +121,8 @@ def named_groups(verdict: Verdict) -> list[tuple[EffectShare, ...]]:
 
 def _group_subject(group: Sequence[EffectShare]) -> str:
     names = [effect_subject(effect.effect) for effect in group]
+    if len(names) > NEAREST:
+        names = [*names[:NEAREST], f"{len(names) - NEAREST} more"]
     return names[0] if len(names) == 1 else f"{listed(names, 'or')} (the data cannot say which)"
 
 

@@ -207,8 +207,14 @@ def past_diagnoses(session: Session, campaign: str) -> Iterator[dict[str, Any]]:
 
 
 def last_report(session: Session, campaign: str) -> dict[str, Any] | None:
-    """The newest diagnosis of a campaign; None where there is none. Raises `LookupError` for an unknown campaign."""
-    return next((row.report for row in _rows(session, campaign)), None)
+    """The newest diagnosis of a campaign that considered all effects; None where there is none.
+
+    A what-if diagnosis (`--with`, `--without`) answers another question. Raises `LookupError` for an unknown campaign.
+    """
+    from ...diagnosis.restriction import restrictions_among
+
+    reports = (row.report for row in _rows(session, campaign))
+    return next((report for report in reports if not restrictions_among(report["assumptions"])), None)
 
 
 def _rows(session: Session, campaign: str) -> Iterator[Diagnosis]:

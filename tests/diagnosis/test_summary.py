@@ -67,6 +67,16 @@ def test_credible_set_is_told_as_one_with_the_sum_of_its_shares() -> None:
     ) in summary(told)
 
 
+def test_large_credible_set_names_three_and_counts_the_others() -> None:
+    valve = verdicts.gun().effects[0]
+    alike = ("gun.barrel_loss", "gun.sliding_friction", "gun.heat_exchange", "gun.dead_volume")
+    others = tuple(replace(valve, effect=name, share=0.05, named=False) for name in alike)
+    assert (
+        "The flow resistance of the valve, the flow resistance of the barrel, the friction of the projectile in the "
+        "barrel or 2 more (the data cannot say which) together cause 81 % of it"
+    ) in summary(verdicts.gun(effects=(valve, *others)))
+
+
 def test_agreement_needs_no_effect() -> None:
     told = summary(verdicts.none())
     assert told.startswith("Model and measurement agree: the model error is 0.8 times the tolerance")

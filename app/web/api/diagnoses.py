@@ -50,7 +50,7 @@ class PlanName(BaseModel):
 
 
 class EffectName(BaseModel):
-    """`effect` as the report names it, "a+b" for two, "none" to go back."""
+    """`effect` as the report names it: a fitted set ("a+b+c"), an effect of one, or "none" to go back."""
 
     effect: Text = Field(max_length=200)
 
@@ -92,7 +92,7 @@ def plan(diagnosis: Key, asked: PlanName, store: OpenStore) -> dict[str, Any]:
 
 @router.post("/diagnoses/{diagnosis}/adopt")
 def adopted(diagnosis: Key, asked: EffectName, store: OpenStore) -> dict[str, Any]:
-    """Store an effect as it was fitted as a new version of the twin: predictions use it from then on."""
+    """Store effects as they were fitted as a new version of the twin: predictions use it from then on."""
     with store.reading() as session:
         verdict = kept_verdict(session, diagnosis)
     row = adopt(store, verdict, asked.effect, diagnosis)

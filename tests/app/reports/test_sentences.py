@@ -50,3 +50,8 @@ def test_ranges_ratios_and_lists() -> None:
     assert [times(ratio) for ratio in (42.3, 9.96, 0.891)] == ["42", "10", "0.89"]
     assert [listed(words) for words in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == ["", "a", "a and b", "a, b and c"]
     assert listed(["a", "b"], "or") == "a or b"
+
+
+def test_what_is_no_number_is_a_dash() -> None:
+    assert (number(float("nan")), percent(float("nan")), percent(float("inf"))) == ("–", "–", "–")
+    assert percent_range(float("nan"), 0.3) == "interval not known"
