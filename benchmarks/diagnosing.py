@@ -33,8 +33,8 @@ from pyroshock.diagnosis.blind.training import trained
 from pyroshock.diagnosis.blind.truth import label
 from pyroshock.diagnosis.chain import stages_of
 from pyroshock.diagnosis.diagnose import diagnose
-from pyroshock.diagnosis.evidence.surface import surfaces
 from pyroshock.diagnosis.gap import GapTable
+from pyroshock.diagnosis.inference.problem import InferenceProblem
 from pyroshock.diagnosis.options import Options
 from pyroshock.diagnosis.reading import read_folder
 from pyroshock.twin.effects import catalogue
@@ -108,7 +108,7 @@ def _simply(folder: Path, found: Answers, forest: Forest | None) -> None:
     stages, _ = stages_of(record := read_folder(folder), ASKED)
     gap = GapTable.of(record, stages, ASKED.widened)
     read = time.perf_counter() - begin
-    problem = Problem.of(gap, surfaces(stages, catalogue().values()))
+    problem = Problem.of(gap, InferenceProblem.of(gap, stages, list(catalogue().values())))
     found.seconds[READING] = time.perf_counter() - begin
     for name, answer in BASELINES.items():
         begin = time.perf_counter()

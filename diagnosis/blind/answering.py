@@ -8,13 +8,16 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...twin.effects import catalogue
 from ...virtualbench.withheld.record import record_case
 from ..options import Options
 from .peak_memory import PeakMemory
 from .tasks import BENCHES, LEFT_OUT, Task, drawn
+
+if TYPE_CHECKING:
+    from .problem import Problem
 
 #: A case that takes longer has no answer.
 PATIENCE_S = 900.0
@@ -81,8 +84,8 @@ def diagnosed(folder: Path, options: Options) -> dict[str, Any]:
 def _simply(folder: Path, options: Options) -> dict[str, Any]:
     """The same folder by the simple ways; `features` for the forest, which learns later."""
     from ..chain import stages_of
-    from ..evidence.surface import surfaces
     from ..gap import GapTable
+    from ..inference.problem import InferenceProblem
     from ..reading import read_folder
     from .baselines import BASELINES
     from .problem import Problem
@@ -90,9 +93,9 @@ def _simply(folder: Path, options: Options) -> dict[str, Any]:
     record = read_folder(folder)
     stages, _ = stages_of(record, options)
     gap = GapTable.of(record, stages, options.widened)
-    problem = Problem.of(gap, surfaces(stages, catalogue().values()))
+    problem = Problem.of(gap, InferenceProblem.of(gap, stages, list(catalogue().values())))
     simple = {name: _short(answer(problem)) for name, answer in BASELINES.items()}
-    return {"simple": simple, "features": featured(gap)}
+    return {"simple": simple, "features": featured(problem)}
 
 
 def _naive(folder: Path, options: Options) -> dict[str, Any]:
@@ -110,12 +113,11 @@ def _naive(folder: Path, options: Options) -> dict[str, Any]:
         return {"error": f"{type(error).__name__}: {error}"}
 
 
-def featured(gap: Any) -> list[float]:
-    """What the forest sees of a gap table."""
+def featured(problem: Problem) -> list[float]:
+    """What the forest sees of a campaign."""
     from .forest import features
-    from .problem import Problem
 
-    return [round(float(value), 3) for value in features(Problem.of(gap))]
+    return [round(float(value), 3) for value in features(problem)]
 
 
 def _short(said: Mapping[str, float]) -> dict[str, float]:

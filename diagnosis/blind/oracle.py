@@ -1,4 +1,4 @@
-"""What the right effect would have done: the library's law of it, fitted on the same kind of folds."""
+"""What the right effects would have done: the twin's laws of them, fitted on the same kind of folds."""
 
 from __future__ import annotations
 
@@ -16,12 +16,14 @@ from ...virtualbench.withheld.case import Case
 from ...virtualbench.withheld.record import record_case
 from ..chain import stages_of
 from ..gap import GapTable
+from ..inference.held_out import fit_fold
+from ..inference.model_search import search
+from ..inference.problem import InferenceProblem
 from ..metric import Metric
 from ..options import Options
 from ..reading import read_folder
-from ..shrinkage.fit import Fitter
 from ..shrinkage.interval import fraction
-from ..shrinkage.measure import shrinkage
+from ..shrinkage.measure import measured
 from ..stages.base import Stage
 from .tasks import Task, drawn
 
@@ -73,11 +75,13 @@ def _staged(case: Case, seed: int, options: Options) -> tuple[tuple[Stage, ...],
 
 
 def _best(case: Case, stages: Sequence[Stage], gap: GapTable, options: Options) -> dict[str, Any]:
-    scales = Metric.of(gap).scales(gap)
-    fitter = Fitter.of(stages, [catalogue()[name] for name in sorted(case.strengths)])
-    rng = np.random.default_rng(options.seed)
-    entries = shrinkage(stages, fitter.fit, rng, scales, pulses=False)
-    held = next(asdict(entry) for entry in entries if entry.held_out_by == "configuration")
+    problem = InferenceProblem.of(gap, stages, [catalogue()[name] for name in sorted(case.strengths)])
+    library = search(problem)
+    together = [fit for fit in library.fits.values() if set(fit.effects) == set(problem.effects)]
+    right = max(together, key=library.log_joint)
+    scales, rng = Metric.of(gap).scales(gap), np.random.default_rng(options.seed)
+    entries = measured(stages, lambda rows: fit_fold(library, rows, only=[right]), rng, scales, pulses=False)
+    held = next(asdict(entry) for entry, _ in entries if entry.held_out_by == "configuration")
     return {"fraction": held["fraction"], "before": held["before"], "after": held["after"]}
 
 

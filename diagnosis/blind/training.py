@@ -50,6 +50,7 @@ def _learnt(task: Task) -> dict[str, Any]:
     from ..gap import GapTable
     from ..reading import read_folder
     from .answering import featured
+    from .problem import Problem
 
     case, seed = drawn(task)
     with threadpool_limits(1), tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
@@ -59,7 +60,7 @@ def _learnt(task: Task) -> dict[str, Any]:
             gap = GapTable.of(record, stages_of(record, Options())[0])
         except ValueError:
             return {}
-    return {"kind": case.kind, "truth": "+".join(case.cause), "features": featured(gap)}
+    return {"kind": case.kind, "truth": "+".join(case.cause), "features": featured(Problem.of(gap))}
 
 
 def _lost(_: Task) -> dict[str, Any]:

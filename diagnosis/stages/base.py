@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -97,17 +97,6 @@ class Stage(ABC):
         Effects of other stages in a set do nothing here. NaN where there is no answer: a shot that stops. At one
         representative run for each configuration; the cost grows with configurations, not with runs.
         """
-
-    def loose(self, effects: Sequence[Effect], change: Floats) -> Floats | None:  # noqa: ARG002 - as the others
-        """(C, d): standard deviations of what a law leaves open where effects make a change (C, d), by one factor for
-        all configurations; None where it is definite. (Supports are somewhere: each mode feels them more or less than
-        it does on the mean.)"""
-        return None
-
-    @property
-    def fingerprint(self) -> Hashable | None:
-        """All that `changes` hangs on, where campaigns of one design share it; None where none will."""
-        return None
 
     def nuisances(self) -> dict[str, Floats]:
         """(C, d) by name: what one standard deviation of a nominal parameter that is declared uncertain does."""

@@ -17,7 +17,6 @@ from .contact_batches import Rows, split, taken, true_velocity
 from .contact_courses import Courses, law_courses
 from .contact_features import NAMES, OBSERVABLES, series_features
 from .contact_nuisances import contact_nuisances
-from .contact_relaxing import loose_relaxation
 from .contact_seen import seen_features
 from .contact_site import sites_of
 from .stacked import by_kinds, stacked
@@ -89,9 +88,6 @@ class ContactStage(Stage):
             seen = self.features_of(np.tile(runs[known], len(places)), together)
             found[np.ix_(np.array(places), known)] = seen.reshape(len(places), len(known), -1) - nominal
         return found
-
-    def loose(self, effects: Sequence[Effect], change: Floats) -> Floats | None:
-        return loose_relaxation(effects, change)
 
     def nuisances(self) -> dict[str, Floats]:
         return dict(self._nuisances)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar, cast
 
 import numpy as np
@@ -93,12 +93,6 @@ class GunStage(Stage):
             shown = self._shown(effects, self._true_pressure(effects, pressure), mass, travel)
             found[rows] = shown.reshape(len(rows), c) - usual
         return found[:, :, None]
-
-    @property
-    def fingerprint(self) -> Hashable:
-        return self.bench, *(
-            values.tobytes() for values in (self.usual_pressure_pa, self.usual_mass_kg, self.usual_travel_m)
-        )
 
     def nuisances(self) -> dict[str, Floats]:
         return dict(self._nuisances)

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from ...twin.effects import Effect, catalogue
 from ...twin.plate.effect import PlateEffect
-from ...twin.plate.effects.boundary import Boundary
 from ...twin.plate.modal import ModalPlate
 from ...twin.plate.respond import kept_below
 from ...twin.sensors.effect import SensorEffect
@@ -25,7 +24,6 @@ from .plate_ringing import levels
 from .plate_signals import PlateSignals
 from .plate_simulation import Acting, Played, Simulation, acts_on_acceleration
 from .plate_spectra import Spectra
-from .plate_supports import loose_supports
 from .plate_tried import tried_plates
 from .plate_window import RingingWindow
 
@@ -101,13 +99,6 @@ class PlateStage(Stage):
                 continue
             out[k, of] = self._simulation.observed(self._driven(acting).at(rows), Acting.of(acting)) - usual
         return out
-
-    def loose(self, effects: Sequence[Effect], change: Floats) -> Floats | None:
-        held = [each for each in effects if isinstance(each, Boundary)]
-        if not held or not self.columns.frequency_hz.size:
-            return None
-        found = loose_supports(self.columns, float(np.hypot.reduce([each.support_frequency_hz for each in held])))
-        return np.broadcast_to(found, change.shape)
 
     def usual(self) -> tuple[NDArray[np.intp], Floats]:
         """Runs of median peak force, one for each configuration that has any, and their nominal observables."""

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from ...twin.effects import Effect, catalogue
 from ...twin.plate.effect import PlateEffect, with_effects
-from ...twin.plate.effects.boundary import Boundary
 from ...twin.plate.effects.sensor_mass import SensorMass
 from ...twin.plate.modal import ModalPlate
 from ...twin.plate.respond import kept_below
@@ -29,7 +28,6 @@ from .plate_poles import Basis
 from .plate_records import RingdownRecords
 from .plate_runs import median, read_runs, scaled
 from .plate_search import found_poles
-from .plate_supports import frequency_spread
 from .plate_tried import tried_plates
 from .plate_window import RingingWindow
 
@@ -109,14 +107,6 @@ class PlateRingdownStage(Stage):
         for k, effects in enumerate(sets):
             out[k, rung] = self._simulated(effects) - nominal
         return out
-
-    def loose(self, effects: Sequence[Effect], change: Floats) -> Floats | None:
-        held = [each.support_frequency_hz for each in effects if isinstance(each, Boundary)]
-        if not held:
-            return None
-        frequency = self.plate.frequency_hz[self._modes.modes]
-        spread = frequency_spread(frequency, float(np.hypot.reduce(held)))
-        return np.broadcast_to(np.concatenate([spread, np.zeros_like(spread)]), change.shape)
 
     @property
     def _rung(self) -> NDArray[np.bool_]:

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from pyroshock.diagnosis.evidence.surface import Surface, surfaces
-from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
 from pyroshock.diagnosis.stages.gun import GunStage
-from pyroshock.twin.effects import Effect, catalogue
+from pyroshock.twin.effects import Effect
 from pyroshock.twin.gun.bench import GunBench
 
 BENCH = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 1.0)
@@ -38,10 +36,3 @@ def shots(
         velocity = float(np.exp(true[c] + scatter * rng.standard_normal()))
         runs.append(Run(c, c, k + 1, number, *settings[c], velocity, scatter * velocity))
     return CampaignRecord("shots", "gun", configurations, tuple(runs), BENCH)
-
-
-def tables(record: CampaignRecord, kinds: Sequence[str] = ()) -> tuple[GapTable, tuple[Surface, ...], GunStage]:
-    """Gap, surfaces of some effects (all: none given) and the stage."""
-    stage = GunStage(record)
-    wanted = [kind for name, kind in catalogue().items() if not kinds or name in kinds]
-    return GapTable.of(record, [stage]), surfaces([stage], wanted), stage

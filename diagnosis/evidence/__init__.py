@@ -1,1 +1,0 @@
-"""Which unmodelled effect explains the gap: marginal likelihoods of hypotheses before a background of small errors."""
