@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ..twin.strikes import ContactStage
-from .calibration import CalibrationMap
-from .hypotheses import Priors
 from .unknown_probability import UnknownMap
 
 #: Of each stage: velocity and peak force as shares, spectra in dB. What the observables' tolerances stand for.
@@ -25,9 +23,8 @@ class Options:
     and what else an impact is made of as shares. `contact`: a registered model in the place of Hertz' impact, which may
     want to know `plate_mass_kg`. `catalogue`: ids of the effects that are looked for (`diagnose --with`);
     None: all there are. `without`: ids that are left out (`diagnose --without`).
-    `mapped`: probabilities through the map of `calibration`; else evidence as it stands. `calibrate`: so many campaigns
-    of the user's own design are simulated for a map of its own, which is then `map`. `shrink`, `where`, `plan` and
-    `draw` leave out parts of the report that take time. Raises `ValueError` for a stage there is none of and for a
+    `unknown_map`: from log odds to the probability of something outside of the catalogue. `shrink`, `where`, `plan`
+    and `draw` leave out parts of the report that take time. Raises `ValueError` for a stage there is none of and for a
     tolerance that is not positive.
     """
 
@@ -38,10 +35,6 @@ class Options:
     plate_mass_kg: float | None = None
     catalogue: tuple[str, ...] | None = None
     without: tuple[str, ...] = ()
-    priors: Priors = field(default_factory=Priors)
-    mapped: bool = True
-    calibrate: int = 0
-    map: CalibrationMap | None = None
     unknown_map: UnknownMap = field(default_factory=UnknownMap)
     shrink: bool = True
     where: bool = True
@@ -54,9 +47,6 @@ class Options:
                 raise ValueError(f"tolerance of {stage!r}: no such stage; expected one of {', '.join(TOLERANCES)}")
             if not value > 0:
                 raise ValueError(f"tolerance of {stage} = {value!r}: expected a positive number")
-
-        if self.calibrate < 0:
-            raise ValueError(f"campaigns to calibrate on = {self.calibrate}: expected none or more")
         for name in self.uncertain:
             if name.partition(".")[0] not in _UNCERTAIN:
                 known = " or ".join(f"{stage}.NAME" for stage in _UNCERTAIN)

@@ -32,7 +32,6 @@ _STAGES = ("gun", "contact", "plate")
 )
 @click.option("--modes", type=click.Path(path_type=Path), default=None, help="Modal table of the plate, CSV.")
 @click.option("--bench", type=click.Path(path_type=Path), default=None, help="The plate as a TOML file with [plate].")
-@click.option("--calibrate", type=click.IntRange(0), default=0, metavar="N", help="On N campaigns of this design. [0]")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same answer.")
 @click.option("--list", "listed", is_flag=True, help="Diagnoses of the campaign that the store has.")
 @db_option

@@ -38,8 +38,8 @@ _DIAGNOSED_HZ = 5_000.0
 class Asked:
     """What a user asks of a diagnosis. `tolerances` by stage, in the unit of its levels: shares for gun and contact,
     dB for the plate; `uncertain` are standard deviations of nominal numbers, "gun.friction_coefficient", in SI;
-    `calibrate`: campaigns of this design that are simulated for its probabilities; `with_effects`: ids of the effects
-    that alone are considered (none: all), `without_effects`: of those that are not."""
+    `with_effects`: ids of the effects that alone are considered (none: all), `without_effects`: of those that are
+    not."""
 
     target: str
     simulator: str | None = None
@@ -48,7 +48,6 @@ class Asked:
     modes: Path | None = None
     bench: Path | None = None
     seed: int = 0
-    calibrate: int = 0
     with_effects: Sequence[str] = ()
     without_effects: Sequence[str] = ()
 
@@ -169,7 +168,6 @@ def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | N
         tolerances=asked.tolerances,
         uncertain={full_name(name): deviation for name, deviation in asked.uncertain.items()},
         contact=simulator_of(store, db, record.kind, asked.simulator),
-        calibrate=asked.calibrate,
     )
     verdict = diagnose(record, options=_restricted(record, options, asked), progress=progress)
     sentences = restriction_sentences(asked.with_effects, asked.without_effects)
@@ -222,7 +220,6 @@ def _options_json(asked: Asked) -> dict[str, Any]:
         "tolerances": dict(asked.tolerances),
         "uncertain": dict(asked.uncertain),
         "seed": asked.seed,
-        "calibrate": asked.calibrate,
         "with_effects": list(asked.with_effects),
         "without_effects": list(asked.without_effects),
     }

@@ -146,12 +146,11 @@ def test_folder_leaves_nothing_behind(asked: list[Asked], lab: str, tmp_path: Pa
 
 def test_options_reach_the_diagnosis(asked: list[Asked], lab: str) -> None:
     done("spring", "--db", lab, "--seed", "3", "--tolerance", "gun=2%", "--tolerance", "plate=0.7dB",
-         "--uncertain", "gun.friction_coefficient=0.05", "--simulator", "models:/hybrid@2",
-         "--calibrate", "20")  # fmt: skip
+         "--uncertain", "gun.friction_coefficient=0.05", "--simulator", "models:/hybrid@2")  # fmt: skip
     (one,) = asked
     assert one.tolerances == pytest.approx({"gun": 0.02, "plate": 0.7})
     assert one.uncertain == {"gun.friction_coefficient": 0.05}
-    assert (one.seed, one.simulator, one.calibrate) == (3, "models:/hybrid@2", 20)
+    assert (one.seed, one.simulator) == (3, "models:/hybrid@2")
 
 
 @pytest.mark.parametrize(

@@ -21,8 +21,3 @@ def test_uncertainties_go_to_their_stage() -> None:
 def test_tolerance_of_no_stage_is_refused() -> None:
     with pytest.raises(ValueError, match="laser"):
         Options(tolerances={"laser": 0.1})
-
-
-def test_fewer_than_no_campaigns_are_refused() -> None:
-    with pytest.raises(ValueError, match="-1"):
-        Options(calibrate=-1)

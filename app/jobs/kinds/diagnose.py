@@ -18,7 +18,6 @@ class DiagnoseArguments:
     tolerances: Mapping[str, float] = field(default_factory=dict)
     uncertain: Mapping[str, float] = field(default_factory=dict)
     seed: int = 0
-    calibrate: int = 0
     with_effects: Sequence[str] = ()
     without_effects: Sequence[str] = ()
 

@@ -27,7 +27,6 @@ class Question(BaseModel):
     simulator: Text | None = Field(None, max_length=300)
     tolerances: dict[str, Annotated[float, Field(gt=0, lt=100)]] = {}
     uncertain: dict[str, Annotated[float, Field(gt=0)]] = {}
-    calibrate: Annotated[int, Field(ge=0, le=1000)] = 0
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
     with_effects: list[EffectId] = Field([], alias="with", max_length=100)
     without: list[EffectId] = Field([], max_length=100)
@@ -39,7 +38,6 @@ class Question(BaseModel):
             tolerances=self.tolerances,
             uncertain=self.uncertain,
             seed=self.seed,
-            calibrate=self.calibrate,
             with_effects=self.with_effects,
             without_effects=self.without,
         )

@@ -74,7 +74,6 @@ def diagnose(
     contact: Annotated[str, Form()] = "",
     plate: Annotated[str, Form()] = "",
     uncertain: Annotated[str, Form(max_length=2000)] = "",
-    calibrate: Annotated[int, Form(ge=0, le=1000)] = 0,
     seed: Annotated[int, Form(ge=0, le=2**31 - 1)] = 0,
     only: Annotated[list[EffectId], Form(alias="with")] = [],  # noqa: B006 - a form's default, which nobody changes
     without: Annotated[list[EffectId], Form()] = [],  # noqa: B006
@@ -84,7 +83,6 @@ def diagnose(
         simulator=simulator or None,
         tolerances=_tolerances({"gun": gun, "contact": contact, "plate": plate}),
         uncertain=_uncertain(uncertain),
-        calibrate=calibrate,
         seed=seed,
         with_effects=only,
         without_effects=without,
