@@ -1,4 +1,4 @@
-"""Changes one thing at a time in the physics and the evidence code, and looks whether a test notices: `make mutants`.
+"""Changes one thing at a time in the physics and the diagnosis, and looks whether a test notices: `make mutants`.
 
 python -m tools.mutation                        # what plan.toml says and the rows lack
 python -m tools.mutation 'twin/gun/*' --jobs 2  # of these modules

@@ -49,7 +49,9 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "diagnosis": (
         "diagnose", "options", "record", "reading.campaign", "reading.folder", "plausibility.verdict",
         "plausibility.finding", "chain", "stages.base", "stages.gun", "stages.contact", "stages.model",
-        "stages.plate", "gap", "metric", "noise", "hypotheses", "evidence.weighing", "calibration", "confusion",
+        "stages.plate", "gap", "metric", "noise", "inference.problem", "inference.effect_laws",
+        "inference.model_search", "inference.posterior", "inference.held_out", "inference.shares", "conclusion",
+        "unknown_probability",
         "next_runs", "verdict", "kept", "shrinkage.measure", "shrinkage.rating", "localisation.shapley", "blind.run",
         "blind.report",
     ),
