@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.shrinkage.fit import Fitter, fit
+from pyroshock.diagnosis.gap import GapTable
+from pyroshock.diagnosis.inference.held_out import fit_fold
+from pyroshock.diagnosis.inference.model_search import search
+from pyroshock.diagnosis.inference.problem import InferenceProblem
 from pyroshock.diagnosis.shrinkage.folds import by_configuration, corner
 from pyroshock.diagnosis.shrinkage.gaps import Gaps
 from pyroshock.diagnosis.shrinkage.interval import Unsure, fraction, fraction_interval
-from pyroshock.diagnosis.shrinkage.measure import shrinkage
+from pyroshock.diagnosis.shrinkage.measure import CORRECTED, shrinkage
 from support.records.toy_bench import (
     Design,
     Scatter,
@@ -34,7 +38,16 @@ def _toy(effects, seed=0, **other):
 
 def oracle(stages, kinds, rng, scales=None):
     """What the right effects achieve: it knows their kinds, and fits their parameters on the same folds."""
-    return shrinkage(stages, Fitter.of(stages, kinds).fit, rng, scales, pulses=False)
+    problem = InferenceProblem.of(GapTable.of(stages[0].record, stages), stages, kinds)
+    library = search(problem)
+    together = max((fit for fit in library.fits.values() if len(fit.laws) == len(kinds)), key=library.log_joint)
+    return shrinkage(stages, lambda rows: fit_fold(library, rows, only=[together]), rng, scales, pulses=False)
+
+
+def as_given(stages, *effects):
+    """A fold's fit that has these effects, whatever the rows were."""
+    change = np.concatenate([stage.changes([effects])[0] for stage in stages], axis=1)
+    return SimpleNamespace(likeliest=effects, averaged=change, corrected=change)
 
 
 @pytest.mark.parametrize("effect", [ToyMass(1.25), ToyLeak(0.1), ToyLayer(0.3), ToyDamping(3.0)], ids=lambda e: e.id)
@@ -57,14 +70,15 @@ def test_no_gap_to_shrink() -> None:
 
 
 def test_no_cause_leaves_the_gap() -> None:
-    entry, _ = shrinkage(_toy((ToyMass(1.25),)), lambda rows: (), np.random.default_rng(0))
+    stages = _toy((ToyMass(1.25),))
+    entry, _ = shrinkage(stages, lambda rows: as_given(stages), np.random.default_rng(0))
     assert (entry.effects, entry.fraction, entry.before) == ((), 0.0, entry.after)
 
 
 def test_choice_never_sees_what_is_held_out() -> None:
     seen: list[np.ndarray] = []
     stages = _toy((ToyMass(1.25),))
-    shrinkage(stages, lambda rows: (seen.append(rows), (ToyMass(1.25),))[1], np.random.default_rng(0))
+    shrinkage(stages, lambda rows: (seen.append(rows), as_given(stages, ToyMass(1.25)))[1], np.random.default_rng(0))
     held = [np.setdiff1d(np.arange(24), rows) for rows in seen]
     assert np.array_equal(np.sort(np.concatenate(held[:-1])), np.arange(24))
     assert 6 <= len(held[-1]) <= 8
@@ -72,8 +86,9 @@ def test_choice_never_sees_what_is_held_out() -> None:
 
 def test_effects_are_those_of_most_folds() -> None:
     stages = _toy((ToyMass(1.25),))
-    answers = iter([(ToyLoss(0.1),), *[(ToyMass(1.25),)] * 5])
-    assert shrinkage(stages, lambda rows: next(answers), np.random.default_rng(0))[0].effects == ("contact.toy_mass",)
+    answers = iter([ToyLoss(0.1), *[ToyMass(1.25)] * 5])
+    entry, _ = shrinkage(stages, lambda rows: as_given(stages, next(answers)), np.random.default_rng(0))
+    assert entry.effects == ("contact.toy_mass",)
 
 
 def test_corner_is_an_extrapolation() -> None:
@@ -115,7 +130,7 @@ def test_before_is_the_rms_over_the_scale() -> None:
     entry, _ = oracle(stages, [ToyLoss], np.random.default_rng(0), scales)
     assert entry.before == pytest.approx(0.1, rel=0.05)
     assert entry.after < 0.01
-    assert set(entry.more) == {"rms of gun"}
+    assert set(entry.more) == {"rms of gun", CORRECTED}
 
 
 def test_levels_are_told_in_db() -> None:
@@ -148,29 +163,6 @@ def test_chance_is_the_scatter_of_the_mean_square() -> None:
     assert np.mean([m[1] for m in means]) == pytest.approx(np.std([m[0] for m in means]), rel=0.2)
 
 
-def test_fit_finds_the_parameters() -> None:
-    (mass,) = fit(_toy((ToyMass(1.3),)), [ToyMass], np.arange(24))
-    assert isinstance(mass, ToyMass)
-    assert float(mass.factor) == pytest.approx(1.3, rel=0.01)
-
-
-def test_fit_finds_two_together() -> None:
-    mass, damping = fit(_toy((ToyMass(0.8), ToyDamping(-3.0))), [ToyMass, ToyDamping], np.arange(24))
-    assert isinstance(mass, ToyMass) and isinstance(damping, ToyDamping)
-    assert float(mass.factor) == pytest.approx(0.8, rel=0.01)
-    assert float(damping.loss_db) == pytest.approx(-3.0, rel=0.05)
-
-
-def test_fit_uses_its_rows_only() -> None:
-    stages = _toy((ToyMass(1.3), ToyLayer(0.4)))
-    none = np.array(
-        [i for i, each in enumerate(stages[0].record.configurations) if each.factors["insulator"] == "none"]
-    )
-    (mass,) = Fitter.of(stages, [ToyMass]).fit(none)
-    assert isinstance(mass, ToyMass)
-    assert float(mass.factor) == pytest.approx(1.3, rel=0.01)
-
-
 def test_fraction_agrees_with_what_is_printed() -> None:
     """The numbers of the report's example: (0.041 - 0.011) / (0.041 - 0.009)."""
     squares = [np.array(each**2) for each in (0.041, 0.011, 0.009)]
@@ -197,9 +189,8 @@ def test_intervals_cover() -> None:
     entries, floors = [], []
     for seed in range(150):
         stages = _toy((ToyMass(1.2),), seed, scatter=_BACKGROUND)[1:2]
-        fitter = Fitter.of(stages, [ToyMass])
-        entries.append(shrinkage(stages, fitter.fit, np.random.default_rng(seed))[0])
-        floors.append(fitter.gaps.floor.mean())
+        entries.append(oracle(stages, [ToyMass], np.random.default_rng(seed))[0])
+        floors.append(Gaps.of(stages).floor.mean())
     truth = float(
         fraction(
             *(
