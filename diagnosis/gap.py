@@ -67,17 +67,6 @@ class GapTable:
             loudness={stage.name: _loudness(stage, record) for stage in stages},
         )
 
-    def only(self, rows: Rows) -> Self:
-        """Some of the configurations; the noise stays that of all, since it says nothing of the cause."""
-        rows = np.asarray(rows, dtype=np.intp)
-        return replace(
-            self,
-            mean=self.mean[rows],
-            count=self.count[rows],
-            nuisances=self.nuisances[:, rows],
-            rows=self.rows[rows],
-        )
-
     @property
     def tolerance(self) -> Floats:
         """(D,)"""
