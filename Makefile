@@ -77,10 +77,12 @@ bench-scale: .venv/.pyroshock-test ## a million impacts on PostgreSQL, questions
 	@$(BIN)/python -m benchmarks.scale
 
 CASES ?= 400
-SEED ?= 1
+SPLIT ?= sealed
+SEED ?=
 
-blind-check: .venv/.pyroshock-test ## diagnoses of CASES sealed campaigns a tier, from SEED: 400 take a night; goes on where it stopped
-	@$(BIN)/pyroshock blind-check --cases $(CASES) --seed $(SEED) --folder results/blind-check-$(CASES)-$(SEED)
+blind-check: .venv/.pyroshock-test ## diagnoses of CASES campaigns a tier of SPLIT (sealed), from SEED (the split's own): 400 take a night; goes on where it stopped
+	@$(BIN)/pyroshock blind-check --cases $(CASES) --split $(SPLIT) $(if $(SEED),--seed $(SEED)) \
+	  --folder results/blind-check-$(SPLIT)-$(CASES)$(if $(SEED),-$(SEED))
 
 TESTS ?= tests
 COUNTED := $(CURDIR)/.cache/coverage/counted

@@ -100,8 +100,9 @@ def _spectra(
         levels = (before.measured_db, before.simulated_db, after)
         measured, nominal, later = (None if each is None else _m_s2(each[known, i]) for each in levels)
         assert measured is not None and nominal is not None
-        title, lines = f"{channel}, {label}", before.frequency_hz
-        yield CurvePicture(title, "natural frequency", "Hz", "SRS", "m/s2", lines, measured, nominal, later, True)
+        title, lines = f"{channel.replace('_', ' ')}, {label}", before.frequency_hz
+        name = "shock response spectrum"
+        yield CurvePicture(title, "natural frequency", "Hz", name, "m/s2", lines, measured, nominal, later, True)
 
 
 def _m_s2(level_db: Floats) -> Floats:

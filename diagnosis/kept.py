@@ -15,21 +15,25 @@ from .pictures import CurvePicture, Floats, Pictures, ResidualPicture
 from .verdict import (
     Band,
     Cause,
+    EffectShare,
     Fitted,
     GapSize,
     NextRun,
+    PathStep,
     Region,
     Shrinkage,
     StageShare,
     TimeWindow,
+    Unexplained,
     Verdict,
     Where,
 )
 
 Json = dict[str, Any]
 
-#: Of the details; others are refused.
-FORMAT = 1
+#: Of the details. Those of format 1 have no shares of effects and no path: they open with these empty.
+FORMAT = 2
+READABLE = (1, FORMAT)
 
 
 def verdict_to_json(verdict: Verdict) -> tuple[Json, Json]:
@@ -43,6 +47,7 @@ def verdict_to_json(verdict: Verdict) -> tuple[Json, Json]:
         "format": FORMAT,
         "lost": lost,
         "causes": [{"split": list(cause.split), "fitted": _effects(cause.fitted)} for cause in verdict.causes],
+        "effects": [{"named": effect.named} for effect in verdict.effects],
         "fits": {name: _effects(effects) for name, effects in verdict.fits.items()},
         "pictures": {
             "configurations": list(verdict.pictures.configurations),
@@ -58,8 +63,9 @@ def verdict_from_json(report: Mapping[str, Any], details: Mapping[str, Any]) -> 
 
     Raises `ValueError` for details of another format, `LookupError` for an effect that is no longer there.
     """
-    if details.get("format") != FORMAT:
-        raise ValueError(f"details of format {details.get('format')!r}; this software knows {FORMAT}: diagnose again")
+    if details.get("format") not in READABLE:
+        known = " and ".join(map(str, READABLE))
+        raise ValueError(f"details of format {details.get('format')!r}; this software knows {known}: diagnose again")
     plain = _restored(report, details["lost"])
     drawn = details["pictures"]
     return Verdict(
@@ -69,6 +75,11 @@ def verdict_from_json(report: Mapping[str, Any], details: Mapping[str, Any]) -> 
         where=_where(plain["where"]),
         causes=tuple(_cause(*pair) for pair in zip(plain["causes"], details["causes"], strict=True)),
         shrinkage=tuple(_shrinkage(each) for each in plain["shrinkage"]),
+        effects=tuple(
+            _effect_share(*pair) for pair in zip(plain.get("effects", ()), details.get("effects", ()), strict=True)
+        ),
+        unexplained=_unexplained(plain.get("unexplained")),
+        path=tuple(PathStep(**step) for step in plain.get("path", ())),
         next_runs=tuple(NextRun(**each) for each in plain["next_runs"]),
         assumptions=tuple(plain["assumptions"]),
         seconds=plain["seconds"],
@@ -129,6 +140,15 @@ def _cause(plain: Json, more: Json) -> Cause:
 def _shrinkage(plain: Json) -> Shrinkage:
     more = {name: (before, after) for name, (before, after) in plain["more"].items()}
     return Shrinkage(**{**_with_interval(plain), "effects": tuple(plain["effects"]), "more": more})
+
+
+def _effect_share(plain: Json, more: Json) -> EffectShare:
+    parameters = tuple(Fitted(**_with_interval(each)) for each in plain["parameters"])
+    return EffectShare(**{**_with_interval(plain), "parameters": parameters, "named": more["named"]})
+
+
+def _unexplained(plain: Json | None) -> Unexplained | None:
+    return None if plain is None else Unexplained(**_with_interval(plain))
 
 
 def _with_interval(plain: Json) -> Json:

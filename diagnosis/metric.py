@@ -55,8 +55,17 @@ class Metric:
 
     def size(self, gap: GapTable) -> GapSize:
         before, floor = self.rms(gap.mean), self.rms(np.sqrt(gap.floor_variance))
-        reducible = float(np.sqrt(max(0.0, before**2 - floor**2)))
-        return GapSize(self.name, before, floor, self.tolerance, reducible > self.tolerance)
+        return GapSize(self.name, before, floor, self.tolerance, max(self.by_stage(gap).values()) > 1.0)
+
+    def by_stage(self, gap: GapTable) -> dict[str, float]:
+        """By stage: rms of what is above the noise floor, in tolerances; 0 where a stage has no cell."""
+        sizes = {}
+        excess = (gap.mean**2 - gap.floor_variance) / gap.tolerance**2
+        for name in gap.stages:
+            own = excess[:, np.intersect1d(gap.columns(name), self.columns)]
+            mean = float(own[np.isfinite(own)].mean()) if np.isfinite(own).any() else 0.0
+            sizes[name] = float(np.sqrt(max(0.0, mean)))
+        return sizes
 
 
 def _counts(item: Observable, spectra: bool) -> bool:

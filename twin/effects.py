@@ -80,6 +80,8 @@ class Effect(ABC):
     #: Parameters that a diagnosis looks for together while the others are off: laws of one cause for different
     #: circumstances. Empty: all that have a likely range, at once.
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    #: How much likelier than other effects it is to act on a bench, before anything was measured.
+    prior_odds: ClassVar[float] = 1.0
 
     def __post_init__(self) -> None:
         for item in self.parameters():

@@ -116,10 +116,12 @@ def _pooled(folders: tuple[Path, ...]) -> Pool:
 
 
 def _known(tiers: tuple[str, ...]) -> tuple[str, ...]:
-    """Tiers by name, every one where none is named. Raises `ValueError` for another one."""
-    from ...diagnosis.blind.tasks import TIERS
+    """Tiers by name, or by the name of several, every one where none is named. Raises `ValueError` for another one."""
+    from ...diagnosis.blind.tasks import GROUPS, TIERS
 
+    named = []
     for tier in tiers:
-        if tier not in TIERS:
-            raise ValueError(f"--tier is {tier!r}; expected one of {', '.join(TIERS)}")
-    return tiers or tuple(TIERS)
+        if tier not in TIERS and tier not in GROUPS:
+            raise ValueError(f"--tier is {tier!r}; expected one of {', '.join([*TIERS, *GROUPS])}")
+        named += GROUPS.get(tier, (tier,))
+    return tuple(named) or tuple(TIERS)

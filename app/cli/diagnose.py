@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +23,8 @@ _STAGES = ("gun", "contact", "plate")
 @click.argument("target", metavar="CAMPAIGN_OR_FOLDER")
 @click.option("--simulator", metavar="nominal|models:/NAME@VERSION", default=None, help="Of the contact. [nominal]")
 @click.option("--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write a page to FILE.")
+@click.option("--with", "with_effects", multiple=True, metavar="EFFECT", help="Consider these alone: repeat, or a,b.")
+@click.option("--without", "without_effects", multiple=True, metavar="EFFECT", help="Leave these out: repeat, or a,b.")
 @click.option("--adopt", metavar="EFFECT|none", default=None, help="Predictions use it from now on; none: no longer.")
 @click.option("--tolerance", "tolerances", multiple=True, metavar="STAGE=SIZE", help="gun=1%, contact=3%, plate=0.5dB.")
 @click.option(
@@ -43,6 +47,7 @@ def diagnose(
     \b
     Example:
         pyroshock diagnose examples/first-shots --html gap.html
+        pyroshock diagnose spring --with gun.valve_flow,gun.blow_by
         pyroshock diagnose spring --adopt gun.valve_flow
     """
     if listed:
@@ -52,6 +57,7 @@ def diagnose(
         from ..diagnoses.diagnosing import Asked, diagnosed, is_stored, keep, report_json
         from ..models.training import models_extra
         from ..progress import progress_bar
+        from ..twins.adopting import check_adoptable
 
         asked = Asked(target, **_read(given))
         stored = is_stored(store, target)
@@ -59,7 +65,9 @@ def diagnose(
             raise ValueError(f"--adopt needs a campaign of the store; ingest it first: pyroshock ingest {target}")
         with models_extra(), progress_bar("diagnose", "steps") as step:
             verdict = diagnosed(store, db, asked, step)
-        key = keep(store, verdict) if store is not None and stored else None
+        if adopt is not None:
+            check_adoptable(verdict, adopt)
+        key = keep(store, verdict, asked) if store is not None and stored else None
         if html is not None:
             from ..reports.diagnosis import write_page
 
@@ -81,7 +89,7 @@ def _adopt(store: Store, verdict: Verdict, wanted: str, diagnosis: int | None) -
         stages = ", ".join(row.configuration["stages"])
         note(f"nothing is adopted from version {row.version} on: predict and tune use the nominal {stages}")
         return
-    if wanted not in verdict.first.effects:
+    if set(wanted.split("+")) not in [set(name.split("+")) for name in verdict.first.effects]:
         note(f"{wanted} is not what the diagnosis says first: {' or '.join(verdict.first.effects)}")
     note(f"adopted as version {row.version}: {row.reason}; predict and tune use it (--no-adopted: without)")
 
@@ -98,39 +106,69 @@ def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
 
 
 def _tell(verdict: Verdict) -> None:
-    from ..reports.sentences import (
-        cause_name,
-        fitted_words,
-        next_run_line,
-        percent,
-        shrinkage_line,
-        verdict_sentence,
-        where_lines,
-    )
+    """The first sentences and what to do next, then effects, path and the rest of the report."""
+    from ...diagnosis.number_format import percent
+    from ...diagnosis.recommendations import next_experiment, recommendations
+    from ...diagnosis.restriction import restrictions_among
+    from ...diagnosis.summary import summary
+    from ..reports.sentences import cause_name, fitted_words, shrinkage_line, where_lines
 
-    click.echo(verdict_sentence(verdict))
-    click.echo("\ncauses")
+    click.echo(f"{verdict.campaign}: {' '.join((*restrictions_among(verdict.assumptions), summary(verdict)))}")
+    _tell_lines("What to do next", recommendations(verdict))
+    _tell_effects(verdict)
+    _tell_path(verdict)
+    click.echo("\nCauses")
     for cause in verdict.causes:
         numbers = ", ".join(fitted_words(parameter) for parameter in cause.parameters)
         click.echo(f"  {percent(cause.probability):>7}  {cause_name(cause)}{': ' + numbers if numbers else ''}")
-    parts = {
-        "where": tuple(where_lines(verdict.where)),
-        "on configurations that it has not seen": tuple(map(shrinkage_line, verdict.shrinkage)),
-        "the next experiment": tuple(map(next_run_line, verdict.next_runs)),
-        "taken for granted": verdict.assumptions,
-    }
-    for title, lines in parts.items():
-        if lines:
-            click.echo(f"\n{title}")
-            for line in lines:
-                click.echo(f"  {line}")
+    _tell_lines("Where the error lies", tuple(where_lines(verdict.where)))
+    _tell_lines("On configurations that the fit has not seen", tuple(map(shrinkage_line, verdict.shrinkage)))
+    _tell_lines("The next experiment", next_experiment(verdict))
+    _tell_lines("Assumptions", verdict.assumptions)
+
+
+def _tell_lines(title: str, lines: Sequence[str]) -> None:
+    if lines:
+        click.echo(f"\n{title}")
+        for line in lines:
+            click.echo(f"  {line}")
+
+
+def _tell_effects(verdict: Verdict) -> None:
+    from ..reports.diagnosis import EFFECT_COLUMNS, effect_rows
+
+    if verdict.effects:
+        click.echo("\nEffects (share of the squared error; held out: taken away where it was not fitted)")
+        columns = [column for column in EFFECT_COLUMNS if column != "name"]
+        rows = [dict(zip(EFFECT_COLUMNS, row, strict=True)) for row in effect_rows(verdict)]
+        print_table([{column: row[column] for column in columns} for row in rows], "")
+
+
+def _tell_path(verdict: Verdict) -> None:
+    from ...diagnosis.number_format import number, percent
+
+    if not verdict.path:
+        return
+    click.echo("\nPath of the model error on configurations that the fit has not seen")
+    rows = [{"step": "nominal model", "error": number(verdict.gap.before), "gone": ""}]
+    rows += [
+        {"step": f"+ {step.added}", "error": number(step.after), "gone": percent(step.fraction)}
+        for step in verdict.path
+    ]
+    print_table([*rows, {"step": "measurement noise", "error": number(verdict.gap.noise_floor), "gone": ""}], "")
 
 
 def _read(given: dict[str, Any]) -> dict[str, Any]:
     """The options as `Asked` takes them."""
     tolerances = dict(_tolerance(text) for text in given.pop("tolerances"))
     uncertain = dict(_uncertain(text) for text in given.pop("uncertain"))
-    return {**given, "tolerances": tolerances, "uncertain": uncertain}
+    effects = {name: _effect_ids(given.pop(name)) for name in ("with_effects", "without_effects")}
+    return {**given, **effects, "tolerances": tolerances, "uncertain": uncertain}
+
+
+def _effect_ids(words: Sequence[str]) -> tuple[str, ...]:
+    """Each id once, of options that are repeated and of lists with commas ("a+b", as reports name a set, is one)."""
+    return tuple(dict.fromkeys(part for word in words for part in re.split(r"[,+\s]+", word) if part))
 
 
 def _tolerance(text: str) -> tuple[str, float]:

@@ -30,7 +30,7 @@ def discriminate(
     """
     with opened(db) as store:
         from ..diagnoses.diagnosing import Asked, diagnosed, keep, last_report, report_json
-        from ..diagnoses.discriminating import store_experiment
+        from ..diagnoses.discriminating import no_setting, store_experiment
         from ..progress import progress_bar
 
         with store.reading() as session:
@@ -41,7 +41,7 @@ def discriminate(
             keep(store, verdict)
             report = report_json(verdict)
         if not report["next_runs"]:
-            note(f"the diagnosis of {campaign} names no experiment: there is nothing to tell apart")
+            note(no_setting(campaign))
             raise click.exceptions.Exit(1)
         stored, left_out = store_experiment(store, campaign, report["next_runs"], name or f"{campaign}-discriminate")
     for words in (*(each["why"] for each in report["next_runs"]), *left_out):

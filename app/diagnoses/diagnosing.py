@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,6 +19,7 @@ from ..finite import finite
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
+    from ...diagnosis.options import Options
     from ...diagnosis.record import CampaignRecord
     from ...diagnosis.verdict import Verdict
     from ...schema.session import Store
@@ -37,7 +38,8 @@ _DIAGNOSED_HZ = 5_000.0
 class Asked:
     """What a user asks of a diagnosis. `tolerances` by stage, in the unit of its levels: shares for gun and contact,
     dB for the plate; `uncertain` are standard deviations of nominal numbers, "gun.friction_coefficient", in SI;
-    `calibrate`: campaigns of this design that are simulated for its probabilities."""
+    `calibrate`: campaigns of this design that are simulated for its probabilities; `with_effects`: ids of the effects
+    that alone are considered (none: all), `without_effects`: of those that are not."""
 
     target: str
     simulator: str | None = None
@@ -47,6 +49,8 @@ class Asked:
     bench: Path | None = None
     seed: int = 0
     calibrate: int = 0
+    with_effects: Sequence[str] = ()
+    without_effects: Sequence[str] = ()
 
 
 def is_stored(store: Store | None, target: str) -> bool:
@@ -153,8 +157,10 @@ def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> C
 
 
 def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | None = None) -> Verdict:
-    """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line."""
+    """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line: also for an
+    effect of `with_effects` and `without_effects` that there is not, or that the campaign cannot show."""
     from ...diagnosis.diagnose import Options, diagnose
+    from ...diagnosis.restriction import restriction_sentences
     from ...diagnosis.uncertain import full_name
 
     record = record_of(store, db, asked)
@@ -165,14 +171,35 @@ def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | N
         contact=simulator_of(store, db, record.kind, asked.simulator),
         calibrate=asked.calibrate,
     )
-    return diagnose(record, options=options, progress=progress)
+    verdict = diagnose(record, options=_restricted(record, options, asked), progress=progress)
+    sentences = restriction_sentences(asked.with_effects, asked.without_effects)
+    return replace(verdict, assumptions=(*sentences, *verdict.assumptions))
 
 
-def keep(store: Store, verdict: Verdict) -> int:
-    """Store a diagnosis with its campaign, and what its page draws; its key."""
+def _restricted(record: CampaignRecord, options: Options, asked: Asked) -> Options:
+    """The options with the effects that the user names. Whatever method diagnoses sees the effects that are left."""
+    if not (asked.with_effects or asked.without_effects):
+        return options
+    from ...diagnosis.chain import stages_of
+    from ...diagnosis.restriction import considered_effects
+    from ...twin.effects import catalogue
+
+    stages, _ = stages_of(record, options)
+    detectable = [name for name in catalogue() if any(name in stage.shows for stage in stages)]
+    effects = considered_effects(record.name, detectable, asked.with_effects, asked.without_effects)
+    return replace(options, catalogue=effects, without=tuple(asked.without_effects))
+
+
+def keep(store: Store, verdict: Verdict, asked: Asked | None = None) -> int:
+    """Store a diagnosis with its campaign, and what its page draws; its key.
+
+    What was `asked` is kept beside it, so that a what-if diagnosis asks the same; paths of this machine are not.
+    """
     from ...diagnosis.kept import verdict_to_json
 
     report, details = verdict_to_json(verdict)
+    if asked is not None:
+        details["options"] = _options_json(asked)
 
     def add(session: Session) -> int:
         row = Diagnosis(
@@ -187,6 +214,18 @@ def keep(store: Store, verdict: Verdict) -> int:
         return row.id
 
     return store.write(add)
+
+
+def _options_json(asked: Asked) -> dict[str, Any]:
+    return {
+        "simulator": asked.simulator,
+        "tolerances": dict(asked.tolerances),
+        "uncertain": dict(asked.uncertain),
+        "seed": asked.seed,
+        "calibrate": asked.calibrate,
+        "with_effects": list(asked.with_effects),
+        "without_effects": list(asked.without_effects),
+    }
 
 
 def report_json(verdict: Verdict) -> dict[str, Any]:
@@ -206,8 +245,14 @@ def past_diagnoses(session: Session, campaign: str) -> Iterator[dict[str, Any]]:
 
 
 def last_report(session: Session, campaign: str) -> dict[str, Any] | None:
-    """The newest diagnosis of a campaign; None where there is none. Raises `LookupError` for an unknown campaign."""
-    return next((row.report for row in _rows(session, campaign)), None)
+    """The newest diagnosis of a campaign that considered all effects; None where there is none.
+
+    A what-if diagnosis (`--with`, `--without`) answers another question. Raises `LookupError` for an unknown campaign.
+    """
+    from ...diagnosis.restriction import restrictions_among
+
+    reports = (row.report for row in _rows(session, campaign))
+    return next((report for report in reports if not restrictions_among(report["assumptions"])), None)
 
 
 def _rows(session: Session, campaign: str) -> Iterator[Diagnosis]:

@@ -73,9 +73,17 @@ def store_experiment(
         return read_plan(session, name), experiment.left_out
 
 
+def no_setting(campaign: str) -> str:
+    """What to say of a diagnosis without next runs."""
+    return (
+        f"the diagnosis of {campaign} names no setting that separates causes; its report says what to do next "
+        f"(pyroshock diagnose {campaign})"
+    )
+
+
 def _experiment(session: Session, campaign: str, next_runs: Sequence[Mapping[str, Any]]) -> Experiment:
     if not next_runs:
-        raise ValueError(f"the diagnosis of {campaign} names no experiment: there is nothing to tell apart")
+        raise ValueError(no_setting(campaign))
     row = session.get_one(Campaign, get_campaign_id(session, campaign))
     rows = _rows(next_runs, _usual_levels(session, row))
     left_out: tuple[str, ...] = ()

@@ -23,7 +23,8 @@ def list_diagnoses(
 ) -> list[dict[str, Any]]:
     """Diagnoses of a campaign (None: of all), the newest first: at most `limit` of those older than number `after`.
 
-    `complete` says whether `kept_verdict` can read it back. Raises `LookupError` for an unknown campaign.
+    `complete` says whether `kept_verdict` can read it back, `restricted` whether only some effects were considered
+    (`--with`, `--without`). Raises `LookupError` for an unknown campaign.
     """
     complete = Diagnosis.details.is_not(None).label("complete")
     query = select(Diagnosis, Campaign.name, complete).join(Campaign, Diagnosis.campaign_id == Campaign.id)
@@ -40,6 +41,8 @@ def list_diagnoses(
 
 
 def _told(row: Diagnosis) -> dict[str, Any]:
+    from ...diagnosis.restriction import restrictions_among
+
     first, gap = row.report["causes"][0], row.report["gap"]
     return {
         "id": row.id,
@@ -50,6 +53,7 @@ def _told(row: Diagnosis) -> dict[str, Any]:
         "gap": gap["before"],
         "noise_floor": gap["noise_floor"],
         "metric": gap["metric"],
+        "restricted": bool(restrictions_among(row.report["assumptions"])),
     }
 
 
@@ -85,6 +89,14 @@ def kept_verdict(session: Session, diagnosis_id: int) -> Verdict:
             f"(pyroshock diagnose {name})"
         )
     return verdict_from_json(row.report, row.details)
+
+
+def kept_options(session: Session, diagnosis_id: int) -> dict[str, Any]:
+    """What was asked of a kept diagnosis, by the names of `diagnosing.Asked`; {} for one that is kept without it.
+
+    Raises `LookupError` for an unknown one.
+    """
+    return dict((_row(session, diagnosis_id).details or {}).get("options", {}))
 
 
 def _row(session: Session, diagnosis_id: int) -> Diagnosis:

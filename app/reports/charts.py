@@ -4,38 +4,57 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...diagnosis.labels import observable_label
 from ...diagnosis.pictures import CurvePicture, Pictures, ResidualPicture
-from .svg import band, chart, dots, frame_of, level, line
+from .svg import Floats, band, chart, dots, frame_of, level, line
 
 #: The floor is shaded to so many standard deviations.
 SIGMAS = 2.0
+_LARGEST_LOG = 20.0
 #: SI units in those of a screen: the unit that is shown, and how many of them one SI unit is.
 _SHOWN = {"s": ("ms", 1e3), "N": ("kN", 1e-3)}
 
 
+def residual_title(picture: ResidualPicture) -> str:
+    """The physical name of an observable, and its stage."""
+    return f"{observable_label(picture.name).text} ({picture.stage})"
+
+
 def residual_chart(picture: ResidualPicture, configurations: tuple[str, ...]) -> str:
-    """Residuals over the configurations."""
+    """Residuals over the configurations; those of logarithms as per cent of the simulated value."""
     count = picture.before.size
+    label = observable_label(picture.name)
     x = np.arange(1, count + 1, dtype=np.float64)
-    shade = SIGMAS * picture.floor
     names = configurations if len(configurations) == count else tuple(f"configuration {i}" for i in range(1, count + 1))
     ends = np.array([0.5, count + 0.5])
-    room = np.array([-picture.tolerance, picture.tolerance])
-    after = [] if picture.after is None else [picture.after]
-    frame = frame_of([ends], [picture.before, *after, shade, -shade, room])
+    shade = SIGMAS * picture.floor
     # the first and last floors reach to the edges of the frame
     edges = np.concatenate([ends[:1], x, ends[1:]])
     wide = np.concatenate([shade[:1], shade, shade[-1:]])
+    shown = _in_percent if label.relative else _as_it_is
+    low, high, room = shown(-wide), shown(wide), shown(np.array([-picture.tolerance, picture.tolerance]))
+    before = shown(picture.before)
+    after = [] if picture.after is None else [shown(picture.after)]
+    frame = frame_of([ends], [before, *after, low, high, room])
     marks = [
-        band(frame, edges, -wide, wide, "floor"),
+        band(frame, edges, low, high, "floor"),
         level(frame, 0.0, "zero"),
-        level(frame, picture.tolerance, "tolerance"),
-        level(frame, -picture.tolerance, "tolerance"),
-        dots(frame, x, picture.before, "before", names),
+        *(level(frame, float(value), "tolerance") for value in room),
+        dots(frame, x, before, "before", names),
         *(dots(frame, x, each, "after", names) for each in after),
     ]
-    unit = "" if picture.unit == "1" else f" ({picture.unit})"
-    return chart(f"{picture.name}, {picture.stage}", frame, marks, "configuration", f"residual{unit}", whole=True)
+    unit = " (%)" if label.relative else "" if picture.unit == "1" else f" ({picture.unit})"
+    title = f"measured {'over' if label.relative else 'less'} simulated{unit}"
+    return chart(residual_title(picture), frame, marks, "configuration", title, whole=True)
+
+
+def _in_percent(logarithms: Floats) -> Floats:
+    """By how many per cent measured exceeds simulated; logarithms that no bench reaches are drawn at the edge."""
+    return np.asarray(100 * np.expm1(np.clip(logarithms, -_LARGEST_LOG, _LARGEST_LOG)))
+
+
+def _as_it_is(values: Floats) -> Floats:
+    return values
 
 
 def curve_chart(picture: CurvePicture) -> str:
@@ -61,6 +80,6 @@ def legend_keys(pictures: Pictures) -> tuple[tuple[str, str], ...]:
     """The marks of the charts by kind, and their meaning."""
     later = [each.after for each in pictures.residuals] + [each.after for each in pictures.curves]
     after = any(each is not None for each in later)
-    keys = [("before", "nominal twin")] + ([("after", "with the first cause")] if after else [])
+    keys = [("before", "nominal model")] + ([("after", "with the first cause")] if after else [])
     keys += [("measured", "measured")] if pictures.curves else []
-    return (*keys, ("floor", "noise floor, two standard deviations"), ("tolerance", "tolerance"))
+    return (*keys, ("floor", "measurement noise, two standard deviations"), ("tolerance", "tolerance"))

@@ -1,30 +1,32 @@
-"""A diagnosis as one page that a person can read: whole in itself, no script, nothing fetched."""
+"""A diagnosis as a report: sections that the page of `diagnose --html`, the web application and the PDF share."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+import datetime as dt
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 
-from ...diagnosis.verdict import NONE, UNKNOWN, Cause, Shrinkage, Verdict
+from ...diagnosis.labels import effect_subject
+from ...diagnosis.number_format import number, percent, percent_range
+from ...diagnosis.pictures import Pictures
+from ...diagnosis.recommendations import next_experiment, recommendations
+from ...diagnosis.restriction import restrictions_among
+from ...diagnosis.summary import summary
+from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict
 from ...schema.outputs import write_text
-from .charts import curve_chart, legend, residual_chart
-from .sentences import (
-    cause_name,
-    effect_title,
-    fitted_words,
-    next_run_line,
-    number,
-    percent,
-    shrinkage_line,
-    verdict_sentence,
-    where_lines,
-)
-from .style import STYLE
+from .charts import curve_chart, legend_keys, residual_chart, residual_title
+from .document import Bar, Bars, Block, Bullets, Cell, Document, Figure, Figures, Paragraph, Section, Table
+from .page import block_html, html_of
+from .sentences import cause_name, effect_title, fitted_words, shrinkage_line, where_lines
+from .share_charts import path_chart, share_chart
 
 #: Causes from this probability on come with their equations.
 _EXPLAINED = 0.05
+#: The section whose table the web application shows with boxes to tick, and those before it.
+EFFECTS = "Effects"
+FIRST_SECTIONS = ("What to do next", "How far the error shrinks, and what causes it")
 
 
 def write_page(verdict: Verdict, path: Path) -> None:
@@ -35,63 +37,107 @@ def write_page(verdict: Verdict, path: Path) -> None:
 
 def page(verdict: Verdict) -> str:
     """The page as HTML; every text from a campaign is escaped."""
-    title = f"Diagnosis of {verdict.campaign}"
-    return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{escape(title)}</title><style>{STYLE}</style></head>\n<body>\n"
-        f"<header><h1>{escape(verdict_sentence(verdict))}</h1>"
-        f'<p class="quiet">Simulator: {escape(verdict.simulator)}</p></header>\n'
-        f"<main>{''.join(parts(verdict))}</main>\n"
-        f"<footer><p>{escape(f'pyroshock diagnose, {number(verdict.seconds)} s')}</p></footer>\n</body></html>\n"
+    return html_of(document_of(verdict, f"made in {number(verdict.seconds)} s", None))
+
+
+def document_of(verdict: Verdict, name: str, date: dt.date | None) -> Document:
+    """The report on a verdict; `name` says which diagnosis it is."""
+    facts = {"Diagnosis": name, "Simulator": verdict.simulator}
+    if restrictions := restrictions_among(verdict.assumptions):
+        facts["Restriction"] = " ".join(restrictions)
+    return Document(
+        kind="Diagnosis",
+        title=verdict.campaign,
+        lead=summary(verdict),
+        facts=facts,
+        sections=sections(verdict),
+        date=date,
     )
 
 
-def parts(verdict: Verdict) -> Iterator[str]:
-    """The page's sections as HTML, for this page and the window's; every text is escaped."""
-    yield _section("The gap, stage by stage", _waterfall(verdict))
-    yield _section("Causes", _rows(_bar(cause) for cause in verdict.causes))
-    yield _section("Where", _list(where_lines(verdict.where), "Nothing stands out."))
-    yield _section("Residuals before and after", _residuals(verdict))
-    yield _section("On configurations that it has not seen", _shrinkage(verdict.shrinkage))
-    yield _section("The next experiment", _list(map(next_run_line, verdict.next_runs), "None is needed."))
-    yield _section("Taken for granted", _list(verdict.assumptions, "Nothing beyond the campaign's own numbers."))
+def sections(verdict: Verdict) -> tuple[Section, ...]:
+    """All of the report but its title; sections without anything to show are left out."""
+    every = (
+        Section(FIRST_SECTIONS[0], [Paragraph(" ".join(recommendations(verdict)))]),
+        Section(FIRST_SECTIONS[1], _path_and_shares(verdict)),
+        Section(EFFECTS, _effects(verdict)),
+        Section("Causes", [Bars([_bar(cause) for cause in verdict.causes])]),
+        Section("The model error, stage by stage", _gap(verdict)),
+        Section("Where the error lies", [Bullets(list(where_lines(verdict.where)), "No place stands out.")]),
+        Section("Residuals before and after", _pictures(verdict.pictures)),
+        Section("On configurations that the fit has not seen", _shrinkage(verdict.shrinkage)),
+        Section("The next experiment", [Bullets(next_experiment(verdict), "None.")]),
+        Section("Assumptions", [Bullets(verdict.assumptions, "None beyond the campaign's own numbers.")]),
+    )
+    return tuple(section for section in every if section.blocks)
 
 
-def _section(title: str, content: str) -> str:
-    return f"<section><h2>{escape(title)}</h2>{content}</section>\n"
+def section_html(section: Section) -> str:
+    """The blocks of a section as HTML, every text escaped."""
+    return "".join(map(block_html, section.blocks))
 
 
-def _list(lines: Iterable[str], empty: str) -> str:
-    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
-    return f"<ul>{items}</ul>" if items else f'<p class="quiet">{escape(empty)}</p>'
+def _path_and_shares(verdict: Verdict) -> list[Block]:
+    charts = {"The path of the model error": path_chart(verdict), "Shares of the effects": share_chart(verdict)}
+    figures = [Figure(title, drawing) for title, drawing in charts.items() if drawing]
+    if not figures:
+        return []
+    return [
+        Figures(figures),
+        Paragraph(
+            "The path adds one effect after the other and measures the error on configurations that the fit has not "
+            "seen. Shares are of the squared error of all configurations; blue effects are established as causes.",
+            quiet=True,
+        ),
+    ]
 
 
-def _rows(rows: Iterable[str]) -> str:
-    return f'<div class="rows">{"".join(rows)}</div>'
+#: Headings of the table of effects.
+EFFECT_COLUMNS = (
+    "effect", "name", "share", "90 % interval", "probability", "held out", "set", "cause", "parameters"
+)  # fmt: skip
 
 
-def _row(name: str, value: str, start: float, end: float, kind: str, about: str = "") -> str:
-    """A bar from `start` to `end`, shares of the track."""
-    low, high = (100 * min(max(each, 0.0), 1.0) for each in (start, end))
-    note = f'<span class="about quiet">{escape(about)}</span>' if about else ""
+def effect_rows(verdict: Verdict) -> list[tuple[Cell, ...]]:
+    """A row for each effect under `EFFECT_COLUMNS`, and a last one for what is unexplained."""
+    rows = [_effect_row(effect) for effect in verdict.effects]
+    if verdict.unexplained is not None:
+        rest = verdict.unexplained
+        rows.append(("unexplained", "", percent(rest.share), percent_range(*rest.ci90), "", "", "", "", ""))
+    return rows
+
+
+def _effect_row(effect: EffectShare) -> tuple[Cell, ...]:
     return (
-        f'<div class="row"><span>{escape(name)}</span><span class="value">{escape(value)}</span>'
-        f'<span class="track"><i class="{kind}" style="left:{low:.1f}%;width:{high - low:.1f}%"></i></span>{note}</div>'
+        effect.effect,
+        effect_subject(effect.effect),
+        percent(effect.share),
+        percent_range(*effect.ci90),
+        percent(effect.inclusion),
+        percent(effect.held_out_gain),
+        effect.credible_set,
+        "yes" if effect.named else "no",
+        ", ".join(map(fitted_words, effect.parameters)),
     )
 
 
-def _bar(cause: Cause) -> str:
-    kind = "other" if cause.effects[0] in (NONE, UNKNOWN) else "named"
-    numbers = ", ".join(fitted_words(parameter) for parameter in cause.parameters)
-    laws = _laws(cause) if cause.probability >= _EXPLAINED else ""
-    about = "; ".join(filter(None, (numbers, laws)))
-    return _row(cause_name(cause), percent(cause.probability), 0.0, cause.probability, kind, about)
+EFFECTS_CAPTION = (
+    "Share of the squared error with its 90 % interval, probability that the effect acts, and what it takes away on "
+    "configurations that it was not fitted to (held out). Of the effects of one set at least one acts, but the data "
+    "cannot say which."
+)
 
 
-def _laws(cause: Cause) -> str:
-    """The equation of each effect once, however many members of the group have it."""
-    return "; ".join(effect_title(each) for each in dict.fromkeys("+".join(cause.effects).split("+")))
+def _effects(verdict: Verdict) -> list[Block]:
+    if not verdict.effects:
+        return []
+    rows = [[_unbroken(cell) for cell in row] for row in effect_rows(verdict)]
+    return [Table(EFFECTS_CAPTION, EFFECT_COLUMNS, rows)]
+
+
+def _unbroken(cell: Cell) -> Cell:
+    """Per cent on the line of its number."""
+    return cell.replace(" %", "\u00a0%") if isinstance(cell, str) else cell
 
 
 @dataclass(frozen=True)
@@ -110,7 +156,7 @@ def waterfall(verdict: Verdict) -> tuple[Step, ...]:
     gap = verdict.gap
     whole = gap.before**2
     floor = min(gap.noise_floor**2 / whole, 1.0) if whole > 0 else 1.0
-    steps = [Step("gap", number(gap.before), 0.0, 1.0, "other")]
+    steps = [Step("model error", number(gap.before), 0.0, 1.0, "other")]
     at = 1.0
     for stage in verdict.where.stage:
         part = stage.share * (1 - floor)
@@ -118,50 +164,53 @@ def waterfall(verdict: Verdict) -> tuple[Step, ...]:
         at -= part
     if verdict.where.stage and abs(at - floor) > 0.005:
         rest = (at - floor) / (1 - floor) if floor < 1 else 0.0
-        steps.append(Step("not shared out", percent(rest), min(at, floor), max(at, floor), "other"))
-    steps.append(Step("noise floor", number(gap.noise_floor), 0.0, floor, "floor"))
+        steps.append(Step("of no single stage", percent(rest), min(at, floor), max(at, floor), "other"))
+    steps.append(Step("measurement noise", number(gap.noise_floor), 0.0, floor, "floor"))
     low, high = min(step.start for step in steps), max(step.end for step in steps)
     whole = high - low
     return tuple(Step(s.name, s.value, (s.start - low) / whole, (s.end - low) / whole, s.kind) for s in steps)
 
 
-def _waterfall(verdict: Verdict) -> str:
+def _gap(verdict: Verdict) -> list[Block]:
     gap = verdict.gap
-    said = "beyond" if gap.beyond_noise else "within"
-    told = (
-        f"{gap.metric}: {number(gap.before)}, noise floor {number(gap.noise_floor)}, tolerance "
-        f"{number(gap.tolerance)}; {said} both together. Bars are of the squared gap, whose parts add up."
+    place = "exceeds" if gap.beyond_noise else "lies within"
+    size = (
+        f"{gap.metric}: {number(gap.before)}; measurement noise {number(gap.noise_floor)}, tolerance "
+        f"{number(gap.tolerance)}. The error {place} both together. Bars are of the squared error, whose parts add up."
     )
-    rows = _rows(_row(s.name, s.value, s.start, s.end, s.kind) for s in waterfall(verdict))
-    return f'{rows}<p class="quiet">{escape(told)}</p>'
+    if not math.isfinite(gap.before + gap.noise_floor):
+        return [Paragraph(size)]
+    bars = Bars([Bar(step.name, step.value, step.start, step.end, step.kind) for step in waterfall(verdict)])
+    return [bars, Paragraph(size, quiet=True)]
 
 
-def _residuals(verdict: Verdict) -> str:
-    pictures = verdict.pictures
+def _bar(cause: Cause) -> Bar:
+    kind = "other" if cause.effects[0] in (NONE, UNKNOWN) else "named"
+    explained = cause.effects if cause.probability >= _EXPLAINED else ()
+    laws = (effect_title(identity) for identity in dict.fromkeys("+".join(explained).split("+")))
+    about = "; ".join(filter(None, (", ".join(map(fitted_words, cause.parameters)), *laws)))
+    return Bar(cause_name(cause), percent(cause.probability), 0.0, cause.probability, kind, about)
+
+
+def _pictures(pictures: Pictures) -> list[Block]:
     if not (pictures.residuals or pictures.curves):
-        return '<p class="quiet">No pictures were made.</p>'
-    figures = [_figure(f"{p.name} ({p.stage})", residual_chart(p, pictures.configurations)) for p in pictures.residuals]
-    figures += [_figure(picture.title, curve_chart(picture)) for picture in pictures.curves]
-    names = "".join(f"<li>{escape(name)}</li>" for name in pictures.configurations)
-    key = f"<details><summary>The configurations</summary><ol>{names}</ol></details>" if names else ""
-    return f'<p>{legend(pictures)}</p><div class="charts">{"".join(figures)}</div>{key}'
+        return [Paragraph("No pictures are kept with this diagnosis.", quiet=True)]
+    figures = [Figure(residual_title(p), residual_chart(p, pictures.configurations)) for p in pictures.residuals]
+    figures += [Figure(picture.title, curve_chart(picture)) for picture in pictures.curves]
+    blocks: list[Block] = [Figures(figures, legend_keys(pictures))]
+    if pictures.residuals and pictures.configurations:
+        rows: list[list[Cell]] = [[i, name] for i, name in enumerate(pictures.configurations, 1)]
+        blocks.append(Table("The configurations of the residuals.", ("configuration", "settings"), rows))
+    return blocks
 
 
-def _figure(title: str, drawing: str) -> str:
-    return f"<figure><h3>{escape(title)}</h3>{drawing}</figure>"
+def _shrinkage(entries: Sequence[Shrinkage]) -> list[Block]:
+    blocks: list[Block] = [Bullets(list(map(shrinkage_line, entries)), "Not measured.")]
+    return blocks + list(_further_figures(entries))
 
 
-def _shrinkage(entries: Iterable[Shrinkage]) -> str:
-    entries = tuple(entries)
-    lines = _list(map(shrinkage_line, entries), "Not measured.")
-    more = [(entry.held_out_by, entry.more) for entry in entries if entry.more]
-    return lines + "".join(_table(held, figures) for held, figures in more)
-
-
-def _table(held_out_by: str, figures: Mapping[str, tuple[float, float]]) -> str:
-    head = "".join(f"<th>{escape(each)}</th>" for each in (f"held out by {held_out_by}", "before", "after"))
-    body = "".join(
-        f"<tr><td>{escape(name)}</td><td>{number(before)}</td><td>{number(after)}</td></tr>"
-        for name, (before, after) in figures.items()
-    )
-    return f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+def _further_figures(entries: Sequence[Shrinkage]) -> Iterator[Block]:
+    for entry in entries:
+        rows: list[list[Cell]] = [[name, before, after] for name, (before, after) in entry.more.items()]
+        if rows:
+            yield Table(f"Held out by {entry.held_out_by}.", ("figure", "before", "after"), rows)

@@ -56,6 +56,11 @@ def inks() -> dict[str, Ink]:
         "before-line": Ink(colour["before"], width=2, dash=(5, 3)),
         "after-line": Ink(colour["after"], width=2),
         "measured-line": Ink(colour["ink"], width=1.4),
+        "bar-error": Ink(fill=colour["before"]),
+        "bar-gone": Ink(fill=colour["bar"]),
+        "bar-named": Ink(fill=colour["bar"]),
+        "bar-other": Ink(fill=colour["other"]),
+        "interval": Ink(colour["ink"], width=1.6),
         "tick": Ink(fill=colour["quiet"]),
         "axis": Ink(fill=colour["ink"]),
     }

@@ -33,6 +33,8 @@ svg text { fill: var(--quiet); font: 11px system-ui, sans-serif; } svg text.axis
 .grid { stroke: var(--rule); stroke-width: 1; } .zero { stroke: var(--quiet); stroke-width: 1; }
 .tolerance { stroke: var(--quiet); stroke-width: 1; stroke-dasharray: 4 3; } polygon.floor { fill: var(--floor); }
 circle.before { fill: none; stroke: var(--before); stroke-width: 2; } circle.after { fill: var(--after); }
+polygon.bar-error { fill: var(--before); } polygon.bar-gone, polygon.bar-named { fill: var(--bar); }
+polygon.bar-other { fill: var(--other); } .interval { stroke: var(--ink); stroke-width: 1.6; }
 polyline { fill: none; stroke-width: 2; } .before-line { stroke: var(--before); stroke-dasharray: 5 3; }
 .after-line { stroke: var(--after); } .measured-line { stroke: var(--ink); stroke-width: 1.4; }
 .key { display: inline-flex; vertical-align: middle; align-items: center; gap: 0.4rem; margin-right: 1rem;

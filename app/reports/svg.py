@@ -76,16 +76,18 @@ def chart(label: str, frame: Frame, marks: Sequence[str], x_title: str, y_title:
 
 def _grid(frame: Frame, whole: bool) -> str:
     parts = []
-    for value in _ticks(frame.y, frame.logarithmic):
+    for value in ticks(frame.y, frame.logarithmic):
         y = float(frame.up(np.array(value)))
         parts.append(f'<line class="grid" x1="{_LEFT:g}" x2="{WIDTH - _RIGHT:g}" y1="{y:.1f}" y2="{y:.1f}"/>')
-        parts.append(f'<text class="tick" x="{_LEFT - 5:g}" y="{y + 3.5:.1f}" text-anchor="end">{_tick(value)}</text>')
-    for value in _ticks(frame.x, frame.logarithmic):
+        parts.append(
+            f'<text class="tick" x="{_LEFT - 5:g}" y="{y + 3.5:.1f}" text-anchor="end">{tick_text(value)}</text>'
+        )
+    for value in ticks(frame.x, frame.logarithmic):
         if whole and value != round(value):
             continue
         x = float(frame.across(np.array(value)))
         parts.append(f'<text class="tick" x="{x:.1f}" y="{HEIGHT - _BOTTOM + 14:g}" text-anchor="middle">')
-        parts.append(f"{_tick(value)}</text>")
+        parts.append(f"{tick_text(value)}</text>")
     return "".join(parts)
 
 
@@ -98,7 +100,8 @@ def _titles(x_title: str, y_title: str) -> str:
     )
 
 
-def _ticks(ends: tuple[float, float], logarithmic: bool) -> list[float]:
+def ticks(ends: tuple[float, float], logarithmic: bool = False) -> list[float]:
+    """Round numbers within `ends`, few enough for an axis."""
     low, high = ends
     if logarithmic:
         decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
@@ -110,7 +113,8 @@ def _ticks(ends: tuple[float, float], logarithmic: bool) -> list[float]:
     return [step * k for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
 
 
-def _tick(value: float) -> str:
+def tick_text(value: float) -> str:
+    """A number of an axis."""
     text = f"{0.0 if abs(value) < 1e-12 else value:.4g}"
     return f"{value:.0f}" if "e+" in text and abs(value) < 1e6 else text
 

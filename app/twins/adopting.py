@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import func, select
 
-from ...diagnosis.verdict import NONE, UNKNOWN, Cause, Verdict
+from ...diagnosis.verdict import NONE, Verdict
 from ...schema.campaigns import Campaign
 from ...schema.listings import get_campaign_id
 from ...schema.turns import take_turn
@@ -53,45 +53,65 @@ def acts_at(identity: str) -> str:
     return "plate" if kind.measured_acceleration_m_s2 is not SensorEffect.measured_acceleration_m_s2 else "gun"
 
 
-def fitted(verdict: Verdict, wanted: str) -> tuple[tuple[Effect, ...], float]:
-    """Effects that go by `wanted` ("gun.valve_flow", "a+b", "none") in a verdict, and its probability.
+def fitted(verdict: Verdict, wanted: str) -> tuple[tuple[Effect, ...], float | None]:
+    """The effects that go by `wanted` in a verdict, and their probability, None where the verdict has none for them.
 
-    Raises `LookupError` naming what the diagnosis can give.
+    `wanted` is a fitted set ("a+b+c", in any order), an effect of a fitted set ("a"), the first steps of the path, or
+    "none". Numbers are those of the set's own fit; an effect and first steps without one take those of the smallest
+    fitted set that holds them. Raises `LookupError` naming what the diagnosis can give.
     """
-    cause = _cause_with(verdict, wanted)
-    probability = 0.0 if cause is None else _share(cause, wanted)
     if wanted == NONE:
-        return (), probability
-    found = verdict.fits.get(wanted) or _of_cause(cause, wanted)
-    if not found:
-        known = ", ".join(_adoptable(verdict)) or "nothing"
+        return (), _probability(verdict, wanted)
+    effects = adoptable(verdict).get(_members(wanted))
+    if not effects:
+        known = ", ".join(adoptable_names(verdict)) or "nothing"
         raise LookupError(f"the diagnosis of {verdict.campaign} has no fit of {wanted!r}; it has: {known}, and none")
-    return found, probability
+    return effects, _probability(verdict, wanted)
 
 
-def _cause_with(verdict: Verdict, wanted: str) -> Cause | None:
-    return next((cause for cause in verdict.causes if wanted in cause.effects), None)
+def check_adoptable(verdict: Verdict, wanted: str) -> None:
+    """Raises `LookupError` where a verdict has no fit of `wanted`, as `fitted` does: before anything is stored."""
+    fitted(verdict, wanted)
 
 
-def _share(cause: Cause, wanted: str) -> float:
-    place = cause.effects.index(wanted)
-    return cause.probability * (cause.split[place] if len(cause.split) > place else 1.0)
+def adoptable(verdict: Verdict) -> dict[frozenset[str], tuple[Effect, ...]]:
+    """What can be adopted, by the ids of its effects: causes first, then other fits, single effects, the path."""
+    fits = {_members(name): effects for name, effects in verdict.fits.items() if effects}
+    causes = {_ids(cause.fitted): cause.fitted for cause in verdict.causes if cause.fitted}
+    listed = [_members(name) for cause in verdict.causes for name in cause.effects]
+    sets = {ids: fits.get(ids) or causes[ids] for ids in listed if ids in fits or ids in causes} | causes | fits
+    for ids in [frozenset({effect.id}) for effects in [*sets.values()] for effect in effects] + _path_prefixes(verdict):
+        holders = sorted((effects for effects in sets.values() if ids <= _ids(effects)), key=len)
+        if ids not in sets and holders:
+            sets[ids] = tuple(effect for effect in holders[0] if effect.id in ids)
+    return sets
 
 
-def _of_cause(cause: Cause | None, wanted: str) -> tuple[Effect, ...]:
-    """`fitted` is of the likeliest member alone."""
-    if cause is None or sorted(effect.id for effect in cause.fitted) != sorted(wanted.split("+")):
-        return ()
-    return cause.fitted
+def adoptable_names(verdict: Verdict) -> list[str]:
+    """The keys of `adoptable` as reports write them: "a+b", in the order of the fit."""
+    return ["+".join(effect.id for effect in effects) for effects in adoptable(verdict).values()]
 
 
-def _adoptable(verdict: Verdict) -> list[str]:
-    own = [each for cause in verdict.causes for each in cause.effects if each not in (NONE, UNKNOWN)]
-    return [each for each in dict.fromkeys((*own, *verdict.fits)) if verdict.fits.get(each) or _fit_of(verdict, each)]
+def _members(name: str) -> frozenset[str]:
+    return frozenset(part.strip() for part in name.split("+"))
 
 
-def _fit_of(verdict: Verdict, wanted: str) -> tuple[Effect, ...]:
-    return _of_cause(_cause_with(verdict, wanted), wanted)
+def _ids(effects: Sequence[Effect]) -> frozenset[str]:
+    return frozenset(effect.id for effect in effects)
+
+
+def _path_prefixes(verdict: Verdict) -> list[frozenset[str]]:
+    added = [step.added for step in verdict.path]
+    return [frozenset(added[:count]) for count in range(1, len(added) + 1)]
+
+
+def _probability(verdict: Verdict, wanted: str) -> float | None:
+    """Of the entry of the causes that has it; else the probability that a single effect acts at all."""
+    for cause in verdict.causes:
+        for place, name in enumerate(cause.effects):
+            if _members(name) == _members(wanted):
+                return cause.probability * (cause.split[place] if len(cause.split) > place else 1.0)
+    return next((effect.inclusion for effect in verdict.effects if effect.effect == wanted), None)
 
 
 def adopt(store: Store, verdict: Verdict, wanted: str, diagnosis: int | None = None) -> TwinVersion:
@@ -103,7 +123,7 @@ def adopt(store: Store, verdict: Verdict, wanted: str, diagnosis: int | None = N
     """
     effects, probability = fitted(verdict, wanted)
     where = f"diagnosis of {verdict.campaign}"
-    reason = f"{where}: {wanted}, probability {probability:.2f}"
+    reason = f"{where}: {wanted}" + ("" if probability is None else f", probability {probability:.2f}")
     decided = _stages_of(verdict, effects)
     configuration = configuration_json(effects, decided, where)
     return store.write(lambda session: _add(session, verdict.campaign, configuration, reason, diagnosis))
@@ -144,6 +164,12 @@ def _stages_of(verdict: Verdict, effects: Sequence[Effect]) -> list[str]:
     named = {part.split(":")[0].strip() for part in verdict.simulator.split("|")}
     named = {"contact" if each == "models" else each for each in named} | {acts_at(effect.id) for effect in effects}
     return [stage for stage in STAGES if stage in named]
+
+
+def effects_of_stages(verdict: Verdict) -> list[str]:
+    """Ids of the catalogue's effects that act in the stages which a diagnosis simulated."""
+    stages = _stages_of(verdict, ())
+    return [identity for identity in catalogue() if acts_at(identity) in stages]
 
 
 def adopted_for(session: Session, campaign: str) -> list[Adopted]:

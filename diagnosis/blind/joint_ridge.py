@@ -31,7 +31,7 @@ _FOLDS = 5
 _STEP = 3e-3
 #: Half of a tolerance is added to the noise: what no effect explains.
 _MODEL_ERROR = 0.5
-#: A fit that takes longer stops where it is.
+#: A fit that takes more of the processor's time stops where it is.
 _PATIENCE_S = 12.0
 #: A residual without an answer (a shot that stops) counts as so many standard deviations.
 _NO_ANSWER = 30.0
@@ -115,11 +115,11 @@ class _JointFit:
 
         signed = np.array([_signed(item) for _, item in self.parameters])
         lower = np.where(signed, -1.0, 0.0) - 1e-9
-        began, best = time.perf_counter(), (np.inf, np.where(signed, 0.0, 0.2) if start is None else start)
+        began, best = time.process_time(), (np.inf, np.where(signed, 0.0, 0.2) if start is None else start)
 
         def cost(x: Floats) -> Floats:
             nonlocal best
-            if time.perf_counter() - began > _PATIENCE_S:
+            if time.process_time() - began > _PATIENCE_S:
                 raise _OutOfTime
             values = self._misfit(self.change([x])[0], x, rows)
             best = min(best, (float(values @ values), x.copy()), key=lambda pair: pair[0])

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...virtualbench.withheld.case import KINDS, Case
 from ...virtualbench.withheld.draw import draw_case
-from ...virtualbench.withheld.many import draw_realistic
+from ...virtualbench.withheld.many import draw_foreign, draw_foreign_bench, draw_realistic
 
 
 class Mix(NamedTuple):
@@ -50,11 +50,36 @@ MIXES: Mapping[str, Mix] = {
     "rough": Mix(("middle", "strong", "very strong"), _USUAL, rough=True),
     LEFT_OUT: Mix(("strong", "very strong"), {"catalogue": 1.0}),
 }
-#: The virtual bench as it is, all effects at once; at full scale gaps of 10 to 60 tolerances.
+
+
+def _foreign_one(kind: str, rng: np.random.Generator, split: str) -> Case:
+    return draw_foreign(kind, rng, laws_of(split), effects=1)
+
+
+def _foreign_two(kind: str, rng: np.random.Generator, split: str) -> Case:
+    return draw_foreign(kind, rng, laws_of(split), effects=2)
+
+
+def _foreign_large(kind: str, rng: np.random.Generator, split: str) -> Case:
+    return draw_foreign_bench(kind, rng, laws_of(split))
+
+
+def laws_of(split: str) -> str:
+    """The second laws of a split: what is not sealed is for development."""
+    return "sealed" if split == "sealed" else "development"
+
+
+#: The virtual bench as it is, all effects at once, at full scale with gaps of 10 to 60 tolerances; and one effect, two,
+#: and five to seven at full scale by second laws.
 BENCHES: Mapping[str, Bench] = {
     "realistic": Bench(KINDS, _realistic),
     "realistic full scale": Bench(KINDS, _realistic_large),
+    "foreign one": Bench(KINDS, _foreign_one),
+    "foreign two": Bench(KINDS, _foreign_two),
+    "foreign full scale": Bench(KINDS, _foreign_large),
 }
+#: Several tiers by one name.
+GROUPS: Mapping[str, tuple[str, ...]] = {"foreign": ("foreign one", "foreign two", "foreign full scale")}
 #: Every tier. The place of a tier is part of its seeds: new ones come last.
 TIERS: Mapping[str, Mix | Bench] = {**MIXES, **BENCHES}
 #: Splits of causes, laws and seeds; what is tuned may look at all but the sealed one.

@@ -26,6 +26,8 @@ LIKELY_SD = 2.0
 COMMON_SHARE = 0.8
 #: Prior probability of a gross error of a sensor, where it has an error at all.
 GROSS_ERROR = 0.2
+#: Prior probability of the first law of an effect that has several.
+USUAL_LAW = 0.7
 #: Prior probability that a parameter differs from level to level of its owner.
 BY_LEVEL = 0.3
 #: A parameter without a size of its own begins at this share of its likely end.
@@ -128,6 +130,12 @@ class EffectLaw:
             places.append(u.ravel())
         return places
 
+    def smallest_start(self) -> Floats:
+        """Where it does little: at the lower end of what grows from nothing, in the middle of what has a sign."""
+        u = np.zeros((len(self.coordinates), 1 + len(self.level_names)))
+        u[0, 0] = -1.5 if self.coordinates[0].one_sided else 0.0
+        return u.ravel()
+
 
 @dataclass(frozen=True)
 class LawRanges:
@@ -152,11 +160,16 @@ def laws_of(
     for regime in regimes:
         searched = [item for item in likely if item.name in regime]
         fixed = tuple((item.name, item.off) for item in likely if item.name not in regime)
-        prior = -float(np.log(len(regimes)))
+        prior = float(np.log(_regime_prior(regimes.index(regime), len(regimes))))
         for label, share, coordinates in _variants(kind, searched, ranges):
             name = "+".join(regime) + label
             laws.append(EffectLaw(kind, name, coordinates, fixed, prior + float(np.log(share))))
     return laws + [split for law in laws for split in _by_level(law, owners)]
+
+
+def _regime_prior(place: int, count: int) -> float:
+    """The first law of an effect is the usual one; the others are for special circumstances."""
+    return 1.0 if count == 1 else USUAL_LAW if place == 0 else (1 - USUAL_LAW) / (count - 1)
 
 
 def _variants(

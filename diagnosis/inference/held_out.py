@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...twin.effects import Effect
-from .model_search import ModelLibrary, log_set_prior
+from .model_search import ModelLibrary
 from .problem import InferenceProblem
 from .subset_fit import (
     Start,
@@ -64,12 +64,11 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
     problem = library.problem
     inside = problem.only(training)
     candidates = list(only) or _candidates(library)
-    effects = len(problem.effects)
     first = [_linear_fit(problem, inside, fit) for fit in candidates]
-    joint = np.array([fit.log_evidence + log_set_prior(fit, effects) for fit in first])
+    joint = np.array([fit.log_evidence + library.log_set_prior(fit) for fit in first])
     picked = [first[i] for i in np.argsort(-joint)[:_SIMULATED]]
     fits = fit_subsets(inside, [_start_again(inside, fit) for fit in picked], iterations=3)
-    joint = np.array([fit.log_evidence + log_set_prior(fit, effects) for fit in fits])
+    joint = np.array([fit.log_evidence + library.log_set_prior(fit) for fit in fits])
     weights = np.exp(joint - joint.max())
     weights /= weights.sum()
     table = np.nan_to_num(problem.simulator.changes([fit.point() for fit in fits]))

@@ -7,8 +7,10 @@ Sets that are much less likely than the best are left out (Occam's window: Madig
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,11 +34,13 @@ Floats = NDArray[np.float64]
 #: Prior probability that no effect acts.
 NONE_PRIOR = 0.2
 #: Candidates of a step that are fitted; rounds of exchanges; sets within so many nats of the best are kept.
-_FITTED, _ROUNDS, WINDOW = 4, 8, 12.0
+_FITTED, _ROUNDS, WINDOW = 4, 5, 12.0
+#: Of the moves that bring the same law in so many are fitted.
+_OF_ONE_LAW = 2
 #: So many sets are extended at once.
 BEAM = 2
-#: Additions that do not pay by themselves, in a row: the second may pay for both.
-_PATIENCE = 2
+#: A set that is so many nats below the best and smaller than it is not followed further down.
+_GIVEN_UP = 15.0
 #: Step of differences in u.
 _DIFFERENCE = 0.03
 
@@ -67,7 +71,16 @@ class ModelLibrary:
 
     def log_joint(self, fit: SubsetFit) -> float:
         """Log evidence plus log prior of the set."""
-        return fit.log_evidence + log_set_prior(fit, len(self.problem.effects))
+        return fit.log_evidence + self.log_set_prior(fit)
+
+    def log_set_prior(self, fit: SubsetFit) -> float:
+        prior = sum(self.prior[name][name in fit.effects] for name in self.prior)
+        return prior + sum(law.log_prior for law in fit.laws)
+
+    @cached_property
+    def prior(self) -> dict[str, tuple[float, float]]:
+        """By effect, the logarithms of the probabilities that it does not act and that it does."""
+        return {name: (off, on) for name, (on, off) in set_prior(self.problem.laws).items()}
 
     def best(self) -> SubsetFit:
         return max(self.fits.values(), key=self.log_joint)
@@ -81,31 +94,37 @@ class ModelLibrary:
         return [(self.fits[key], float(share)) for key, share in zip(kept, mass / mass.sum(), strict=True)]
 
 
-def log_set_prior(fit: SubsetFit, effects: int) -> float:
-    """Each effect acts with the same probability, such that none of `effects` acts with `NONE_PRIOR`."""
-    acts = 1 - NONE_PRIOR ** (1 / max(effects, 1))
-    size = len(fit.laws)
-    return (
-        size * float(np.log(acts)) + (effects - size) * float(np.log1p(-acts)) + sum(law.log_prior for law in fit.laws)
-    )
+def set_prior(laws: Sequence[EffectLaw]) -> dict[str, tuple[float, float]]:
+    """By effect, the logarithms of the probabilities that it acts and that it does not, such that none of all effects
+    acts with `NONE_PRIOR`."""
+    from scipy.optimize import brentq
+
+    odds = {law.id: law.kind.prior_odds for law in laws}
+    if not odds:
+        return {}
+    ratios = np.array(list(odds.values()))
+    scale = brentq(lambda x: float(np.log1p(np.exp(x) * ratios).sum()) + float(np.log(NONE_PRIOR)), -20, 20)
+    acts = np.exp(scale) * ratios / (1 + np.exp(scale) * ratios)
+    return {name: (float(np.log(p)), float(np.log1p(-p))) for name, p in zip(odds, acts, strict=True)}
 
 
 def search(problem: InferenceProblem, progress: Callable[[str], None] = lambda _: None) -> ModelLibrary:
-    """Sets of effects from none on: additions first, then drops, exchanges and additions until none is better."""
+    """From no effects upwards as long as another one pays, from all effects downwards, and from the best of both by
+    drops, exchanges and additions until none is better."""
     library = ModelLibrary(problem)
     library.add([no_effects(problem)])
     beam = [library.best()]
-    without_gain = 0
-    while without_gain < _PATIENCE:
+    gains = True
+    while gains:
         before = library.log_joint(library.best())
         fits = _fitted(problem, library, [(current, _additions(problem, current)) for current in beam])
         if not fits:
             break
-        beam = polished(problem, sorted(fits, key=lambda fit: -library.log_joint(fit))[:BEAM])
+        beam = polished(problem, [max(fits, key=library.log_joint)])
         library.add(beam)
-        beam = sorted(beam, key=lambda fit: -library.log_joint(fit))
-        without_gain = 0 if library.log_joint(beam[0]) > before else without_gain + 1
+        gains = library.log_joint(beam[0]) > before
         progress(f"{'+'.join(beam[0].effects)}: {library.log_joint(beam[0]):.1f}")
+    _eliminate(problem, library, progress)
     library.polish()
     beam = [fit for fit, _ in library.weights()][:BEAM]
     for _ in range(_ROUNDS):
@@ -113,7 +132,7 @@ def search(problem: InferenceProblem, progress: Callable[[str], None] = lambda _
             (current, [*_drops(current), *_exchanges(problem, current), *_additions(problem, current)])
             for current in beam
         ]
-        _fitted(problem, library, moves, count=_FITTED + 2)
+        _fitted(problem, library, moves, count=3 * _FITTED)
         library.polish()
         best = [fit for fit, _ in library.weights()][:BEAM]
         progress(f"exchange {'+'.join(best[0].effects)}: {library.log_joint(best[0]):.1f}")
@@ -121,6 +140,36 @@ def search(problem: InferenceProblem, progress: Callable[[str], None] = lambda _
             break
         beam = best
     return library
+
+
+def _eliminate(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
+    """From all effects at once downwards: what additions pass by because only together two of them pay."""
+    best = library.best()
+    used = {law.key: part for law, part in zip(best.laws, best.parts, strict=True)}
+    usual = [_plainest(problem, name)[0] for name in problem.effects]
+    extended = [*best.laws, *(law for law in usual if law.id not in best.effects)]
+    for laws in {tuple(sorted(law.key for law in laws)): laws for laws in (usual, extended)}.values():
+        if not library.has(laws):
+            places = [used[law.key] if law.key in used else law.smallest_start() for law in laws]
+            start = _starts(problem, [(best, tuple(laws), np.concatenate(places))])
+            current = polished(problem, fit_subsets(problem, start, iterations=5), steps=4)[0]
+            library.add([current])
+            _shrink(problem, library, current, progress)
+
+
+def _shrink(
+    problem: InferenceProblem, library: ModelLibrary, current: SubsetFit, progress: Callable[[str], None]
+) -> None:
+    """Drops one effect after the other, each time the one that is missed least."""
+    while current.laws:
+        fits = _fitted(problem, library, [(current, _drops(current))], count=3)
+        if not fits:
+            break
+        current = max(fits, key=library.log_joint)
+        progress(f"without {'+'.join(current.effects)}: {library.log_joint(current):.1f}")
+        best = library.best()
+        if library.log_joint(current) < library.log_joint(best) - _GIVEN_UP and len(current.laws) < len(best.laws):
+            break
 
 
 def fit_sets(problem: InferenceProblem, library: ModelLibrary, sets: Sequence[Sequence[str]]) -> None:
@@ -211,10 +260,13 @@ def _fitted(
             continue
         scores, places = _screened(problem, current, own)
         fresh = 0
+        of_law: Counter[str] = Counter()
         for index in np.argsort(-scores):
             key = tuple(sorted(law.key for law in own[index].laws))
-            if key not in seen:
+            new = next((law.key for law in own[index].laws if law.key not in current.key), "")
+            if key not in seen and of_law[new] < _OF_ONE_LAW:
                 seen.add(key)
+                of_law[new] += 1
                 picked.append((current, own[index].laws, places[index]))
                 fresh += 1
             if fresh >= count:

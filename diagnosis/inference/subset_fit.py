@@ -6,7 +6,7 @@ without the uncertainty of u; u (p,) has a standard normal prior.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -23,6 +23,8 @@ DISCREPANCIES = np.array([0.0, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0])
 _LOG_PRIOR = np.log(np.array([0.2, 0.2, 0.2, 0.2, 0.12, 0.06, 0.02]))
 #: Step of the differences in u; longest step of one iteration; how far from its prior's middle a parameter may go.
 _DIFFERENCE, _STEP, _FARTHEST = 0.03, 1.2, 4.5
+#: Standard deviation by which a background may be beyond tolerance, in tolerances.
+_BEYOND_TOLERANCE = 0.4
 #: A step in u that is too short to matter.
 _SETTLED = 0.02
 
@@ -91,7 +93,7 @@ def no_effects(problem: InferenceProblem) -> SubsetFit:
         errors=tuple(ErrorSize() for _ in problem.blocks),
         log_evidence=-np.inf,
     )
-    return with_evidence(problem, empty, search_errors=True)
+    return with_evidence(problem, empty, search_errors=True, backgrounds=True)
 
 
 def residual(block: StageBlock, change: Floats) -> Floats:
@@ -108,22 +110,39 @@ def covariance(block: StageBlock, contributions: Floats, error: ErrorSize) -> Fl
     return np.asarray(base + (scaled.T @ scaled) * block.discrepancy)
 
 
-def with_evidence(problem: InferenceProblem, fit: SubsetFit, *, search_errors: bool = False) -> SubsetFit:
+def with_evidence(
+    problem: InferenceProblem, fit: SubsetFit, *, search_errors: bool = False, backgrounds: bool = False
+) -> SubsetFit:
     """The fit with its Laplace evidence, log p(z) = sum over stages of
     log N(r; 0, S) - |u|^2 / 2 - log|I + sum J' S^-1 J| / 2, and with the sizes of errors that make it largest."""
     errors = list(fit.errors)
     if search_errors:
         for index, block in enumerate(problem.blocks):
-            errors[index] = _best_errors(block, fit, index, errors[index])
+            errors[index] = _best_errors(block, fit, index, errors[index], backgrounds=backgrounds)
     pieces = [_block_terms(block, fit, index, errors[index]) for index, block in enumerate(problem.blocks)]
     precision = np.eye(len(fit.u)) + sum((piece[1] for piece in pieces), np.zeros((len(fit.u), len(fit.u))))
     log_likelihood = sum(piece[0] for piece in pieces)
     log_prior = sum(_log_prior(error) for error in errors) if fit.laws else 0.0
     log_prior -= sum(np.log(len(block.covariances)) for block in problem.blocks)
+    log_prior += sum(_background_prior(block, fit, i, errors[i]) for i, block in enumerate(problem.blocks))
     log_evidence = (
         log_likelihood + log_prior - 0.5 * float(fit.u @ fit.u) - 0.5 * float(np.linalg.slogdet(precision)[1])
     )
     return replace(fit, errors=tuple(errors), log_evidence=float(log_evidence), precision=precision)
+
+
+def _background_prior(block: StageBlock, fit: SubsetFit, index: int, error: ErrorSize) -> float:
+    """A background lies within tolerance: what remains beyond noise, tolerance and the laws' errors is less and less
+    likely to be one, whatever its kernel says."""
+    cells = ~block.detail
+    if not cells.any():
+        return 0.0
+    scaled = DISCREPANCIES[error.discrepancy] * np.nan_to_num(fit.contributions[index][:, cells])
+    noise = np.diag(block.covariances[0])[cells]
+    allowed = float(np.sqrt(np.mean(1 + (scaled**2).sum(axis=0))))
+    left = float(np.mean(residual(block, fit.change[index])[cells] ** 2 - noise))
+    beyond = max(np.sqrt(max(left, 0.0)) / allowed - 1.0, 0.0)
+    return -0.5 * (beyond / _BEYOND_TOLERANCE) ** 2
 
 
 def _log_prior(error: ErrorSize) -> float:
@@ -141,22 +160,33 @@ def _block_terms(block: StageBlock, fit: SubsetFit, index: int, error: ErrorSize
     return log_norm - 0.5 * float(white[:, 0] @ white[:, 0]), white[:, 1:].T @ white[:, 1:]
 
 
-def _best_errors(block: StageBlock, fit: SubsetFit, index: int, start: ErrorSize) -> ErrorSize:
+def _best_errors(block: StageBlock, fit: SubsetFit, index: int, start: ErrorSize, *, backgrounds: bool) -> ErrorSize:
+    """The likeliest sizes near `start`; of the backgrounds all are tried, or the one at hand is kept."""
+
     def value(error: ErrorSize) -> float:
         log_likelihood, information = _block_terms(block, fit, index, error)
         spread = float(np.linalg.slogdet(np.eye(len(fit.u)) + information)[1]) if len(fit.u) else 0.0
         return log_likelihood - 0.5 * spread + (_log_prior(error) if fit.laws else 0.0)
 
-    best = start
-    for _ in range(2):
-        before = best
-        if fit.laws:
-            best = max((replace(best, discrepancy=i) for i in range(len(DISCREPANCIES))), key=value)
-            if block.detail.any():
-                best = max((replace(best, detail=i) for i in range(len(DISCREPANCIES))), key=value)
-        best = max((replace(best, background=i) for i in range(len(block.covariances))), key=value)
-        if best == before:
-            break
+    best = (value(start), start)
+    if backgrounds:
+        others = (replace(start, background=i) for i in range(len(block.covariances)) if i != start.background)
+        best = max([best, *((value(error), error) for error in others)], key=lambda pair: pair[0])
+    if fit.laws:
+        names = ("discrepancy", "detail") if block.detail.any() else ("discrepancy",)
+        for name in names:
+            best = _climbed(best, name, value)
+    return best[1]
+
+
+def _climbed(best: tuple[float, ErrorSize], name: str, value: Callable[[ErrorSize], float]) -> tuple[float, ErrorSize]:
+    """Neighbouring amplitudes in one direction, then in the other, as long as they are likelier."""
+    for side in (1, -1):
+        while 0 <= (place := getattr(best[1], name) + side) < len(DISCREPANCIES):
+            error = replace(best[1], **{name: place})
+            if (new := value(error)) <= best[0]:
+                break
+            best = (new, error)
     return best
 
 
@@ -173,7 +203,9 @@ class Start:
     jacobian: tuple[Floats, ...]
 
 
-def fit_subsets(problem: InferenceProblem, starts: Sequence[Start], iterations: int = 4) -> list[SubsetFit]:
+def fit_subsets(
+    problem: InferenceProblem, starts: Sequence[Start], iterations: int = 4, *, backgrounds: bool = False
+) -> list[SubsetFit]:
     """Quasi-Newton fits of all starts at once, so that one batch simulates all of them.
 
     Gauss and Newton's steps with Broyden's updates of the derivatives (Math. Comput. 19 (1965) 577): one simulation for
@@ -207,7 +239,7 @@ def fit_subsets(problem: InferenceProblem, starts: Sequence[Start], iterations: 
     fits = []
     for k, start in enumerate(starts):
         fit = SubsetFit(start.laws, u[k], change[k], jacobian[k], start.contributions, start.errors, -np.inf)
-        fits.append(with_evidence(problem, fit, search_errors=True))
+        fits.append(with_evidence(problem, fit, search_errors=True, backgrounds=backgrounds))
     return fits
 
 
@@ -222,7 +254,7 @@ def polished(problem: InferenceProblem, fits: Sequence[SubsetFit], steps: int = 
     starts = [
         Start(fit.laws, fit.u, contributions[k], fit.errors, change[k], jacobian[k]) for k, fit in enumerate(fits)
     ]
-    return [replace(fit, polished=True) for fit in fit_subsets(problem, starts, iterations=steps)]
+    return [replace(fit, polished=True) for fit in fit_subsets(problem, starts, iterations=steps, backgrounds=True)]
 
 
 def _broyden(

@@ -29,6 +29,8 @@ _LIMITS = (0.25, 0.5, 0.75)
 _ALIKE = 1e-6
 #: Share of what is unexplained that all configurations have in common, in a smooth pattern.
 _COMMON = 0.5
+#: Share of its variance that all observables of a stage have in common, where each is off by itself.
+_SHARED = 0.3
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +104,8 @@ def unexplained_evidence(
     gap: GapTable, blocks: Sequence[StageBlock], fit: SubsetFit, drift: RunOrderDrift
 ) -> UnexplainedEvidence:
     """Of one fitted set, over all stages, patterns and sizes."""
+    from scipy.linalg import solve_triangular
+
     gains: list[tuple[float, str, str]] = []
     slope_gain = drift.log_gains(AMPLITUDES)
     for index, block in enumerate(blocks):
@@ -110,42 +114,44 @@ def unexplained_evidence(
         # parameters of the effects adapt to what is unexplained, as they do without it
         free = base + fit.jacobian[index] @ fit.jacobian[index].T
         start = left + fit.jacobian[index] @ fit.u
-        values, vectors = _whitened_space(free)
-        white = vectors.T @ start / np.sqrt(values)
+        plain = _log_density(free, start)
+        lower = np.linalg.cholesky(free)
+        white = solve_triangular(lower, start, lower=True)
+        columns, at = np.unique(block.observable, return_inverse=True)
         for pattern in configuration_patterns(gap, block.stage, drift):
-            own = pattern.covariance[np.ix_(block.configuration, block.configuration)]
-            for alike in (True, False) if len(set(block.observable)) > 1 else (True,):
-                root = _pattern_root(own, block, alike=alike)
-                directions = vectors.T @ root / np.sqrt(values)[:, None]
-                inner, turn = np.linalg.eigh(directions.T @ directions)
-                along = turn.T @ (directions.T @ white)
-                for k, size in enumerate(AMPLITUDES):
-                    spread = 1 + size**2 * np.maximum(inner, 0)
-                    gain = 0.5 * float(np.sum(size**2 * along**2 / spread)) - 0.5 * float(np.log(spread).sum())
-                    gains.append((gain + (slope_gain[k] if pattern.drift else 0.0), block.stage, pattern.name))
+            drifts = slope_gain if pattern.drift else [0.0] * len(AMPLITUDES)
+            # all amplitudes and durations of the stage together
+            root = _root(pattern.covariance)[block.configuration] * np.where(block.detail, 0.3, 1.0)[:, None]
+            directions = solve_triangular(lower, root, lower=True)
+            inner, turn = np.linalg.eigh(directions.T @ directions)
+            along = turn.T @ (directions.T @ white)
+            for size, slope in zip(AMPLITUDES, drifts, strict=True):
+                spread = 1 + size**2 * np.maximum(inner, 0)
+                gain = 0.5 * float(np.sum(size**2 * along**2 / spread)) - 0.5 * float(np.log(spread).sum())
+                gains.append((gain + slope, block.stage, pattern.name))
+            if len(columns) > 1:  # in each observable by itself
+                own = pattern.covariance[np.ix_(block.configuration, block.configuration)]
+                own = own * (_SHARED + (1 - _SHARED) * (at[:, None] == at[None, :]))
+                for size, slope in zip(AMPLITUDES, drifts, strict=True):
+                    gain = _log_density(free + size**2 * own, start) - plain
+                    gains.append((gain + slope, block.stage, pattern.name))
     logs = np.array([gain for gain, _, _ in gains])
     best = gains[int(logs.argmax())]
     top = float(logs.max())
     return UnexplainedEvidence(top + float(np.log(np.mean(np.exp(logs - top)))), best[1], best[2])
 
 
-def _whitened_space(matrix: Floats) -> tuple[Floats, Floats]:
-    values, vectors = np.linalg.eigh(matrix)
-    return np.maximum(values, 1e-9), vectors
+def _log_density(matrix: Floats, values: Floats) -> float:
+    """log N(values; 0, matrix), up to a constant."""
+    from scipy.linalg import cholesky, solve_triangular
+
+    lower = cholesky(matrix, lower=True, check_finite=False)
+    white = solve_triangular(lower, values, lower=True, check_finite=False)
+    return -0.5 * float(white @ white) - float(np.log(np.diag(lower)).sum())
 
 
-def _pattern_root(own: Floats, block: StageBlock, *, alike: bool) -> Floats:
-    """(N, q): directions of a pattern over cells; `alike`: in all amplitudes and durations of a stage together, else in
-    each observable by itself."""
-    columns, at = np.unique(block.observable, return_inverse=True)
-    if alike:
-        loud = np.where(block.detail, 0.3, 1.0)
-        matrix = own * np.outer(loud, loud)
-    else:
-        same = (at[:, None] == at[None, :]).astype(np.float64)
-        matrix = own * (0.3 + 0.7 * same)
+def _root(matrix: Floats) -> Floats:
+    """(C, k): a root of a covariance (C, C) that may be singular."""
     values, vectors = np.linalg.eigh(matrix)
-    kept = values > 1e-3 * values.max()
-    limit = min(int(kept.sum()), 3 * len(columns) + len(set(block.configuration)))
-    order = np.argsort(-values)[:limit]
-    return np.asarray(vectors[:, order] * np.sqrt(np.maximum(values[order], 0.0)))
+    kept = values > 1e-6 * values.max()
+    return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))

@@ -121,6 +121,40 @@ def test_likeliest_of_a_group_is_what_was_fitted() -> None:
     assert effects == (verdicts.LAYER,) and probability == pytest.approx(0.8 * 0.93)
 
 
+JOINT = (verdicts.VALVE, verdicts.ATMOSPHERE, verdicts.LEAK)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "effects", "probability"),
+    [
+        ("gun.valve_flow+gun.back_pressure+gun.blow_by", JOINT, 0.93),
+        ("gun.blow_by + gun.valve_flow+gun.back_pressure", JOINT, 0.93),
+        ("gun.valve_flow+gun.back_pressure", JOINT[:2], 0.05),
+        ("gun.valve_flow", JOINT[:1], 0.99),
+        ("gun.blow_by", JOINT[2:], 0.95),
+    ],
+)
+def test_sets_and_single_effects_of_a_fit_can_be_adopted(wanted, effects, probability) -> None:
+    assert fitted(verdicts.gun(), wanted) == (effects, pytest.approx(probability))
+
+
+def test_first_steps_of_the_path_take_the_numbers_of_the_set_that_holds_them() -> None:
+    joint = "gun.valve_flow+gun.back_pressure+gun.blow_by"
+    only = replace(verdicts.gun(), fits={joint: JOINT}, causes=(verdicts.gun().causes[0],))
+    assert fitted(only, "gun.valve_flow+gun.back_pressure") == (JOINT[:2], None)
+
+
+def test_own_fit_goes_before_that_of_a_larger_set() -> None:
+    alone = effect("gun.valve_flow", loss_coefficient=40.0)
+    made = replace(verdicts.gun(), fits={**verdicts.gun().fits, "gun.valve_flow": (alone,)})
+    assert fitted(made, "gun.valve_flow")[0] == (alone,)
+
+
+def test_set_that_is_no_fit_is_refused_with_those_that_are() -> None:
+    with pytest.raises(LookupError, match=r"has: gun.valve_flow\+gun.back_pressure\+gun.blow_by, gun.valve_flow\+gun"):
+        fitted(verdicts.gun(), "gun.back_pressure+gun.blow_by")
+
+
 @pytest.mark.parametrize("wanted", ["contact.plate_compliance", "gun.magic", "unknown"])
 def test_what_was_not_fitted_is_refused(wanted: str) -> None:
     with pytest.raises(LookupError, match=r"no fit of .*; it has: contact.layer_compliance, gun.valve_flow, and none"):

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from pyroshock.diagnosis.blind import run as blind
 from pyroshock.diagnosis.blind.kept import SCORED, write_rows
+from pyroshock.diagnosis.blind.tasks import SEEDS
 from support.records.blind_rows import LEAK, label, says
 from support.stores.stores import pyroshock
 
@@ -66,8 +67,22 @@ def test_unknown_tier_is_one_line(asked: list[dict[str, Any]]) -> None:
     assert not asked
 
 
-def test_seed_has_no_default() -> None:
-    assert pyroshock("blind-check", "--cases", "2").exit_code == 2
+def test_seed_is_the_splits_own_unless_given(asked: list[dict[str, Any]]) -> None:
+    for split in ("development", "sealed"):
+        pyroshock("blind-check", "--cases", "2", "--split", split)
+    assert [(one["seed"], one["split"]) for one in asked] == [(SEEDS[s], s) for s in ("development", "sealed")]
+
+
+def test_number_of_cases_has_no_default() -> None:
+    result = pyroshock("blind-check")
+    assert result.exit_code == 2 and "--cases is missing" in result.stderr
+
+
+def test_foreign_is_three_tiers(asked: list[dict[str, Any]]) -> None:
+    pyroshock("blind-check", "--cases", "2", "--tier", "foreign", "--kind", "gun", "--time-limit", "60")
+    (one,) = asked
+    assert one["tiers"] == ("foreign one", "foreign two", "foreign full scale")
+    assert (one["kinds"], one["patience_s"]) == (("gun",), 60.0)
 
 
 def test_finished_checks_make_one_table(asked: list[dict[str, Any]], tmp_path: Path) -> None:

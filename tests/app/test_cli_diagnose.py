@@ -64,14 +64,60 @@ def test_json_is_alone_on_standard_output(asked: list[Asked], lab: str) -> None:
 def test_json_file_and_page_are_written(asked: list[Asked], lab: str, tmp_path: Path) -> None:
     done("spring", "--db", lab, "--json", tmp_path / "report.json", "--html", tmp_path / "gap.html")
     assert json.loads((tmp_path / "report.json").read_text())["campaign"] == "spring"
-    assert "<h1>spring: the gap is 0.041" in (tmp_path / "gap.html").read_text()
+    page = (tmp_path / "gap.html").read_text()
+    assert "<h1>spring</h1>" in page and "The model error is 4.1 times the tolerance" in page
 
 
 def test_people_read_every_part(asked: list[Asked], lab: str) -> None:
     told = done("spring", "--db", lab).stdout
-    for part in ("spring: the gap is", "93 %  contact.layer_compliance (80 %) or", "causes", "where",
-                 "on configurations that it has not seen", "the next experiment", "taken for granted"):  # fmt: skip
-        assert part in told
+    assert told.startswith("spring: The model error is 4.1 times the tolerance and 4.6 times the measurement noise; ")
+    assert headings(told) == [
+        "What to do next",
+        "Causes",
+        "Where the error lies",
+        "On configurations that the fit has not seen",
+        "The next experiment",
+        "Assumptions",
+    ]
+    assert "93 %  contact.layer_compliance (80 %) or" in told
+
+
+def headings(told: str) -> list[str]:
+    return [block.splitlines()[0] for block in told.split("\n\n")[1:]]
+
+
+def test_effects_and_path_are_tables(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.gun())
+    told = done("spring", "--db", lab).stdout
+    assert [line.split("  ")[0] for line in headings(told)[:3]] == [
+        "What to do next",
+        "Effects (share of the squared error; held out: taken away where it was not fitted)",
+        "Path of the model error on configurations that the fit has not seen",
+    ]
+    rows = [" ".join(line.split()) for line in told.splitlines()]
+    assert "gun.valve_flow 61 % 52 to 68 % 99 % 58 % 1 yes loss_coefficient = 31 (27 to 36)" in rows
+    assert "unexplained 3 % 1 to 6 %" in rows
+    assert [row for row in rows if row.startswith(("nominal model ", "+ ", "measurement noise "))] == [
+        "nominal model 0.42",
+        "+ gun.valve_flow 0.164 61 %",
+        "+ gun.back_pressure 0.05 88 %",
+        "+ gun.blow_by 0.0126 97 %",
+        "measurement noise 0.00424",
+    ]
+
+
+def test_unknown_is_never_without_a_next_experiment(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.unknown(next_runs=()))
+    told = done("spring", "--db", lab).stdout
+    experiment = told.partition("\nThe next experiment\n")[2]
+    assert experiment.startswith("  Fire three repetitions") and "needed" not in experiment
+    assert "gun.valve_flow" in told and "contact.viscous_loss" in told
+
+
+def test_restriction_is_said_first(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
+    sentence = "The diagnosis considers only gun.valve_flow (--with), and no other effect."
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.gun(assumptions=(sentence,)))
+    assert done("spring", "--db", lab).stdout.startswith(f"spring: {sentence} The model error is 42 times")
 
 
 def test_store_keeps_each_diagnosis(asked: list[Asked], lab: str) -> None:
@@ -121,6 +167,53 @@ def test_uncertain_number_needs_no_stage(asked: list[Asked], lab: str, given: st
     assert asked[0].uncertain == {full: 0.002}
 
 
+def test_effects_are_named_one_by_one_or_in_a_list(asked: list[Asked], lab: str) -> None:
+    done("spring", "--db", lab, "--with", "gun.valve_flow", "--with", "gun.blow_by, gun.valve_flow",
+         "--without", "sensor.velocity_gain,sensor.pressure_gain")  # fmt: skip
+    (one,) = asked
+    assert one.with_effects == ("gun.valve_flow", "gun.blow_by")
+    assert one.without_effects == ("sensor.velocity_gain", "sensor.pressure_gain")
+
+
+@pytest.mark.parametrize(
+    ("words", "shown"),
+    [
+        (("--with", "gun.valve_flow", "--with", "gun.blow_by"), {"gun.valve_flow", "gun.blow_by"}),
+        (("--with", "gun.valve_flow,gun.blow_by", "--without", "gun.blow_by"), {"gun.valve_flow"}),
+    ],
+)
+def test_restricted_diagnosis_names_no_other_effect_and_says_so(
+    lab: str, words: tuple[str, ...], shown: set[str]
+) -> None:
+    """The diagnosis itself, on the five shots of "spring"."""
+    report = json.loads(done("spring", "--db", lab, *words, "--json").stdout)
+    named = {part for cause in report["causes"] for name in cause["effects"] for part in name.split("+")}
+    assert named - {"none", "unknown"} <= shown
+    assert {effect["effect"] for effect in report["effects"]} <= shown
+    assert report["assumptions"][0].startswith("The diagnosis considers only gun.valve_flow, gun.blow_by (--with)")
+    assert ("gun.blow_by (--without)" in report["assumptions"][1]) == ("--without" in words)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--with", "gun.magic"), "--with 'gun.magic': the catalogue has no such effect; it has gun.back_pressure"),
+        (("--without", "gun.magic"), "--without 'gun.magic': the catalogue has no such effect"),
+        (("--with", "plate.damping"), "the channels of spring cannot show this effect; they can show gun.back_p"),
+        (("--with", "gun.blow_by", "--without", "gun.blow_by"), "leave no effect to consider for spring"),
+    ],
+)
+def test_effect_that_cannot_be_considered_is_one_line_and_stores_nothing(
+    lab: str, words: tuple[str, ...], message: str
+) -> None:
+    before = counts(lab)
+    result = pyroshock("diagnose", "spring", "--db", lab, *words)
+    assert result.exit_code == 2
+    (line,) = result.stderr.strip().splitlines()
+    assert message in line
+    assert counts(lab) == before
+
+
 def test_not_finite_numbers_are_null(monkeypatch: pytest.MonkeyPatch, lab: str) -> None:
     gap = replace(verdicts.verdict().gap, noise_floor=float("nan"))
     monkeypatch.setattr(diagnosing, "diagnosed", lambda *_, **__: verdicts.verdict(gap=gap))
@@ -158,6 +251,18 @@ def test_what_a_user_can_mend_is_one_line(lab: str, tmp_path: Path, words: tuple
     result = pyroshock("diagnose", *words, *(() if "--db" in words else ("--db", lab)))
     assert result.exit_code == 2
     assert message in result.stderr.strip().splitlines()[-1]
+
+
+def test_set_that_cannot_be_adopted_stores_nothing(asked: list[Asked], lab: str) -> None:
+    before = counts(lab)
+    result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", "gun.blow_by")
+    assert result.exit_code == 2
+    assert (
+        result.stderr.strip()
+        .splitlines()[-1]
+        .endswith("has no fit of 'gun.blow_by'; it has: contact.layer_compliance, gun.valve_flow, and none")
+    )
+    assert counts(lab) == before
 
 
 def test_folder_cannot_adopt(asked: list[Asked], tmp_path: Path) -> None:

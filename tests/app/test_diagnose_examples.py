@@ -30,5 +30,5 @@ def test_disclosed_cause_is_in_the_first_group(
     assert not any("outside of the catalogue" in note for note in said["assumptions"])
     assert DISCLOSED[name] in first["effects"] and len(first["effects"]) <= 4
     assert first["probability"] >= 0.8
-    assert f"<title>Diagnosis of {name}</title>" in page.read_text(encoding="utf-8")
+    assert f"<title>Diagnosis: {name}</title>" in page.read_text(encoding="utf-8")
     assert list(tmp_path.iterdir()) == [page]

@@ -115,7 +115,10 @@ def test_same_setting_twice_is_one_run(lab: str) -> None:
 def test_nothing_to_tell_apart_is_a_negative_answer(lab: str) -> None:
     diagnosed(lab)
     result = plan("discriminate", "spring", "--db", lab)
-    assert result.exit_code == 1 and "nothing to tell apart" in result.stderr
+    assert (
+        result.exit_code == 1
+        and "names no setting that separates causes; its report says what to do next" in result.stderr
+    )
 
 
 def test_campaign_that_nobody_diagnosed_is(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import pytest
 from pyroshock.app.demo import ingest_examples
-from pyroshock.app.diagnoses.diagnosing import keep, past_diagnoses, report_json
-from pyroshock.app.diagnoses.kept import kept_report, kept_verdict, list_diagnoses
+from pyroshock.app.diagnoses.diagnosing import Asked, keep, last_report, past_diagnoses, report_json
+from pyroshock.app.diagnoses.kept import kept_options, kept_report, kept_verdict, list_diagnoses
 from pyroshock.app.reports.diagnosis import page
 from pyroshock.app.twins.adopting import adopt
+from pyroshock.diagnosis.restriction import restriction_sentences
 from pyroshock.schema.diagnoses import Diagnosis
 from sqlalchemy import event
 from support.records import verdicts
@@ -59,6 +60,23 @@ def test_row_tells_the_first_cause_and_what_was_adopted(store):
     with store.reading() as session:
         (past,) = past_diagnoses(session, CAMPAIGN)
     assert past == {name: value for name, value in row.items() if name not in ("campaign", "complete")}
+
+
+def test_what_if_is_marked_and_is_not_the_last_word_on_a_campaign(store):
+    sentence = restriction_sentences(("gun.valve_flow",))
+    whole = verdicts.gun(campaign=CAMPAIGN)
+    keep(store, whole, Asked(CAMPAIGN, seed=3))
+    key = keep(store, verdicts.gun(campaign=CAMPAIGN, assumptions=sentence), Asked(CAMPAIGN, with_effects=["a"]))
+    assert [row["restricted"] for row in listed(store)] == [True, False]
+    with store.reading() as session:
+        assert last_report(session, CAMPAIGN) == report_json(whole)
+        assert kept_options(session, key)["with_effects"] == ["a"]
+
+
+def test_options_of_a_diagnosis_that_was_kept_without_them_are_none(store):
+    key = keep(store, verdicts.gun(campaign=CAMPAIGN))
+    with store.reading() as session:
+        assert kept_options(session, key) == {}
 
 
 def test_diagnosis_without_details_is_listed_and_says_what_to_do(store):

@@ -79,9 +79,9 @@ def test_words_mean_what_they_say(lab: Path, subject: str, meant: tuple[str, str
 
 def test_diagnosis_of_a_campaign_is_its_newest(lab: Path) -> None:
     report(lab, "diagnosis:spring", "page.html")
-    assert "measurement and simulator agree" in (lab / "page.html").read_text(encoding="utf-8")
+    assert "Model and measurement agree" in (lab / "page.html").read_text(encoding="utf-8")
     report(lab, "diagnosis:1", "page.html")
-    assert "most probably one of" in (lab / "page.html").read_text(encoding="utf-8")
+    assert "Most probably it is the compliance" in (lab / "page.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

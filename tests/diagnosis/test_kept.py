@@ -14,7 +14,17 @@ from pyroshock.app.diagnoses.diagnosing import report_json
 from pyroshock.app.reports.diagnosis import page
 from pyroshock.diagnosis.kept import verdict_from_json, verdict_to_json
 from pyroshock.diagnosis.pictures import CurvePicture, Pictures, ResidualPicture
-from pyroshock.diagnosis.verdict import Cause, Fitted, GapSize, Region, Shrinkage, Verdict
+from pyroshock.diagnosis.verdict import (
+    Cause,
+    EffectShare,
+    Fitted,
+    GapSize,
+    PathStep,
+    Region,
+    Shrinkage,
+    Unexplained,
+    Verdict,
+)
 from support.records import verdicts
 
 NAN, INF = float("nan"), float("inf")
@@ -36,14 +46,25 @@ def odd() -> Verdict:
         where=replace(whole.where, factors=(Region("tip <b>", INF, NAN),)),
         causes=(cause, *whole.causes[1:]),
         shrinkage=(Shrinkage((), "configuration", 1.0, 0.5, None, None, {"dB": (NAN, 2.0), "3 dB": (0.1, 0.2)}),),
+        effects=(EffectShare("gun.valve_flow", 1.0, NAN, (-INF, INF), NAN, 2, cause.parameters, named=True),),
+        unexplained=Unexplained(NAN, (NAN, INF)),
+        path=(PathStep("gun.valve_flow", INF, NAN),),
     )
 
 
-@pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.none(), odd()], ids=["whole", "none", "odd"])
+MADE = pytest.mark.parametrize(
+    "made",
+    [verdicts.verdict(), verdicts.gun(), verdicts.unknown(), verdicts.none(), odd()],
+    ids=["whole", "gun", "unknown", "none", "odd"],
+)
+
+
+@MADE
 def test_kept_verdict_is_the_one_that_was_made(made):
     again = kept(made)
     assert repr(again.as_json()) == repr(made.as_json())
     assert again.fits == dict(made.fits)
+    assert repr((again.effects, again.unexplained, again.path)) == repr((made.effects, made.unexplained, made.path))
     assert [(c.split, c.fitted) for c in again.causes] == [(c.split, c.fitted) for c in made.causes]
     for one, other in zip(again.pictures.residuals + again.pictures.curves, _drawn(made), strict=True):
         for item in fields(other):
@@ -54,12 +75,16 @@ def _drawn(made: Verdict) -> tuple[ResidualPicture | CurvePicture, ...]:
     return (*made.pictures.residuals, *made.pictures.curves)
 
 
-@pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.none()], ids=["whole", "none"])
+@pytest.mark.parametrize(
+    "made",
+    [verdicts.verdict(), verdicts.gun(), verdicts.unknown(), verdicts.none()],
+    ids=["whole", "gun", "unknown", "none"],
+)
 def test_page_of_a_kept_diagnosis_is_the_same(made):
     assert page(kept(made)) == page(made)
 
 
-@pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.none(), odd()], ids=["whole", "none", "odd"])
+@MADE
 def test_report_is_what_scripts_read(made):
     assert verdict_to_json(made)[0] == report_json(made)
 
@@ -87,7 +112,7 @@ def test_infinities_of_a_picture_come_back():
 
 def test_details_of_another_format_are_refused():
     report, details = verdict_to_json(verdicts.verdict())
-    with pytest.raises(ValueError, match=r"details of format 99; this software knows 1: diagnose again"):
+    with pytest.raises(ValueError, match=r"details of format 99; this software knows 1 and 2: diagnose again"):
         verdict_from_json(report, {**details, "format": 99})
 
 
@@ -96,3 +121,14 @@ def test_making_a_verdict_leaves_the_report_as_it_is():
     before = json.dumps(report)
     verdict_from_json(report, details)
     assert json.dumps(report) == before
+
+
+def test_diagnosis_of_the_format_before_opens_without_shares():
+    """What was kept before shares and path were: no such keys in the report, none in its details."""
+    report, details = verdict_to_json(verdicts.verdict())
+    for name in ("effects", "unexplained", "path"):
+        del report[name]
+    del details["effects"]
+    again = verdict_from_json(report, {**details, "format": 1})
+    assert (again.effects, again.unexplained, again.path) == ((), None, ())
+    assert again.causes == verdicts.verdict().causes

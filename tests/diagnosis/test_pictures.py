@@ -88,7 +88,7 @@ def test_spectra_are_drawn_for_each_channel() -> None:
     record = played([gain])
     stage = PlateStage(record)
     found = pictures_of(GapTable.of(record, [stage]), [stage], [gain])
-    assert [curve.title.split(",")[0] for curve in found.curves] == ["acceleration_1", "acceleration_2"]
+    assert [curve.title.split(",")[0] for curve in found.curves] == ["acceleration 1", "acceleration 2"]
     for curve in found.curves:
         assert curve.after is not None and curve.logarithmic
         np.testing.assert_allclose(curve.measured / curve.before, 1.3, rtol=0.02)

@@ -19,6 +19,18 @@ CONTRACT = {
     },
     "causes": [{"effects": [str], "probability": float}],
     "shrinkage": [{"effects": [str], "held_out_by": str, "before": float, "after": float}],
+    "effects": [
+        {
+            "effect": str,
+            "inclusion": float,
+            "share": float,
+            "ci90": [float],
+            "held_out_gain": float,
+            "parameters": [{"name": str, "value": float, "unit": str, "ci90": [float]}],
+        }
+    ],
+    "unexplained": {"share": float, "ci90": [float]},
+    "path": [{"added": str, "after": float, "fraction": float}],
     "next_runs": [{"why": str, "settings": dict, "runs_needed": int}],
     "assumptions": [str],
     "seconds": float,
@@ -36,7 +48,8 @@ def follows(value: object, form: object) -> bool:
 
 
 def test_report_has_the_keys_of_the_contract() -> None:
-    assert follows(json.loads(json.dumps(verdicts.verdict().as_json())), CONTRACT)
+    assert follows(json.loads(json.dumps(verdicts.gun().as_json())), CONTRACT)
+    assert follows(json.loads(json.dumps(verdicts.unknown().as_json())), CONTRACT)
 
 
 def test_parameters_stand_with_unit_and_interval() -> None:

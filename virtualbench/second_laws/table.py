@@ -49,7 +49,7 @@ _DEVELOPMENT = (
         "Mueller and Nau, Fluid Sealing Technology (1998), ch. 3, inverse hydrodynamic theory",
     ),
     Law(
-        "gun.heat_exchange", "development", 0.0, 60.0, "",
+        "gun.heat_exchange", "development", 0.0, 300.0, "",
         "turbulent convection in the bore, a coefficient that grows with speed",
         "Dittus and Boelter (1930): Incropera and DeWitt, Fundamentals of Heat and Mass Transfer, ch. 8",
     ),
@@ -79,12 +79,12 @@ _DEVELOPMENT = (
         "Ljunggren, J. Sound Vib. 90 (1983) 559, near field of a point force; Cremer and Heckl, section 5.4",
     ),
     Law(
-        "contact.effective_mass", "development", -20.0, 40.0, "tip",
+        "contact.effective_mass", "development", -20.0, 25.0, "tip",
         "tips of other density than the one that was weighed: an error of mass by tip material",
         "PCB 086 series, extender masses and tips: mass changes with the tip (manufacturer's manual)",
     ),
     Law(
-        "contact.tip_geometry", "development", 0.0, 12.0, "tip",
+        "contact.tip_geometry", "development", 0.0, 30.0, "tip",
         "a ball with a flat worn onto it, by tip material",
         "Popov, Hess and Willert, Handbook of Contact Mechanics (2019), section 2.5, truncated paraboloid",
     ),
@@ -177,7 +177,7 @@ _SEALED = (
         "Bowden and Freitag, Proc. R. Soc. A 248 (1958) 350; Montgomery, Wear 38 (1976) 235",
     ),
     Law(
-        "gun.heat_exchange", "sealed", 0.0, 60.0, "",
+        "gun.heat_exchange", "sealed", 0.0, 300.0, "",
         "gas relaxes to its walls' temperature with a time constant, whatever its density",
         "Pourmovahed and Otis, J. Dyn. Syst. Meas. Control 112 (1990) 116",
     ),

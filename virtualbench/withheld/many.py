@@ -1,4 +1,5 @@
-"""Draws benches on which many effects act at once, as on every real one: the tiers `realistic` of the blind check."""
+"""Draws benches on which many effects act at once, and benches whose effects obey second laws: the tiers `realistic`
+and `foreign` of the blind check."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ import numpy as np
 from .case import STAGES, Case
 from .changes import changes, gaps
 from .draw import base_case
-from .sizing import whole_cause
+from .sizing import inside, ratio_of, sized, whole_cause
 from .strength import RANGES, largest, shown_by, signs
 
 #: Strength 1 of the virtual bench in the unit of `RANGES`, for the effects whose unit is another one. Sensors: what
@@ -42,6 +43,9 @@ FULL_SCALE: Mapping[str, tuple[float, float]] = {
     "plate": (4.0, 60.0),
     "chain": (10.0, 60.0),
 }
+#: Gap over floor of one effect, and of each of two, by second laws; and of all of them.
+FOREIGN_RATIOS: Mapping[int, tuple[float, float]] = {1: (1.5, 6.0), 2: (1.7, 12.0)}
+FOREIGN_GAPS: Mapping[int, tuple[float, float]] = {1: (1.5, 6.3), 2: (3.0, 20.0)}
 _TRIES = 300
 _STEP = 1.3
 
@@ -62,6 +66,47 @@ def draw_realistic(kind: str, rng: np.random.Generator, *, full_scale: bool = Fa
         if limits[0] <= total_gap(case) <= limits[1]:
             return case
     raise ValueError(f"no realistic {kind} case found in {_TRIES} draws, full_scale = {full_scale!r}")
+
+
+def draw_foreign(kind: str, rng: np.random.Generator, split: str, *, effects: int) -> Case:
+    """A case of one or two effects that act by second laws of a split, with a gap of 1.5 to 6 floors (two: 3 to 20,
+    each 1.5 or more alone). Raises `ValueError` where no such case is drawn."""
+    for _ in range(_TRIES):
+        case = replace(base_case(kind, "any", rng), laws=split)
+        names = rng.choice(shown_by(kind, case.design), effects, replace=False).tolist()
+        low, high = FOREIGN_RATIOS[effects]
+        strengths: dict[str, float] = {}
+        for name in names:
+            ratio = math.exp(rng.uniform(math.log(low), math.log(high)))
+            single = sized(case, name, int(rng.choice(signs(name, split))), ratio, rng)
+            strengths |= single.strengths
+            # a weak effect is met with less noise, which all of the case then has
+            case = replace(case, floor=min(case.floor, single.floor))
+        if all(ratio_of(replace(case, strengths={n: v})) >= low for n, v in strengths.items()):
+            found = replace(case, strengths=strengths)
+            if inside(found, FOREIGN_GAPS[effects]):
+                return found
+    raise ValueError(f"no {kind} case of {effects} effects by second laws found in {_TRIES} draws")
+
+
+def draw_foreign_bench(kind: str, rng: np.random.Generator, split: str) -> Case:
+    """A case of five to seven effects that act by second laws of a split, at full scale, in an atmosphere; sensors stay
+    within their data sheets. Raises `ValueError` where no such case is drawn."""
+    limits = FULL_SCALE[kind]
+    for _ in range(_TRIES):
+        case = replace(base_case(kind, "any", rng), laws=split)
+        shown = [name for name in shown_by(kind, case.design) if name != ALWAYS]
+        count = min(int(rng.integers(5, 8)), len(shown)) - (kind in ("gun", "chain"))
+        strengths: dict[str, float] = {}
+        for name in rng.choice(shown, count, replace=False).tolist():
+            size = math.exp(rng.uniform(math.log(WEAKEST), math.log(STRONGEST))) * BENCH_DEFAULT.get(name, 1.0)
+            strengths[name] = int(rng.choice(signs(name, split))) * size
+        if kind in ("gun", "chain"):
+            strengths[ALWAYS] = float(rng.uniform(RANGES[ALWAYS].low, RANGES[ALWAYS].high))
+        case = _enlarged(replace(case, strengths=strengths), limits[0])
+        if limits[0] <= total_gap(case) <= limits[1]:
+            return case
+    raise ValueError(f"no {kind} case at full scale by second laws found in {_TRIES} draws")
 
 
 def total_gap(case: Case) -> float:
@@ -91,15 +136,15 @@ def _strengths(kind: str, number: int, rng: np.random.Generator) -> dict[str, fl
 def _enlarged(case: Case, least: float) -> Case:
     """With effects so much stronger, in steps, that the gap is at least so many tolerances, or all at their ends."""
     while total_gap(case) < least:
-        larger = {name: _grown(name, value) for name, value in case.strengths.items()}
+        larger = {name: _grown(name, value, case.laws) for name, value in case.strengths.items()}
         if larger == case.strengths:
             break
         case = replace(case, strengths=larger)
     return case
 
 
-def _grown(name: str, value: float) -> float:
+def _grown(name: str, value: float, laws: str) -> float:
     if name == ALWAYS or name.startswith("sensor."):
         return value
     sign = 1 if value > 0 else -1
-    return sign * min(abs(_STEP * value), abs(largest(name, sign)))
+    return sign * min(abs(_STEP * value), abs(largest(name, sign, laws)))

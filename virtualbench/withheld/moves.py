@@ -11,7 +11,7 @@ from .nominal import RATE_HZ, SAMPLES, START_S, levels_under, loudest_n, nominal
 from .outside import READINGS
 from .plates import changed, plate_of
 from .ringing import accelerations, felt, levels_db
-from .shooting import ln_velocity
+from .shooting import ln_truth, ln_velocity
 from .striking import Pulse, cell_reading, strikes
 
 Floats = NDArray[np.float64]
@@ -22,7 +22,7 @@ def in_gun(kind: str, number: int, cause: Cause) -> Floats:
     plan = design(kind, number)
     nominal = ln_velocity(kind, number, {})
     added = cause.outside(plan).ln_velocity(plan, nominal, cause.places(len(plan)))
-    return np.asarray((ln_velocity(kind, number, cause.table) - nominal + added)[:, None])
+    return np.asarray((ln_velocity(kind, number, cause.table, cause.laws) - nominal + added)[:, None])
 
 
 def in_contact(kind: str, number: int, cause: Cause) -> Floats:
@@ -31,7 +31,7 @@ def in_contact(kind: str, number: int, cause: Cause) -> Floats:
     if not cause.touches("contact.", "sensor.force", "sensor.velocity"):
         return np.zeros((len(plan), 3))
     nominal = np.array([pulse.figures for pulse in nominal_pulses(kind, number)])
-    speeds = speeds_of(kind, number) / (1 + cause.table.get("sensor.velocity_gain", 0.0))
+    speeds = np.exp(ln_truth(plan, np.log(speeds_of(kind, number)), cause.table, cause.laws))
     return np.asarray(np.array([p.figures for p in _read(kind, number, cause, speeds)]) - nominal)
 
 
@@ -49,7 +49,7 @@ def in_plate(kind: str, number: int, cause: Cause) -> Floats:
 
 def _read(kind: str, number: int, cause: Cause, speeds: Floats) -> list[Pulse]:
     """What the load cell shows of blows at true speeds."""
-    return _outside(kind, number, cause, strikes(design(kind, number), speeds, cause.table))
+    return _outside(kind, number, cause, strikes(design(kind, number), speeds, cause.table, cause.laws))
 
 
 def _shown(kind: str, number: int, cause: Cause) -> list[Pulse]:
@@ -61,17 +61,17 @@ def _outside(kind: str, number: int, cause: Cause, pulses: list[Pulse]) -> list[
     plan, loudest = design(kind, number), loudest_n(kind, number)
     outside, places = cause.outside(plan), cause.places(len(plan))
     acted = (outside.pulse(s, p, at, loudest) for s, p, at in zip(plan, pulses, places, strict=True))
-    return [cell_reading(pulse, cause.table) for pulse in acted]
+    return [cell_reading(pulse, cause.table, cause.laws) for pulse in acted]
 
 
 def _ringing(kind: str, number: int, cause: Cause) -> Floats:
     """Spectra (C, d) that the accelerometers show under the nominal pulses."""
     plan, plate, loudest = design(kind, number), plate_of(kind, number), loudest_n(kind, number)
-    outside, modes, rows = cause.outside(plan), changed(plate, cause.table), []
+    outside, modes, rows = cause.outside(plan), changed(plate, cause.table, cause.laws), []
     pulses = nominal_pulses(kind, number)
     for setting, pulse, order in zip(plan, pulses, cause.places(len(plan)), strict=True):
         peak = float(pulse.force_n.max())
         true = accelerations(outside.modes(modes, peak, loudest, order), pulse, START_S, RATE_HZ, SAMPLES)
         shown = outside.acceleration(setting, true, RATE_HZ, order, peak / loudest)
-        rows.append(levels_db(felt(shown, RATE_HZ, cause.table), plate, RATE_HZ))
+        rows.append(levels_db(felt(shown, RATE_HZ, cause.table, cause.laws), plate, RATE_HZ))
     return np.array(rows)

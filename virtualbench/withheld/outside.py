@@ -21,9 +21,12 @@ READINGS = (
     "contact.changed_range",
     "contact.ringing_cell",
     "contact.slew",
+    "contact.cable_charge",
 )
 #: An amplifier of amount 0 follows a rise from nothing to the campaign's loudest blow in this time.
 _SLEW_S = 20e-6
+#: A hammer's handle bends at this frequency; blows below this share of the loudest are cushioned by oil.
+_HANDLE_HZ, _CUSHIONED = 900.0, 0.3
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,19 @@ class Outside:
         if self.family == "gun.tight_sabot":
             tight = sorted({s.mass_kg for s in self.plan})[1]
             return np.array([-self.amount if s.mass_kg == tight else 0.0 for s in settings])
+        if self.family == "gun.standing_wave":
+            return np.asarray(self.amount * np.sin(3 * np.pi * self._durations(settings)))
+        if self.family == "gun.closing_valve":
+            middle = float(np.median(self._durations(self.plan)))
+            return np.asarray(-self.amount / 2 * np.log1p((self._durations(settings) / middle) ** 4))
+        if self.family == "gun.stiff_grease":
+            return np.asarray(-self.amount * np.exp(-order / 0.2) * self._durations(settings))
         return np.zeros_like(ln_v)
+
+    def _durations(self, settings: Sequence[Setting]) -> Floats:
+        """How long shots (n,) take, sqrt(m / p), over the plan's longest."""
+        longest = max((s.mass_kg / s.tank_pressure_bar) ** 0.5 for s in self.plan)
+        return np.array([(s.mass_kg / s.tank_pressure_bar) ** 0.5 for s in settings]) / longest
 
     @property
     def _pressures(self) -> Floats:
@@ -89,6 +104,15 @@ class Outside:
             return _slewed(pulse, (1 - a) ** 3 * loudest_n / _SLEW_S)
         if self.family == "contact.torn_layer" and self._torn(setting):
             return pulse.scaled(1 + a, 1 / (1 + a / 2))
+        if self.family == "contact.ringing_handle":
+            time = pulse.step_s * np.arange(pulse.force_n.size)
+            return replace(pulse, force_n=pulse.force_n * (1 + a * np.sin(2 * np.pi * _HANDLE_HZ * time)))
+        if self.family == "contact.cable_charge":
+            phase = np.linspace(0, 1, pulse.force_n.size)
+            return replace(pulse, force_n=pulse.force_n + a * pulse.force_n.max() * phase**2 * np.sin(np.pi * phase))
+        if self.family == "contact.oil_film":
+            cushion = 1 - a * np.exp(-pulse.force_n.max() / (_CUSHIONED * loudest_n))
+            return pulse.scaled(cushion, 1 / cushion)
         return pulse
 
     def _torn(self, setting: Setting) -> bool:
@@ -112,6 +136,10 @@ class Outside:
             return _clamped(modes, self.amount)
         if self.family == "plate.moved_sensor" and order > 0.5:
             return _elsewhere(modes, self.amount)
+        if self.family == "plate.crack":
+            felt = np.sum(modes.shape_impact**2, axis=0) / np.max(np.sum(modes.shape_impact**2, axis=0))
+            damping = np.minimum(modes.damping * (1 + 20 * self.amount * felt), 0.5)
+            return replace(modes, frequencies_hz=modes.frequencies_hz * (1 - self.amount * felt), damping=damping)
         return modes
 
     def acceleration(self, setting: Setting, a: Floats, rate_hz: float, order: float, loud: float) -> Floats:
@@ -129,7 +157,18 @@ class Outside:
             return a + _rattle(a, rate_hz, self.amount * max(loud - 0.3, 0.0))
         if self.family == "plate.saturation":
             return np.stack([_bent(a[0], self.amount * loud), a[1]])
+        if self.family == "plate.asymmetric_sensor":
+            return np.stack([a[0], a[1] * np.where(a[1] > 0, 1 + self.amount, 1 - self.amount)])
+        if self.family == "plate.base_strain":
+            return a + self.amount * _slow(a, rate_hz)
         return a
+
+
+def _slow(a: Floats, rate_hz: float) -> Floats:
+    """What of accelerations (S, n) lies below 600 Hz."""
+    from scipy.signal import butter, sosfilt
+
+    return np.asarray(sosfilt(butter(2, 2 * 600 / rate_hz, output="sos"), a, axis=-1))
 
 
 def _double(pulse: Pulse, share: float) -> Pulse:

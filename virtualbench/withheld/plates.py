@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..plate.modes import PlateModes
+from ..second_laws.plate import changed_modes
 
 Floats = NDArray[np.float64]
 
@@ -65,13 +66,15 @@ def first_modes(modes: PlateModes, count: int) -> PlateModes:
     )
 
 
-def changed(plate: Plate, strengths: Mapping[str, float]) -> PlateModes:
+def changed(plate: Plate, strengths: Mapping[str, float], laws: str = "") -> PlateModes:
     """The table's modes as they are under effects.
 
     `plate.damping`: so many times 10 % more, a little more or less over frequency; `plate.stiffness`: per cent of all
     frequencies; `plate.sensor_mass`: kg at each sensor; `plate.boundary`: Hz at which the rigid plate would swing
     on the springs at its supports. Masses and springs go into an eigenproblem over all modes.
     """
+    if laws:
+        return first_modes(changed_modes(plate.modes, plate.supports, strengths, laws), plate.listed)
     modes = plate.modes
     squares = (2 * np.pi * modes.frequencies_hz) ** 2
     swing = (2 * np.pi * strengths.get("plate.boundary", 0.0)) ** 2

@@ -13,7 +13,7 @@ from .designs import Setting
 from .recording import recordings
 from .runs import Runs
 from .scatter import heavy
-from .shooting import ln_velocity
+from .shooting import ln_reading, ln_truth, ln_velocity
 
 Floats = NDArray[np.float64]
 
@@ -49,13 +49,13 @@ def _speeds(runs: Runs, rng: np.random.Generator) -> tuple[Floats, Floats]:
     """True and recorded speeds (R,)."""
     case, count = runs.case, len(runs.rows)
     reading = READING_U * rng.standard_normal(count)
-    gain = np.log1p(case.strengths.get("sensor.velocity_gain", 0.0))
+    acting = case.strengths, case.laws
     if case.kind in ("hammer", "plate"):
         ln_true = np.log([s.speed_m_s for s in runs.settings]) + HAND_SPREAD * rng.standard_normal(count)
-        return np.exp(ln_true), np.exp(ln_true + gain + reading)
-    ln_read = ln_velocity(case.kind, case.design, case.strengths)[runs.which]
+        return np.exp(ln_true), np.exp(ln_true + ln_reading(runs.settings, ln_true, *acting) + reading)
+    ln_read = ln_velocity(case.kind, case.design, *acting)[runs.which]
     scatter = max(runs.spread("gun") ** 2 - READING_U**2, 0.0) ** 0.5 * heavy(rng, count)
     added = runs.outside.ln_velocity(runs.settings, ln_read, runs.order)
     ln_read = ln_read + scatter + added + TOLERANCES["gun"] * runs.background(1, "gun")[:, 0]
     misread = added if runs.outside.family == "gun.velocity_warm_up" else 0.0
-    return np.exp(ln_read - gain - misread), np.exp(ln_read + reading)
+    return np.exp(ln_truth(runs.settings, ln_read - misread, *acting)), np.exp(ln_read + reading)

@@ -32,7 +32,7 @@ def recordings(runs: Runs, speeds: Floats, rng: np.random.Generator) -> Iterator
     plated = case.kind in ("plate", "chain")
     length = SAMPLES if plated else FORCE_SAMPLES
     plate = PlateBackground.of(case) if plated else None
-    modes = changed(plate_of(case.kind, case.design), case.strengths) if plated else None
+    modes = changed(plate_of(case.kind, case.design), case.strengths, case.laws) if plated else None
     time = np.arange(length) / case.sampling_rate_hz
     for r, (setting, pulse, shown) in enumerate(zip(runs.settings, true, read, strict=True)):
         start = START_S + float(rng.uniform(0, 1)) / case.sampling_rate_hz
@@ -43,7 +43,7 @@ def recordings(runs: Runs, speeds: Floats, rng: np.random.Generator) -> Iterator
             now = runs.outside.modes(plate.applied(modes, int(runs.which[r]), rng), loud * loudest, loudest, order)
             ringing = accelerations(now, pulse, start, case.sampling_rate_hz, length) * plate.gains(rng)
             ringing = runs.outside.acceleration(setting, ringing, case.sampling_rate_hz, order, loud)
-            felt_by = felt(ringing, case.sampling_rate_hz, case.strengths)
+            felt_by = felt(ringing, case.sampling_rate_hz, case.strengths, case.laws)
             hiss = ACCELERATION_NOISE * np.abs(felt_by).max(axis=1, keepdims=True)
             felt_by = felt_by + hiss * rng.standard_normal(felt_by.shape)
             signals |= {f"acceleration_{k}": row for k, row in enumerate(felt_by, start=1)}
@@ -57,8 +57,8 @@ def _pulses(runs: Runs, speeds: Floats, rng: np.random.Generator, loudest: float
         base = pulses_of(runs.settings)
         nominal = np.array([s.speed_m_s for s in runs.settings])
         true = [p.scaled(v, 1.0) for p, v in zip(base, speeds / nominal, strict=True)]
-        return true, [cell_reading(p, case.strengths) for p in true]
-    pulses = strikes(runs.settings, speeds, case.strengths)
+        return true, [cell_reading(p, case.strengths, case.laws) for p in true]
+    pulses = strikes(runs.settings, speeds, case.strengths, case.laws)
     tolerance, away = TOLERANCES["contact"], runs.background(4, "contact")
     spread = runs.spread("contact") * np.sqrt(3 / 4)  # peak, width and, with both, impulse
     # blows of one hand differ in shape too, in some campaigns as much as in height, in some not at all
@@ -70,5 +70,5 @@ def _pulses(runs: Runs, speeds: Floats, rng: np.random.Generator, loudest: float
         warped(p, w, tolerance).scaled(a, t) for p, w, a, t in zip(pulses, shapes, amplitude, duration, strict=True)
     ]
     acted = [runs.outside.pulse(s, p, o, loudest) for s, p, o in zip(runs.settings, true, runs.order, strict=True)]
-    read = [cell_reading(p, case.strengths) for p in acted]
+    read = [cell_reading(p, case.strengths, case.laws) for p in acted]
     return (true if runs.outside.family in READINGS else acted), read

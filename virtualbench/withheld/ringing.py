@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..plate.modes import PlateModes
 from ..plate.respond import respond
+from ..second_laws.sensors import accelerations_read
 from ..sensors.faults import zero_shift
 from ..sensors.mounting import mounted
 from .designs import Setting
@@ -47,8 +48,10 @@ def accelerations(modes: PlateModes, pulse: Pulse, start_s: float, rate_hz: floa
     return respond(modes, grid, pulse.on(grid - start_s), time, bandwidth_hz=np.inf)
 
 
-def felt(acceleration: Floats, rate_hz: float, strengths: Mapping[str, float]) -> Floats:
+def felt(acceleration: Floats, rate_hz: float, strengths: Mapping[str, float], laws: str = "") -> Floats:
     """What the accelerometers show (S, n) of true accelerations."""
+    if laws:
+        return accelerations_read(acceleration, rate_hz, strengths, laws, MOUNT_HZ)
     mount = strengths.get("sensor.mount_resonance", 0.0)
     if mount:
         rows = [mounted(row, 1 / rate_hz, MOUNT_HZ / mount, MOUNT_DAMPING) for row in acceleration]

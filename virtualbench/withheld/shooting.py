@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -13,9 +13,12 @@ from ..effects import Effect, Effects
 from ..gun.build import GunBuild, Projectile
 from ..gun.quick import muzzle_velocity
 from ..recorder import Value
+from ..second_laws.gun import muzzle_velocity_m_s
+from ..second_laws.sensors import pressure_bar, velocity_factor
 from .designs import Setting, design
 
 Floats = NDArray[np.float64]
+_FIXED_POINT_STEPS = 30
 
 
 @lru_cache(maxsize=64)
@@ -52,17 +55,42 @@ def gun_stage(kind: str, number: int) -> dict[str, Value]:
     }
 
 
-def ln_velocity(kind: str, number: int, strengths: Mapping[str, float]) -> Floats:
+def ln_velocity(kind: str, number: int, strengths: Mapping[str, float], laws: str = "") -> Floats:
     """ln of the recorded velocity (C,) of a plan's configurations; -inf where a shot does not leave the barrel."""
     acting = {name: value for name, value in strengths.items() if name.startswith(("gun.", "sensor.pressure"))}
     with np.errstate(divide="ignore"):
-        true = np.log(np.array(_velocities(kind, number, tuple(sorted(acting.items())))))
-    return np.asarray(true + np.log1p(strengths.get("sensor.velocity_gain", 0.0)))
+        true = np.log(np.array(_velocities(kind, number, tuple(sorted(acting.items())), laws)))
+    return np.asarray(true + ln_reading(design(kind, number), true, strengths, laws))
+
+
+def ln_reading(settings: Sequence[Setting], ln_true: Floats, strengths: Mapping[str, float], laws: str = "") -> Floats:
+    """ln of recorded over true velocity (n,) at true ones."""
+    gain = strengths.get("sensor.velocity_gain", 0.0)
+    if not laws or not gain:
+        return np.full(len(settings), np.log1p(gain))
+    masses, tips = np.array([s.mass_kg for s in settings]), [s.tip_material for s in settings]
+    hand = not settings[0].tank_pressure_bar
+    return np.asarray(np.log(velocity_factor(np.exp(ln_true), masses, tips, gain, laws, hand=hand)))
+
+
+def ln_truth(settings: Sequence[Setting], ln_read: Floats, strengths: Mapping[str, float], laws: str = "") -> Floats:
+    """ln of the true velocities (n,) of recorded ones: the inverse of `ln_reading`, by a fixed point."""
+    ln_true = ln_read
+    for _ in range(_FIXED_POINT_STEPS if laws else 1):
+        ln_true = ln_read - ln_reading(settings, ln_true, strengths, laws)
+    return np.asarray(ln_true)
 
 
 @lru_cache(maxsize=4096)
-def _velocities(kind: str, number: int, strengths: tuple[tuple[str, float], ...]) -> tuple[float, ...]:
+def _velocities(kind: str, number: int, strengths: tuple[tuple[str, float], ...], laws: str) -> tuple[float, ...]:
     given, gun = dict(strengths), gun_of(kind, number)
+    if laws:
+        return tuple(
+            muzzle_velocity_m_s(
+                gun, given, laws, 1e5 * pressure_bar(s.tank_pressure_bar, given, laws), Projectile(s.mass_kg)
+            )
+            for s in design(kind, number)
+        )
     effects = Effects(tuple(Effect(name, strength=value) for name, value in strengths if name.startswith("gun.")))
     rng = np.random.default_rng(0)
     return tuple(

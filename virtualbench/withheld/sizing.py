@@ -41,7 +41,7 @@ def with_cause(case: Case, name: str, rng: np.random.Generator) -> Case | None:
         return None
     low, high = TIERS[case.tier]
     ratio = math.exp(rng.uniform(math.log(low * 1.05), math.log(high * 0.95)))
-    return sized(case, name, int(rng.choice(signs(name))), ratio, rng)
+    return sized(case, name, int(rng.choice(signs(name, case.laws))), ratio, rng)
 
 
 def sized(case: Case, name: str, sign: int, ratio: float, rng: np.random.Generator) -> Case:
@@ -50,10 +50,12 @@ def sized(case: Case, name: str, sign: int, ratio: float, rng: np.random.Generat
         case = replace(case, blocked=True)
     order = places(case) if name in FAMILIES else ()
     known = name in RANGES and RANGES[name].low > 0  # what is known of it leaves only the noise free
-    found = None if known else strength_for(case.kind, case.design, name, sign, ratio * case.floor, order)
-    strength = float(rng.uniform(RANGES[name].low, RANGES[name].high)) if known else found or largest(name, sign)
+    found = None if known else strength_for(case.kind, case.design, name, sign, ratio * case.floor, order, case.laws)
+    strength = (
+        float(rng.uniform(RANGES[name].low, RANGES[name].high)) if known else found or largest(name, sign, case.laws)
+    )
     if found is None:
-        reached = gap(case.kind, case.design, cause_of(name, strength, order))
+        reached = gap(case.kind, case.design, cause_of(name, strength, order, case.laws))
         case = replace(case, floor=min(max(reached / ratio, FLOORS[0]), FLOORS[1]))
     if name in FAMILIES:
         return replace(case, unknown=name, amount=strength)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ..second_laws import law_of
 from .cause import Cause
 from .changes import gap
 from .designs import design
@@ -72,26 +73,31 @@ def shown_by(kind: str, number: int) -> tuple[str, ...]:
     return tuple(name for name in names if layered or name != "contact.layer_compliance")
 
 
-def cause_of(name: str, strength: float, order: tuple[float, ...] = ()) -> Cause:
+def cause_of(name: str, strength: float, order: tuple[float, ...] = (), laws: str = "") -> Cause:
     """An effect, or a family outside the catalogue, at a strength; families that drift see the order of runs."""
     if name in FAMILIES:
         return Cause((), name, strength, order if FAMILIES[name].drift else ())
-    return Cause(((name, strength),))
+    return Cause(((name, strength),), laws=laws)
 
 
-def largest(name: str, sign: int) -> float:
+def largest(name: str, sign: int, laws: str = "") -> float:
     """The end of the physical range on one side."""
     if name in FAMILIES:
         return FAMILIES[name].high
+    if laws:
+        return law_of(name, laws).high if sign > 0 else law_of(name, laws).low
     return RANGES[name].high if sign > 0 else RANGES[name].low
 
 
-def signs(name: str) -> tuple[int, ...]:
+def signs(name: str, laws: str = "") -> tuple[int, ...]:
+    """Of a strength: errors that go either way have two."""
+    if laws:
+        return (1, -1) if law_of(name, laws).low < 0 else (1,)
     return (1, -1) if name in RANGES and RANGES[name].low < 0 else (1,)
 
 
 def strength_for(
-    kind: str, number: int, name: str, sign: int, wanted: float, order: tuple[float, ...] = ()
+    kind: str, number: int, name: str, sign: int, wanted: float, order: tuple[float, ...] = (), laws: str = ""
 ) -> float | None:
     """The strength whose gap is `wanted` (tolerances), within 4 %; None where the physical range does not hold it.
 
@@ -100,9 +106,9 @@ def strength_for(
     """
 
     def size(strength: float) -> float:
-        return gap(kind, number, cause_of(name, strength, order))
+        return gap(kind, number, cause_of(name, strength, order, laws))
 
-    end = largest(name, sign)
+    end = largest(name, sign, laws)
     high, at_high = end / 2**_HALVINGS, size(end / 2**_HALVINGS)
     while at_high < wanted and high != end:
         high, at_high = 2 * high, size(2 * high)

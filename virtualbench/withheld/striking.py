@@ -12,6 +12,8 @@ from ..effects import Effect, Effects
 from ..impact.build import Impactor, Layer, Target, target
 from ..impact.materials import contact_material
 from ..impact.quick import contact_forces
+from ..second_laws.contact import contact_forces as second_forces
+from ..second_laws.sensors import force_read
 from ..sensors.filters import low_passed
 from .designs import Setting
 
@@ -64,8 +66,13 @@ def _share(force: Floats, before: int, level: float) -> float:
     return float((high - level) / (high - low)) if high > low else 0.0
 
 
-def strikes(settings: Sequence[Setting], speeds_m_s: Floats, strengths: Mapping[str, float]) -> list[Pulse]:
+def strikes(
+    settings: Sequence[Setting], speeds_m_s: Floats, strengths: Mapping[str, float], laws: str = ""
+) -> list[Pulse]:
     """The true pulses of impacts (n) at true speeds (n,)."""
+    if laws:
+        bodies = [_impactor(setting) for setting in settings], [_target(setting) for setting in settings]
+        return [_pulse(step, force) for step, force in second_forces(*bodies, strengths, laws, speeds_m_s)]
     acting = tuple(Effect(name, strength=v) for name, v in strengths.items() if name.startswith("contact."))
     forces = contact_forces(
         [_impactor(setting) for setting in settings],
@@ -84,8 +91,11 @@ def _pulse(step: float, force: Floats) -> Pulse:
     return Pulse(np.append(force[::every], 0.0), step * every)
 
 
-def cell_reading(pulse: Pulse, strengths: Mapping[str, float]) -> Pulse:
+def cell_reading(pulse: Pulse, strengths: Mapping[str, float], laws: str = "") -> Pulse:
     """What the load cell shows of a true pulse."""
+    if laws:
+        read = force_read(pulse.force_n, pulse.step_s, strengths, laws, FORCE_CORNER_HZ)
+        return replace(pulse, force_n=read)
     force = pulse.force_n * (1 + strengths.get("sensor.force_gain", 0.0))
     strength = strengths.get("sensor.force_bandwidth", 0.0)
     if strength:

@@ -1,4 +1,8 @@
-"""Causes outside the catalogue, by family: development sees some, calibration others, the sealed check the rest."""
+"""Causes outside the catalogue, by family: development sees some, calibration others, the sealed check the rest.
+
+A family that a published table was made with is not sealed any more: those of the tables up to 2026-11-22 are for
+development.
+"""
 
 from __future__ import annotations
 
@@ -40,12 +44,12 @@ _ROWS = (
         "the trigger opens the valve in part for the lightest bullet",
         varies="mass_kg",
     ),
-    Family("gun.cleaned_barrel", "gun", "sealed", 0.4, "the barrel is cleaned in the middle of the day", True),
-    Family("gun.worn_trigger", "gun", "sealed", 0.6, "the trigger wears, and hampers high pressures only", True),
+    Family("gun.cleaned_barrel", "gun", "development", 0.4, "the barrel is cleaned in the middle of the day", True),
+    Family("gun.worn_trigger", "gun", "development", 0.6, "the trigger wears, and hampers high pressures only", True),
     Family(
         "gun.tight_sabot",
         "gun",
-        "sealed",
+        "development",
         0.5,
         "the sabot of one bullet of middle mass is tight",
         varies="mass_kg",
@@ -65,13 +69,15 @@ _ROWS = (
     Family(
         "contact.loose_tip", "contact", "calibration", 0.6, "the tip of one material is loose", varies="tip_material"
     ),
-    Family("contact.changed_range", "contact", "sealed", 0.6, "the amplifier's range is changed midway", True),
-    Family("contact.ringing_cell", "contact", "sealed", 1.2, "the load cell rings on its mount after first contact"),
-    Family("contact.slew", "contact", "sealed", 0.8, "the amplifier cannot follow the steepest rises"),
+    Family("contact.changed_range", "contact", "development", 0.6, "the amplifier's range is changed midway", True),
+    Family(
+        "contact.ringing_cell", "contact", "development", 1.2, "the load cell rings on its mount after first contact"
+    ),
+    Family("contact.slew", "contact", "development", 0.8, "the amplifier cannot follow the steepest rises"),
     Family(
         "contact.torn_layer",
         "contact",
-        "sealed",
+        "development",
         0.6,
         "the insulator is torn where one tip hits it",
         varies="insulator",
@@ -86,12 +92,36 @@ _ROWS = (
     Family("plate.loosening_bolts", "plate", "development", 0.15, "bolts loosen: frequencies fall over the day", True),
     Family("plate.tuned_mass", "plate", "calibration", 0.6, "something hung on the plate splits one mode in two"),
     Family("plate.saturation", "plate", "calibration", 0.9, "an accelerometer's amplifier bends above a level"),
-    Family("plate.softening_joint", "plate", "sealed", 0.15, "a joint gives way: frequencies fall with the force"),
+    Family("plate.softening_joint", "plate", "development", 0.15, "a joint gives way: frequencies fall with the force"),
     Family(
-        "plate.warming_pads", "plate", "sealed", 9.0, "pads under the plate warm up: damping grows over the day", True
+        "plate.warming_pads",
+        "plate",
+        "development",
+        9.0,
+        "pads under the plate warm up: damping grows over the day",
+        True,
     ),
-    Family("plate.clamped_mode", "plate", "sealed", 0.95, "a clamp stands where one mode swings most, and stills it"),
-    Family("plate.moved_sensor", "plate", "sealed", 0.95, "a sensor comes off midway and is put back elsewhere", True),
+    Family(
+        "plate.clamped_mode", "plate", "development", 0.95, "a clamp stands where one mode swings most, and stills it"
+    ),
+    Family(
+        "plate.moved_sensor", "plate", "development", 0.95, "a sensor comes off midway and is put back elsewhere", True
+    ),
+    Family(
+        "gun.standing_wave", "gun", "sealed", 0.4, "a wave in the supply line meets the shot: late or early by its time"
+    ),
+    Family("gun.closing_valve", "gun", "sealed", 0.5, "the valve bounces shut: shots that take long get less gas"),
+    Family("gun.stiff_grease", "gun", "sealed", 0.7, "grease is stiff in the morning, and holds slow shots most", True),
+    Family("contact.ringing_handle", "contact", "sealed", 0.7, "the handle bends at 900 Hz and swings with the blow"),
+    Family(
+        "contact.cable_charge", "contact", "sealed", 0.8, "the moved cable gives a charge that rises during the blow"
+    ),
+    Family("contact.oil_film", "contact", "sealed", 0.8, "a film of oil cushions the soft blows"),
+    Family("plate.asymmetric_sensor", "plate", "sealed", 0.8, "an accelerometer that reads up otherwise than down"),
+    Family("plate.base_strain", "plate", "sealed", 3.0, "the sensors read the strain under them, at low frequencies"),
+    Family(
+        "plate.crack", "plate", "sealed", 0.12, "a crack where the plate is hit: modes that swing there fall and lose"
+    ),
 )
 #: Every family by name.
 FAMILIES: Mapping[str, Family] = {row.name: row for row in _ROWS}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from ..work import Ending, Result, Work
@@ -19,21 +19,26 @@ class DiagnoseArguments:
     uncertain: Mapping[str, float] = field(default_factory=dict)
     seed: int = 0
     calibrate: int = 0
+    with_effects: Sequence[str] = ()
+    without_effects: Sequence[str] = ()
 
 
 def _do(work: Work, asked: DiagnoseArguments) -> Ending:
+    from ....diagnosis.summary import summary
     from ...diagnoses.diagnosing import Asked, diagnosed, is_stored, keep, report_json
     from ...models.training import models_extra
-    from ...reports.sentences import verdict_sentence
 
     if not is_stored(work.store, asked.target):  # a folder's path is nobody's to name from afar
         raise LookupError(f"no campaign {asked.target!r} in the store; ingest it first")
     with models_extra():
-        verdict = diagnosed(work.store, work.db, Asked(**vars(asked)), work.step)
+        question = Asked(**vars(asked))
+        verdict = diagnosed(work.store, work.db, question, work.step)
 
     def ending() -> Result:
-        key = keep(work.store, verdict)
-        return Result(f"/diagnoses/{key}", verdict_sentence(verdict), {"id": key, **report_json(verdict)})
+        key = keep(work.store, verdict, question)
+        return Result(
+            f"/diagnoses/{key}", f"{verdict.campaign}: {summary(verdict)}", {"id": key, **report_json(verdict)}
+        )
 
     return ending
 

@@ -16,10 +16,12 @@ from ..asking import Key, OpenStore, Running, Text
 from ..diagnosing import diagnose_job
 
 router = APIRouter(tags=["diagnoses"])
+EffectId = Annotated[Text, Field(max_length=200)]
 
 
 class Question(BaseModel):
-    """As the options of `pyroshock diagnose`; `tolerances` are shares for gun and contact, dB for the plate."""
+    """As the options of `pyroshock diagnose`; `tolerances` are shares for gun and contact, dB for the plate. `with`:
+    ids of the effects that alone are considered, `without`: of those that are not."""
 
     campaign: Text = Field(max_length=1000)
     simulator: Text | None = Field(None, max_length=300)
@@ -27,6 +29,8 @@ class Question(BaseModel):
     uncertain: dict[str, Annotated[float, Field(gt=0)]] = {}
     calibrate: Annotated[int, Field(ge=0, le=1000)] = 0
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
+    with_effects: list[EffectId] = Field([], alias="with", max_length=100)
+    without: list[EffectId] = Field([], max_length=100)
 
     def asked(self) -> DiagnoseArguments:
         return DiagnoseArguments(
@@ -36,6 +40,8 @@ class Question(BaseModel):
             uncertain=self.uncertain,
             seed=self.seed,
             calibrate=self.calibrate,
+            with_effects=self.with_effects,
+            without_effects=self.without,
         )
 
 
@@ -44,7 +50,7 @@ class PlanName(BaseModel):
 
 
 class EffectName(BaseModel):
-    """`effect` as the report names it, "a+b" for two, "none" to go back."""
+    """`effect` as the report names it: a fitted set ("a+b+c"), an effect of one, or "none" to go back."""
 
     effect: Text = Field(max_length=200)
 
@@ -86,7 +92,7 @@ def plan(diagnosis: Key, asked: PlanName, store: OpenStore) -> dict[str, Any]:
 
 @router.post("/diagnoses/{diagnosis}/adopt")
 def adopted(diagnosis: Key, asked: EffectName, store: OpenStore) -> dict[str, Any]:
-    """Store an effect as it was fitted as a new version of the twin: predictions use it from then on."""
+    """Store effects as they were fitted as a new version of the twin: predictions use it from then on."""
     with store.reading() as session:
         verdict = kept_verdict(session, diagnosis)
     row = adopt(store, verdict, asked.effect, diagnosis)

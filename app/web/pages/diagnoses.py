@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import TYPE_CHECKING, Annotated, Any
 
 from fastapi import APIRouter, Form, Query
+from pydantic import Field
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 from starlette.requests import Request
@@ -14,15 +18,19 @@ from starlette.responses import RedirectResponse, Response
 from ....schema.campaigns import Campaign
 from ....schema.diagnoses import Diagnosis
 from ...diagnoses.discriminating import store_experiment
-from ...diagnoses.kept import kept_report, kept_verdict, list_diagnoses
+from ...diagnoses.kept import kept_options, kept_report, kept_verdict, list_diagnoses
 from ...jobs.kinds.diagnose import DiagnoseArguments
-from ...twins.adopting import adopt
-from ..asking import Key, OpenStore, Running
+from ...twins.adopting import adopt, adoptable_names, effects_of_stages
+from ..asking import Key, OpenStore, Running, Text
 from ..diagnosing import diagnose_job
 from ..rendering import page, part, query
 from .jobs import followed
 
+if TYPE_CHECKING:
+    from ....diagnosis.verdict import Verdict
+
 router = APIRouter()
+EffectId = Annotated[Text, Field(max_length=200)]
 PAGE = 50
 _STAGES = (("gun", "gun: velocity", "%"), ("contact", "contact: force", "%"), ("plate", "plate: spectrum", "dB"))
 
@@ -68,6 +76,8 @@ def diagnose(
     uncertain: Annotated[str, Form(max_length=2000)] = "",
     calibrate: Annotated[int, Form(ge=0, le=1000)] = 0,
     seed: Annotated[int, Form(ge=0, le=2**31 - 1)] = 0,
+    only: Annotated[list[EffectId], Form(alias="with")] = [],  # noqa: B006 - a form's default, which nobody changes
+    without: Annotated[list[EffectId], Form()] = [],  # noqa: B006
 ) -> Response:
     asked = DiagnoseArguments(
         campaign,
@@ -76,7 +86,25 @@ def diagnose(
         uncertain=_uncertain(uncertain),
         calibrate=calibrate,
         seed=seed,
+        with_effects=only,
+        without_effects=without,
     )
+    return followed(diagnose_job(jobs, store, asked))
+
+
+@router.post("/diagnoses/{diagnosis}/what-if")
+def what_if(
+    diagnosis: Key,
+    store: OpenStore,
+    jobs: Running,
+    only: Annotated[list[EffectId], Form(alias="with")] = [],  # noqa: B006
+    without: Annotated[list[EffectId], Form()] = [],  # noqa: B006
+) -> Response:
+    """Diagnose the same campaign with the same options, but with the ticked effects alone, or without them."""
+    with store.reading() as session:
+        campaign = kept_report(session, diagnosis)["campaign"]
+        options = kept_options(session, diagnosis)
+    asked = DiagnoseArguments(**{**options, "target": campaign, "with_effects": only, "without_effects": without})
     return followed(diagnose_job(jobs, store, asked))
 
 
@@ -113,36 +141,72 @@ def diagnosis(request: Request, diagnosis: Key, store: OpenStore) -> Response:
         report = kept_report(session, diagnosis)
         row = session.get_one(Diagnosis, diagnosis)
         facts: dict[str, Any] = {"diagnosed_at": row.diagnosed_at, "written_by": row.simulator}
+        options = kept_options(session, diagnosis)
         try:
-            body, sentence, effects = _drawn(session, diagnosis)
+            drawn = _drawn(kept_verdict(session, diagnosis))
             older = ""
         except LookupError as error:
-            body, sentence, effects, older = "", "", [], str(error)
+            drawn, older = _Drawn(), str(error)
     return page(
         request,
         "diagnosis.html",
         key=diagnosis,
         report=report,
         facts=facts,
-        body=body,
-        sentence=sentence,
-        effects=effects,
+        drawn=drawn,
+        ticked={name: options.get(f"{name}_effects", ()) for name in ("with", "without")},
         older=older,
         plan_name=f"{report['campaign']}-discriminate",
     )
 
 
-def _drawn(session: Session, key: int) -> tuple[str, str, list[str]]:
-    """Sections of the report as HTML (escaped where they are made), its sentence, and what can be adopted."""
-    from ...reports.diagnosis import parts
-    from ...reports.sentences import verdict_sentence
+@dataclass(frozen=True)
+class _Drawn:
+    """What the page shows of a verdict: sections as HTML (escaped where they are made) before and after the table of
+    effects, the rows of that table (`explained`: with their figures), and what can be adopted."""
 
-    verdict = kept_verdict(session, key)
-    named = [effect for cause in verdict.causes for effect in cause.effects if effect not in ("none", "unknown")]
-    fitted = [each for each in dict.fromkeys((*named, *verdict.fits)) if verdict.fits.get(each)]
-    first = [effect for cause in verdict.causes if cause.fitted for effect in cause.effects[:1]]
-    effects = list(dict.fromkeys((*first, *fitted)))
-    return "".join(parts(verdict)), verdict_sentence(verdict), effects
+    sentence: str = ""
+    restriction: str = ""
+    before: str = ""
+    after: str = ""
+    explained: bool = False
+    columns: Sequence[str] = ()
+    rows: Sequence[Sequence[Any]] = ()
+    adoptable: Sequence[str] = ()
+
+
+def _drawn(verdict: Verdict) -> _Drawn:
+    from ....diagnosis.restriction import restrictions_among
+    from ....diagnosis.summary import summary
+    from ...reports.diagnosis import EFFECT_COLUMNS, EFFECTS, FIRST_SECTIONS, section_html, sections
+
+    titled = [
+        (section.title, f"<section><h2>{escape(section.title)}</h2>{section_html(section)}</section>")
+        for section in sections(verdict)
+        if section.title != EFFECTS
+    ]
+    return _Drawn(
+        sentence=summary(verdict),
+        restriction=" ".join(restrictions_among(verdict.assumptions)),
+        before="".join(html for title, html in titled if title in FIRST_SECTIONS),
+        after="".join(html for title, html in titled if title not in FIRST_SECTIONS),
+        explained=bool(verdict.effects),
+        columns=EFFECT_COLUMNS if verdict.effects else EFFECT_COLUMNS[:2],
+        rows=_rows(verdict),
+        adoptable=adoptable_names(verdict),
+    )
+
+
+def _rows(verdict: Verdict) -> list[tuple[Any, ...]]:
+    """The effects with their figures, then those that the diagnosis did not look at, and what is unexplained."""
+    from ....diagnosis.labels import effect_subject
+    from ...reports.diagnosis import EFFECT_COLUMNS, effect_rows
+
+    rows = effect_rows(verdict)
+    shown = {effect.effect for effect in verdict.effects}
+    blank = ("",) * (len(EFFECT_COLUMNS) - 2 if shown else 0)
+    others = [(name, effect_subject(name), *blank) for name in effects_of_stages(verdict) if name not in shown]
+    return [*rows[: len(shown)], *others, *rows[len(shown) :]]
 
 
 @router.post("/diagnoses/{diagnosis}/plan")

@@ -29,17 +29,51 @@ def test_page_is_whole_in_itself() -> None:
 def test_page_holds_every_part() -> None:
     text = Page(page(verdicts.verdict())).text
     for part in (
-        "most probably one of contact.layer_compliance",
+        "Most probably it is the compliance of the insulating layer or",
         "contact.plate_compliance (20 %)",
         "93 %",
         "insulator = polymeric",
-        "ln_peak (contact)",
+        "peak force (contact)",
         "4 runs at tank_pressure_bar = 0.3",
         "floor of 2 observables assumed",
-        "no gap to shrink",
+        "there was no error to reduce",
         "steel, 0.3 bar",
     ):
         assert part in text, part
+
+
+def test_page_begins_with_the_sentence_and_what_to_do_next() -> None:
+    text = " ".join(Page(page(verdicts.gun())).text.split())
+    body = text.partition("Diagnosis spring ")[2]
+    assert body.startswith("The model error is 42 times the tolerance and 99 times the measurement noise; it arises in")
+    assert body.partition("What to do next")[2].startswith(" Adopt these effects")
+    assert text.index("What to do next") < text.index("+ flow resistance of the valve") < text.index("Causes")
+
+
+def test_effects_stand_in_a_table_with_shares_and_names() -> None:
+    text = Page(page(verdicts.gun())).text
+    for part in ("gun.dead_volume", "the atmosphere ahead of the projectile", "52 to 68\u00a0%", "unexplained"):
+        assert part in text, part
+    assert "Shares of the effects" not in Page(page(verdicts.verdict())).text
+
+
+def test_unknown_names_an_experiment_on_its_page() -> None:
+    text = Page(page(verdicts.unknown())).text
+    experiment = text.partition("The next experiment")[2].partition("Assumptions")[0]
+    assert "Fire three repetitions" in experiment and "needed" not in experiment
+
+
+def test_residuals_of_logarithms_are_per_cent_of_the_simulated_value() -> None:
+    """A force of twice the simulated one is 100 % above it."""
+    picture = replace(verdicts.pictures().residuals[0], before=np.full(6, np.log(2.0)), after=None)
+    chart = Page(page(verdicts.verdict(pictures=Pictures((), (picture,)))))
+    assert "measured over simulated (%)" in chart.text
+    assert "configuration 1: 100" in chart.text
+
+
+def test_restriction_stands_among_the_facts() -> None:
+    sentence = "The diagnosis considers only gun.valve_flow (--with), and no other effect."
+    assert f"Restriction {sentence}" in " ".join(Page(page(verdicts.gun(assumptions=(sentence,)))).text.split())
 
 
 def test_floor_is_shaded_and_dots_are_configurations() -> None:
@@ -50,7 +84,7 @@ def test_floor_is_shaded_and_dots_are_configurations() -> None:
 
 
 def test_agreement_makes_a_page_too() -> None:
-    assert "No pictures were made." in Page(page(verdicts.none())).text
+    assert "No pictures are kept with this diagnosis." in Page(page(verdicts.none())).text
 
 
 def test_words_of_a_campaign_are_escaped() -> None:
@@ -97,16 +131,19 @@ def test_waterfall_goes_down_to_the_floor() -> None:
     stages = (StageShare("contact", 0.75, (0.7, 0.8), 3.0), StageShare("gun", 0.25, (0.2, 0.3), 1.0))
     steps = waterfall(verdicts.verdict(gap=gap, where=Where(stage=stages)))
     assert [(s.name, s.start, s.end) for s in steps] == [
-        ("gap", 0.0, 1.0),
+        ("model error", 0.0, 1.0),
         ("contact", pytest.approx(1 - 0.75 * 0.75), 1.0),
         ("gun", pytest.approx(0.25), pytest.approx(1 - 0.75 * 0.75)),
-        ("noise floor", 0.0, pytest.approx(0.25)),
+        ("measurement noise", 0.0, pytest.approx(0.25)),
     ]
 
 
 def test_perfect_agreement_divides_by_nothing() -> None:
     gap = GapSize("rms", 0.0, 0.0, 0.01, False)
-    assert "0 (rms" in Page(page(verdicts.none().__class__(**{**vars(verdicts.none()), "gap": gap}))).text
+    assert (
+        "rms: 0; measurement noise 0,"
+        in Page(page(verdicts.none().__class__(**{**vars(verdicts.none()), "gap": gap}))).text
+    )
 
 
 def test_missing_values_are_not_drawn() -> None:

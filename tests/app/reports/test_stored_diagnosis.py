@@ -7,12 +7,14 @@ from dataclasses import replace
 
 import pytest
 from pyroshock.app.diagnoses.diagnosing import keep, report_json
+from pyroshock.app.reports.diagnosis import document_of
 from pyroshock.app.reports.document import Bars, Figures, Paragraph
 from pyroshock.app.reports.page import html_of
 from pyroshock.app.reports.pdf import pdf_of
-from pyroshock.app.reports.sentences import verdict_sentence
-from pyroshock.app.reports.stored_diagnosis import diagnosis_document, document_of, verdict_of
+from pyroshock.app.reports.stored_diagnosis import diagnosis_document, verdict_of
 from pyroshock.diagnosis.pictures import Pictures
+from pyroshock.diagnosis.summary import summary
+from pyroshock.diagnosis.verdict import Verdict
 from pyroshock.schema.diagnoses import Diagnosis
 from support.checks.pdf_text import pdf_text
 from support.checks.well_formed import Page, needs_nothing
@@ -23,9 +25,17 @@ from support.stores.stores import ingested, opened
 HOSTILE = "<script>alert('x')</script>&\"quoted\""
 
 
-def test_report_alone_gives_back_what_it_says() -> None:
-    report = json.loads(json.dumps(report_json(verdicts.verdict())))
+@pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.gun(), verdicts.unknown(), verdicts.none()])
+def test_report_alone_gives_back_what_it_says(made: Verdict) -> None:
+    report = json.loads(json.dumps(report_json(made)))
     assert report_json(verdict_of(report)) == report
+
+
+def test_report_alone_names_the_effects_of_its_first_entry() -> None:
+    report = json.loads(json.dumps(report_json(verdicts.gun())))
+    assert [effect.effect for effect in verdict_of(report).effects if effect.named] == [
+        "gun.valve_flow", "gun.back_pressure", "gun.blow_by"
+    ]  # fmt: skip
 
 
 def test_missing_numbers_are_no_obstacle() -> None:
@@ -36,7 +46,7 @@ def test_missing_numbers_are_no_obstacle() -> None:
     assert "left:nan" not in page and "93 %" in page
 
 
-@pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.none()])
+@pytest.mark.parametrize("made", [verdicts.verdict(), verdicts.gun(), verdicts.unknown(), verdicts.none()])
 def test_both_hold_every_part(made: object) -> None:
     verdict = made
     found = document_of(verdict, "3", None)
@@ -44,7 +54,7 @@ def test_both_hold_every_part(made: object) -> None:
     assert needs_nothing(page)
     for section in found.sections:
         assert section.title in page.text and section.title in paper
-    assert found.lead == verdict_sentence(verdict)
+    assert found.lead == summary(verdict)
 
 
 def test_pictures_are_drawn_where_they_are_kept() -> None:

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from pyroshock.app.diagnoses.kept import kept_report
 from pyroshock.twin.srs.spectrum import shock_response_spectrum
-from support.processes.web_client import ADDRESS, post_json, token
+from support.processes.web_client import ADDRESS, ended, post_json, token
 from support.stores.stores import pyroshock
 from support.stores.web_stores import GUN, HAMMER, IMPACTS, PLAN, SHOTS, Lab
 
@@ -89,6 +89,21 @@ def test_a_body_asks_the_same_as_a_query(filled: Lab) -> None:
     assert post_json(filled.client, "/api/predict", question).json() == (
         filled.client.get("/api/predict", params=question).json()
     )
+
+
+def test_a_diagnosis_takes_the_effects_to_consider(filled: Lab) -> None:
+    question = {"campaign": GUN, "with": ["gun.valve_flow", "gun.blow_by"], "without": ["gun.blow_by"]}
+    job = ended(filled.client, post_json(filled.client, "/api/diagnoses", question))
+    assert job["label"] == f"Diagnosis of {GUN} with gun.valve_flow, gun.blow_by without gun.blow_by"
+    assert (job["state"], job["error"]) == ("done", None)
+    assert job["result"]["assumptions"][1] == "The diagnosis does not consider gun.blow_by (--without)."
+
+
+def test_an_effect_that_the_catalogue_does_not_have_is_no_job(filled: Lab) -> None:
+    jobs = len(filled.client.get("/api/jobs").json())
+    answer = post_json(filled.client, "/api/diagnoses", {"campaign": GUN, "with": ["gun.magic"]})
+    assert (answer.status_code, "gun.magic" in answer.json()["detail"]) == (404, True)
+    assert len(filled.client.get("/api/jobs").json()) == jobs
 
 
 def test_a_kept_diagnosis_comes_as_it_was_reported(filled: Lab) -> None:
@@ -199,6 +214,7 @@ def test_a_bad_question_is_answered_in_words(filled: Lab, address: str, status: 
         ("/api/ingest", '{"path": "/etc"}', "/etc"),
         ("/api/ingest", '{"path": "../.."}', "../.."),
         ("/api/diagnoses", '{"campaign": "first-shots", "seed": -1}', "seed"),
+        ("/api/diagnoses", '{"campaign": "first-shots", "with": "gun.valve_flow"}', "with"),
         ("/api/models/tree/1/promote", '{"force": true}', "reason"),
     ],
 )

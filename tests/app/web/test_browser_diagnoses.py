@@ -49,12 +49,26 @@ def test_page_shows_stages_causes_residuals_and_shrinkage(browser, lab):
     with page_of(browser, lab) as page:
         at(page, f"/diagnoses/{KEPT}")
         text = page.inner_text("#report").lower()
-        for word in ("stage", "contact.layer_compliance", "93 %", "residual", "configuration"):
+        for word in ("what to do next", "stage", "contact.layer_compliance", "93 %", "peak force", "configuration"):
             assert word in text, word
         assert page.locator("#report svg").count() >= 3
         assert (
             page.locator("#report svg").first.get_attribute("aria-label") or page.locator("#report svg title").count()
         )
+
+
+def test_ticked_effects_are_diagnosed_alone(browser, lab):
+    with page_of(browser, lab) as page:
+        at(page, f"/diagnoses/{KEPT}")
+        page.check('#what-if input[name="with"][value="gun.valve_flow"]')
+        page.focus("#what-if button")
+        page.keyboard.press("Enter")
+        job = ended(page, 300)
+        assert (job["state"], job["error"]) == ("done", None)
+        page.click("#job-result")
+        assert "considers only gun.valve_flow (--with)" in page.inner_text("#restriction")
+        assert page.is_checked('#what-if input[name="with"][value="gun.valve_flow"]')
+        assert page.locator("#what-if input:checked").count() == 1
 
 
 def test_button_plans_the_next_experiment(browser, lab):

@@ -9,13 +9,18 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
+from pyroshock.app.diagnoses.diagnosing import keep
+from pyroshock.app.diagnoses.kept import kept_options, kept_report
+from pyroshock.diagnosis.summary import summary
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.provenance import Provenance
 from pyroshock.schema.twins import TwinVersion
 from sqlalchemy import select
+from support.checks.well_formed import Page
 from support.processes.web_client import ended, post, post_json
+from support.records import verdicts
 from support.records.campaigns import gun_campaign
 from support.stores.web_stores import DATASET, FACTORS, GUN, HAMMER, PLAN, Lab
 
@@ -178,6 +183,9 @@ def test_a_bad_address_is_answered_in_words(filled: Lab, address: str, status: i
         ("/diagnoses", {"campaign": GUN, "gun": "-1"}, 422, "-1"),
         ("/diagnoses", {"campaign": GUN, "uncertain": "friction=1"}, 422, "friction=1"),
         ("/diagnoses/1/adopt", {"effect": "gun.magic"}, 404, "gun.magic"),
+        ("/diagnoses/1/what-if", {"with": "gun.magic"}, 404, "gun.magic"),
+        ("/diagnoses/99/what-if", {"with": "gun.valve_flow"}, 404, "99"),
+        ("/diagnoses", {"campaign": GUN, "without": "gun.magic"}, 404, "gun.magic"),
         ("/diagnoses/99/plan", {"name": "x"}, 404, "99"),
         ("/tune", {}, 422, "no specification"),
         ("/tune", {"text": "loud"}, 422, "specification"),
@@ -340,6 +348,38 @@ def test_a_campaign_is_diagnosed(filled: Lab) -> None:
     with filled.store.reading() as session:
         row = session.get_one(Diagnosis, job["result"]["id"])
         assert row.report["campaign"] == GUN
+
+
+def test_what_if_diagnoses_again_with_the_ticked_effects_and_the_same_options(filled: Lab) -> None:
+    first = done(filled, post(filled.client, "/diagnoses", {"campaign": GUN, "gun": "2", "seed": "1"}))["result"]["id"]
+    boxes = {"with": ["gun.valve_flow", "gun.blow_by"], "without": ["gun.blow_by"]}
+    second = done(filled, post(filled.client, f"/diagnoses/{first}/what-if", boxes))["result"]["id"]
+    with filled.store.reading() as session:
+        before, after = kept_options(session, first), kept_options(session, second)
+        report = kept_report(session, second)
+    assert (before["tolerances"], before["seed"]) == ({"gun": 0.02}, 1)
+    assert after == {**before, "with_effects": boxes["with"], "without_effects": boxes["without"]}
+    assert "gun.barrel_loss" not in str(report["causes"])
+    page = Page(filled.client.get(f"/diagnoses/{second}").text)
+    ticked = [(box["name"], box["value"]) for box in page.of("input") if "checked" in box]
+    assert sorted(ticked) == [
+        ("with", "gun.blow_by"), ("with", "gun.valve_flow"), ("without", "gun.blow_by")
+    ]  # fmt: skip
+    assert "The diagnosis considers only gun.valve_flow, gun.blow_by (--with), and no other effect." in page.text
+
+
+def test_page_of_a_diagnosis_shows_sentence_path_and_a_box_for_each_effect(filled: Lab) -> None:
+    key = keep(filled.store, verdicts.gun(campaign=GUN))
+    page = Page(filled.client.get(f"/diagnoses/{key}").text)
+    assert summary(verdicts.gun()) in page.text
+    charts = [drawing["aria-label"] for drawing in page.of("svg")]
+    assert charts[:2] == ["Path of the model error", "Shares of the effects"]
+    boxes = {box["value"] for box in page.of("input") if box.get("name") == "with"}
+    assert {"gun.valve_flow", "gun.dead_volume", "gun.barrel_loss", "sensor.velocity_gain"} <= boxes
+    assert "plate.damping" not in boxes
+    assert page.of("option")[-1]["value"] == "none"
+    for name in ("gun.valve_flow+gun.back_pressure+gun.blow_by", "gun.blow_by"):
+        assert post(filled.client, f"/diagnoses/{key}/adopt", {"effect": name}).status_code == 303
 
 
 def test_the_next_experiment_is_planned(filled: Lab) -> None:

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pyroshock.virtualbench.withheld.attribution import attribution, shapley_values, shares
 from pyroshock.virtualbench.withheld.case import KINDS
 from pyroshock.virtualbench.withheld.cause import Cause
+from pyroshock.virtualbench.withheld.changes import gap
 from pyroshock.virtualbench.withheld.many import (
     ALWAYS,
     BENCH_DEFAULT,
+    FOREIGN_GAPS,
     FULL_SCALE,
     STRONGEST,
     USUAL_GAP,
     WEAKEST,
+    draw_foreign,
+    draw_foreign_bench,
     draw_realistic,
     total_gap,
 )
-from pyroshock.virtualbench.withheld.strength import RANGES
+from pyroshock.virtualbench.withheld.record import record_case
+from pyroshock.virtualbench.withheld.sizing import ratio_of
+from pyroshock.virtualbench.withheld.strength import RANGES, cause_of
+from pyroshock.virtualbench.withheld.unknowns import FAMILIES
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -88,3 +98,41 @@ def test_stage_counts_by_its_observables() -> None:
 def test_bench_without_gap_has_no_shares() -> None:
     parts = attribution("hammer", 0, Cause())
     assert shares(parts.left_out, {"contact": 3}) == {}
+
+
+# --- second laws -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("split", ["development", "sealed"])
+@pytest.mark.parametrize("effects", [1, 2])
+def test_foreign_case_has_its_gap_by_the_laws_of_its_split(effects: int, split: str) -> None:
+    case = draw_foreign("hammer", np.random.default_rng(7), split, effects=effects)
+    assert (case.laws, len(case.strengths)) == (split, effects)
+    assert FOREIGN_GAPS[effects][0] <= ratio_of(case) < FOREIGN_GAPS[effects][1]
+
+
+def test_foreign_bench_has_five_to_seven_effects() -> None:
+    case = draw_foreign_bench("gun", np.random.default_rng(8), "sealed")
+    assert 5 <= len(case.strengths) <= 7
+    assert FULL_SCALE["gun"][0] <= total_gap(case) <= FULL_SCALE["gun"][1]
+
+
+def test_second_law_changes_what_is_recorded(tmp_path: Path) -> None:
+    case = draw_foreign("hammer", np.random.default_rng(7), "sealed", effects=1)
+    other = record_case(replace(case, laws=""), tmp_path / "a", 1, name="c")
+    assert record_case(case, tmp_path / "b", 1, name="c").folder_sha256 != other.folder_sha256
+
+
+# --- families outside of the catalogue -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", [name for name, family in FAMILIES.items() if family.split == "sealed"])
+def test_sealed_family_shows_and_is_gone_without_amount(name: str) -> None:
+    kind = {"gun": "gun", "contact": "hammer", "plate": "plate"}[FAMILIES[name].stage]
+    assert gap(kind, 1, cause_of(name, FAMILIES[name].high)) > 3.0
+    assert gap(kind, 1, cause_of(name, 0.0)) == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("stage", ["gun", "contact", "plate"])
+def test_every_stage_has_three_sealed_families(stage: str) -> None:
+    assert sum(family.split == "sealed" and family.stage == stage for family in FAMILIES.values()) >= 3

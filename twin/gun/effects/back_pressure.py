@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,6 +22,9 @@ class BackPressure(GunEffect):
     id = "gun.back_pressure"
     law = "m dv/dt = (p - p_atm) A - F, p (V0 + A x)^n = (Q0 + p_atm) V0^n"
     source = "Corner, Theory of the Interior Ballistics of Guns (1950), ch. 9; Mungan, Eur. J. Phys. 30 (2009) 453"
+
+    # Guns are fired in air; a barrel that is pumped out is the exception.
+    prior_odds: ClassVar[float] = 6.0
 
     # Likely: any weather, up to 1000 m above the sea; the atmosphere is there or it is left out.
     atmosphere_pa: Value = parameter(

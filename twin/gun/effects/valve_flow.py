@@ -54,6 +54,8 @@ class ValveFlow(GunEffect):
         likely=(0.1, 300.0),
     )
     moves: ClassVar[bool] = True
+    # Every gun has a valve; only one as wide as the bore that opens at once does nothing.
+    prior_odds: ClassVar[float] = 2.0
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (
         ("loss_coefficient", "opening_time_s"),
         ("steady_loss_coefficient",),

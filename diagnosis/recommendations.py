@@ -1,0 +1,306 @@
+"""What to do next after a diagnosis, in full sentences: adopt, fire, measure, repeat. Functions of a verdict alone."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator
+
+from ..twin.effects import catalogue
+from .labels import EFFECT_NAMES, effect_check, effect_subject, with_labels
+from .number_format import listed, number, percent
+from .summary import (
+    MOST,
+    NEAREST,
+    WORTH_SAYING,
+    held_out_fraction,
+    is_agreement,
+    is_unknown,
+    named_groups,
+    nearest_effects,
+    set_subject,
+    stage_name,
+)
+from .verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict
+
+#: From this held-out fraction on an effect is worth adopting.
+_WORTH_ADOPTING = 0.5
+#: From this unexplained share on the reader is told where the rest lies.
+_LARGE_REST = 0.15
+#: A parameter within this share of the end of its range lies at the end.
+_AT_LIMIT = 0.01
+#: So many sentences at most.
+_MOST_STEPS = 5
+
+#: What would show the cause of an error of a stage that no effect explains, and which runs.
+_STAGE_MEASUREMENTS = {
+    "gun": "the pressure behind the projectile and the velocity at two places along the barrel",
+    "contact": "the indentation after the hit and the force with a second sensor",
+    "plate": "the acceleration at more places, and the supports' motion",
+}
+#: Of other channels: the plate, for those are accelerations.
+_STAGE_OF_CHANNEL = {"velocity": "gun", "force": "contact"}
+_STAGE_RUNS = {
+    "gun": "the lowest and at the highest tank pressure with one projectile",
+    "contact": "the lowest and at the highest impact velocity with one tip",
+    "plate": "two impact points with one tip",
+}
+
+
+def recommendations(verdict: Verdict) -> tuple[str, ...]:
+    """Two to five sentences: what to do next, the most useful first."""
+    if is_agreement(verdict):
+        return (
+            "Nothing has to be changed: the nominal model can be used for this campaign.",
+            "To look for a smaller error, diagnose again with a smaller tolerance (--tolerance) or with more "
+            "repetitions of each configuration.",
+        )
+    steps = _steps_unknown(verdict) if is_unknown(verdict) else _steps_known(verdict)
+    return tuple(step for step in steps if step)[:_MOST_STEPS]
+
+
+def _steps_known(verdict: Verdict) -> Iterator[str]:
+    yield _adopt_or_not(verdict)
+    yield _tell_apart(verdict)
+    yield from _limits(verdict)
+    if _has_large_rest(verdict):
+        yield rest_sentence(verdict)
+    yield _confirm(verdict)
+    yield _repeat(verdict)
+
+
+def _adopt_or_not(verdict: Verdict) -> str:
+    fraction = held_out_fraction(verdict)
+    name = verdict.first.effects[0]
+    if fraction is None:
+        return f"How far the error shrinks with {set_subject(name)} was not measured: do not adopt it on this alone."
+    if fraction < _WORTH_ADOPTING:
+        return (
+            f"Do not adopt {set_subject(name)} yet: only {percent(max(fraction, 0.0))} of the error disappears on "
+            "configurations that the fit has not seen."
+        )
+    command = f"pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {name}"
+    if len(verdict.first.effects) > 1:
+        return f"At the settings that were fired these effects predict alike; to adopt the likeliest: {command}."
+    if "+" in name:
+        return f"Adopt these effects, so that predictions include them: {command}."
+    return f"Adopt this effect, so that predictions include it: {command}."
+
+
+def _tell_apart(verdict: Verdict) -> str:
+    if verdict.next_runs:
+        return run_sentence(verdict.next_runs[0])
+    group = next((group for group in named_groups(verdict) if len(group) > 1), ())
+    names = [effect.effect for effect in group] or [
+        name for name in verdict.first.effects if len(verdict.first.effects) > 1
+    ]
+    checks = list(dict.fromkeys(filter(None, (effect_check(part) for name in names for part in name.split("+")))))
+    if not checks:
+        return ""
+    subjects = listed([set_subject(name, _WITH) for name in names], "or")
+    return f"These runs cannot tell whether {subjects} acts; to decide, measure {listed(checks[:2], 'or')}."
+
+
+def run_sentence(run: NextRun) -> str:
+    """The next experiment in a sentence; one that cannot decide says so, and what to measure instead."""
+    settings = listed([f"{key} = {_level(value)}" for key, value in run.settings.items()])
+    runs = "1 run" if run.runs_needed == 1 else f"{run.runs_needed} runs"
+    match = re.match(r"separates (\S+) from (\S+)( only to )?", run.why)
+    if match is None:
+        return f"Fire {runs} at {settings}: this {_with_subjects(run.why)}."
+    one, other = match[1].split("+"), match[2].split("+")
+    pair = f"{set_subject(match[1], _WITH)} from {set_subject(match[2], _WITH)}"
+    if not match[3]:
+        return f"Fire {runs} at {settings}: this separates {pair}."
+    apart = [name for name in (*one, *other) if (name in one) != (name in other)]
+    checks = listed(list(filter(None, map(effect_check, apart)))[:2], "or")
+    instead = f"; measure {checks} instead" if checks else ""
+    return f"Even {runs} at {settings} would not separate {pair}{instead}."
+
+
+#: Between effects that act together, where "and" would be read with what stands beside it.
+_WITH = "with"
+
+
+def _with_subjects(text: str) -> str:
+    """Plain names in the place of ids."""
+    ids = "|".join(re.escape(name) for name in EFFECT_NAMES)
+    return re.sub(ids, lambda match: effect_subject(match[0]), text)
+
+
+def _limits(verdict: Verdict) -> Iterator[str]:
+    """A sentence for each fitted parameter of a named effect that lies at the end of its range."""
+    for identity, parameter in _fitted(verdict):
+        end = limit_of(identity, parameter)
+        if end is not None:
+            unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
+            yield (
+                f"The parameter {_parameter_name(parameter)} of {effect_subject(identity)} lies at the end of its "
+                f"range ({number(end)}{unit}): take its value as a bound, and check the effect on the bench."
+            )
+
+
+def _fitted(verdict: Verdict) -> Iterator[tuple[str, Fitted]]:
+    named = [effect for effect in verdict.effects if effect.named]
+    for effect in named:
+        for parameter in effect.parameters:
+            yield effect.effect, parameter
+    if named:
+        return
+    first = verdict.first.effects[0]
+    for parameter in verdict.first.parameters:
+        owner = next((name for name in first.split("+") if parameter.name.startswith(f"{name}.")), first)
+        yield owner, parameter
+
+
+def limit_of(identity: str, parameter: Fitted) -> float | None:
+    """The end of the range at which a fitted parameter lies: where a diagnosis looks for it, or where it may be.
+
+    None where it lies inside, and at the value that switches the effect off.
+    """
+    kind = catalogue().get(identity)
+    known = {} if kind is None else {item.name: item for item in kind.parameters()}
+    item = known.get(_parameter_name(parameter))
+    if item is None:
+        return None
+    ends = [*(item.likely or ()), item.low, item.high]
+    return next((e for e in ends if e != item.off and abs(parameter.value - e) <= _AT_LIMIT * abs(e)), None)
+
+
+def _parameter_name(parameter: Fitted) -> str:
+    """Without the effect before it ("gun.valve_flow.loss_coefficient") and its owner after it ("loss [PLA]")."""
+    match = re.match(r"(?:[a-z]+\.[a-z_]+\.)?([A-Za-z]\w*)", parameter.name)
+    return match[1] if match else parameter.name
+
+
+def _has_large_rest(verdict: Verdict) -> bool:
+    return verdict.unexplained is not None and verdict.unexplained.share >= _LARGE_REST
+
+
+def _confirm(verdict: Verdict) -> str:
+    groups = named_groups(verdict)
+    largest = groups[0][0].effect if groups else verdict.first.effects[0].split("+")[0]
+    check = effect_check(largest)
+    return f"To confirm {effect_subject(largest)} without the model, measure {check}." if check else ""
+
+
+def _repeat(verdict: Verdict) -> str:
+    if not any(sentence.startswith("floor assumed") for sentence in verdict.assumptions):
+        return ""
+    return (
+        "Repeat three configurations three times: nothing was repeated, so the measurement noise is an assumption and "
+        "the probabilities are not calibrated."
+    )
+
+
+def _steps_unknown(verdict: Verdict) -> Iterator[str]:
+    yield _nearest_sentence(verdict)
+    yield rest_sentence(verdict)
+    yield from next_experiment(verdict)
+    yield _repeat(verdict)
+
+
+def _nearest_sentence(verdict: Verdict) -> str:
+    """What the nearest effects take away held out, each by itself and all of the path together."""
+    nearest = nearest_effects(verdict)
+    if nearest:
+        first, *others = nearest
+        told = (
+            f"The nearest effect is {effect_subject(first.effect)}, which takes {percent(first.held_out_gain)} of the "
+            "error away on configurations that it was not fitted to"
+        )
+        more = listed([f"{effect_subject(other.effect)} {percent(other.held_out_gain)}" for other in others])
+        together = ""
+        if len(verdict.path) > 1 and verdict.path[-1].fraction >= WORTH_SAYING:
+            together = f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
+        return f"{told}{', ' + more if more else ''}{together}."
+    if verdict.effects:
+        return "No effect of the catalogue takes anything away on configurations that it was not fitted to."
+    others_listed = [cause for cause in verdict.causes if cause.effects[0] not in (NONE, UNKNOWN)][:NEAREST]
+    if not others_listed:
+        return ""
+    names = [f"{set_subject(cause.effects[0])} ({percent(cause.probability)})" for cause in others_listed]
+    return f"The nearest answer of the catalogue is {listed(names, 'or')}."
+
+
+def rest_sentence(verdict: Verdict) -> str:
+    """Where the error that is not explained lies: stage, settings, time, frequency, order of runs; "" if nowhere."""
+    where = verdict.where
+    places = []
+    stages = [stage for stage in where.stage if stage.share >= MOST]
+    if stages and len(where.stage) > 1:
+        places.append(f"in {stage_name(stages[0].name)}")
+    if where.factors:
+        places.append(f"where {where.factors[0].rule}")
+    windows = [window for window in where.time if _is_of_main_stage(verdict, window.channel)]
+    bands = [band for band in where.frequency if _is_of_main_stage(verdict, band.channel)]
+    if windows:
+        window = windows[0]
+        places.append(f"in the {_channel(window.channel)} from {_ms(window.from_s)} to {_ms(window.to_s)} ms")
+    if bands:
+        band = bands[0]
+        places.append(f"in the {_channel(band.channel)} from {number(band.from_hz)} to {number(band.to_hz)} Hz")
+    told = f"The error is largest {listed(places)}." if places else ""
+    drift = f"It changes while the campaign goes on: {with_labels(where.drift[0])}." if where.drift else ""
+    return " ".join(filter(None, (told, drift)))
+
+
+def _is_of_main_stage(verdict: Verdict, channel: str) -> bool:
+    """Whether a channel shows the stage where most of the error arises: a window elsewhere would mislead."""
+    return not verdict.where.stage or _STAGE_OF_CHANNEL.get(channel, "plate") == _main_stage(verdict)
+
+
+def _channel(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _ms(seconds: float) -> str:
+    return number(1e3 * seconds)
+
+
+def next_experiment(verdict: Verdict) -> tuple[str, ...]:
+    """What to fire or measure next; never empty. Under `unknown` always an experiment."""
+    runs = tuple(map(run_sentence, verdict.next_runs))
+    if is_unknown(verdict):
+        return (*(runs or (_separating_runs(verdict),)), _telling_measurement(verdict))
+    if runs:
+        return runs
+    if is_agreement(verdict):
+        return ("No experiment is needed: model and measurement agree.",)
+    told = _tell_apart(verdict)
+    return tuple(filter(None, (told or "No run is needed to tell causes apart.", _confirm(verdict))))
+
+
+def _separating_runs(verdict: Verdict) -> str:
+    """Repeated runs on both sides of where the error is large: they show whether the place is the cause."""
+    if verdict.where.factors:
+        return (
+            f"Fire three repetitions of two settings where {verdict.where.factors[0].rule} and of two where this does "
+            "not hold, with all other settings the same: this shows whether that setting makes the error."
+        )
+    return (
+        f"Fire three repetitions at {_STAGE_RUNS[_main_stage(verdict)]} and with all other settings the same: this "
+        "shows how the error grows."
+    )
+
+
+def _telling_measurement(verdict: Verdict) -> str:
+    further = _STAGE_MEASUREMENTS[_main_stage(verdict)]
+    nearest = next(iter(nearest_effects(verdict)), None)
+    if nearest is None or not effect_check(nearest.effect):
+        return f"Measure {further}: this shows causes that the recorded channels cannot show."
+    return (
+        f"Measure {effect_check(nearest.effect)}, to see whether {effect_subject(nearest.effect)} acts; other causes "
+        f"may show in {further}."
+    )
+
+
+def _main_stage(verdict: Verdict) -> str:
+    """Where most of the error arises; else the first stage that was simulated."""
+    named = [stage.name for stage in sorted(verdict.where.stage, key=lambda stage: -stage.share)]
+    simulated = [part.split(":")[0].strip() for part in verdict.simulator.split("|")]
+    return next((name for name in (*named, *simulated) if name in _STAGE_MEASUREMENTS), "contact")
+
+
+def _level(value: str | float) -> str:
+    return value if isinstance(value, str) else number(value)
