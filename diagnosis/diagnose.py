@@ -82,6 +82,7 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
         assumptions=(*record.assumptions, *notes, *stage_notes(stages), *_assumed(gap, options, conclusion.effects)),
         seconds=time.perf_counter() - started,
         fits={name: common_effects(fit) for name, fit in conclusion.fits.items()},
+        unknown_log_odds=posterior.log_odds_unknown,
         pictures=pictures_of(gap, stages, fitted_effects(posterior.best)) if options.draw else Pictures(),
     )
 
