@@ -48,10 +48,23 @@ def _of_gun(record: CampaignRecord) -> CampaignRecord:
     rows = list(itertools.product(pressures, masses))
     factors: list[dict[str, Factor]] = [{"tank_pressure": p, "bullet_mass": m} for p, m in rows]
     runs = [
-        replace(shots[0], configuration=i, run=i, order=i, tank_pressure_pa=p, bullet_mass_kg=m)
+        replace(
+            shots[0],
+            configuration=i,
+            run=i,
+            order=i,
+            tank_pressure_pa=p,
+            bullet_mass_kg=m,
+            travel_m=_travel_m(shots, m),
+        )
         for i, (p, m) in enumerate(rows)
     ]
     return _with(record, factors, runs)
+
+
+def _travel_m(shots: Sequence[Run], mass_kg: float) -> float | None:
+    """Of the projectile whose mass is nearest; None where none has a travel of its own."""
+    return min(shots, key=lambda run: abs(float(run.bullet_mass_kg or 0) - mass_kg)).travel_m
 
 
 def _of_contact(record: CampaignRecord) -> CampaignRecord:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..twin.effects import Effect, catalogue
 from .chain import stages_of
 from .gap import GapTable
-from .inference.posterior import Posterior, fitted_effects
+from .inference.posterior import Posterior, common_effects, fitted_effects
 from .options import Options
 from .pictures import Pictures
 from .record import CampaignRecord
@@ -81,7 +81,8 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
         next_runs=planned,
         assumptions=(*record.assumptions, *notes, *stage_notes(stages), *_assumed(gap, options, conclusion.effects)),
         seconds=time.perf_counter() - started,
-        fits={name: fitted_effects(fit) for name, fit in conclusion.fits.items()},
+        fits={name: common_effects(fit) for name, fit in conclusion.fits.items()},
+        unknown_log_odds=posterior.log_odds_unknown,
         pictures=pictures_of(gap, stages, fitted_effects(posterior.best)) if options.draw else Pictures(),
     )
 

@@ -15,6 +15,7 @@ from .stages.contact import ContactStage
 from .stages.contact_residuals import pulse_residuals
 from .stages.plate import PlateStage
 from .stages.plate_residuals import plate_residuals
+from .stages.stacked import at_rows
 
 Floats = NDArray[np.float64]
 
@@ -72,7 +73,7 @@ def _pulse(
         return
     later = None
     if effects:  # a pulse that has grown comes on a longer clock
-        after = pulse_residuals(stage, effects)
+        after = pulse_residuals(stage, at_rows(effects, stage.record.configuration_of))
         later = np.interp(before.time_s, after.time_s, after.simulated[known].mean(axis=0), left=0.0, right=0.0)
     measured, nominal = before.measured[known].mean(axis=0), before.simulated[known].mean(axis=0)
     near = _near_contact(measured)

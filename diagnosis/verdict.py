@@ -174,7 +174,8 @@ class Verdict:
     and `unexplained` add up to one. `path` adds the named effects in that order.
 
     What is not in the JSON: `fits`, every effect ("a+b" for two) as it was fitted by itself, from which one can be
-    adopted that is not the likeliest of its group; `pictures`, what the page draws.
+    adopted that is not the likeliest of its group; `unknown_log_odds`, what the evidence alone says for a cause outside
+    of the catalogue; `pictures`, what the page draws.
     """
 
     campaign: str
@@ -190,6 +191,7 @@ class Verdict:
     assumptions: tuple[str, ...] = ()
     seconds: float = 0.0
     fits: Mapping[str, tuple[Effect, ...]] = field(default_factory=dict)
+    unknown_log_odds: float = float("nan")
     pictures: Pictures = field(default_factory=Pictures)
 
     @property

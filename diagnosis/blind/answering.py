@@ -77,7 +77,7 @@ def diagnosed(folder: Path, options: Options) -> dict[str, Any]:
     kept = {key: report[key] for key in ("gap", "where", "causes", "shrinkage", "effects", "unexplained", "path")}
     fitted = [effect.as_json() for effect in verdict.first.fitted]
     cost = {"seconds": seconds, "cpu_s": cpu, "memory_mb": memory.used_mb()}
-    text = json.dumps({"verdict": kept, "fitted": fitted, **cost})
+    text = json.dumps({"verdict": kept, "fitted": fitted, "odds": verdict.unknown_log_odds, **cost})
     return json.loads(text, parse_constant=lambda _: None)  # type: ignore[no-any-return]  # JSON knows no NaN
 
 

@@ -84,7 +84,8 @@ class Pool:
     def text(self) -> str:
         told = [f"{len(self.checks)} checks: seeds {', '.join(str(each['seed']) for each in self.checks)}"]
         if self.tiers:
-            told += [table(self.tiers, "tier"), table(self.kinds, "kind"), _errors(self.tiers[-1])]
+            told += [table(self.tiers, "tier"), table(self.kinds, "kind"), bench_text(self.benches)]
+            told.append(_errors(self.tiers[-1]))
         return "\n\n".join(part for part in told if part)
 
 

@@ -41,6 +41,8 @@ _OF_ONE_LAW = 2
 BEAM = 2
 #: A set that is so many nats below the best and smaller than it is not followed further down.
 _GIVEN_UP = 15.0
+#: Steps of the fit of all effects at once, before and after its derivatives are simulated.
+_FROM_ALL = 6
 #: Step of differences in u.
 _DIFFERENCE = 0.03
 
@@ -145,14 +147,16 @@ def search(problem: InferenceProblem, progress: Callable[[str], None] = lambda _
 def _eliminate(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
     """From all effects at once downwards: what additions pass by because only together two of them pay."""
     best = library.best()
-    used = {law.key: part for law, part in zip(best.laws, best.parts, strict=True)}
     usual = [_plainest(problem, name)[0] for name in problem.effects]
-    extended = [*best.laws, *(law for law in usual if law.id not in best.effects)]
-    for laws in {tuple(sorted(law.key for law in laws)): laws for laws in (usual, extended)}.values():
+    others = [law for law in usual if law.id not in best.effects]
+    starts = [
+        (tuple(usual), [law.smallest_start() for law in usual]),
+        ((*best.laws, *others), [*best.parts, *(law.smallest_start() for law in others)]),
+    ]
+    for laws, places in starts:
         if not library.has(laws):
-            places = [used[law.key] if law.key in used else law.smallest_start() for law in laws]
-            start = _starts(problem, [(best, tuple(laws), np.concatenate(places))])
-            current = polished(problem, fit_subsets(problem, start, iterations=5), steps=4)[0]
+            start = _starts(problem, [(best, laws, np.concatenate(places))])
+            current = polished(problem, fit_subsets(problem, start, iterations=_FROM_ALL), steps=_FROM_ALL)[0]
             library.add([current])
             _shrink(problem, library, current, progress)
 

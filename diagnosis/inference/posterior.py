@@ -13,7 +13,7 @@ from ...twin.effects import Effect
 from ..gap import GapTable
 from ..metric import Metric
 from ..stages.base import Stage
-from ..verdict import NONE, UNKNOWN, Fitted
+from ..verdict import Fitted
 from .model_search import ModelLibrary, fit_sets, search
 from .problem import InferenceProblem
 from .run_order_drift import RunOrderDrift
@@ -229,8 +229,13 @@ def fitted_parameters(fit: SubsetFit, effect: str, prefix: str = "") -> tuple[Fi
 
 
 def fitted_effects(fit: SubsetFit) -> tuple[Effect, ...]:
-    """The effects of a set as they were fitted."""
+    """The effects of a set as they were fitted; parameters that differ between levels are (C,) by configuration."""
     return tuple(law.effect(own) for law, own in zip(fit.laws, fit.parts, strict=True))
 
 
-__all__ = ["NONE", "UNKNOWN", "Posterior", "fitted_effects", "fitted_parameters"]
+def common_effects(fit: SubsetFit) -> tuple[Effect, ...]:
+    """The same with one value for all levels: what a twin can take over for other configurations."""
+    return tuple(law.common.effect(law.common_part(own)) for law, own in zip(fit.laws, fit.parts, strict=True))
+
+
+__all__ = ["Posterior", "common_effects", "fitted_effects", "fitted_parameters"]

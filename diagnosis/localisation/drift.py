@@ -98,7 +98,9 @@ def drift(
     if trend is None or trend.p_value.min() > level:
         return found
     steepest = int(np.argmin(trend.p_value))
-    beside = _confounded(means[rows][:, steepest], at, [configurations[row] for row in rows], rng, permutations, level)
+    beside = _confounded(
+        means[rows][:, steepest], at, [configurations[int(row)] for row in rows], rng, permutations, level
+    )
     what = _CONFOUNDED.format(factors=" and ".join(beside)) if beside else _DRIFT
     return found + _sentences(trend, float(np.ptp(at)), what, observables, level)
 

@@ -13,6 +13,7 @@ from ..localisation.means import Floats
 from ..stages.base import Stage
 from ..stages.contact import ContactStage
 from ..stages.contact_residuals import pulse_residuals
+from ..stages.stacked import at_rows
 from .rating import rating
 
 #: Samples to which a pulse is brought: its rating needs its shape, not its rate.
@@ -47,7 +48,7 @@ def _ratings(stage: ContactStage, held: NDArray[np.intp], effects: Sequence[Effe
     part, rows = _one_run_each(stage, held)
     if not rows:
         return []
-    pulses = pulse_residuals(part, effects)
+    pulses = pulse_residuals(part, at_rows(effects, part.record.configuration_of))
     return [_rated(pulses.measured[row], pulses.simulated[row]) for row in rows]
 
 

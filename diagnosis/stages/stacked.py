@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...twin.effects import Effect
 
@@ -22,6 +24,16 @@ def stacked(sets: Sequence[Sequence[Effect]], count: int) -> list[Effect]:
     """Effects for k x `count` cases, set by set, of k sets of the same kinds; parameters are one value or `count`."""
     ordered = [sorted(effects, key=lambda each: each.id) for effects in sets]
     return [_joined(same, count) for same in zip(*ordered, strict=True)]
+
+
+def at_rows(effects: Sequence[Effect], rows: NDArray[np.intp]) -> tuple[Effect, ...]:
+    """Effects whose parameters are one value or one for each configuration (C,), for runs of the configurations `rows`
+    (R,)."""
+    placed = []
+    for effect in effects:
+        values = {item.name: np.asarray(getattr(effect, item.name), dtype=np.float64) for item in effect.parameters()}
+        placed.append(replace(effect, **{name: value[rows] for name, value in values.items() if value.ndim}))
+    return tuple(placed)
 
 
 def _joined(same: Sequence[Effect], count: int) -> Effect:

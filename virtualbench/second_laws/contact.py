@@ -291,7 +291,8 @@ _SPEEDS = {78.0: 200e9 * 1e-6 / (12 * 0.91) / 78.0, 27.0: 69.9e9 * 1e-6 / (12 * 
 def _table(depth: float, first: float, width: float, values: Floats) -> float:
     place = (math.log(depth) - first) / width
     if place <= 0:
-        return values[0] * math.exp(1.5 * place * width)
+        shallow: float = values[0] * math.exp(1.5 * place * width)
+        return shallow
     low = min(int(place), values.size - 2)
     share = place - low
     value: float = values[low] ** (1 - share) * values[low + 1] ** share

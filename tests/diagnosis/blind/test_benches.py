@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.diagnosis.blind.benches import Quantile, bench_figures, bench_tables, bench_text
+from pyroshock.diagnosis.blind.report import Pool
 from pyroshock.diagnosis.blind.rows import Label, Row, Said
+from pyroshock.diagnosis.blind.scoring import kinds, tables
 
 VALVE, LEAK, GAIN = "gun.valve_flow", "gun.blow_by", "sensor.velocity_gain"
 TRUE = {VALVE: 0.7, LEAK: 0.3}
@@ -89,3 +91,10 @@ def test_table_has_a_column_for_each_kind() -> None:
     assert "realistic" in text
     assert "foreign" not in text
     assert bench_text(()) == ""
+
+
+def test_pool_prints_its_benches() -> None:
+    rows = [row([VALVE])]
+    pool = Pool((), tables(rows), kinds(rows), bench_tables(rows, ("realistic",)))
+    assert "fraction held out" in pool.text()
+    assert pool.as_json()["benches"][0]["fraction"]["value"] == 0.8

@@ -1,0 +1,16 @@
+"""The table of benches in the documentation is that of the rows that are kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from support.records.before_table import FOLDER, lines
+
+PAGE = Path(FOLDER).parents[1] / "diagnosis.md"
+
+
+def test_table_is_that_of_the_kept_rows() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    table = list(lines())
+    assert table
+    assert [line for line in table if line not in text] == []

@@ -1,0 +1,50 @@
+"""Figures of benches as docs/diagnosis.md tables them: `PYTHONPATH=tests python -m support.records.before_table`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pyroshock.diagnosis.blind.benches import BenchFigures, Quantile, bench_tables
+from pyroshock.diagnosis.blind.kept import pooled
+from pyroshock.diagnosis.blind.rates import Rate
+from pyroshock.diagnosis.blind.tasks import BENCHES
+
+FOLDER = Path(__file__).resolve().parents[3] / "docs" / "blind-check" / "before"
+
+
+def lines() -> Iterator[str]:
+    """Rows of the table without its head."""
+    rows = pooled(sorted(FOLDER.glob("*.jsonl")))[1]
+    for each in bench_tables(rows, tuple(BENCHES)):
+        yield _line(each)
+
+
+def _line(each: BenchFigures) -> str:
+    cells = [
+        each.name,
+        str(each.n),
+        _quantile(each.fraction),
+        _quantile(each.true_fraction),
+        _quantile(each.naive),
+        _rate(each.at_least_naive),
+        _rate(each.largest_named),
+        _rate(each.large_named),
+        _rate(each.off_named),
+        _rate(each.unknown_first),
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def _quantile(value: Quantile) -> str:
+    return f"{value.value:.2f} ({value.low:.2f}-{value.high:.2f})"
+
+
+def _rate(rate: Rate) -> str:
+    if rate.value is None:
+        return "-"
+    return f"{rate.value:.2f} ({rate.interval[0]:.2f}-{rate.interval[1]:.2f}, {rate.n})"
+
+
+if __name__ == "__main__":
+    print("\n".join(lines()))
