@@ -119,7 +119,7 @@ def _known(tiers: tuple[str, ...]) -> tuple[str, ...]:
     """Tiers by name, or by the name of several, every one where none is named. Raises `ValueError` for another one."""
     from ...diagnosis.blind.tasks import GROUPS, TIERS
 
-    named = []
+    named: list[str] = []
     for tier in tiers:
         if tier not in TIERS and tier not in GROUPS:
             raise ValueError(f"--tier is {tier!r}; expected one of {', '.join([*TIERS, *GROUPS])}")
