@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from sqlalchemy import select
@@ -94,9 +95,12 @@ def kept_verdict(session: Session, diagnosis_id: int) -> Verdict:
 def kept_options(session: Session, diagnosis_id: int) -> dict[str, Any]:
     """What was asked of a kept diagnosis, by the names of `diagnosing.Asked`; {} for one that is kept without it.
 
-    Raises `LookupError` for an unknown one.
+    An option that another version had is left out. Raises `LookupError` for an unknown diagnosis.
     """
-    return dict((_row(session, diagnosis_id).details or {}).get("options", {}))
+    from .diagnosing import Asked
+
+    options = (_row(session, diagnosis_id).details or {}).get("options", {})
+    return {item.name: options[item.name] for item in fields(Asked) if item.name in options}
 
 
 def _row(session: Session, diagnosis_id: int) -> Diagnosis:

@@ -79,6 +79,17 @@ def test_options_of_a_diagnosis_that_was_kept_without_them_are_none(store):
         assert kept_options(session, key) == {}
 
 
+def test_an_option_that_there_was_once_is_left_out(store):
+    """So that what if can be asked of a diagnosis that was kept by another version."""
+    key = keep(store, verdicts.gun(campaign=CAMPAIGN), Asked(CAMPAIGN, seed=3))
+    with store.writing() as session:
+        row = session.get_one(Diagnosis, key)
+        row.details = {**row.details, "options": {**row.details["options"], "calibrate": 20}}
+    with store.reading() as session:
+        assert "calibrate" not in kept_options(session, key)
+        assert kept_options(session, key)["seed"] == 3
+
+
 def test_diagnosis_without_details_is_listed_and_says_what_to_do(store):
     key = keep(store, verdicts.verdict(campaign=CAMPAIGN))
     with store.writing() as session:
