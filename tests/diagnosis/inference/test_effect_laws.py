@@ -1,0 +1,191 @@
+"""Laws of every effect in the catalogue: their ranges, their priors, and what levels of an owner have in common."""
+
+from __future__ import annotations
+
+from dataclasses import make_dataclass
+
+import numpy as np
+import pytest
+from pyroshock.diagnosis.inference.effect_laws import (
+    COMMON_SHARE,
+    LIKELY_SD,
+    EffectLaw,
+    LawRanges,
+    laws_of,
+    owners_of,
+)
+from pyroshock.diagnosis.stages.contact import ContactStage
+from pyroshock.diagnosis.stages.gun import GunStage
+from pyroshock.twin.effects import Effect, catalogue, parameter
+from support.records.contact_campaigns import hammer_record
+from support.records.gun_campaigns import gun_record
+
+#: Three configurations with two levels of every owner.
+OWNER_NAMES = ("bench", "bullet", "tip", "face", "layer", "plate", "mode band", "channel", "session")
+OWNERS = dict.fromkeys(OWNER_NAMES, ((0, 1, 0), ("first", "second")))
+KINDS = [kind for kind in catalogue().values() if any(item.likely is not None for item in kind.parameters())]
+#: Effects of plates and sensors take numbers alone.
+LAWS = [
+    law for kind in KINDS for law in laws_of(kind, LawRanges(), OWNERS if kind.stage() in ("gun", "contact") else {})
+]
+SINGLE = [law for law in LAWS if not law.levels]
+BY_LEVEL = pytest.mark.parametrize("law", [law for law in LAWS if law.levels], ids=lambda law: law.key)
+ALL_KINDS = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.id)
+
+
+def of_kind(kind, laws=LAWS) -> list[EffectLaw]:
+    return [law for law in laws if law.kind is kind]
+
+
+@ALL_KINDS
+def test_values_stay_in_the_allowed_range(kind):
+    for law in of_kind(kind):
+        for place in np.linspace(-4.5, 4.5, 19):
+            law.effect(np.full(law.size, place))  # raises outside of the range
+            for coordinate in law.coordinates:
+                value = float(coordinate.value(np.array(place)))
+                assert coordinate.parameter.low <= value <= coordinate.parameter.high
+
+
+@ALL_KINDS
+def test_place_is_the_inverse_of_value(kind):
+    for law in of_kind(kind, SINGLE):
+        for coordinate in law.coordinates:
+            for place in (-1.0, -0.3, 0.0, 0.7, 1.0):
+                assert coordinate.place(float(coordinate.value(np.array(place)))) == pytest.approx(place, abs=1e-9)
+
+
+@ALL_KINDS
+def test_parameters_of_other_regimes_are_off(kind):
+    for law in of_kind(kind):
+        effect = law.effect(np.zeros(law.size))
+        searched = {coordinate.parameter.name for coordinate in law.coordinates}
+        for item in kind.parameters():
+            if item.likely is not None and item.name not in searched:
+                assert getattr(effect, item.name) == item.off
+
+
+@ALL_KINDS
+def test_priors_of_one_effect_s_laws_sum_to_one(kind):
+    assert sum(np.exp(law.log_prior) for law in of_kind(kind, SINGLE)) == pytest.approx(1.0)
+
+
+@ALL_KINDS
+def test_keys_tell_laws_apart(kind):
+    keys = [law.key for law in of_kind(kind)]
+    assert len(set(keys)) == len(keys)
+
+
+@ALL_KINDS
+def test_data_sheet_prior_has_the_typical_standard_deviation(kind):
+    """The first law is the data sheet's; at u = 1 a parameter is one typical error from its off value."""
+    sheet = of_kind(kind, SINGLE)[0]
+    for coordinate in sheet.coordinates:
+        item = coordinate.parameter
+        if item.typical is not None:
+            assert float(coordinate.value(np.array(1.0))) - item.off == pytest.approx(item.typical)
+            assert float(coordinate.value(np.array(0.0))) == pytest.approx(item.off)
+
+
+def test_some_effects_have_data_sheets():
+    """The test above looks at some."""
+    assert sum(item.typical is not None for kind in KINDS for item in kind.parameters()) >= 3
+
+
+@BY_LEVEL
+def test_levels_have_the_common_share_of_their_variance_together(law):
+    """Derivatives of the levels' standardised values for u give their covariance: 1, and COMMON_SHARE between two."""
+    width = 1 + len(law.level_names)
+    for i, coordinate in enumerate(law.coordinates):
+        slopes = []
+        for column in range(width):
+            u = np.zeros((len(law.coordinates), width))
+            u[i, column] = 0.5
+            values = np.asarray(law.values(u.ravel())[coordinate.parameter.name])
+            slopes.append([coordinate.place(float(value)) / 0.5 for value in values])
+        table = np.array(slopes)  # (1 + L, C)
+        expected = np.array([[1, COMMON_SHARE, 1], [COMMON_SHARE, 1, COMMON_SHARE], [1, COMMON_SHARE, 1]])
+        np.testing.assert_allclose(table.T @ table, expected, atol=1e-6)
+
+
+@BY_LEVEL
+def test_common_law_has_what_levels_have_in_common(law):
+    """With no part of their own all levels have the value of the common law at its common part."""
+    u = np.zeros((len(law.coordinates), 1 + len(law.level_names)))
+    u[:, 0] = 0.8
+    split, common = law.values(u.ravel()), law.common.values(law.common_part(u.ravel()))
+    for name, value in common.items():
+        np.testing.assert_allclose(split[name], value, rtol=1e-12)
+
+
+@ALL_KINDS
+def test_starts_are_places_of_the_law(kind):
+    for law in of_kind(kind):
+        for u in [*law.starts(), law.smallest_start()]:
+            assert u.shape == (law.size,)
+            law.effect(u)
+
+
+@pytest.mark.parametrize("stage", [GunStage(gun_record()), ContactStage(hammer_record(repetitions=1))])
+def test_off_does_nothing(stage):
+    effects = [[law.off()] for law in {law.id: law for law in LAWS}.values() if law.id in stage.shows]
+    assert len(effects) >= 5
+    changes, tolerance = stage.changes(effects), [item.tolerance for item in stage.observables]
+    assert np.nanmax(np.abs(changes) / tolerance) < 0.02
+
+
+def test_parameter_that_is_off_at_zero_begins_at_its_smallest_visible_value():
+    """`smallest` is where u = -2 lies, the likely end where u = 2 lies."""
+    kind = catalogue()["gun.dead_volume"]
+    ranges = LawRanges({("gun.dead_volume", "volume_m3"): 1e-5})
+    coordinate = laws_of(kind, ranges, {})[0].coordinates[0]
+    assert float(coordinate.value(np.array(-LIKELY_SD))) == pytest.approx(1e-5)
+    assert float(coordinate.value(np.array(LIKELY_SD))) == pytest.approx(3e-3)
+    assert coordinate.one_sided
+
+
+def test_sensor_s_offset_is_of_either_sign():
+    laws = laws_of(catalogue()["sensor.pressure_offset"], LawRanges(), {})
+    assert not any(law.coordinates[0].one_sided for law in laws)
+
+
+def test_effect_without_a_likely_range_is_refused():
+    size = parameter("of nothing", "", default=1.0, low=0.0, high=2.0, off=0.0)
+    kind = make_dataclass("Fixed", [("size", float, size)], bases=(Effect,), namespace={"id": "gun.fixed"}, frozen=True)
+    with pytest.raises(ValueError, match=r"gun\.fixed: no parameter has a likely range"):
+        laws_of(kind, LawRanges(), {})
+
+
+def test_owners_are_told_by_the_factors():
+    owners = owners_of(
+        [
+            {"bullet_mass": 0.25, "tip_material": "steel", "plate_material": "aluminum", "insulator": "polymeric"},
+            {"bullet_mass": 1.0, "tip_material": "steel", "plate_material": "steel", "insulator": "rubber"},
+            {"bullet_mass": 0.25, "tip_material": "steel", "plate_material": "steel", "insulator": "rubber"},
+        ]
+    )
+    assert owners == {
+        "bullet": ((0, 1, 0), ("0.25", "1.0")),
+        "plate": ((0, 1, 1), ("aluminum", "steel")),
+        "face": ((0, 1, 1), ("aluminum", "steel")),
+        "layer": ((0, 1, 1), ("polymeric", "rubber")),
+    }
+
+
+def test_face_is_the_anvil_where_there_is_one():
+    rows = [
+        {"anvil_material": "steel", "plate_material": "aluminum"},
+        {"anvil_material": "none", "plate_material": "aluminum"},
+    ]
+    assert owners_of(rows)["face"] == ((1, 0), ("aluminum", "steel"))
+
+
+def test_layer_of_some_configurations_alone_is_no_owner():
+    """A law of layers has no value where there is none."""
+    rows = [{"insulator": "polymeric"}, {"insulator": "none"}, {"insulator": "rubber"}]
+    assert "layer" not in owners_of(rows)
+
+
+def test_one_level_makes_no_law_by_level():
+    owners = {"bench": ((0, 0), ("one",))}
+    assert all(not law.levels for kind in KINDS for law in laws_of(kind, LawRanges(), owners))

@@ -1,0 +1,122 @@
+"""What no effect explains: whether there is something, and in which way it spreads over the configurations."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from pyroshock.diagnosis.gap import GapTable
+from pyroshock.diagnosis.inference.problem import InferenceProblem, StageBlock
+from pyroshock.diagnosis.inference.run_order_drift import RunOrderDrift
+from pyroshock.diagnosis.inference.subset_fit import no_effects
+from pyroshock.diagnosis.inference.unexplained_gap import (
+    UnexplainedEvidence,
+    configuration_patterns,
+    factor_levels,
+    unexplained_evidence,
+)
+from support.records.linear_problems import LinearSimulator, gap_of
+
+FACTORS = [
+    {"pressure": p, "tip": tip, "mass": m}
+    for p, tip, m in itertools.product((1.0, 2.0, 3.0), ("steel", "delrin", "brass"), (0.25, 1.0))
+]
+COUNT, REPETITIONS, SCATTER = len(FACTORS), 3, 0.3
+
+
+def evidence_of(gap: np.ndarray, *, drift: float = 0.0, seed: int = 0, columns: int = 1) -> UnexplainedEvidence:
+    """Beside no effects, of a gap (C,) in tolerances and a drift from the first to the last run."""
+    rng = np.random.default_rng(seed)
+    order = rng.permutation(np.tile(np.arange(COUNT), REPETITIONS))
+    time = np.linspace(0, 1, order.size)
+    residuals = (gap[order] + drift * (time - 0.5))[:, None] + SCATTER * rng.standard_normal((order.size, columns))
+    table = gap_of(residuals, order, FACTORS, SCATTER)
+    return _beside_nothing(table)
+
+
+def _beside_nothing(table: GapTable) -> UnexplainedEvidence:
+    block = StageBlock.of(table, "gun")
+    simulator = LinearSimulator({}, (COUNT, len(table.observables)))
+    problem = InferenceProblem(table, (block,), simulator, ())
+    return unexplained_evidence(table, (block,), no_effects(problem), RunOrderDrift.of(table))
+
+
+def where(**wanted) -> np.ndarray:
+    return np.array([all(row[name] == value for name, value in wanted.items()) for row in FACTORS], dtype=float)
+
+
+@pytest.mark.parametrize(
+    ("rule", "inside"),
+    [("tip = delrin", {"tip": "delrin"}), ("mass = 1.0", {"mass": 1.0}), ("pressure = 2.0", {"pressure": 2.0})],
+)
+def test_gap_of_one_level_is_named_by_its_rule(rule: str, inside: dict):
+    evidence = evidence_of(8.0 * where(**inside))
+    names = {name for name, rows in factor_levels(FACTORS) if np.array_equal(rows, where(**inside) > 0)}
+    assert evidence.pattern in names | {rule}
+    assert evidence.stage == "gun"
+    assert evidence.gain > 10
+
+
+def test_gap_that_is_alike_everywhere_is_so_named():
+    assert evidence_of(8.0 * np.ones(COUNT)).pattern == "all configurations alike"
+
+
+def test_gap_without_any_order_is_from_configuration_to_configuration():
+    evidence = evidence_of(8.0 * np.random.default_rng(3).standard_normal(COUNT))
+    assert evidence.pattern == "from configuration to configuration"
+    assert evidence.gain > 10
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_alone_has_a_gain_below_zero(seed: int):
+    assert evidence_of(np.zeros(COUNT), seed=seed).gain < 0
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_planted_drift_is_over_the_order_of_runs(seed: int):
+    still, drifting = (evidence_of(np.zeros(COUNT), drift=size, seed=seed) for size in (0.0, 9.0))
+    assert drifting.pattern == "over the order of runs"
+    assert drifting.gain > max(10.0, still.gain)
+
+
+def test_larger_gap_has_a_larger_gain():
+    gains = [evidence_of(size * where(tip="delrin")).gain for size in (0.0, 2.0, 5.0, 15.0)]
+    assert gains == sorted(gains)
+
+
+def test_rules_hold_for_two_configurations_and_leave_two():
+    factors = [{"tip": tip, "run": float(i)} for i, tip in enumerate(["steel"] * 3 + ["delrin"] * 2 + ["brass"])]
+    rules = dict(factor_levels(factors))
+    assert set(rules) == {"tip = steel", "tip = delrin"}
+    assert rules["tip = delrin"].tolist() == [False, False, False, True, True, False]
+
+
+def test_two_factors_that_change_together_make_one_rule():
+    factors = [{"operator": name, "tip": tip} for name, tip in [("a", "x"), ("a", "x"), ("b", "y"), ("b", "y")]]
+    assert len(factor_levels(factors)) == 2
+
+
+def test_patterns_have_variance_one_where_they_act():
+    rng = np.random.default_rng(1)
+    order = rng.permutation(np.tile(np.arange(COUNT), REPETITIONS))
+    table = gap_of(rng.standard_normal((order.size, 1)), order, FACTORS)
+    loudness = {"gun": np.log([row["pressure"] for row in FACTORS])}
+    object.__setattr__(table, "loudness", loudness)
+    patterns = configuration_patterns(table, "gun", RunOrderDrift.of(table))
+    assert len({pattern.name for pattern in patterns}) == len(patterns)
+    for pattern in patterns:
+        variance = np.diag(pattern.covariance)
+        np.testing.assert_allclose(pattern.covariance, pattern.covariance.T)
+        if not pattern.drift:
+            assert variance[variance > 0].mean() == pytest.approx(1.0)
+
+
+def test_ramps_begin_at_the_quantiles_of_how_hard_runs_are():
+    order = np.arange(COUNT)
+    table = gap_of(np.zeros((COUNT, 1)), order, FACTORS)
+    object.__setattr__(table, "loudness", {"gun": np.linspace(0, 1, COUNT)})
+    patterns = {p.name: p.covariance for p in configuration_patterns(table, "gun", RunOrderDrift.of(table))}
+    for share in (0.25, 0.5, 0.75):
+        acting = np.diag(patterns[f"beyond the quantile {share:g} of how hard runs are"]) > 0
+        assert acting.sum() == np.sum(np.linspace(0, 1, COUNT) > share + 1e-6)
