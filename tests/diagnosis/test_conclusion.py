@@ -107,6 +107,12 @@ def test_gap_within_tolerance_is_none():
     assert not any(row.named for row in verdict.effects)
 
 
+def test_without_a_gap_no_effect_gains_anything():
+    """A change over a gap that scatter alone makes says nothing: it was -82 of the gap for an effect that is not
+    there."""
+    assert {row.held_out_gain for row in report().effects} == {0.0}
+
+
 def test_gap_that_no_effect_predicts_is_unknown():
     verdict = unknown_report()
     assert verdict.first.effects == (UNKNOWN,)
