@@ -62,9 +62,11 @@ def _large(posterior: Posterior) -> bool:
 
 def _held_out_gains(posterior: Posterior, held: HeldOut | None) -> dict[str, tuple[float, float]]:
     """By effect: by how much the fraction that goes is larger with it on configurations that it was not fitted to, and
-    the standard error of that; of effects outside of the best set by adding them to it."""
+    the standard error of that; of effects outside of the best set by adding them to it. 0 where there is no gap."""
     if held is None:
         return {}
+    if not held.is_gap:
+        return dict.fromkeys(posterior.effects, (0.0, 0.0))
     library, best = posterior.library, posterior.best
     by_effects: dict[frozenset[str], SubsetFit] = {}
     for fit in library.fits.values():

@@ -106,6 +106,13 @@ class HeldOut:
         """(n,): mean squared gap of each held-out configuration."""
         return self.gaps.squares(correction)[self.split.held_out]
 
+    @property
+    def is_gap(self) -> bool:
+        """Whether the gap is two standard errors of the scatter above the scatter's part: else none to shrink."""
+        rows = self.split.held_out
+        chance = float(np.sqrt((self.gaps.chance[rows] ** 2).sum()) / len(rows))
+        return bool(self.squares().mean() - self.gaps.floor[rows].mean() > 2 * chance)
+
     def fraction(self, correction: Floats) -> float:
         """Of the reducible gap, that a correction (C, D) takes away where it is held out."""
         rows = self.split.held_out
@@ -117,16 +124,14 @@ def _entry(
 ) -> Shrinkage:
     rows, correction = held.split.held_out, held.correction
     before, after, floor = (each[rows] for each in (gaps.squares(), gaps.squares(correction), gaps.floor))
-    chance = float(np.sqrt((gaps.chance[rows] ** 2).sum()) / len(rows))
-    is_gap = before.mean() - floor.mean() > 2 * chance
     unsure = Unsure(gaps.floor_unsure, training)
     return Shrinkage(
         effects=held.effects,
         held_out_by=held.split.name,
         before=float(np.sqrt(before.mean())),
         after=float(np.sqrt(after.mean())),
-        fraction=_share(before, after, floor) if is_gap else None,
-        ci90=fraction_interval(before, after, floor, rng, unsure) if is_gap else None,
+        fraction=_share(before, after, floor) if held.is_gap else None,
+        ci90=fraction_interval(before, after, floor, rng, unsure) if held.is_gap else None,
         more={
             CORRECTED: (float(np.sqrt(before.mean())), float(np.sqrt(held.squares(held.corrected).mean()))),
             **further(stages, gaps, held.split, held.chosen, correction, pulses),

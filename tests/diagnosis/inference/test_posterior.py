@@ -1,0 +1,225 @@
+"""What the inference says of effects and sets: probabilities, credible sets, parameters, and the case for unknown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from pyroshock.diagnosis.gap import GapTable
+from pyroshock.diagnosis.inference.model_search import ModelLibrary, fit_sets
+from pyroshock.diagnosis.inference.posterior import (
+    Posterior,
+    common_effects,
+    fitted_effects,
+    fitted_parameters,
+)
+from pyroshock.diagnosis.inference.subset_fit import no_effects
+from pyroshock.diagnosis.inference.unexplained_gap import UnexplainedEvidence
+from pyroshock.diagnosis.metric import Metric
+from pyroshock.diagnosis.stages.gun import GunStage
+from pyroshock.twin.effects import Effect, catalogue, effect
+from support.records.gun_campaigns import gun_record
+from support.records.linear_problems import linear_problem
+from support.records.toy_bench import (
+    Design,
+    Scatter,
+    ToyForceGain,
+    ToyLayer,
+    ToyLoss,
+    ToyMass,
+    ToyVelocityGain,
+    campaign,
+    stages_of,
+)
+
+IDS = ("gun.dead_volume", "sensor.pressure_offset", "sensor.velocity_gain")
+COUNT = 10
+
+
+@cache
+def gun_posterior(planted: Effect | None = None, seed: int = 3) -> Posterior:
+    record = gun_record([planted] if planted else [], seed=seed)
+    stage = GunStage(record)
+    return Posterior.of(GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in IDS])
+
+
+@cache
+def toy_posterior(*planted: Effect) -> Posterior:
+    """Gun and contact of the toy bench."""
+    scatter = Scatter(run=(0.004, 0.01, 0.1))
+    record = campaign(
+        planted, np.random.default_rng(1), Design((0.5, 2.0), (0.25, 1.0), ("none", "polymeric"), 3), scatter
+    )
+    stages = stages_of(record)[:2]
+    kinds = (ToyLoss, ToyMass, ToyLayer, ToyForceGain, ToyVelocityGain)
+    return Posterior.of(GapTable.of(record, stages), stages, kinds)
+
+
+def linear_posterior(responses: np.ndarray, gap: np.ndarray, sets: Sequence[Sequence[str]]) -> Posterior:
+    """Of effects with these responses (m, C) to a gap (C,) in tolerances; these sets alone are in the library."""
+    problem = linear_problem(responses[:, :, None], gap[:, None], 0.01 * np.eye(COUNT))
+    library = ModelLibrary(problem, {(): no_effects(problem)})
+    for names in sets:  # one by one: each from what is the best so far
+        fit_sets(problem, library, [names])
+    return Posterior(problem.gap, library, Metric.of(problem.gap), tuple(library.weights()))
+
+
+DEAD_VOLUME = effect("gun.dead_volume", volume_m3=1e-3)
+GAIN = effect("sensor.velocity_gain", gain=1.05)
+
+
+@pytest.mark.parametrize("planted", [DEAD_VOLUME, GAIN])
+def test_planted_effect_is_in_the_best_set(planted: Effect):
+    posterior = gun_posterior(planted)
+    assert posterior.major(posterior.best)[0] == planted.id
+    assert posterior.inclusion(planted.id) > 0.9
+    assert posterior.taken(posterior.best) > 0.9
+
+
+@pytest.mark.parametrize("planted", [(ToyLoss(0.15),), (ToyMass(1.4), ToyLayer(0.3))], ids=["one", "two"])
+def test_effects_between_stages_are_told_apart(planted: tuple[Effect, ...]):
+    posterior = toy_posterior(*planted)
+    assert set(posterior.major(posterior.best)) == {each.id for each in planted}
+
+
+@pytest.mark.parametrize("planted", [DEAD_VOLUME, GAIN])
+def test_interval_of_a_parameter_holds_the_truth(planted: Effect):
+    (own,) = gun_posterior(planted).parameters(planted.id)
+    item = next(item for item in planted.parameters() if item.name == own.name)
+    low, high = own.ci90
+    width = high - low  # nine intervals of ten hold it: none of two may be far off
+    assert low - 0.5 * width <= getattr(planted, own.name) <= high + 0.5 * width
+    assert low <= own.value <= high
+    assert own.unit == item.unit
+
+
+def test_inclusion_is_the_weight_of_the_sets_that_have_it():
+    posterior = gun_posterior(GAIN)
+    for name in posterior.effects:
+        without = sum(weight for fit, weight in posterior.weighted if name not in fit.effects)
+        assert posterior.inclusion(name) == pytest.approx(1 - without)
+
+
+@pytest.mark.parametrize("planted", [None, DEAD_VOLUME, GAIN])
+def test_sets_and_none_have_probability_one(planted: Effect | None):
+    posterior = gun_posterior(planted)
+    assert sum(posterior.set_probabilities().values()) + posterior.none_probability == pytest.approx(1.0)
+
+
+def test_gap_within_tolerance_is_none():
+    assert gun_posterior().none_probability > 0.95
+    assert gun_posterior(effect("sensor.velocity_gain", gain=1.004)).none_probability > 0.9
+
+
+def test_none_is_no_answer_to_a_gap_beyond_tolerance():
+    assert gun_posterior(DEAD_VOLUME).none_probability < 0.01
+
+
+def test_no_effects_take_nothing():
+    posterior = gun_posterior(DEAD_VOLUME)
+    assert posterior.taken(posterior.library.fits[()]) == pytest.approx(0.0)
+
+
+def test_last_shares_are_the_growth_of_the_squared_gap():
+    """Without an effect: two linear responses that are orthogonal have their own squares."""
+    responses = np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][:2] * [[9.0], [4.0]]
+    names = ("gun.linear_0", "gun.linear_1")
+    posterior = linear_posterior(responses, responses.sum(axis=0), [names])
+    shares = posterior.last_shares(posterior.best)
+    assert shares["gun.linear_0"] == pytest.approx(81 / 97, abs=0.02)
+    assert shares["gun.linear_1"] == pytest.approx(16 / 97, abs=0.02)
+    assert posterior.major(posterior.best) == names
+
+
+def test_effect_with_little_of_the_gap_is_no_major_one():
+    responses = np.linalg.qr(np.random.default_rng(0).standard_normal((COUNT, COUNT)))[0][:2] * [[20.0], [3.0]]
+    posterior = linear_posterior(responses, responses.sum(axis=0), [("gun.linear_0", "gun.linear_1")])
+    assert set(posterior.best.effects) == {"gun.linear_0", "gun.linear_1"}
+    assert posterior.major(posterior.best) == ("gun.linear_0",)
+    assert posterior.representative(["gun.linear_0"]) is posterior.best
+
+
+def test_effects_that_do_the_same_are_one_credible_set():
+    response = 3 * np.random.default_rng(0).standard_normal((2, COUNT))
+    responses = np.array([response[0], response[0], response[1]])
+    posterior = linear_posterior(responses, response[0], [[f"gun.linear_{i}"] for i in range(3)])
+    (own,) = posterior.credible_sets()
+    assert set(own) == {"gun.linear_0", "gun.linear_1"}
+    assert posterior.inclusion("gun.linear_0") == pytest.approx(0.5, abs=0.05)
+
+
+def test_effect_without_a_rival_is_its_own_credible_set():
+    responses = 3 * np.random.default_rng(0).standard_normal((3, COUNT))
+    posterior = linear_posterior(responses, responses[1], [[f"gun.linear_{i}"] for i in range(3)])
+    assert posterior.credible_sets() == [("gun.linear_1",)]
+
+
+def test_more_unexplained_evidence_makes_unknown_likelier():
+    """By as many nats as the evidence has more."""
+    posterior = linear_posterior(np.ones((1, COUNT)), np.zeros(COUNT), [["gun.linear_0"]])
+    odds = []
+    for gain in (0.0, 3.0):
+        own = Posterior(
+            posterior.gap,
+            posterior.library,
+            posterior.metric,
+            posterior.weighted,
+            {(): UnexplainedEvidence(gain, "gun", "over the order of runs")},
+        )
+        odds.append(own.log_odds_unknown)
+    assert odds[1] - odds[0] == pytest.approx(3.0)
+
+
+def test_sets_beside_which_something_is_sought_leave_most_of_the_gap():
+    posterior = gun_posterior(DEAD_VOLUME)
+    none, *poor = posterior.poor_sets
+    assert none.laws == ()
+    assert all(posterior.taken(fit) < 0.5 for fit in poor)
+    assert posterior.best not in poor
+
+
+def test_parameters_of_levels_bear_their_names():
+    record = gun_record([DEAD_VOLUME], seed=3)
+    stage = GunStage(record)
+    posterior = Posterior.of(GapTable.of(record, [stage]), [stage], [catalogue()["gun.sliding_friction"]])
+    law = next((law for law in posterior.problem.laws if law.levels), None)
+    assert law is not None, "friction belongs to the bullet, of which the campaign has two"
+    start = (law, law.starts()[1])
+    fit = _at(posterior, *start)
+    names = [row.name for row in fitted_parameters(fit, law.id)]
+    assert len(names) == len(law.coordinates) * 2
+    assert {name.split(" (")[1] for name in names} == {"0.25)", "1.0)"}
+    values = law.values(start[1])
+    for row in fitted_parameters(fit, law.id):
+        name, level = row.name.split(" (")
+        first = law.levels.index(law.level_names.index(level.rstrip(")")))
+        assert row.value == pytest.approx(values[name][first])
+
+
+def _at(posterior: Posterior, law, u):
+    return replace(posterior.library.fits[()], laws=(law,), u=u, precision=np.eye(len(u)))
+
+
+def test_fitted_effects_have_the_fitted_parameters():
+    posterior = gun_posterior(DEAD_VOLUME)
+    (row,) = posterior.parameters("gun.dead_volume")
+    fit = next(fit for fit, _ in posterior.weighted if "gun.dead_volume" in fit.effects)
+    (own,) = [each for each in fitted_effects(fit) if each.id == "gun.dead_volume"]
+    assert own.volume_m3 == pytest.approx(row.value)
+
+
+def test_common_effects_have_one_value_for_all_levels():
+    kinds = [catalogue()["gun.sliding_friction"]]
+    record = gun_record([DEAD_VOLUME], seed=3)
+    stage = GunStage(record)
+    posterior = Posterior.of(GapTable.of(record, [stage]), [stage], kinds)
+    law = next(law for law in posterior.problem.laws if law.levels)
+    u = law.starts()[1]
+    fit = _at(posterior, law, u)
+    (split,), (common,) = fitted_effects(fit), common_effects(fit)
+    name = law.coordinates[0].parameter.name
+    assert np.shape(getattr(split, name)) == (len(record.configurations),)
+    np.testing.assert_allclose(getattr(common, name), getattr(split, name))  # levels have nothing of their own at u

@@ -1,0 +1,107 @@
+"""A campaign's gap as an inference problem: cells in tolerances, their noise, and where effects begin to be seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pyroshock.diagnosis.gap import GapTable
+from pyroshock.diagnosis.inference.problem import InferenceProblem, StageBlock
+from pyroshock.diagnosis.stages.gun import GunStage
+from pyroshock.twin.effects import catalogue
+from support.records.gun_campaigns import gun_record
+from support.records.linear_problems import gap_of
+from support.records.toy_bench import Design, ToyLayer, ToyLeak, ToyLoss, ToyVelocityGain, campaign, stages_of
+
+FACTORS = [{"place": float(i)} for i in range(4)]
+
+
+def table(scatter: float = 0.2) -> GapTable:
+    rng = np.random.default_rng(0)
+    return gap_of(rng.standard_normal((9, 2)), [0, 0, 0, 0, 1, 1, 2, 2, 3], FACTORS, scatter)
+
+
+def test_cells_are_mean_gaps_in_tolerances():
+    gap = table()
+    doubled = replace(gap, observables=tuple(replace(item, tolerance=2.0) for item in gap.observables))
+    block = StageBlock.of(doubled, "gun")
+    np.testing.assert_allclose(block.z, gap.mean[block.configuration, block.observable] / 2.0)
+
+
+def test_noise_of_a_mean_falls_with_its_repetitions():
+    """Scatter squared over four, two, two and one runs, beside a fiftieth of a tolerance squared."""
+    block = StageBlock.of(table(0.2), "gun")
+    runs = np.array([4, 2, 2, 1])[block.configuration]
+    np.testing.assert_allclose(np.diag(block.covariances[0]), 0.2**2 / runs + 0.02)
+
+
+def test_cells_of_different_configurations_have_no_noise_in_common():
+    block = StageBlock.of(table(), "gun")
+    apart = block.configuration[:, None] != block.configuration[None, :]
+    np.testing.assert_array_equal(block.covariances[0][apart], 0.0)
+
+
+def test_uncertain_nominal_parameter_moves_all_cells_together():
+    gap = table()
+    moved = np.random.default_rng(1).standard_normal((1, 4, 2))
+    block = StageBlock.of(replace(gap, nuisances=moved), "gun")
+    own = moved[0, block.configuration, block.observable]
+    difference = block.covariances[0] - StageBlock.of(gap, "gun").covariances[0]
+    np.testing.assert_allclose(difference, np.outer(own, own), atol=1e-12)
+
+
+def test_cell_without_a_run_is_left_out():
+    gap = table()
+    count = gap.count.copy()
+    count[2, 1] = 0
+    block = StageBlock.of(replace(gap, count=count), "gun")
+    assert (2, 1) not in set(zip(block.configuration.tolist(), block.observable.tolist(), strict=True))
+    assert len(block.z) == 7
+
+
+def test_some_configurations_have_the_whole_block_s_cells():
+    block = StageBlock.of(table(), "gun")
+    part = block.only(np.array([1, 3]))
+    kept = np.flatnonzero(np.isin(block.configuration, [1, 3]))
+    np.testing.assert_array_equal(part.z, block.z[kept])
+    for i, own in enumerate(part.covariances):
+        np.testing.assert_array_equal(own, block.covariances[i][np.ix_(kept, kept)])
+
+
+def test_every_background_leaves_a_covariance():
+    for matrix in StageBlock.of(table(), "gun").covariances:
+        assert np.linalg.eigvalsh(matrix).min() > 0
+
+
+def test_laws_are_those_of_effects_that_a_stage_shows():
+    record = campaign([], np.random.default_rng(0), Design(repetitions=2))
+    stages = stages_of(record)[:1]
+    problem = InferenceProblem.of(GapTable.of(record, stages), stages, (ToyLayer, ToyLeak, ToyLoss, ToyVelocityGain))
+    assert set(problem.effects) == {"gun.toy_leak", "gun.toy_loss", "sensor.toy_velocity_gain"}
+
+
+def test_changes_are_in_tolerances():
+    record = campaign([], np.random.default_rng(0), Design(repetitions=2))
+    stages = stages_of(record)[:2]
+    problem = InferenceProblem.of(GapTable.of(record, stages), stages, (ToyLoss,))
+    law = problem.laws[0]
+    gun, contact = problem.changes([((law, np.array([0.5])),)])
+    loss = law.effect(np.array([0.5])).loss
+    np.testing.assert_allclose(gun[0], -loss / 0.01)
+    np.testing.assert_array_equal(contact[0], 0.0)
+
+
+@pytest.mark.parametrize("name", ["gun.dead_volume", "gun.blow_by"])
+def test_search_of_an_effect_begins_where_it_moves_the_gap_by_a_tolerance(name: str):
+    """At u = -2 it does, rms over configurations; at a third of that parameter it does not."""
+    record = gun_record()
+    stage = GunStage(record)
+    problem = InferenceProblem.of(GapTable.of(record, [stage]), [stage], [catalogue()[name]])
+    law = problem.laws[0]
+    size = float(law.coordinates[0].value(np.array(-2.0)))
+    rest = dict(law.fixed)
+    for value, beyond in ((size, True), (size / 3, False)):
+        effect = law.kind(**{**rest, law.coordinates[0].parameter.name: value})
+        rms = float(np.sqrt(np.mean((stage.changes([[effect]]) / stage.observables[0].tolerance) ** 2)))
+        assert (rms > 1.0) == beyond

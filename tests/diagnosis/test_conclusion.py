@@ -1,0 +1,198 @@
+"""The entries of a report, on small campaigns that the twin itself has shot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from pyroshock.diagnosis import conclusion
+from pyroshock.diagnosis.diagnose import Options, diagnose
+from pyroshock.diagnosis.record import CampaignRecord
+from pyroshock.diagnosis.verdict import NONE, UNKNOWN, Verdict
+from pyroshock.twin.effects import Effect, effect
+from support.records.gun_campaigns import gun_record
+
+IDS = ("gun.dead_volume", "sensor.pressure_offset", "sensor.velocity_gain")
+DEAD_VOLUME = effect("gun.dead_volume", volume_m3=1e-3)
+GAIN = effect("sensor.velocity_gain", gain=1.05)
+PRESSURES_PA = (0.3e5, 0.8e5, 1.4e5, 2.4e5)
+
+
+@cache
+def report(*planted: Effect, only: tuple[str, ...] = IDS, without: tuple[str, ...] = ()) -> Verdict:
+    record = gun_record(planted, seed=3, pressures_pa=PRESSURES_PA)
+    return diagnose(record, options=Options(catalogue=only, without=without, draw=False))
+
+
+@cache
+def alternating() -> CampaignRecord:
+    """Velocities that are off to either side from one configuration to the next, as no effect makes them."""
+    record = gun_record(seed=3, pressures_pa=PRESSURES_PA)
+    factors = [1.09, 0.92, 0.93, 1.08, 1.1, 0.91, 0.92, 1.07]
+    runs = tuple(replace(run, velocity_m_s=run.velocity_m_s * factors[run.configuration]) for run in record.runs)
+    return replace(record, runs=runs)
+
+
+@cache
+def unknown_report() -> Verdict:
+    return diagnose(alternating(), options=Options(catalogue=IDS, draw=False))
+
+
+REPORTS = pytest.mark.parametrize(
+    "verdict_of",
+    [lambda: report(), lambda: report(DEAD_VOLUME), lambda: report(GAIN), unknown_report],
+    ids=["none", "dead volume", "gain", "unknown"],
+)
+
+
+@REPORTS
+def test_probabilities_of_causes_sum_to_one_and_fall(verdict_of):
+    values = [cause.probability for cause in verdict_of().causes]
+    assert sum(values) == pytest.approx(1.0)
+    assert values == sorted(values, reverse=True)
+
+
+@REPORTS
+def test_none_and_unknown_are_always_entries(verdict_of):
+    names = {cause.effects for cause in verdict_of().causes}
+    assert {(NONE,), (UNKNOWN,)} <= names
+
+
+@REPORTS
+def test_shares_and_unexplained_sum_to_one(verdict_of):
+    verdict = verdict_of()
+    assert sum(row.share for row in verdict.effects) + verdict.unexplained.share == pytest.approx(1.0)
+    for row in [*verdict.effects, verdict.unexplained]:
+        assert 0 <= row.ci90[0] <= row.share <= row.ci90[1] <= 1
+
+
+@REPORTS
+def test_every_effect_that_can_show_has_a_row(verdict_of):
+    rows = verdict_of().effects
+    assert {row.effect for row in rows} == set(IDS)
+    assert [row.share for row in rows] == sorted((row.share for row in rows), reverse=True)
+
+
+@pytest.mark.parametrize("planted", [DEAD_VOLUME, GAIN], ids=["dead volume", "gain"])
+def test_planted_effect_is_named_first_with_the_whole_share(planted: Effect):
+    verdict = report(planted)
+    assert verdict.first.effects == (planted.id,)
+    assert verdict.effects[0].effect == planted.id
+    assert verdict.effects[0].named
+    assert verdict.effects[0].share > 0.9
+
+
+@pytest.mark.parametrize("planted", [DEAD_VOLUME, GAIN], ids=["dead volume", "gain"])
+def test_path_of_one_effect_has_one_step(planted: Effect):
+    """It ends where repetitions leave the gap."""
+    verdict = report(planted)
+    (step,) = verdict.path
+    assert step.added == planted.id
+    assert step.fraction > 0.9
+    assert step.after < 0.2 * verdict.gap.before
+
+
+def test_effects_that_do_not_act_are_not_named():
+    for planted in (DEAD_VOLUME, GAIN):
+        assert [row.effect for row in report(planted).effects if row.named] == [planted.id]
+
+
+def test_gap_within_tolerance_is_none():
+    verdict = report()
+    assert verdict.first.effects == (NONE,)
+    assert verdict.path == ()
+    assert not any(row.named for row in verdict.effects)
+
+
+def test_without_a_gap_no_effect_gains_anything():
+    """A change over a gap that scatter alone makes says nothing: it was -82 of the gap for an effect that is not
+    there."""
+    assert {row.held_out_gain for row in report().effects} == {0.0}
+
+
+def test_gap_that_no_effect_predicts_is_unknown():
+    verdict = unknown_report()
+    assert verdict.first.effects == (UNKNOWN,)
+    assert not any(row.named for row in verdict.effects)
+    assert verdict.unexplained.share > 0.5
+
+
+def test_unknown_has_a_next_experiment():
+    """Never "none is needed": the setting where most remains, repeated in another order."""
+    first = unknown_report().next_runs[0]
+    assert first.runs_needed >= 2
+    assert "another order of runs" in first.why
+
+
+def test_effect_that_is_left_out_is_not_in_the_report():
+    verdict = report(GAIN, without=("sensor.velocity_gain",))
+    assert {row.effect for row in verdict.effects} == set(IDS) - {"sensor.velocity_gain"}
+    named = {name for cause in verdict.causes for effects in cause.effects for name in effects.split("+")}
+    assert "sensor.velocity_gain" not in named | set(verdict.fits)
+
+
+def test_only_the_effects_of_the_catalogue_given_are_in_the_report():
+    verdict = report(GAIN, only=("sensor.velocity_gain",))
+    assert [row.effect for row in verdict.effects] == ["sensor.velocity_gain"]
+    assert verdict.first.effects == ("sensor.velocity_gain",)
+
+
+def test_effect_that_there_is_not_is_refused():
+    with pytest.raises(LookupError, match=r"gun\.magic"):
+        report(only=("gun.magic",))
+
+
+def test_effect_that_cannot_show_is_refused():
+    with pytest.raises(ValueError, match=r"contact\.viscous_loss cannot show"):
+        report(only=("contact.viscous_loss",))
+
+
+def test_named_sets_can_be_adopted():
+    """`fits` has the effect, near what was planted."""
+    (own,) = report(GAIN).fits["sensor.velocity_gain"]
+    assert own.gain == pytest.approx(1.05, abs=0.01)
+
+
+def test_held_out_gain_of_the_planted_effect_is_nearly_the_whole_gap():
+    gains = {row.effect: row.held_out_gain for row in report(DEAD_VOLUME).effects}
+    assert gains["gun.dead_volume"] > 0.8
+    assert max(abs(gain) for name, gain in gains.items() if name != "gun.dead_volume") < 0.2
+
+
+def test_effects_that_the_data_cannot_tell_apart_share_one_entry():
+    """Shots that are nearly alike and scatter: a leak may stand for the volume. The next experiment is of these two."""
+    record = gun_record([DEAD_VOLUME], seed=1, pressures_pa=(0.8e5, 1.0e5), masses_kg=(0.5, 0.55), scatter=0.015)
+    names = ("gun.blow_by", "gun.dead_volume", "sensor.velocity_gain")
+    verdict = diagnose(record, options=Options(catalogue=names, draw=False))
+    assert verdict.first.effects == ("gun.dead_volume", "gun.blow_by")
+    assert sum(verdict.first.split) == pytest.approx(1.0)
+    assert verdict.first.split[0] > verdict.first.split[1] > 0.05
+    assert verdict.next_runs[0].why.startswith("separates gun.dead_volume from gun.blow_by")
+
+
+def test_gain_is_the_difference_of_the_roots_over_the_room():
+    """(sqrt 9 - sqrt 4) / (sqrt 16 - sqrt 1); configurations that are alike leave no standard error."""
+    held = _held(before=16.0, floor=1.0)
+    value, error = conclusion._gain(held, np.full(5, 9.0), np.full(5, 4.0))
+    assert value == pytest.approx((3 - 2) / (4 - 1))
+    assert error == pytest.approx(0.0, abs=1e-12)
+
+
+def test_standard_error_of_a_gain_is_the_jackknife_s():
+    """Of a mean it is the textbook's standard error: here roots that are nearly linear."""
+    held, rng = _held(before=100.0, floor=1.0, count=40), np.random.default_rng(0)
+    less = 50 + 0.1 * rng.standard_normal(40)
+    _, error = conclusion._gain(held, less, np.full(40, 4.0))
+    slope = 0.5 / np.sqrt(50) / (10 - 1)
+    assert error == pytest.approx(slope * less.std(ddof=1) / np.sqrt(40), rel=0.02)
+
+
+def _held(before: float, floor: float, count: int = 5) -> SimpleNamespace:
+    return SimpleNamespace(
+        squares=lambda: np.full(count, before),
+        gaps=SimpleNamespace(floor=np.full(count, floor)),
+        split=SimpleNamespace(held_out=np.arange(count)),
+    )
