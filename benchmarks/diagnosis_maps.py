@@ -86,7 +86,7 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
 
 def _true_shares(table: Any) -> dict[str, float]:
     """Of one stage's Shapley values, summing to one."""
-    values = next(iter(table.values()), {}) if table else {}
+    values: dict[str, float] = next(iter(table.values()), {}) if table else {}
     whole = sum(values.values())
     return {name: value / whole for name, value in values.items()} if whole > 0 else {}
 

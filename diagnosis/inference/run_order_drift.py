@@ -51,7 +51,7 @@ class RunOrderDrift:
         own = np.linalg.solve(root, np.eye(len(self.slope)))
         together = np.linalg.solve(root, np.ones((len(self.slope), 1)))
         return [
-            float(np.logaddexp(*(_log_gain(white, size * each) for each in (own, together))) - np.log(2))
+            float(np.logaddexp(_log_gain(white, size * own), _log_gain(white, size * together)) - np.log(2))
             for size in amplitudes
         ]
 

@@ -141,7 +141,7 @@ def _background_prior(block: StageBlock, fit: SubsetFit, index: int, error: Erro
     noise = np.diag(block.covariances[0])[cells]
     allowed = float(np.sqrt(np.mean(1 + (scaled**2).sum(axis=0))))
     left = float(np.mean(residual(block, fit.change[index])[cells] ** 2 - noise))
-    beyond = max(np.sqrt(max(left, 0.0)) / allowed - 1.0, 0.0)
+    beyond = max(float(np.sqrt(max(left, 0.0))) / allowed - 1.0, 0.0)
     return -0.5 * (beyond / _BEYOND_TOLERANCE) ** 2
 
 
@@ -375,6 +375,6 @@ def newton_step(
         white = _whitened(factor, np.column_stack([np.where(answered, residual(block, own), 0.0), slope]))
         matrix = matrix + white[:, 1:].T @ white[:, 1:]
         right = right + white[:, 1:].T @ white[:, 0]
-    step = np.linalg.solve(matrix, right)
-    longest = np.abs(step).max()
+    step: Floats = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+    longest = float(np.abs(step).max())
     return np.asarray(step * min(1.0, _STEP / longest)) if longest > 0 else step

@@ -206,9 +206,9 @@ def perry_coefficient(ratio: float) -> float:
 def _through_valve(time: float, up: tuple[float, float, float], ratio: float, f: Floats) -> float:
     turned = min(max(time / f[OPEN_S], 0.0), 1.0)
     if f[VALVE_LAW] == 0.0:
-        return f[VALVE_M2] * turned * control_valve(up[0], up[2], ratio)
+        return float(f[VALVE_M2] * turned * control_valve(up[0], up[2], ratio))
     share = 1 - math.cos(math.pi / 2 * turned)
-    return f[VALVE_M2] * share * perry_coefficient(ratio) * nozzle(up[0], up[1], ratio)
+    return float(f[VALVE_M2] * share * perry_coefficient(ratio) * nozzle(up[0], up[1], ratio))
 
 
 @njit(cache=True)
@@ -223,7 +223,7 @@ def _leak(gas: tuple[float, float, float], ahead: float, f: Floats) -> float:
         if ratio > near:
             root *= (1 - ratio) / (1 - near)
         flow += f[LEAK_M2] * gas[0] / math.sqrt(GAS_CONSTANT * gas[1]) * root
-    return flow
+    return float(flow)
 
 
 @njit(cache=True)

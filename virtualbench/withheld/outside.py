@@ -73,7 +73,7 @@ class Outside:
     def _durations(self, settings: Sequence[Setting]) -> Floats:
         """How long shots (n,) take, sqrt(m / p), over the plan's longest."""
         longest = max((s.mass_kg / s.tank_pressure_bar) ** 0.5 for s in self.plan)
-        return np.array([(s.mass_kg / s.tank_pressure_bar) ** 0.5 for s in settings]) / longest
+        return np.asarray(np.array([(s.mass_kg / s.tank_pressure_bar) ** 0.5 for s in settings]) / longest)
 
     @property
     def _pressures(self) -> Floats:

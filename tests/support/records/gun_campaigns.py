@@ -29,11 +29,23 @@ def gun_record(
         Configuration(f"{p:g} Pa, {m:g} kg", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings
     )
     order = rng.permutation(np.tile(np.arange(len(settings)), repetitions))
-    nominal = tuple(Run(int(c), place, 1, place, *settings[c], 10.0, 0.1) for place, c in enumerate(order))
+    nominal = tuple(
+        Run(int(c), place, 1, place, settings[c][0], settings[c][1], velocity_m_s=10.0, velocity_u_m_s=0.1)
+        for place, c in enumerate(order)
+    )
     stage = GunStage(CampaignRecord("shots", "gun", configurations, nominal, BENCH))
     velocities = np.exp(stage.simulated(effects)[:, 0] + scatter * rng.standard_normal(len(order)))
     runs = tuple(
-        Run(int(c), place, 1, place, *settings[c], float(velocity), scatter * float(velocity))
+        Run(
+            int(c),
+            place,
+            1,
+            place,
+            settings[c][0],
+            settings[c][1],
+            velocity_m_s=float(velocity),
+            velocity_u_m_s=scatter * float(velocity),
+        )
         for place, (c, velocity) in enumerate(zip(order, velocities, strict=True))
     )
     return CampaignRecord("shots", "gun", configurations, runs, BENCH)

@@ -117,5 +117,6 @@ def linear_problem(
 
 def columns_of(problem: InferenceProblem, effects: Sequence[str]) -> np.ndarray:
     """A (N, k): the responses of some effects in the cells of the only block."""
+    assert isinstance(problem.simulator, LinearSimulator)
     responses = [problem.simulator.responses[name].ravel() for name in effects]
     return np.array(responses).reshape(len(responses), len(problem.blocks[0].z)).T

@@ -27,13 +27,13 @@ def force(strengths: dict[str, float], split: str, tip: str = "steel", speed: fl
 
 
 def impulse(strengths: dict[str, float], split: str, **other: object) -> float:
-    step, values = force(strengths, split, **other)  # type: ignore[arg-type]
+    step, values = force(strengths, split, **other)
     return float(values.sum() * step)
 
 
 def restitution(strengths: dict[str, float], split: str, **other: object) -> float:
     """On a rigid face all of the impulse is the impactor's."""
-    speed = float(other.get("speed", 1.0))  # type: ignore[arg-type]
+    speed = float(other.get("speed", 1.0))
     return impulse(strengths, split, **other) / (0.32 * speed) - 1
 
 
