@@ -208,7 +208,7 @@ def test_fitted_effects_have_the_fitted_parameters():
     (row,) = posterior.parameters("gun.dead_volume")
     fit = next(fit for fit, _ in posterior.weighted if "gun.dead_volume" in fit.effects)
     (own,) = [each for each in fitted_effects(fit) if each.id == "gun.dead_volume"]
-    assert own.volume_m3 == pytest.approx(row.value)
+    assert own.as_json()["volume_m3"] == pytest.approx(row.value)
 
 
 def test_common_effects_have_one_value_for_all_levels():
