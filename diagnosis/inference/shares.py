@@ -27,7 +27,7 @@ _EXACT = 6
 DRAWS, _SIMULATED = 400, 10
 #: Standard deviations of a share beyond the posterior's, relative and absolute: benches have laws of their own, and
 #: small effects that no set needs. Learned on development benches (`benchmarks/diagnosis_maps.py`).
-RELATIVE_ERROR, ABSOLUTE_ERROR = 0.10, 0.04
+RELATIVE_ERROR, ABSOLUTE_ERROR = 0.15, 0.04
 #: Sets of effects whose shares are averaged, at most, and the least weight of one.
 _MOST, _LEAST = 3, 0.08
 
