@@ -153,7 +153,7 @@ def test_effect_that_cannot_show_is_refused():
 def test_named_sets_can_be_adopted():
     """`fits` has the effect, near what was planted."""
     (own,) = report(GAIN).fits["sensor.velocity_gain"]
-    assert own.gain == pytest.approx(1.05, abs=0.01)
+    assert own.as_json()["gain"] == pytest.approx(1.05, abs=0.01)
 
 
 def test_held_out_gain_of_the_planted_effect_is_nearly_the_whole_gap():

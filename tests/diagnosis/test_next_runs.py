@@ -80,7 +80,7 @@ def test_none_needs_no_experiment():
 def test_setting_that_tells_two_causes_apart_is_in_the_units_of_its_columns():
     (run,) = planned(planted(), TWO)
     assert set(run.settings) == {"tank_pressure_bar", "bullet_mass_kg"}
-    assert 0.3 / 1.5 <= run.settings["tank_pressure_bar"] <= 2.4 * 1.5
+    assert 0.3 / 1.5 <= float(run.settings["tank_pressure_bar"]) <= 2.4 * 1.5
     assert 1 <= run.runs_needed <= MOST_RUNS
 
 
@@ -99,10 +99,10 @@ def test_likelier_pairs_come_first():
 @pytest.mark.parametrize("shots", [1, 4, 25])
 def test_distance_is_in_standard_deviations_of_n_shots(shots: int):
     """Of one observable: the difference over the root of both spreads and the scatter over n."""
-    forecasts = [
+    first, second = (
         planning._Forecast(np.array([[mean]]), np.array([[[variance]]])) for mean, variance in ((1.0, 0.2), (3.5, 0.3))
-    ]
-    distance = planning._distances(*forecasts, np.array([[0.8]]), shots)
+    )
+    distance = planning._distances(first, second, np.array([[0.8]]), shots)
     assert distance[0] == pytest.approx(2.5 / np.sqrt(0.2 + 0.3 + 0.8 / shots))
 
 

@@ -87,7 +87,7 @@ def test_changes_are_in_tolerances():
     problem = InferenceProblem.of(GapTable.of(record, stages), stages, (ToyLoss,))
     law = problem.laws[0]
     gun, contact = problem.changes([((law, np.array([0.5])),)])
-    loss = law.effect(np.array([0.5])).loss
+    loss = law.values(np.array([0.5]))["loss"]
     np.testing.assert_allclose(gun[0], -loss / 0.01)
     np.testing.assert_array_equal(contact[0], 0.0)
 
