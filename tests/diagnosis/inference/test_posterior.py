@@ -26,11 +26,9 @@ from support.records.linear_problems import linear_problem
 from support.records.toy_bench import (
     Design,
     Scatter,
-    ToyForceGain,
     ToyLayer,
     ToyLoss,
     ToyMass,
-    ToyVelocityGain,
     campaign,
     stages_of,
 )
@@ -51,10 +49,10 @@ def toy_posterior(*planted: Effect) -> Posterior:
     """Gun and contact of the toy bench."""
     scatter = Scatter(run=(0.004, 0.01, 0.1))
     record = campaign(
-        planted, np.random.default_rng(1), Design((0.5, 2.0), (0.25, 1.0), ("none", "polymeric"), 3), scatter
+        planted, np.random.default_rng(1), Design((0.5, 2.0), (0.25, 1.0), ("none", "polymeric"), 2), scatter
     )
     stages = stages_of(record)[:2]
-    kinds = (ToyLoss, ToyMass, ToyLayer, ToyForceGain, ToyVelocityGain)
+    kinds = (ToyLoss, ToyMass, ToyLayer)
     return Posterior.of(GapTable.of(record, stages), stages, kinds)
 
 

@@ -42,6 +42,16 @@ def test_cells_of_different_configurations_have_no_noise_in_common():
     np.testing.assert_array_equal(block.covariances[0][apart], 0.0)
 
 
+def test_observables_of_unlike_numbers_of_runs_share_the_root_of_both():
+    """Four runs of one, one of the other: a covariance of one run over the root of four times one."""
+    gap = table()
+    count = gap.count.copy()
+    count[0] = (4, 1)
+    noise = np.array([[0.09, 0.03], [0.03, 0.16]])
+    block = StageBlock.of(replace(gap, count=count, noise=replace(gap.noise, covariance=noise)), "gun")
+    np.testing.assert_allclose(block.covariances[0][:2, :2], [[0.09 / 4 + 0.02, 0.03 / 2], [0.03 / 2, 0.16 + 0.02]])
+
+
 def test_uncertain_nominal_parameter_moves_all_cells_together():
     gap = table()
     moved = np.random.default_rng(1).standard_normal((1, 4, 2))
@@ -87,7 +97,7 @@ def test_changes_are_in_tolerances():
     problem = InferenceProblem.of(GapTable.of(record, stages), stages, (ToyLoss,))
     law = problem.laws[0]
     gun, contact = problem.changes([((law, np.array([0.5])),)])
-    loss = law.effect(np.array([0.5])).as_json()["loss"]
+    loss = law.values(np.array([0.5]))["loss"]
     np.testing.assert_allclose(gun[0], -loss / 0.01)
     np.testing.assert_array_equal(contact[0], 0.0)
 

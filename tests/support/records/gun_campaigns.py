@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
@@ -30,22 +31,12 @@ def gun_record(
     )
     order = rng.permutation(np.tile(np.arange(len(settings)), repetitions))
     nominal = tuple(
-        Run(int(c), place, 1, place, settings[c][0], settings[c][1], velocity_m_s=10.0, velocity_u_m_s=0.1)
-        for place, c in enumerate(order)
+        Run(int(c), place, 1, place, settings[c][0], settings[c][1], 10.0, 0.1) for place, c in enumerate(order)
     )
     stage = GunStage(CampaignRecord("shots", "gun", configurations, nominal, BENCH))
     velocities = np.exp(stage.simulated(effects)[:, 0] + scatter * rng.standard_normal(len(order)))
     runs = tuple(
-        Run(
-            int(c),
-            place,
-            1,
-            place,
-            settings[c][0],
-            settings[c][1],
-            velocity_m_s=float(velocity),
-            velocity_u_m_s=scatter * float(velocity),
-        )
-        for place, (c, velocity) in enumerate(zip(order, velocities, strict=True))
+        replace(run, velocity_m_s=float(velocity), velocity_u_m_s=scatter * float(velocity))
+        for run, velocity in zip(nominal, velocities, strict=True)
     )
     return CampaignRecord("shots", "gun", configurations, runs, BENCH)

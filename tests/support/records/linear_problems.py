@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, make_dataclass
 from functools import cache
+from typing import cast
 
 import numpy as np
 from pyroshock.diagnosis.gap import GapTable
@@ -117,6 +118,6 @@ def linear_problem(
 
 def columns_of(problem: InferenceProblem, effects: Sequence[str]) -> np.ndarray:
     """A (N, k): the responses of some effects in the cells of the only block."""
-    assert isinstance(problem.simulator, LinearSimulator)
-    responses = [problem.simulator.responses[name].ravel() for name in effects]
+    simulator = cast(LinearSimulator, problem.simulator)
+    responses = [simulator.responses[name].ravel() for name in effects]
     return np.array(responses).reshape(len(responses), len(problem.blocks[0].z)).T
