@@ -25,6 +25,8 @@ _LISTED = 1e-3
 _ALIKE, _MOST_ALIKE = 0.10, 4
 #: An effect is named from this probability on that it acts.
 _INCLUDED = 0.5
+#: An effect that another one cancels is not named for it.
+_LEAST_SHARE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +48,8 @@ def conclude(posterior: Posterior, shares: GapShares, held: HeldOut | None, unkn
     p_unknown = unknown(posterior.log_odds_unknown, fraction) if _large(posterior) else 0.0
     causes = _causes(posterior, p_unknown)
     path = _path(posterior, held, named)
+    if causes[0].effects == (UNKNOWN,):
+        named = ()  # those that are nearest, no causes
     return Conclusion(
         causes=causes,
         effects=_effect_shares(posterior, shares, gains, named),
@@ -111,7 +115,7 @@ def _named(posterior: Posterior, shares: GapShares, gains: Mapping[str, tuple[fl
     kept = []
     for effect in posterior.effects:
         gain, error = gains.get(effect, (np.inf, 0.0))
-        if posterior.inclusion(effect) >= _INCLUDED and gain > error:
+        if posterior.inclusion(effect) >= _INCLUDED and gain > error and shares.share[effect] >= _LEAST_SHARE:
             kept.append(effect)
     return tuple(sorted(kept, key=lambda name: -shares.share[name]))
 

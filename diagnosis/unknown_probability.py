@@ -1,7 +1,7 @@
 """The probability that something outside of the catalogue makes most of the gap.
 
 Evidence alone is too sure: a law that is a little wrong is beaten by a free form. Hence a logit of two figures, learned
-on campaigns whose cause was known (`benchmarks/unknown_map.py`): the compressed log odds of the evidence, and the
+on campaigns whose cause was known (`benchmarks/diagnosis_maps.py`): the compressed log odds of the evidence, and the
 fraction of the gap that the effects take away where they were not fitted.
 """
 

@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ...twin.effects import Effect
 from .effect_laws import EffectLaw
 from .problem import InferenceProblem
 from .subset_fit import (
@@ -82,7 +83,7 @@ class ModelLibrary:
     @cached_property
     def prior(self) -> dict[str, tuple[float, float]]:
         """By effect, the logarithms of the probabilities that it does not act and that it does."""
-        return {name: (off, on) for name, (on, off) in set_prior(self.problem.laws).items()}
+        return {name: (off, on) for name, (on, off) in set_prior(self.problem.laws, self.problem.detectable).items()}
 
     def best(self) -> SubsetFit:
         return max(self.fits.values(), key=self.log_joint)
@@ -96,16 +97,18 @@ class ModelLibrary:
         return [(self.fits[key], float(share)) for key, share in zip(kept, mass / mass.sum(), strict=True)]
 
 
-def set_prior(laws: Sequence[EffectLaw]) -> dict[str, tuple[float, float]]:
+def set_prior(laws: Sequence[EffectLaw], detectable: Sequence[type[Effect]] = ()) -> dict[str, tuple[float, float]]:
     """By effect, the logarithms of the probabilities that it acts and that it does not, such that none of all effects
-    acts with `NONE_PRIOR`."""
+    acts with `NONE_PRIOR`: of all that are `detectable`, where the laws are those of some of them."""
     from scipy.optimize import brentq
 
     odds = {law.id: law.kind.prior_odds for law in laws}
     if not odds:
         return {}
-    ratios = np.array(list(odds.values()))
+    every = {kind.id: kind.prior_odds for kind in detectable} | odds
+    ratios = np.array(list(every.values()))
     scale = brentq(lambda x: float(np.log1p(np.exp(x) * ratios).sum()) + float(np.log(NONE_PRIOR)), -20, 20)
+    ratios = np.array(list(odds.values()))
     acts = np.exp(scale) * ratios / (1 + np.exp(scale) * ratios)
     return {name: (float(np.log(p)), float(np.log1p(-p))) for name, p in zip(odds, acts, strict=True)}
 

@@ -29,8 +29,6 @@ UNKNOWN_PRIOR = 0.2
 #: Sets beside which something unexplained is looked for.
 _BESIDE = 3
 _Z90 = 1.6449
-#: Two sets are one entry where these data leave the less likely one a tenth of both; an entry has at most so many.
-_ALIKE, _MOST_ALIKE = 0.10, 4
 #: Probability that the alternatives of an effect have together.
 _CREDIBLE = 0.90
 

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...twin.effects import Effect
+from ...twin.effects import Effect, catalogue
 from ..gap import GapTable
 from ..stages.base import Stage
 from .effect_laws import EffectLaw, LawRanges, laws_of, owners_of
@@ -98,6 +98,12 @@ class InferenceProblem:
         simulator = JointSimulator(stages, laws)
         simulator.negligible = negligible_places(simulator, gap.tolerance)
         return cls(gap, blocks, simulator, laws)
+
+    @property
+    def detectable(self) -> tuple[type[Effect], ...]:
+        """All effects of the catalogue that some stage can show, whether they are looked for or not."""
+        shown = {identity for stage in self.simulator.stages for identity in stage.shows}
+        return tuple(kind for name, kind in catalogue().items() if name in shown)
 
     @property
     def effects(self) -> tuple[str, ...]:

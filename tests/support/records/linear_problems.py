@@ -14,7 +14,7 @@ from pyroshock.diagnosis.inference.joint_simulation import Point
 from pyroshock.diagnosis.inference.problem import InferenceProblem, StageBlock
 from pyroshock.diagnosis.noise import Noise
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Factor, Run
-from pyroshock.diagnosis.stages.base import Observable
+from pyroshock.diagnosis.stages.base import Observable, Stage
 from pyroshock.twin.effects import Effect, parameter
 
 
@@ -47,6 +47,7 @@ class LinearSimulator:
     responses: Mapping[str, np.ndarray]
     shape: tuple[int, int]
     bend: float = 0.0
+    stages: tuple[Stage, ...] = ()
 
     def changes(self, points: Sequence[Point]) -> np.ndarray:
         table = np.zeros((len(points), *self.shape))
