@@ -188,7 +188,7 @@ def _variants(
 def _coordinate(kind: type[Effect], item: Parameter, ranges: LawRanges) -> Coordinate:
     assert item.likely is not None
     low, high = item.likely
-    shape = item.default == item.off and low > 0
+    shape = item.default == item.off and 0 < low <= item.off <= high  # how an effect acts, not whether
     if low < item.off < high and not shape:
         if low > 0 and high / low > 3:
             return Coordinate(item, float(np.log(item.off)), float(np.log(high / item.off)) / LIKELY_SD, True)

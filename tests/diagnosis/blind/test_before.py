@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from support.records.before_table import FOLDER, lines
+import pytest
+from support.records.before_table import FOLDER, NOW, lines
 
 PAGE = Path(FOLDER).parents[1] / "diagnosis.md"
 
 
-def test_table_is_that_of_the_kept_rows() -> None:
+@pytest.mark.parametrize("folder", [FOLDER, NOW], ids=["before", "now"])
+def test_table_is_that_of_the_kept_rows(folder: Path) -> None:
     text = PAGE.read_text(encoding="utf-8")
-    table = list(lines())
+    table = list(lines(folder))
     assert table
     assert [line for line in table if line not in text] == []

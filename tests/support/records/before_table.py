@@ -11,11 +11,13 @@ from pyroshock.diagnosis.blind.rates import Rate
 from pyroshock.diagnosis.blind.tasks import BENCHES
 
 FOLDER = Path(__file__).resolve().parents[3] / "docs" / "blind-check" / "before"
+#: The same of the joint inference.
+NOW = FOLDER.with_name("now")
 
 
-def lines() -> Iterator[str]:
+def lines(folder: Path = FOLDER) -> Iterator[str]:
     """Rows of the table without its head."""
-    rows = pooled(sorted(FOLDER.glob("*.jsonl")))[1]
+    rows = pooled(sorted(folder.glob("*.jsonl")))[1]
     for each in bench_tables(rows, tuple(BENCHES)):
         yield _line(each)
 
@@ -47,4 +49,4 @@ def _rate(rate: Rate) -> str:
 
 
 if __name__ == "__main__":
-    print("\n".join(lines()))
+    print("\n".join([*lines(), "", *lines(NOW)]))
