@@ -158,8 +158,9 @@ def test_free_atmosphere_makes_a_volume_and_a_factor_one(small: GunStage) -> Non
     assert distances(fits, of.s)[0, 1] < 0.2
 
 
-def test_diagnosis_says_that_what_it_names_does_not_predict(small: GunStage) -> None:
-    """74 shots with one dart: whatever it chooses on four pressures is next to nothing at the fifth."""
+@pytest.mark.slow
+def test_diagnosis_does_not_predict_the_fifth_pressure(small: GunStage) -> None:
+    """74 shots with one dart: whatever it chooses on four pressures is next to nothing at the fifth. A small gun with a
+    slow valve is simulated in many steps, so that this takes minutes."""
     said = diagnose(small.record, options=Options(where=False, plan=False, draw=False))
     assert said.shrinkage[0].fraction is not None and said.shrinkage[0].fraction < 0.3
-    assert any("a cause outside of the catalogue is possible" in note for note in said.assumptions)
