@@ -2,7 +2,7 @@
 
     python -m benchmarks.diagnosis_maps [--jobs 2] [--fit-only]
 
-Writes a row for each campaign to docs/blind-check/development-maps.jsonl, and prints the constants of
+Writes a row for each campaign to docs/blind-check/development/maps.jsonl, and prints the constants of
 `diagnosis/unknown_probability.py`, and how often true shares lie in their intervals with those of
 `diagnosis/inference/shares.py`. Families outside of the catalogue and laws are
 those of the development split alone; seeds are listed here.
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-ROWS = Path(__file__).parent.parent / "docs" / "blind-check" / "development-maps.jsonl"
+ROWS = Path(__file__).parent.parent / "docs" / "blind-check" / "development" / "maps.jsonl"
 #: First number of every seed; the second is the place of the campaign in the list.
 SEED = 26_113
 SPLIT = "development"

@@ -16,10 +16,10 @@ import numpy as np
 class UnknownMap:
     """logit p = `intercept` + `odds` asinh(log odds / 2) + `fraction` (1/2 - held-out fraction)."""
 
-    intercept: float = 0.39
-    odds: float = 0.25
-    fraction: float = 4.5
-    source: str = "development campaigns of the virtual bench (docs/blind-check/development-maps.jsonl)"
+    intercept: float = 0.40
+    odds: float = 0.26
+    fraction: float = 3.9
+    source: str = "development campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
 
     def __call__(self, log_odds: float, fraction: float | None) -> float:
         """Without a fraction that is held out the odds alone decide."""
