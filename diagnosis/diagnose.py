@@ -17,7 +17,7 @@ from .options import Options
 from .pictures import Pictures
 from .record import CampaignRecord
 from .stages.base import Stage
-from .verdict import EffectShare, Shrinkage, Verdict, Where
+from .verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict, Where
 
 if TYPE_CHECKING:
     from .inference.held_out import FoldFit
@@ -79,7 +79,13 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
         unexplained=conclusion.unexplained,
         path=conclusion.path,
         next_runs=planned,
-        assumptions=(*record.assumptions, *notes, *stage_notes(stages), *_assumed(gap, options, conclusion.effects)),
+        assumptions=(
+            *record.assumptions,
+            *notes,
+            *stage_notes(stages),
+            *_assumed(gap, options, conclusion.effects),
+            *_poor_prediction(conclusion.causes[0], entries),
+        ),
         seconds=time.perf_counter() - started,
         fits={name: common_effects(fit) for name, fit in conclusion.fits.items()},
         unknown_log_odds=posterior.log_odds_unknown,
@@ -130,6 +136,22 @@ def _assumed(gap: GapTable, options: Options, effects: Sequence[EffectShare]) ->
             "probabilities are not calibrated"
         )
     return (*sentences, *_at_limits(effects))
+
+
+#: Held out, effects that take less of the gap than this do not predict what they have not seen.
+_PREDICTS = 0.3
+
+
+def _poor_prediction(first: Cause, entries: Sequence[Shrinkage]) -> tuple[str, ...]:
+    """That the likeliest effects of the catalogue predict little where they were not fitted."""
+    if first.effects[0] in (NONE, UNKNOWN):
+        return ()
+    return tuple(
+        f"{first.effects[0]} is the likeliest cause of the catalogue, but what is chosen on other configurations takes "
+        f"only {entry.fraction:.0%} of the gap where it was not fitted: a cause outside of the catalogue is possible"
+        for entry in entries
+        if entry.held_out_by == "configuration" and entry.fraction is not None and entry.fraction < _PREDICTS
+    )
 
 
 def _at_limits(effects: Sequence[EffectShare]) -> tuple[str, ...]:

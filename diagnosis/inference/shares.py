@@ -26,7 +26,7 @@ _EXACT = 6
 #: Draws from the posterior of parameters and laws' errors, and how many of them are simulated.
 DRAWS, _SIMULATED = 400, 10
 #: Standard deviations of a share beyond the posterior's, relative and absolute: benches have laws of their own, and
-#: small effects that no set needs. Learned on development benches (`benchmarks/diagnosis_maps.py`).
+#: small effects that no set needs. Set by hand after looking at the shares of some 28 realistic development benches.
 RELATIVE_ERROR, ABSOLUTE_ERROR = 0.15, 0.04
 #: Sets of effects whose shares are averaged, at most, and the least weight of one.
 _MOST, _LEAST = 3, 0.08
