@@ -25,6 +25,8 @@ _LISTED = 1e-3
 _ALIKE, _MOST_ALIKE = 0.10, 4
 #: An effect is named from this probability on that it acts.
 _INCLUDED = 0.5
+#: A named effect with less of the gap stands in the table of effects alone.
+_LEAST_LISTED = 0.05
 #: An effect that another one cancels is not named for it.
 _LEAST_SHARE = 0.02
 
@@ -44,9 +46,9 @@ def conclude(posterior: Posterior, shares: GapShares, held: HeldOut | None, unkn
     """`held` is what was held out by configuration; None where there are too few configurations."""
     gains = _held_out_gains(posterior, held)
     named = _named(posterior, shares, gains)
-    fraction = held.fraction(held.correction) if held is not None else None
-    p_unknown = unknown(posterior.log_odds_unknown, fraction) if _large(posterior) else 0.0
-    causes = _causes(posterior, p_unknown)
+    p_unknown = unknown(posterior.log_odds_unknown, *_held_out_figures(posterior, held)) if _large(posterior) else 0.0
+    listed = _listed_sets(posterior, [name for name in named if shares.share[name] >= _LEAST_LISTED])
+    causes = _causes(posterior, p_unknown, *listed)
     path = _path(posterior, held, named)
     if causes[0].effects == (UNKNOWN,):
         named = ()  # those that are nearest, no causes
@@ -55,13 +57,22 @@ def conclude(posterior: Posterior, shares: GapShares, held: HeldOut | None, unkn
         effects=_effect_shares(posterior, shares, gains, named),
         unexplained=Unexplained(shares.unexplained, shares.unexplained_interval),
         path=path,
-        fits=_fits(posterior, named),
+        fits=_fits(posterior, named, listed[1]),
     )
 
 
 def _large(posterior: Posterior) -> bool:
     """Whether there is a gap beyond noise and tolerance to be explained."""
     return posterior.metric.size(posterior.gap).beyond_noise or posterior.none_probability < 0.5
+
+
+def _held_out_figures(posterior: Posterior, held: HeldOut | None) -> tuple[float | None, float | None]:
+    """The fraction of the gap that goes held out, and what is left of it beyond the noise floor, in tolerances."""
+    if held is None:
+        return None, None
+    left = held.squares(held.correction).mean() - held.gaps.floor[held.split.held_out].mean()
+    tolerance = posterior.metric.size(posterior.gap).tolerance
+    return held.fraction(held.correction), float(np.sqrt(max(left, 0.0)) / tolerance)
 
 
 def _held_out_gains(posterior: Posterior, held: HeldOut | None) -> dict[str, tuple[float, float]]:
@@ -120,12 +131,33 @@ def _named(posterior: Posterior, shares: GapShares, gains: Mapping[str, tuple[fl
     return tuple(sorted(kept, key=lambda name: -shares.share[name]))
 
 
-def _causes(posterior: Posterior, p_unknown: float) -> tuple[Cause, ...]:
-    """Sets of major effects by falling probability, those that the data cannot separate in one entry."""
+def _listed_sets(
+    posterior: Posterior, named: Sequence[str]
+) -> tuple[dict[tuple[str, ...], float], dict[tuple[str, ...], SubsetFit]]:
+    """Probabilities, and fits, by the effects that a report lists of a set: its major ones, and of its others those
+    that are `named`."""
+    probabilities: dict[tuple[str, ...], float] = {}
+    fits: dict[tuple[str, ...], SubsetFit] = {}
+    for major, p in posterior.set_probabilities().items():
+        fit = posterior.representative(major)
+        names = (*major, *(name for name in named if name in fit.effects and name not in major))
+        same = next((known for known in fits if set(known) == set(names)), names)
+        probabilities[same] = probabilities.get(same, 0.0) + p
+        fits.setdefault(same, fit)
+    return probabilities, fits
+
+
+def _causes(
+    posterior: Posterior,
+    p_unknown: float,
+    probabilities: Mapping[tuple[str, ...], float],
+    sets: Mapping[tuple[str, ...], SubsetFit],
+) -> tuple[Cause, ...]:
+    """Sets of effects by falling probability, those that the data cannot separate in one entry."""
     none = posterior.none_probability * (1 - p_unknown)
-    rest = {names: p * (1 - p_unknown) for names, p in posterior.set_probabilities().items()}
+    rest = {names: p * (1 - p_unknown) for names, p in probabilities.items()}
     entries: list[Cause] = []
-    remaining = list(rest)
+    remaining = sorted(rest, key=lambda names: -rest[names])
     while remaining:
         first = remaining.pop(0)
         group = [first]
@@ -134,7 +166,7 @@ def _causes(posterior: Posterior, p_unknown: float) -> tuple[Cause, ...]:
             if alike and rest[other] >= _ALIKE * (rest[first] + rest[other]):
                 group.append(other)
                 remaining.remove(other)
-        entries.append(_cause(posterior, group, [rest[names] for names in group]))
+        entries.append(_cause(sets[first], group, [rest[names] for names in group]))
     entries += [Cause((NONE,), none), Cause((UNKNOWN,), p_unknown)]
     kept = [entry for entry in entries if entry.probability >= _LISTED or entry.effects[0] in (NONE, UNKNOWN)]
     total = sum(entry.probability for entry in kept) or 1.0
@@ -142,8 +174,7 @@ def _causes(posterior: Posterior, p_unknown: float) -> tuple[Cause, ...]:
     return tuple(sorted(scaled, key=lambda entry: -entry.probability))
 
 
-def _cause(posterior: Posterior, group: Sequence[tuple[str, ...]], probabilities: Sequence[float]) -> Cause:
-    fit = posterior.representative(group[0])
+def _cause(fit: SubsetFit, group: Sequence[tuple[str, ...]], probabilities: Sequence[float]) -> Cause:
     total = sum(probabilities)
     prefix = len(group[0]) > 1
     parameters = [item for name in group[0] for item in fitted_parameters(fit, name, f"{name}." if prefix else "")]
@@ -200,11 +231,11 @@ def _fit_of(posterior: Posterior, effects: Sequence[str]) -> SubsetFit:
     return max(fits, key=posterior.library.log_joint)
 
 
-def _fits(posterior: Posterior, named: Sequence[str]) -> dict[str, SubsetFit]:
+def _fits(
+    posterior: Posterior, named: Sequence[str], sets: Mapping[tuple[str, ...], SubsetFit]
+) -> dict[str, SubsetFit]:
     """By name, "a+b" for several: every set of the report, each prefix of the path, and single effects."""
-    fits: dict[str, SubsetFit] = {}
-    for names in posterior.set_probabilities():
-        fits["+".join(names)] = posterior.representative(names)
+    fits = {"+".join(names): fit for names, fit in sets.items()}
     for i in range(len(named)):
         fits.setdefault("+".join(named[: i + 1]), _fit_of(posterior, named[: i + 1]))
     for fit in posterior.library.fits.values():

@@ -58,7 +58,7 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
     posterior = Posterior.of(gap, stages, _kinds(options, stages))
     tell(2, _STEPS, "shares")
     metric = posterior.metric
-    shares = gap_shares(posterior.library, metric.columns, posterior.floor, rng)
+    shares = gap_shares(posterior.library, posterior.weights, posterior.floor, rng)
     tell(3, _STEPS, "held out")
     held = _held_out(posterior, stages, options, rng)
     entries = tuple(entry for entry, _ in held)

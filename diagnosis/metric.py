@@ -24,7 +24,8 @@ _CONTACT = ("ln_peak", "ln_impulse", "ln_width_half")
 
 @dataclass(frozen=True, eq=False)
 class Metric:
-    """`columns` (m,) of the gap table, each over `unit` (m,); 1 where one unit serves all, tolerances otherwise."""
+    """`columns` (m,) of the gap table, each over `unit` (m,): 1 where one unit serves all, tolerances otherwise, such
+    that each of several stages counts the same, however many observables it has."""
 
     name: str
     columns: NDArray[np.intp]
@@ -41,7 +42,14 @@ class Metric:
             return cls("rms error of modal frequencies and damping ratios (in tolerances)", columns, tolerance, 1.0)
         if len(gap.stages) == 1:
             return cls(_NAMES[gap.stages[0]], columns, np.ones(columns.size), float(np.sqrt(np.mean(tolerance**2))))
-        return cls(f"rms error of {', '.join(gap.stages)} (in tolerances)", columns, tolerance, 1.0)
+        name = f"rms error of {', '.join(gap.stages)} (in tolerances, all stages alike)"
+        return cls(name, columns, tolerance * np.sqrt(_stage_counts(gap, columns)), 1.0)
+
+    def weights(self, gap: GapTable) -> Floats:
+        """(D,): of the squares of all observables in tolerances; 0 where one does not count, the others' mean is 1."""
+        weight = np.zeros(len(gap.observables))
+        weight[self.columns] = 1.0 if len(gap.stages) == 1 else 1 / _stage_counts(gap, self.columns)
+        return weight
 
     def scales(self, gap: GapTable) -> dict[str, Floats]:
         """By stage (d,): the unit of each observable; infinite where it does not count."""
@@ -66,6 +74,13 @@ class Metric:
             mean = float(own[np.isfinite(own)].mean()) if np.isfinite(own).any() else 0.0
             sizes[name] = float(np.sqrt(max(0.0, mean)))
         return sizes
+
+
+def _stage_counts(gap: GapTable, columns: NDArray[np.intp]) -> Floats:
+    """(m,): observables of a column's own stage, over the mean of that number over the stages."""
+    stage = np.array([gap.observables[int(column)].stage for column in columns])
+    names, place, count = np.unique(stage, return_inverse=True, return_counts=True)
+    return np.asarray(count[place] * len(names) / columns.size, dtype=np.float64)
 
 
 def _counts(item: Observable, spectra: bool) -> bool:

@@ -1,8 +1,9 @@
 """The probability that something outside of the catalogue makes most of the gap.
 
-Evidence alone is too sure: a law that is a little wrong is beaten by a free form. Hence a logit of two figures, learned
-on campaigns whose cause was known (`benchmarks/diagnosis_maps.py`): the compressed log odds of the evidence, and the
-fraction of the gap that the effects take away where they were not fitted.
+Evidence alone is too sure: a law that is a little wrong is beaten by a free form. Hence a logit of three figures,
+learned on campaigns whose cause was known (`benchmarks/diagnosis_maps.py`): the compressed log odds of the evidence,
+the fraction of the gap that the effects take away where they were not fitted, and how much is left there, in
+tolerances.
 """
 
 from __future__ import annotations
@@ -11,18 +12,35 @@ from dataclasses import dataclass
 
 import numpy as np
 
+#: Less than this is left by any simulator, and more than that says no more, in tolerances.
+_LEAST_LEFT, _MOST_LEFT = 0.3, 30.0
+
 
 @dataclass(frozen=True)
 class UnknownMap:
-    """logit p = `intercept` + `odds` asinh(log odds / 2) + `fraction` (1/2 - held-out fraction)."""
+    """logit p = `intercept` + `odds` asinh(log odds / 2) + `fraction` (1/2 - held-out fraction) + `left` ln(left)."""
 
     intercept: float = 0.40
     odds: float = 0.26
     fraction: float = 3.9
+    left: float = 0.0
     source: str = "development campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
 
-    def __call__(self, log_odds: float, fraction: float | None) -> float:
-        """Without a fraction that is held out the odds alone decide."""
-        held_out = 0.5 if fraction is None or not np.isfinite(fraction) else float(np.clip(fraction, -0.5, 1.0))
-        logit = self.intercept + self.odds * np.arcsinh(log_odds / 2) + self.fraction * (0.5 - held_out)
+    def __call__(self, log_odds: float, fraction: float | None, left: float | None) -> float:
+        """`left`: rms of the gap that the effects leave held out, less the noise floor, in tolerances. Without figures
+        that are held out the odds alone decide."""
+        figures = np.array(features(log_odds, fraction, left))
+        logit = float(figures @ [self.intercept, self.odds, self.fraction, self.left])
         return float(1 / (1 + np.exp(-logit)))
+
+
+def features(log_odds: float, fraction: float | None, left: float | None) -> tuple[float, float, float, float]:
+    """One, and the figures of the logit in the order of `UnknownMap`."""
+    if fraction is None or left is None or not np.isfinite(fraction) or not np.isfinite(left):
+        fraction, left = 0.5, 1.0
+    return (
+        1.0,
+        float(np.arcsinh(log_odds / 2)),
+        0.5 - float(np.clip(fraction, -0.5, 1.0)),
+        float(np.log(np.clip(left, _LEAST_LEFT, _MOST_LEFT))),
+    )

@@ -22,7 +22,6 @@ def label(task: Task, opened: Opened) -> Label:
     """What was withheld, as it is scored."""
     effects = tuple(name for name in opened.cause if name not in ("none", "unknown"))
     present = tuple(opened.gap)
-    widths = {stage: len(rows[0]) for stage, rows in opened.changes.items()}
     shown = [stage for effect in effects for stage in stages_of(effect) if stage in present]
     return Label(
         case=task.name,
@@ -35,8 +34,8 @@ def label(task: Task, opened: Opened) -> Label:
         stages=tuple(dict.fromkeys(shown)) if len(effects) == 1 else tuple(filter(None, [opened.stage])),
         inside=_inside(opened) if opened.region else None,
         rough=bool(opened.background.get("rough")),
-        shares=shares(opened.left_out, widths),
-        shapley=shares(opened.shapley, widths),
+        shares=shares(opened.left_out),
+        shapley=shares(opened.shapley),
         shown=opened.shown,
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -42,11 +42,17 @@ class JointSimulator:
         """C configurations and D observables of all stages."""
         return len(self.stages[0].record.configurations), sum(len(stage.observables) for stage in self.stages)
 
-    def changes(self, points: Sequence[Point]) -> Floats:
-        """(k, C, D): by how much each set moves the nominal observables; NaN where there is no answer."""
+    def changes(self, points: Sequence[Point], stages: Collection[str] | None = None) -> Floats:
+        """(k, C, D): by how much each set moves the nominal observables; NaN where there is no answer, 0 in stages that
+        are not asked for."""
         if not points:
             return np.zeros((0, *self.shape))
-        tables = [self._stage_changes(stage, points) for stage in self.stages]
+        tables = [
+            self._stage_changes(stage, points)
+            if stages is None or stage.name in stages
+            else np.zeros((len(points), self.shape[0], len(stage.observables)))
+            for stage in self.stages
+        ]
         return np.concatenate(tables, axis=2)
 
     def _stage_changes(self, stage: Stage, points: Sequence[Point]) -> Floats:

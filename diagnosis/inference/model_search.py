@@ -7,8 +7,9 @@ Sets that are much less likely than the best are left out (Occam's window: Madig
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -42,6 +43,8 @@ _OF_ONE_LAW = 2
 BEAM = 2
 #: A set that is so many nats below the best and smaller than it is not followed further down.
 _GIVEN_UP = 15.0
+#: Likely sets of each stage that are put together with those of the others.
+_OF_A_STAGE = 6
 #: Steps of the fit of all effects at once, before and after its derivatives are simulated.
 _FROM_ALL = 6
 #: Step of differences in u.
@@ -85,8 +88,9 @@ class ModelLibrary:
         """By effect, the logarithms of the probabilities that it does not act and that it does."""
         return {name: (off, on) for name, (on, off) in set_prior(self.problem.laws, self.problem.detectable).items()}
 
-    def best(self) -> SubsetFit:
-        return max(self.fits.values(), key=self.log_joint)
+    def best(self, without: Collection[str] = ()) -> SubsetFit:
+        """The likeliest set, of those without some effects."""
+        return max((fit for fit in self.fits.values() if not set(fit.effects) & set(without)), key=self.log_joint)
 
     def weights(self, window: float = WINDOW) -> list[tuple[SubsetFit, float]]:
         """Sets within Occam's window, the likeliest first, and their probabilities."""
@@ -114,10 +118,20 @@ def set_prior(laws: Sequence[EffectLaw], detectable: Sequence[type[Effect]] = ()
 
 
 def search(problem: InferenceProblem, progress: Callable[[str], None] = lambda _: None) -> ModelLibrary:
-    """From no effects upwards as long as another one pays, from all effects downwards, and from the best of both by
-    drops, exchanges and additions until none is better."""
+    """The library of a problem. Stages are independent given what was measured between them, but for the sensors that
+    two of them share: each is searched by itself, and what they find together begins the search of all."""
     library = ModelLibrary(problem)
     library.add([no_effects(problem)])
+    if len(problem.blocks) == 1:
+        _search_stage(problem, library, progress)
+    else:
+        _join(problem, library, [search(problem.stage(block.stage), progress) for block in problem.blocks])
+    _exchange(problem, library, progress)
+    return library
+
+
+def _search_stage(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
+    """From no effects upwards as long as another one pays, and from all effects downwards."""
     beam = [library.best()]
     gains = True
     while gains:
@@ -130,6 +144,59 @@ def search(problem: InferenceProblem, progress: Callable[[str], None] = lambda _
         gains = library.log_joint(beam[0]) > before
         progress(f"{'+'.join(beam[0].effects)}: {library.log_joint(beam[0]):.1f}")
     _eliminate(problem, library, progress)
+
+
+def _join(problem: InferenceProblem, library: ModelLibrary, parts: Sequence[ModelLibrary]) -> None:
+    """Sets of all stages from those of each. Without sensors that two stages share, evidence and parameters are those
+    of the stages; with them, unions of the stages' best sets are fitted together."""
+    shown = Counter(name for part in parts for name in part.problem.effects)
+    shared = {name for name, count in shown.items() if count > 1}
+    alone = [[fit for fit, _ in part.weights() if not set(fit.effects) & shared][:_OF_A_STAGE] for part in parts]
+    alone = [fits or [part.best(without=shared)] for fits, part in zip(alone, parts, strict=True)]
+    library.add(_composed(choice) for choice in itertools.product(*alone))
+    unions: dict[tuple[str, ...], tuple[tuple[EffectLaw, ...], Floats]] = {}
+    for choice in itertools.product(*([part.best(), part.best(without=shared)] for part in parts)):
+        laws: dict[str, tuple[EffectLaw, Floats]] = {}
+        for fit in choice:
+            laws |= {law.id: (law, own) for law, own in zip(fit.laws, fit.parts, strict=True) if law.id not in laws}
+        union = tuple(law for law, _ in laws.values())
+        if not library.has(union):
+            unions[tuple(law.key for law in union)] = union, np.concatenate([own for _, own in laws.values()])
+    best = library.best()
+    starts = _starts(problem, [(best, laws, u) for laws, u in unions.values()])
+    library.add(polished(problem, fit_subsets(problem, starts, iterations=_FROM_ALL), _FROM_ALL))
+
+
+def _composed(parts: Sequence[SubsetFit]) -> SubsetFit:
+    """One set from sets of each stage that have no effect in common."""
+    from scipy.linalg import block_diag
+
+    laws = tuple(law for part in parts for law in part.laws)
+    u = np.concatenate([part.u for part in parts])
+    jacobian, contributions, at, row = [], [], 0, 0
+    for part in parts:
+        slope = np.zeros((len(part.change[0]), len(u)))
+        slope[:, at : at + len(part.u)] = part.jacobian[0]
+        own = np.zeros((len(laws), len(part.change[0])))
+        own[row : row + len(part.laws)] = part.contributions[0]
+        at, row = at + len(part.u), row + len(part.laws)
+        jacobian.append(slope)
+        contributions.append(own)
+    return SubsetFit(
+        laws,
+        u,
+        tuple(part.change[0] for part in parts),
+        tuple(jacobian),
+        tuple(contributions),
+        tuple(part.errors[0] for part in parts),
+        sum(part.log_evidence for part in parts),
+        block_diag(*(part.precision for part in parts)),
+        all(part.polished for part in parts),
+    )
+
+
+def _exchange(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
+    """From the best sets by drops, exchanges and additions until none is better."""
     library.polish()
     beam = [fit for fit, _ in library.weights()][:BEAM]
     for _ in range(_ROUNDS):
@@ -144,7 +211,6 @@ def search(problem: InferenceProblem, progress: Callable[[str], None] = lambda _
         if best[0].key == beam[0].key:
             break
         beam = best
-    return library
 
 
 def _eliminate(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:

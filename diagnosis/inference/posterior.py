@@ -17,6 +17,7 @@ from ..verdict import Fitted
 from .model_search import ModelLibrary, fit_sets, search
 from .problem import InferenceProblem
 from .run_order_drift import RunOrderDrift
+from .shares import ends
 from .subset_fit import SubsetFit, residual
 from .unexplained_gap import UnexplainedEvidence, unexplained_evidence
 
@@ -24,6 +25,10 @@ Floats = NDArray[np.float64]
 
 #: An effect with less of the squared gap than this is no major one of a set.
 MAJOR = 0.1
+#: Nor is one with less of it after all others; more, where another effect cancels part of it.
+MAJOR_LAST = 0.2
+#: Sets that are less likely than this are in no entry.
+_RARE = 2e-3
 #: Prior probability that something outside of the catalogue makes most of the gap.
 UNKNOWN_PRIOR = 0.2
 #: Sets beside which something unexplained is looked for.
@@ -42,6 +47,7 @@ class Posterior:
     metric: Metric
     weighted: tuple[tuple[SubsetFit, float], ...]
     unexplained: Mapping[tuple[str, ...], UnexplainedEvidence] = field(default_factory=dict)
+    _rough_shares: dict[tuple[str, ...], dict[str, tuple[float, float]]] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -84,14 +90,19 @@ class Posterior:
 
     @cached_property
     def floor(self) -> float:
-        """What repetitions leave of the squared gap, in tolerances squared over the cells of the metric."""
+        """What repetitions leave of the squared gap, in tolerances squared over the cells, by the metric's weights."""
         variance = self.gap.floor_variance / self.gap.tolerance**2
-        return float(np.nansum(variance[:, self.metric.columns]))
+        return float(np.nansum(variance * self.weights))
+
+    @cached_property
+    def weights(self) -> Floats:
+        """(D,): of the observables' squares in the metric."""
+        return self.metric.weights(self.gap)
 
     def _square(self, cells: Sequence[Floats]) -> float:
         total = 0.0
         for block, own in zip(self.problem.blocks, cells, strict=True):
-            total += float((own[np.isin(block.observable, self.metric.columns)] ** 2).sum())
+            total += float(own**2 @ self.weights[block.observable])
         return total
 
     def taken(self, fit: SubsetFit) -> float:
@@ -100,21 +111,26 @@ class Posterior:
         room = np.sqrt(self._before) - np.sqrt(self.floor)
         return float((np.sqrt(self._before) - np.sqrt(left)) / room) if room > 0 else 0.0
 
-    def last_shares(self, fit: SubsetFit) -> dict[str, float]:
-        """By effect: by how much the squared gap would grow without it, over the squared gap before."""
-        blocks = list(zip(self.problem.blocks, fit.change, strict=True))
-        left = self._square([residual(block, own) for block, own in blocks])
-        shares = {}
-        for i, law in enumerate(fit.laws):
-            without = [residual(block, own) + fit.contributions[k][i] for k, (block, own) in enumerate(blocks)]
-            shares[law.id] = (self._square(without) - left) / max(self._before - self.floor, 1e-9)
-        return shares
+    def rough_shares(self, fit: SubsetFit) -> dict[str, tuple[float, float]]:
+        """By effect of a set, of the squared gap: the mean of what it takes alone and after all others, and the latter
+        by itself."""
+        if fit.key not in self._rough_shares:
+            points = [fit.point()]
+            alone, last, _ = ends(self.problem, points, self.weights, self._before)
+            room = max(self._before - self.floor, 1e-9)
+            self._rough_shares[fit.key] = {
+                law.id: (float(first + after) / 2 / room, float(after) / room)
+                for law, first, after in zip(fit.laws, alone[0], last[0], strict=True)
+            }
+        return self._rough_shares[fit.key]
 
     def major(self, fit: SubsetFit) -> tuple[str, ...]:
         """The effects of a set that make much of the gap, largest first; the largest always."""
-        shares = self.last_shares(fit)
-        order = sorted(shares, key=lambda name: -shares[name])
-        return tuple(name for i, name in enumerate(order) if i == 0 or shares[name] >= MAJOR)
+        shares = self.rough_shares(fit)
+        order = sorted(shares, key=lambda name: -shares[name][0])
+        return tuple(
+            name for i, name in enumerate(order) if i == 0 or shares[name][0] >= MAJOR or shares[name][1] >= MAJOR_LAST
+        )
 
     @cached_property
     def poor_sets(self) -> list[SubsetFit]:
@@ -155,11 +171,12 @@ class Posterior:
         return True
 
     def set_probabilities(self) -> dict[tuple[str, ...], float]:
-        """By set of major effects (largest first), of sets that are beyond tolerance; sums to one less that of none."""
+        """By set of major effects (largest first), of sets that are beyond tolerance; sums to one less that of none and
+        of rare sets."""
         table: dict[frozenset[str], float] = {}
         order: dict[frozenset[str], tuple[str, ...]] = {}
         for fit, weight in self.weighted:
-            if not self._within_tolerance(fit):
+            if weight > _RARE and not self._within_tolerance(fit):
                 names = self.major(fit)
                 key = frozenset(names)
                 order.setdefault(key, names)
@@ -170,8 +187,8 @@ class Posterior:
     def representative(self, names: Sequence[str]) -> SubsetFit:
         """The likeliest fit whose major effects these are."""
         wanted = frozenset(names)
-        for fit, _ in self.weighted:
-            if frozenset(self.major(fit)) == wanted if fit.laws else not wanted:
+        for fit, weight in self.weighted:
+            if weight > _RARE and (frozenset(self.major(fit)) == wanted if fit.laws else not wanted):
                 return fit
         return self.best
 

@@ -113,9 +113,18 @@ class InferenceProblem:
         """Some of the configurations; the simulator still knows all."""
         return replace(self, blocks=tuple(block.only(rows) for block in self.blocks))
 
+    def stage(self, name: str) -> Self:
+        """One stage by itself, given what was measured at its entrance, with the laws that it shows."""
+        shown = {identity for stage in self.simulator.stages if stage.name == name for identity in stage.shows}
+        return replace(
+            self,
+            blocks=tuple(block for block in self.blocks if block.stage == name),
+            laws=tuple(law for law in self.laws if law.id in shown),
+        )
+
     def changes(self, points: Sequence[Point]) -> list[Floats]:
         """By block (k, N): what each set changes, in tolerances; NaN where there is no answer."""
-        table = self.simulator.changes(points)
+        table = self.simulator.changes(points, [block.stage for block in self.blocks])
         return [block.take(table) for block in self.blocks]
 
 

@@ -42,9 +42,9 @@ class GapShares:
     unexplained_interval: tuple[float, float]
 
 
-def gap_shares(library: ModelLibrary, columns: NDArray[np.intp], floor: float, rng: np.random.Generator) -> GapShares:
-    """Averaged over the likeliest sets. `columns`: the observables of the gap's metric; `floor`: the sum over their
-    cells of the variance that repetitions leave, in tolerances squared."""
+def gap_shares(library: ModelLibrary, weights: Floats, floor: float, rng: np.random.Generator) -> GapShares:
+    """Averaged over the likeliest sets. `weights` (D,): of the observables' squares in the gap's metric; `floor`: the
+    sum over all cells, so weighed, of the variance that repetitions leave, in tolerances squared."""
     weighted = [(fit, weight) for fit, weight in library.weights() if weight > _LEAST][:_MOST]
     weighted = weighted or library.weights()[:1]
     effects = library.problem.effects
@@ -52,7 +52,7 @@ def gap_shares(library: ModelLibrary, columns: NDArray[np.intp], floor: float, r
     total = sum(weight for _, weight in weighted)
     for fit, weight in weighted:
         count = max(1, round(DRAWS * weight / total))
-        draws.append(_draws(library.problem, fit, columns, floor, effects, count, rng))
+        draws.append(_draws(library.problem, fit, weights, floor, effects, count, rng))
     values = np.concatenate(draws)
     mean = values.mean(axis=0)
     # What the laws of the catalogue are off by is not in the posterior of their parameters.
@@ -68,19 +68,19 @@ def gap_shares(library: ModelLibrary, columns: NDArray[np.intp], floor: float, r
 def _draws(
     problem: InferenceProblem,
     fit: SubsetFit,
-    columns: NDArray[np.intp],
+    weights: Floats,
     floor: float,
     effects: Sequence[str],
     count: int,
     rng: np.random.Generator,
 ) -> Floats:
     """(count, effects + 1): shares that are not negative and sum to one, the last what remains."""
-    before = _square(problem, columns, [()])[0]
+    before = _square(problem, weights, [()])[0]
     room = max(before - floor, 1e-9)
     table = np.zeros((count, len(effects) + 1))
     if fit.laws:
-        parts = _shapley(problem, fit, columns, before) / room
-        spread = _relative_spread(problem, fit, columns, parts, rng)
+        parts = _shapley(problem, fit, weights, before) / room
+        spread = _relative_spread(problem, fit, weights, parts, rng)
         errors = _law_errors(fit)
         drawn = parts * np.exp(
             np.clip(spread * rng.standard_normal((count, len(parts))), -2, 2)
@@ -99,24 +99,23 @@ def _draws(
     return np.asarray(table / np.maximum(table.sum(axis=1, keepdims=True), 1e-9))
 
 
-def _square(problem: InferenceProblem, columns: NDArray[np.intp], points: Sequence[object]) -> Floats:
-    """(k,): squared gap that sets leave, summed over the cells of the metric."""
+def _square(problem: InferenceProblem, weights: Floats, points: Sequence[object]) -> Floats:
+    """(k,): squared gap that sets leave, summed over the cells by the metric's weights."""
     total = np.zeros(len(points))
     for block, table in zip(problem.blocks, problem.changes(points), strict=True):  # type: ignore[arg-type]
-        inside = np.isin(block.observable, columns)
         left = np.where(np.isfinite(table), block.z - np.nan_to_num(table), block.z)
-        total += (left[:, inside] ** 2).sum(axis=1)
+        total += left**2 @ weights[block.observable]
     return total
 
 
-def _shapley(problem: InferenceProblem, fit: SubsetFit, columns: NDArray[np.intp], before: float) -> Floats:
+def _shapley(problem: InferenceProblem, fit: SubsetFit, weights: Floats, before: float) -> Floats:
     """(m,): by how much each law reduces the squared gap, averaged over orders."""
     count = len(fit.laws)
     pairs = fit.point()
     if count > _EXACT:
-        return _first_and_last(problem, fit, columns, before)
+        return _first_and_last(problem, fit, weights, before)
     subsets = [rows for size in range(count + 1) for rows in itertools.combinations(range(count), size)]
-    left = _square(problem, columns, [tuple(pairs[i] for i in rows) for rows in subsets])
+    left = _square(problem, weights, [tuple(pairs[i] for i in rows) for rows in subsets])
     value = {rows: before - left[k] for k, rows in enumerate(subsets)}
     parts = np.zeros(count)
     for rows in subsets:
@@ -126,15 +125,15 @@ def _shapley(problem: InferenceProblem, fit: SubsetFit, columns: NDArray[np.intp
     return parts
 
 
-def _first_and_last(problem: InferenceProblem, fit: SubsetFit, columns: NDArray[np.intp], before: float) -> Floats:
+def _first_and_last(problem: InferenceProblem, fit: SubsetFit, weights: Floats, before: float) -> Floats:
     """(m,): the mean of what a law reduces alone and after all others, scaled to their sum."""
-    alone, last, whole = _ends(problem, [fit.point()], columns, before)
+    alone, last, whole = ends(problem, [fit.point()], weights, before)
     mean = (alone + last) / 2
     return np.asarray(mean[0] * whole[0] / mean[0].sum()) if mean[0].sum() > 0 else mean[0]
 
 
-def _ends(
-    problem: InferenceProblem, points: Sequence[tuple[object, ...]], columns: NDArray[np.intp], before: float
+def ends(
+    problem: InferenceProblem, points: Sequence[tuple[object, ...]], weights: Floats, before: float
 ) -> tuple[Floats, Floats, Floats]:
     """(k, m) reduction by each law alone, (k, m) by each after all others, (k,) by all."""
     count = len(points[0])
@@ -143,21 +142,21 @@ def _ends(
         asked.append(pairs)
         asked += [(pair,) for pair in pairs]
         asked += [tuple(pair for j, pair in enumerate(pairs) if j != i) for i in range(count)]
-    reduction = (before - _square(problem, columns, asked)).reshape(len(points), 1 + 2 * count)
+    reduction = (before - _square(problem, weights, asked)).reshape(len(points), 1 + 2 * count)
     whole = reduction[:, 0]
     return reduction[:, 1 : 1 + count], whole[:, None] - reduction[:, 1 + count :], whole
 
 
 def _relative_spread(
-    problem: InferenceProblem, fit: SubsetFit, columns: NDArray[np.intp], parts: Floats, rng: np.random.Generator
+    problem: InferenceProblem, fit: SubsetFit, weights: Floats, parts: Floats, rng: np.random.Generator
 ) -> Floats:
     """(m,): standard deviation of the logarithm of each law's reduction, by the posterior of the parameters."""
     covariance = np.linalg.inv(fit.precision)
     root = np.linalg.cholesky((covariance + covariance.T) / 2 + 1e-9 * np.eye(len(covariance)))
-    before = _square(problem, columns, [()])[0]
+    before = _square(problem, weights, [()])[0]
     drawn = [fit.u + root @ rng.standard_normal(len(fit.u)) for _ in range(_SIMULATED)]
     points = [fit.point(), *(point_of(fit.laws, u) for u in drawn)]
-    alone, last, _ = _ends(problem, points, columns, before)
+    alone, last, _ = ends(problem, points, weights, before)
     mean = np.maximum((alone + last) / 2, 1e-3 * np.abs(parts).max() * before + 1e-9)
     return np.asarray(np.minimum(np.std(np.log(mean[1:] / mean[:1]), axis=0), 1.0))
 

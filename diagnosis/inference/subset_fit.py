@@ -122,13 +122,18 @@ def with_evidence(
     pieces = [_block_terms(block, fit, index, errors[index]) for index, block in enumerate(problem.blocks)]
     precision = np.eye(len(fit.u)) + sum((piece[1] for piece in pieces), np.zeros((len(fit.u), len(fit.u))))
     log_likelihood = sum(piece[0] for piece in pieces)
-    log_prior = sum(_log_prior(error) for error in errors) if fit.laws else 0.0
+    log_prior = sum(_log_prior(error) for i, error in enumerate(errors) if _acts(fit, i))
     log_prior -= sum(np.log(len(block.covariances)) for block in problem.blocks)
     log_prior += sum(_background_prior(block, fit, i, errors[i]) for i, block in enumerate(problem.blocks))
     log_evidence = (
         log_likelihood + log_prior - 0.5 * float(fit.u @ fit.u) - 0.5 * float(np.linalg.slogdet(precision)[1])
     )
     return replace(fit, errors=tuple(errors), log_evidence=float(log_evidence), precision=precision)
+
+
+def _acts(fit: SubsetFit, index: int) -> bool:
+    """Whether any law of a set does anything in a stage, so that it can be wrong there."""
+    return bool(fit.contributions[index].any())
 
 
 def _background_prior(block: StageBlock, fit: SubsetFit, index: int, error: ErrorSize) -> float:
@@ -166,13 +171,13 @@ def _best_errors(block: StageBlock, fit: SubsetFit, index: int, start: ErrorSize
     def value(error: ErrorSize) -> float:
         log_likelihood, information = _block_terms(block, fit, index, error)
         spread = float(np.linalg.slogdet(np.eye(len(fit.u)) + information)[1]) if len(fit.u) else 0.0
-        return log_likelihood - 0.5 * spread + (_log_prior(error) if fit.laws else 0.0)
+        return log_likelihood - 0.5 * spread + (_log_prior(error) if _acts(fit, index) else 0.0)
 
     best = (value(start), start)
     if backgrounds:
         others = (replace(start, background=i) for i in range(len(block.covariances)) if i != start.background)
         best = max([best, *((value(error), error) for error in others)], key=lambda pair: pair[0])
-    if fit.laws:
+    if _acts(fit, index):
         names = ("discrepancy", "detail") if block.detail.any() else ("discrepancy",)
         for name in names:
             best = _climbed(best, name, value)

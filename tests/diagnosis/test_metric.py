@@ -102,11 +102,11 @@ def test_tolerance_of_one_stage_is_the_gap_that_is_off_by_it_everywhere() -> Non
     assert size.before == pytest.approx(size.tolerance)
 
 
-def test_gap_of_several_stages_is_in_tolerances() -> None:
+def test_gap_of_several_stages_is_in_tolerances_and_each_stage_counts_the_same() -> None:
     """Velocity off by three of its tolerances, the peak by four, lines by one and by none."""
     gap = table([VELOCITY, PEAK, MODE, LINE_1, LINE_2], [[0.03, -0.08, 9.0, 0.5, 0.0]])
     size = Metric.of(gap).size(gap)
-    assert size.before == pytest.approx(np.sqrt((9 + 16 + 1) / 4))
+    assert size.before == pytest.approx(np.sqrt((9 + 16 + (1 + 0) / 2) / 3))
     assert size.tolerance == 1.0
     assert all(name in size.metric for name in ("gun", "contact", "plate", "tolerances"))
 
@@ -157,11 +157,11 @@ def test_scales_are_units_of_the_stages_and_infinite_where_nothing_counts() -> N
     assert {name: unit.tolist() for name, unit in Metric.of(one).scales(one).items()} == {"contact": [inf, 1, 1]}
     several = table([VELOCITY, PEAK, TENTH, REST, LINE_1, LINE_2], [[0.0] * 6])
     scales = Metric.of(several).scales(several)
-    assert {name: unit.tolist() for name, unit in scales.items()} == {
-        "gun": [0.01],
-        "contact": [0.02, inf],
-        "plate": [inf, 0.5, 1.0],
-    }
+    alone, of_two = np.sqrt(3 / 4), np.sqrt(6 / 4)  # one or two of the four columns, a third of the weight
+    assert scales["gun"] == pytest.approx([0.01 * alone])
+    assert scales["contact"] == pytest.approx([0.02 * alone, inf])
+    assert scales["plate"] == pytest.approx([inf, 0.5 * of_two, 1.0 * of_two])
+    assert Metric.of(several).weights(several) == pytest.approx([4 / 3, 4 / 3, 0.0, 0.0, 2 / 3, 2 / 3])
 
 
 @given(st.lists(st.lists(st.floats(-3, 3), min_size=6, max_size=6), min_size=1, max_size=5))

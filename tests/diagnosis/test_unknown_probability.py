@@ -11,43 +11,51 @@ from pyroshock.diagnosis.unknown_probability import UnknownMap
 
 ODDS = st.floats(-200, 200)
 FRACTIONS = st.floats(-0.5, 1.0)
+LEFT = st.floats(0.0, 100.0)
 #: The map that a diagnosis has unless it is given another.
 LEARNED = Options().unknown_map
 MAPS = pytest.mark.parametrize("probability", [UnknownMap(), LEARNED], ids=["plain", "in use"])
 
 
 @MAPS
-@given(low=ODDS, high=ODDS, fraction=FRACTIONS)
-def test_more_evidence_makes_it_no_less_likely(probability, low, high, fraction):
+@given(low=ODDS, high=ODDS, fraction=FRACTIONS, left=LEFT)
+def test_more_evidence_makes_it_no_less_likely(probability, low, high, fraction, left):
     low, high = sorted((low, high))
-    assert probability(low, fraction) <= probability(high, fraction)
+    assert probability(low, fraction, left) <= probability(high, fraction, left)
 
 
 @MAPS
-@given(odds=ODDS, low=FRACTIONS, high=FRACTIONS)
-def test_what_effects_predict_makes_it_no_likelier(probability, odds, low, high):
+@given(odds=ODDS, low=FRACTIONS, high=FRACTIONS, left=LEFT)
+def test_what_effects_predict_makes_it_no_likelier(probability, odds, low, high, left):
     low, high = sorted((low, high))
-    assert probability(odds, low) >= probability(odds, high)
+    assert probability(odds, low, left) >= probability(odds, high, left)
 
 
 @MAPS
-def test_both_arguments_matter(probability):
-    assert probability(-20.0, 0.5) < probability(20.0, 0.5)
-    assert probability(0.0, 0.9) < probability(0.0, 0.1)
+@given(odds=ODDS, fraction=FRACTIONS, low=LEFT, high=LEFT)
+def test_more_that_is_left_makes_it_no_less_likely(probability, odds, fraction, low, high):
+    low, high = sorted((low, high))
+    assert probability(odds, fraction, low) <= probability(odds, fraction, high)
 
 
-@pytest.mark.parametrize("fraction", [None, float("nan")])
-def test_without_a_fraction_the_odds_alone_decide(fraction):
-    """Whatever a fraction weighs."""
-    values = [UnknownMap(0.3, 0.5, weight)(4.0, fraction) for weight in (0.0, 5.0, 50.0)]
+@MAPS
+def test_odds_and_fraction_matter(probability):
+    assert probability(-20.0, 0.5, 2.0) < probability(20.0, 0.5, 2.0)
+    assert probability(0.0, 0.9, 2.0) < probability(0.0, 0.1, 2.0)
+
+
+@pytest.mark.parametrize(("fraction", "left"), [(None, None), (float("nan"), 1.0), (0.5, float("nan"))])
+def test_without_figures_held_out_the_odds_alone_decide(fraction, left):
+    """Whatever the figures weigh."""
+    values = [UnknownMap(0.3, 0.5, weight, weight)(4.0, fraction, left) for weight in (0.0, 5.0, 50.0)]
     assert values == pytest.approx([1 / (1 + np.exp(-0.3 - 0.5 * np.arcsinh(2.0)))] * 3)
 
 
 def test_logit_is_the_stated_sum():
-    p = UnknownMap(0.2, 0.4, 6.0)(3.0, 0.8)
-    assert np.log(p / (1 - p)) == pytest.approx(0.2 + 0.4 * np.arcsinh(1.5) + 6.0 * (0.5 - 0.8))
+    p = UnknownMap(0.2, 0.4, 6.0, 1.5)(3.0, 0.8, 4.0)
+    assert np.log(p / (1 - p)) == pytest.approx(0.2 + 0.4 * np.arcsinh(1.5) + 6.0 * (0.5 - 0.8) + 1.5 * np.log(4.0))
 
 
 def test_fraction_that_makes_it_far_worse_weighs_as_half():
     """A gap that is ten times as large is no further from an explanation than one that is half as large again."""
-    assert UnknownMap()(0.0, -10.0) == UnknownMap()(0.0, -0.5)
+    assert UnknownMap()(0.0, -10.0, 1.0) == UnknownMap()(0.0, -0.5, 1.0)

@@ -105,12 +105,12 @@ def _square(rows: Floats) -> float:
     return float(np.mean(rows**2))
 
 
-def shares(table: Mapping[str, Mapping[str, float]], widths: Mapping[str, int]) -> dict[str, float]:
-    """Of each effect over all stages, summing to one: a stage counts by its number of observables, as in the report's
-    metric. Empty without a gap."""
+def shares(table: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+    """Of each effect over all stages, summing to one: all stages count the same, as in the report's metric. Empty
+    without a gap."""
     total: dict[str, float] = {}
-    for stage, values in table.items():
+    for values in table.values():
         for name, value in values.items():
-            total[name] = total.get(name, 0.0) + widths[stage] * value
+            total[name] = total.get(name, 0.0) + value
     whole = sum(total.values())
     return {name: value / whole for name, value in total.items()} if whole > 0 else {}

@@ -21,7 +21,7 @@ from support.records.linear_problems import linear_problem
 
 COUNT = 12
 NOISE = 1e-3
-COLUMNS = np.array([0])
+WEIGHTS = np.array([1.0])
 
 
 def problem_of(responses: np.ndarray, gap: np.ndarray) -> InferenceProblem:
@@ -52,7 +52,7 @@ def library_of(problem: InferenceProblem, *fits: SubsetFit) -> ModelLibrary:
 def of_all(responses: np.ndarray, sizes: np.ndarray, rest: np.ndarray | float = 0.0) -> GapShares:
     problem = problem_of(responses, sizes @ responses + rest)
     library = library_of(problem, fit_at(problem, sizes))
-    return gap_shares(library, COLUMNS, COUNT * NOISE**2, np.random.default_rng(0))
+    return gap_shares(library, WEIGHTS, COUNT * NOISE**2, np.random.default_rng(0))
 
 
 def test_values_sum_to_the_whole_reduction():
@@ -62,7 +62,7 @@ def test_values_sum_to_the_whole_reduction():
     fit = fit_at(problem, sizes)
     before = float((problem.blocks[0].z ** 2).sum())
     after = float(((problem.blocks[0].z - fit.u @ responses) ** 2).sum())
-    assert shares._shapley(problem, fit, COLUMNS, before).sum() == pytest.approx(before - after)
+    assert shares._shapley(problem, fit, WEIGHTS, before).sum() == pytest.approx(before - after)
 
 
 def test_value_is_the_mean_over_orders():
@@ -74,7 +74,7 @@ def test_value_is_the_mean_over_orders():
     z, own = problem.blocks[0].z, fit.u[:, None] * responses
     alone = (z**2).sum() - ((z - own[0]) ** 2).sum()
     second = ((z - own[1]) ** 2).sum() - ((z - own.sum(axis=0)) ** 2).sum()
-    assert shares._shapley(problem, fit, COLUMNS, float((z**2).sum()))[0] == pytest.approx((alone + second) / 2)
+    assert shares._shapley(problem, fit, WEIGHTS, float((z**2).sum()))[0] == pytest.approx((alone + second) / 2)
 
 
 def test_orthogonal_contributions_share_by_their_squares():
@@ -92,7 +92,7 @@ def test_two_identical_effects_share_equally():
     responses, sizes = np.array([response[0], response[0], response[1]]), np.array([0.7, 0.7, 0.7])
     problem = problem_of(responses, sizes @ responses)
     library = library_of(problem, fit_at(problem, sizes))
-    found = [gap_shares(library, COLUMNS, COUNT * NOISE**2, np.random.default_rng(seed)).share for seed in range(8)]
+    found = [gap_shares(library, WEIGHTS, COUNT * NOISE**2, np.random.default_rng(seed)).share for seed in range(8)]
     first, second, other = (np.mean([share[f"gun.linear_{i}"] for share in found]) for i in range(3))
     assert first == pytest.approx(second, abs=0.03)
     assert first > other
@@ -108,7 +108,7 @@ def test_large_sets_share_orthogonal_contributions_as_small_ones(count: int):
     fit = fit_at(problem, sizes)
     squares = fit.u**2 * (responses**2).sum(axis=1)
     before = float((problem.blocks[0].z ** 2).sum())
-    found = shares._shapley(problem, fit, COLUMNS, before)
+    found = shares._shapley(problem, fit, WEIGHTS, before)
     np.testing.assert_allclose(found / found.sum(), squares / squares.sum(), atol=0.01)
 
 
@@ -136,7 +136,7 @@ def test_intervals_hold_the_mean_and_lie_in_zero_to_one():
 
 def test_no_effect_leaves_everything_unexplained():
     problem = problem_of(orthogonal(2), 5 * np.ones(COUNT))
-    found = gap_shares(library_of(problem), COLUMNS, COUNT * NOISE**2, np.random.default_rng(0))
+    found = gap_shares(library_of(problem), WEIGHTS, COUNT * NOISE**2, np.random.default_rng(0))
     assert found.unexplained == pytest.approx(1.0)
     assert set(found.share.values()) == {0.0}
 
@@ -146,7 +146,7 @@ def test_effect_that_no_set_has_shares_nothing():
     problem = problem_of(responses, responses[0])
     library = library_of(problem)
     fit_sets(problem, library, [["gun.linear_0"]])
-    found = gap_shares(library, COLUMNS, COUNT * NOISE**2, np.random.default_rng(0))
+    found = gap_shares(library, WEIGHTS, COUNT * NOISE**2, np.random.default_rng(0))
     assert found.share["gun.linear_0"] == pytest.approx(1.0, abs=0.02)
     assert found.share["gun.linear_1"] == found.share["gun.linear_2"] == 0.0
 
@@ -158,5 +158,5 @@ def test_observables_outside_of_the_metric_do_not_count():
     responses[0, :, 0], responses[1, :, 1] = rows
     problem = linear_problem(responses, responses.sum(axis=0), NOISE**2 * np.eye(2 * COUNT))
     library = library_of(problem, fit_at(problem, np.array([1.0, 1.0])))
-    found = gap_shares(library, np.array([0]), COUNT * NOISE**2, np.random.default_rng(0))
+    found = gap_shares(library, np.array([1.0, 0.0]), COUNT * NOISE**2, np.random.default_rng(0))
     assert found.share["gun.linear_0"] == pytest.approx(1.0, abs=0.02)

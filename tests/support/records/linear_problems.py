@@ -49,7 +49,7 @@ class LinearSimulator:
     bend: float = 0.0
     stages: tuple[Stage, ...] = ()
 
-    def changes(self, points: Sequence[Point]) -> np.ndarray:
+    def changes(self, points: Sequence[Point], _stages=None) -> np.ndarray:
         table = np.zeros((len(points), *self.shape))
         for row, point in zip(table, points, strict=True):
             for law, u in point:
