@@ -3,9 +3,8 @@
     python -m benchmarks.diagnosis_maps [--jobs 2] [--fit-only]
 
 Writes a row for each campaign to docs/blind-check/development/maps.jsonl, and prints the constants of
-`diagnosis/unknown_probability.py`, and how often true shares lie in their intervals with those of
-`diagnosis/inference/shares.py`. Families outside of the catalogue and laws are
-those of the development split alone; seeds are listed here.
+`diagnosis/unknown_probability.py` and of `diagnosis/inference/shares.py`. Families outside of the catalogue and laws
+are those of the development split alone; seeds are listed here, and no other check draws them.
 """
 
 from __future__ import annotations
@@ -27,16 +26,29 @@ ROWS = Path(__file__).parent.parent / "docs" / "blind-check" / "development" / "
 #: First number of every seed; the second is the place of the campaign in the list.
 SEED = 26_113
 SPLIT = "development"
-#: Campaigns by what is drawn: kind, tier, cause, how many.
+_STAGES, _CHAIN = ("gun", "hammer", "plate"), ("chain",)
+#: Campaigns by what is drawn: kinds, tier, cause (where the tier leaves it open), how many of each kind.
 PLAN = (
-    *((kind, "strong", "unknown", 7) for kind in ("gun", "hammer", "plate")),
-    *((kind, "strong", "catalogue", 6) for kind in ("gun", "hammer", "plate")),
-    *((kind, "middle", "catalogue", 3) for kind in ("gun", "hammer")),
-    *((kind, "strong", "two", 3) for kind in ("gun", "hammer")),
-    *((kind, "realistic", "", 5) for kind in ("gun", "hammer")),
+    (_STAGES, "strong", "unknown", 6),
+    (_STAGES, "middle", "unknown", 3),
+    (_STAGES, "strong", "catalogue", 4),
+    (_STAGES, "middle", "catalogue", 3),
+    (_STAGES, "strong", "none", 3),
+    (_STAGES, "rough", "none", 2),
+    (_STAGES, "strong", "two", 2),
+    (_STAGES, "realistic", "", 5),
+    (_STAGES, "foreign one", "", 5),
+    (_STAGES, "foreign two", "", 2),
+    (_CHAIN, "strong", "unknown", 3),
+    (_CHAIN, "strong", "none", 1),
+    (_CHAIN, "realistic", "", 3),
+    (_CHAIN, "foreign one", "", 2),
 )
-#: Standard deviations of the prior of the map's numbers, about those of `UnknownMap`'s first guess.
-_PRIOR = np.array([2.0, 0.3, 4.0])
+#: Prior of the numbers of the map, in the order of `unknown_probability.features`.
+_MEAN = np.array([0.0, 0.3, 3.0, 1.5])
+_SD = np.array([2.0, 0.3, 3.0, 1.5])
+#: How often intervals are to hold the true share, and shares that are so small do not count.
+_HELD, _COUNTED = 0.9, 0.05
 
 
 class Campaign(NamedTuple):
@@ -49,37 +61,42 @@ class Campaign(NamedTuple):
 
 
 def campaigns() -> list[Campaign]:
-    rows = [(kind, tier, cause) for kind, tier, cause, count in PLAN for _ in range(count)]
+    rows = [(kind, tier, cause) for kinds, tier, cause, count in PLAN for kind in kinds for _ in range(count)]
     return [Campaign(number, *row) for number, row in enumerate(rows)]
 
 
 def diagnosed(campaign: Campaign) -> dict[str, Any]:
     """The row of one campaign: its truth, odds, fraction held out, and shares beside the true ones."""
     from pyroshock.diagnosis.blind.answering import diagnosed as answer
+    from pyroshock.diagnosis.blind.tasks import BENCHES
+    from pyroshock.diagnosis.inference.shares import ABSOLUTE_ERROR, RELATIVE_ERROR
     from pyroshock.diagnosis.options import Options
+    from pyroshock.virtualbench.withheld.attribution import shares
     from pyroshock.virtualbench.withheld.draw import draw_case
-    from pyroshock.virtualbench.withheld.many import draw_realistic
     from pyroshock.virtualbench.withheld.record import record_case
 
     rng = np.random.default_rng([SEED, campaign.number])
-    if campaign.tier == "realistic":
-        case = draw_realistic(campaign.kind, rng)
+    if campaign.tier in BENCHES:
+        case = BENCHES[campaign.tier].draw(campaign.kind, rng, SPLIT)
     else:
-        case = draw_case(campaign.kind, campaign.tier, rng, cause=campaign.cause, split=SPLIT)
+        gaps, rough = ("strong", True) if campaign.tier == "rough" else (campaign.tier, False)
+        case = draw_case(campaign.kind, gaps, rng, cause=campaign.cause, split=SPLIT, rough=rough)
     with tempfile.TemporaryDirectory(prefix="pyroshock-maps-") as place:
         label = record_case(case, Path(place) / "campaign", int(rng.integers(2**31)))
-        options = Options(where=False, plan=False, draw=False)
-        row = answer(Path(place) / "campaign", options)
+        row = answer(Path(place) / "campaign", Options(where=False, plan=False, draw=False))
     verdict = row["verdict"]
-    held = [entry["fraction"] for entry in verdict["shrinkage"] if entry["held_out_by"] == "configuration"]
-    true = _true_shares(label.shapley)
+    gap, true = verdict["gap"], shares(label.left_out)
+    held = [entry for entry in verdict["shrinkage"] if entry["held_out_by"] == "configuration"]
+    left = np.sqrt(max(held[0]["after"] ** 2 - gap["noise_floor"] ** 2, 0.0)) / gap["tolerance"] if held else None
     return {
         **campaign._asdict(),
         "truth": list(label.cause),
         "first": verdict["causes"][0],
-        "beyond_noise": verdict["gap"]["beyond_noise"],
+        "beyond_noise": gap["beyond_noise"],
         "odds": row["odds"],
-        "fraction": held[0] if held else None,
+        "fraction": held[0]["fraction"] if held else None,
+        "left": None if left is None else float(left),
+        "errors": [RELATIVE_ERROR, ABSOLUTE_ERROR],
         "shares": [
             [item["effect"], item["share"], true.get(item["effect"], 0.0), *item["ci90"]] for item in verdict["effects"]
         ],
@@ -87,37 +104,44 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
     }
 
 
-def _true_shares(table: Any) -> dict[str, float]:
-    """Of one stage's Shapley values, summing to one."""
-    values: dict[str, float] = next(iter(table.values()), {}) if table else {}
-    whole = sum(values.values())
-    return {name: value / whole for name, value in values.items()} if whole > 0 else {}
-
-
 def unknown_map(rows: Sequence[dict[str, Any]]) -> Floats:
-    """Intercept, slope of the compressed odds, and slope of 1/2 less the fraction: the likeliest ones (Newton)."""
-    from pyroshock.diagnosis.unknown_probability import UnknownMap
+    """The likeliest numbers of the map (Newton's steps)."""
+    from pyroshock.diagnosis.unknown_probability import features
 
-    start = UnknownMap()
-    first = np.array([start.intercept, start.odds, start.fraction])
-    used = [row for row in rows if row["beyond_noise"] and row["odds"] is not None and row["fraction"] is not None]
-    x = np.array([[1.0, np.arcsinh(row["odds"] / 2), 0.5 - np.clip(row["fraction"], -0.5, 1.0)] for row in used])
+    used = [row for row in rows if row["beyond_noise"] and row["odds"] is not None]
+    x = np.array([features(row["odds"], row["fraction"], row["left"]) for row in used])
     y = np.array([float(row["truth"] == ["unknown"]) for row in used])
-    theta = first.copy()
+    theta = _MEAN.copy()
     for _ in range(100):
         p = 1 / (1 + np.exp(-np.clip(x @ theta, -30, 30)))
-        slope = x.T @ (y - p) - (theta - first) / _PRIOR**2
-        curvature = (x.T * (p * (1 - p))) @ x + np.diag(1 / _PRIOR**2)
+        slope = x.T @ (y - p) - (theta - _MEAN) / _SD**2
+        curvature = (x.T * (p * (1 - p))) @ x + np.diag(1 / _SD**2)
         theta = theta + np.clip(np.linalg.solve(curvature, slope), -1.0, 1.0)
     return theta
 
 
-def share_coverage(rows: Sequence[dict[str, Any]]) -> tuple[int, int]:
-    """On realistic benches: how many of the true shares lie in their 90 % intervals, and how many there are, of effects
-    whose true or stated share is at least 0.05."""
-    pairs = [pair for row in rows if row["tier"] == "realistic" for pair in row["shares"]]
-    counted = [pair for pair in pairs if max(pair[1], pair[2]) >= 0.05]
-    return sum(low <= true <= high for _, _, true, low, high in counted), len(counted)
+def share_errors(rows: Sequence[dict[str, Any]]) -> tuple[float, float, float]:
+    """Relative and absolute error of shares beyond their posterior's, by leave-one-out on realistic benches: of those
+    whose intervals hold `_HELD` of the true shares the narrowest; and how much they hold with the errors in use."""
+    table = np.array(
+        [
+            (mean, true, (high - low) / (2 * 1.645), *row["errors"], low, high)
+            for row in rows
+            if row["tier"] == "realistic"
+            for _, mean, true, low, high in row["shares"]
+            if max(mean, true) >= _COUNTED
+        ]
+    )
+    mean, true, spread, relative, absolute, low, high = table.T
+    posterior = np.maximum(spread**2 - (relative * mean) ** 2 - absolute**2, 0.0)
+    best = (np.inf, 0.0, 0.0)
+    for own_relative in np.arange(0.0, 1.001, 0.05):
+        for own_absolute in np.arange(0.01, 0.301, 0.005):
+            sd = np.sqrt(posterior + (own_relative * mean) ** 2 + own_absolute**2)
+            if np.mean(np.abs(true - mean) <= 1.645 * sd) >= _HELD:
+                best = min(best, (float(sd.mean()), float(own_relative), float(own_absolute)))
+                break
+    return best[1], best[2], float(np.mean((low <= true) & (true <= high)))
 
 
 def _rows(jobs: int) -> Iterator[dict[str, Any]]:
@@ -143,10 +167,13 @@ def main() -> None:
     parser.add_argument("--fit-only", action="store_true", help="from the rows that are there")
     asked = parser.parse_args()
     rows = [json.loads(line) for line in _lines()] if asked.fit_only else list(_rows(asked.jobs))
-    intercept, odds, fraction = unknown_map(rows)
-    print(f"UnknownMap(intercept={intercept:.3f}, odds={odds:.3f}, fraction={fraction:.3f}) from {len(rows)} campaigns")
-    held, count = share_coverage(rows)
-    print(f"{held} of {count} true shares lie in their 90 % intervals")
+    intercept, odds, fraction, left = unknown_map(rows)
+    print(
+        f"UnknownMap(intercept={intercept:.2f}, odds={odds:.2f}, fraction={fraction:.2f}, left={left:.2f}) from "
+        f"{len(rows)} campaigns"
+    )
+    relative, absolute, held = share_errors(rows)
+    print(f"RELATIVE_ERROR, ABSOLUTE_ERROR = {relative:.2f}, {absolute:.3f}; so far intervals held {held:.0%}")
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from .effect_laws import EffectLaw
 from .joint_simulation import Point
+from .model_error import bank
 from .problem import NO_ANSWER, InferenceProblem, StageBlock
 
 Floats = NDArray[np.float64]
@@ -23,8 +24,10 @@ DISCREPANCIES = np.array([0.0, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0])
 _LOG_PRIOR = np.log(np.array([0.2, 0.2, 0.2, 0.2, 0.12, 0.06, 0.02]))
 #: Step of the differences in u; longest step of one iteration; how far from its prior's middle a parameter may go.
 _DIFFERENCE, _STEP, _FARTHEST = 0.03, 1.2, 4.5
-#: Standard deviation by which a background may be beyond tolerance, in tolerances.
-_BEYOND_TOLERANCE = 0.4
+#: Standard deviation by which a smooth background may be beyond tolerance, in tolerances, and a rough one.
+_BEYOND_TOLERANCE, _ROUGH_BEYOND_TOLERANCE = 0.2, 0.4
+#: From this amplitude on, what configurations have of their own makes a background a rough one.
+_ROUGH = 0.4
 #: A step in u that is too short to matter.
 _SETTLED = 0.02
 
@@ -147,7 +150,8 @@ def _background_prior(block: StageBlock, fit: SubsetFit, index: int, error: Erro
     allowed = float(np.sqrt(np.mean(1 + (scaled**2).sum(axis=0))))
     left = float(np.mean(residual(block, fit.change[index])[cells] ** 2 - noise))
     beyond = max(float(np.sqrt(max(left, 0.0))) / allowed - 1.0, 0.0)
-    return -0.5 * (beyond / _BEYOND_TOLERANCE) ** 2
+    rough = bank(block.stage)[error.background].white >= _ROUGH
+    return -0.5 * (beyond / (_ROUGH_BEYOND_TOLERANCE if rough else _BEYOND_TOLERANCE)) ** 2
 
 
 def _log_prior(error: ErrorSize) -> float:
