@@ -118,7 +118,7 @@ def evaluated(pressure: Floats, mass: Floats, effects: Sequence[GunEffect]) -> C
     for effect in effects:
         shot = effect.prepare(shot)
     kind = TwoChambers if np.isfinite(shot.valve_area_m2).any() else Chamber
-    chamber = kind(shot, [effect for effect in effects if effect.moves])
+    chamber = kind(shot, [])
     start, instant = chamber.start(), np.zeros(len(shot))
     return lambda: [chamber.rates(instant, start) for _ in range(EACH)]
 

@@ -3,6 +3,7 @@
 A problem runs until its first quantity has grown to a target. A step that passes the target is taken again, shorter,
 until it ends there; what has ended leaves the arrays before long, so that the slowest problem does not carry the
 others. The step is Dormand and Prince's (`DORMAND_PRINCE`), or for stiff problems Rodas5P (`rosenbrock.RODAS`).
+`gun.motion_kernel` does the same for the gun alone, compiled.
 
 Source: Dormand and Prince, J. Comput. Appl. Math. 6 (1980) 19; step control: Hairer, Norsett and Wanner, Solving
 Ordinary Differential Equations I, section II.4.
@@ -21,8 +22,8 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Rows = NDArray[np.intp]
 
-_NODES = (0.2, 0.3, 0.8, 8 / 9, 1.0, 1.0)
-_STAGES = (
+DORMAND_PRINCE_NODES = (0.2, 0.3, 0.8, 8 / 9, 1.0, 1.0)
+DORMAND_PRINCE_STAGES = (
     np.array([1 / 5]),
     np.array([3 / 40, 9 / 40]),
     np.array([44 / 45, -56 / 15, 32 / 9]),
@@ -31,10 +32,10 @@ _STAGES = (
     np.array([35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84]),
 )
 # The difference of both orders.
-_ERROR = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+DORMAND_PRINCE_ERROR = np.array([71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
 # So near the target, relative to it, a straight line leads there: what it misses goes with the square of this.
-_AT_TARGET = 1e-5
-_MOST_STEPS = 200_000
+AT_TARGET = 1e-5
+MOST_STEPS = 200_000
 # What has ended leaves the arrays once the others are fewer than this share: to move them costs as well.
 _KEPT = 0.5
 
@@ -98,12 +99,12 @@ def dormand_prince_step(
     slopes = np.empty((7, k, n))
     slopes[0] = first
     flat = slopes.reshape(7, k * n)
-    for i, (node, weights) in enumerate(zip(_NODES, _STAGES, strict=True), 1):
+    for i, (node, weights) in enumerate(zip(DORMAND_PRINCE_NODES, DORMAND_PRINCE_STAGES, strict=True), 1):
         at = (weights @ flat[:i]).reshape(k, n)
         at *= step
         at += state
         slopes[i] = rates(time + node * step, at)
-    return at, slopes[6], (_ERROR @ flat).reshape(k, n) * step
+    return at, slopes[6], (DORMAND_PRINCE_ERROR @ flat).reshape(k, n) * step
 
 
 DORMAND_PRINCE = Method(dormand_prince_step, 5)
@@ -120,7 +121,7 @@ def run(problems: Problems, start: Floats, first_step: Floats, tolerance: Tolera
     now = _Now(
         np.zeros(n), start.copy(), problems.rates(np.zeros(n), start), first_step.copy(), np.zeros(n, dtype=bool)
     )
-    for _ in range(_MOST_STEPS):
+    for _ in range(MOST_STEPS):
         # A step that is too long may leave what the rates are made for; it is not taken then.
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
             now, at_target = _advanced(problems, now, tolerance.relative, floor, method)
@@ -140,7 +141,7 @@ def run(problems: Problems, start: Floats, first_step: Floats, tolerance: Tolera
                 problems, now, rows, floor = problems.take(stay), now.take(stay), rows[stay], floor[:, stay]
                 under_way = np.ones(stay.size, dtype=bool)
     rows = rows[under_way]
-    raise RuntimeError(f"{rows.size} of {n} problems took more than {_MOST_STEPS} steps; the first is number {rows[0]}")
+    raise RuntimeError(f"{rows.size} of {n} problems took more than {MOST_STEPS} steps; the first is number {rows[0]}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +166,7 @@ def _advanced(problems: Problems, now: _Now, relative: float, floor: Floats, met
     ratio[~np.isfinite(slope).all(axis=0)] = np.inf
     good = ratio <= 1  # not for NaN
     gap = new[0] - problems.target
-    at_target = good & (np.abs(gap) <= _AT_TARGET * problems.target)
+    at_target = good & (np.abs(gap) <= AT_TARGET * problems.target)
     passed = good & (gap > 0) & ~at_target
     taken = good & ~passed
     time, step = now.time + now.step, now.step * _growth(ratio, method.order)

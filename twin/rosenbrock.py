@@ -10,12 +10,12 @@ import numpy as np
 
 from .ode import Floats, Method, Rates
 
-_GAMMA = 0.21193756319429014
-_NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0)
-_TIMES = (_GAMMA, -2 * _GAMMA, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0.0, 0.0, 0.0)
+GAMMA = 0.21193756319429014
+RODAS_NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0)
+RODAS_TIMES = (GAMMA, -2 * GAMMA, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0.0, 0.0, 0.0)
 # What earlier stages add to the state, and, over the step, to the right-hand side.
 _SIXTH = (-7.502846399306121, 2.561846144803919, -11.627539656261098, -0.18268767659942256, 0.030198172008377946)
-_STATE = (
+RODAS_STATE = (
     np.array([]),
     np.array([3.0]),
     np.array([2.849394379747939, 0.45842242204463923]),
@@ -31,7 +31,7 @@ _SEVENTH = (30.91273214028599, -3.1208243349937974, 77.79954646070892, 34.286460
 _EIGHTH = (37.80277123390563, -3.2571969029072276, 112.26918849496327, 66.9347231244047, -40.06618937091002,
            -54.66780262877968, -9.48861652309627)
 # fmt: on
-_SIDE = (
+RODAS_SIDE = (
     np.array([]),
     np.array([-14.155112264123755]),
     np.array([-17.97296035885952, -2.859693295451294]),
@@ -53,15 +53,15 @@ def rosenbrock_step(
     k, n = state.shape
     by_state, by_time = _derivatives(rates, time, state, first, step, np.maximum(np.abs(state), floor))
     system = -by_state
-    system[np.arange(k), np.arange(k)] += 1 / (_GAMMA * step)
+    system[np.arange(k), np.arange(k)] += 1 / (GAMMA * step)
     inverse = _inverse(system)
-    count = len(_NODES)
+    count = len(RODAS_NODES)
     stages = np.empty((count, k, n))
     flat = stages.reshape(count, k * n)
     for i in range(count):
-        at = state + (_STATE[i] @ flat[:i]).reshape(k, n) if i else state
-        side = rates(time + _NODES[i] * step, at) if i else first.copy()
-        side += (_SIDE[i] @ flat[:i]).reshape(k, n) / step + _TIMES[i] * step * by_time
+        at = state + (RODAS_STATE[i] @ flat[:i]).reshape(k, n) if i else state
+        side = rates(time + RODAS_NODES[i] * step, at) if i else first.copy()
+        side += (RODAS_SIDE[i] @ flat[:i]).reshape(k, n) / step + RODAS_TIMES[i] * step * by_time
         stages[i] = np.einsum("ijn,jn->in", inverse, side)
     end = at + stages[-1]
     return end, rates(time + step, end), stages[-1]

@@ -187,7 +187,7 @@ def test_many_problems_step_as_each_alone(method: Method) -> None:
 @pytest.fixture(autouse=True)
 def no_endless_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     """None of these problems takes as many."""
-    monkeypatch.setattr(ode, "_MOST_STEPS", 3000)
+    monkeypatch.setattr(ode, "MOST_STEPS", 3000)
 
 
 @dataclass(frozen=True)
@@ -526,7 +526,7 @@ def test_an_end_stays_what_it_was_while_others_go_on() -> None:
 
 
 def test_problems_without_an_end_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ode, "_MOST_STEPS", 40)
+    monkeypatch.setattr(ode, "MOST_STEPS", 40)
     problem = steady([1e9, 0.5, 1e9, 1e9, 0.7])
     with pytest.raises(RuntimeError, match="3 of 5 problems took more than 40 steps; the first is number 0"):
         ran(problem, lambda _, step: 2.0**-10 * (step / 0.1) ** 2, first=0.1)

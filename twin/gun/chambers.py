@@ -5,6 +5,9 @@ dp/dt = n / V (h_valve - h_leak - p A v), dM/dt = mdot_valve - mdot_leak, m dv/d
 in the tank dp/dt = -n h_valve / V, dM/dt = -mdot_valve. These are the balances of energy and mass of a perfect gas
 (Bird, Stewart and Lightfoot, Transport Phenomena, section 15.5); without flow they are eq. 2.15.
 
+The resistance is A v^2 / 2 (f x / D rho_gas + H_air rho_air + H_gas p / (R T)), f, H_air and H_gas being those of the
+`Shot`, and what hooks of effects add.
+
 p is the law's pressure (see `Shot`); flows see absolute pressures, and temperatures R T = p V / M.
 """
 
@@ -13,29 +16,39 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..ode import DORMAND_PRINCE, Method
+from .. import ode
+from ..ode import DORMAND_PRINCE, Ends, Method, Tolerance
 from ..rosenbrock import RODAS
 from .effect import GunEffect, Instant
-from .flow import mass_flow
+from .flow import choked_flow, critical_ratio
+from .motion_kernel import QUANTITIES, REACHED, TOO_MANY_STEPS, all_rates, run_all
 from .shot import GAS_CONSTANT, Floats, Shot
 
-#: A projectile that is slower than this is at rest.
-_CREEP_M_S = 1e-4
+#: A projectile that is slower than this is at rest, and than so many of the errors that a step may make of its speed:
+#: steps that cannot tell whether friction holds it would stay where it stops for ever.
+_CREEP_M_S, _CREEP_ERRORS = 1e-4, 20.0
 # Of the time that the tank's pressure alone takes to the vent holes: what creeps longer behind its own leak stays.
 _PATIENCE = 100.0
+# What a position or a speed counts as at least, of travel and mean speed, where the error of a step is judged.
+_SIZE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Chamber:
-    """Motion behind one gas: states (4, n) of position, velocity, the law's pressure, and mass of gas."""
+    """Motion behind one gas: states (4, n) of position, velocity, the law's pressure, and mass of gas.
+
+    `effects` are those with a hook; without any the compiled motion is what runs.
+    """
 
     shot: Shot
     effects: Sequence[GunEffect]
+    #: A factor on the error that a step may make.
+    coarser: float = 1.0
     method: ClassVar[Method] = DORMAND_PRINCE
     #: Allowed in a step, relative: velocities then hold to some 1e-7.
     step_error: ClassVar[float] = 1e-8
@@ -60,19 +73,22 @@ class Chamber:
         return np.asarray(self.shot.opposing_pressure_pa * self.shot.area_m2 + self.shot.friction_n)
 
     @cached_property
-    def leaking(self) -> list[GunEffect]:
-        return [effect for effect in self.effects if type(effect).leak_kg_s is not GunEffect.leak_kg_s]
+    def nominal_time_s(self) -> Floats:
+        """sqrt(L m / (p A)) with the tank's pressure."""
+        shot = self.shot
+        push = shot.area_m2 * np.maximum(shot.driving_pressure_pa, 1.0)
+        return np.asarray(np.sqrt(shot.travel_m * shot.bullet_mass_kg / push))
 
     @cached_property
-    def resisting(self) -> list[GunEffect]:
-        return [effect for effect in self.effects if type(effect).resistance_n is not GunEffect.resistance_n]
+    def creep_m_s(self) -> Floats:
+        """Below which a projectile is at rest."""
+        error = self.coarser * self.step_error * _SIZE * self.shot.travel_m / self.nominal_time_s
+        return np.maximum(_CREEP_M_S, _CREEP_ERRORS * error)
 
     @cached_property
     def patience_s(self) -> Floats:
         """After which a shot counts as one that stays in the barrel."""
-        shot = self.shot
-        push = shot.area_m2 * np.maximum(shot.driving_pressure_pa, 1.0)
-        return np.asarray(_PATIENCE * np.sqrt(shot.travel_m * shot.bullet_mass_kg / push) + 10 * shot.opening_time_s)
+        return np.asarray(_PATIENCE * self.nominal_time_s + 10 * self.shot.opening_time_s)
 
     def start(self) -> Floats:
         """At rest, tank and dead volume filled."""
@@ -80,52 +96,84 @@ class Chamber:
         rest = np.zeros(len(shot))
         return np.stack([rest, rest, shot.filled_pressure_pa, _air_kg(shot, shot.tank_volume_m3, shot.dead_volume_m3)])
 
-    def rates(self, time: Floats, state: Floats) -> Floats:
-        rates = np.empty_like(state)
-        self.advance(rates, time, state, 0.0, 0.0)
-        return rates
-
-    def advance(
-        self, rates: Floats, time: Floats, state: Floats, inflow_kg_s: Floats | float, inflow_w: Floats | float
-    ) -> None:
-        """Fills the first four rows of `rates`, for gas that comes in with a mass and R T times it."""
+    @cached_property
+    def table(self) -> NDArray[Any]:
+        """The shots as the compiled motion takes them, one record each."""
         shot = self.shot
-        instant, volume = self.instant(time, state)
-        leak = sum(effect.leak_kg_s(shot, instant) for effect in self.leaking)
-        resistance = sum((effect.resistance_n(shot, instant) for effect in self.resisting), self.drag_n)
-        escapes = np.asarray(leak) > 0
-        warmth = instant.gas_temperature_k
-        if not escapes.all():
-            warmth = np.where(escapes, warmth, shot.temperature_k)
-        speed, pressure = instant.velocity_m_s, state[2]
-        push = pressure * shot.area_m2
-        force = push - resistance
-        rates[0] = speed
-        # Friction holds a projectile at rest; it does not pull it back, and a corner there would stop the steps.
-        if (held := force < 0).any():
-            force = np.where(held, force * np.minimum(np.maximum(state[1] / _CREEP_M_S, 0.0), 1.0), force)
-        rates[1] = force / shot.bullet_mass_kg
-        flow = inflow_w - GAS_CONSTANT * warmth * leak - push * speed
-        rates[2] = shot.polytropic_index / volume * flow
-        rates[3] = inflow_kg_s - leak
+        choked = choked_flow(shot.heat_capacity_ratio)
+        table = np.zeros(len(shot), QUANTITIES)
+        table["area_m2"], table["mass_kg"], table["index"] = shot.area_m2, shot.bullet_mass_kg, shot.polytropic_index
+        table["volume_m3"], table["zero_pa"], table["drag_n"] = self.volume_m3, self.zero_pa, self.drag_n
+        table["outside_pa"], table["outside_rt"] = shot.atmosphere_pa, GAS_CONSTANT * shot.temperature_k
+        table["critical_ratio"] = critical_ratio(shot.heat_capacity_ratio)
+        table["leak_m2"], table["gauge_leak_m2"] = shot.leak_area_m2 * choked, shot.gauge_leak_area_m2 * choked
+        table["wall_1_m"], table["gas_heads"] = shot.friction_factor / shot.bore_diameter_m, shot.gas_heads
+        table["air_density_kg_m3"] = shot.air_heads * shot.atmosphere_pa / table["outside_rt"]
+        table["travel_m"], table["patience_s"] = shot.travel_m, self.patience_s
+        table["creep_m_s"] = self.creep_m_s
+        return table
 
-    def instant(self, time: Floats, state: Floats) -> tuple[Instant, Floats]:
-        """What the hooks see, and the volume behind the projectile."""
+    def rates(self, time: Floats, state: Floats) -> Floats:
+        columns = np.ascontiguousarray(np.moveaxis(state, 0, -1))
+        rates = np.empty_like(columns)
+        resistance, leak = self._hooked(time, state)
+        instants = (-1, len(self.shot), len(state))
+        flat = (-1, len(self.shot))
+        all_rates(
+            self.table,
+            np.ascontiguousarray(time).reshape(flat),
+            columns.reshape(instants),
+            leak.reshape(flat),
+            resistance.reshape(flat),
+            rates.reshape(instants),
+        )
+        return np.moveaxis(rates, -1, 0)
+
+    def _hooked(self, time: Floats, state: Floats) -> tuple[Floats, Floats]:
+        """Resistance and leak of the effects' hooks, of the shape of `time`."""
+        resistance, leak = np.zeros(time.shape), np.zeros(time.shape)
+        if self.effects:
+            instant = self.instant(time, state)
+            for effect in self.effects:
+                resistance += effect.resistance_n(self.shot, instant)
+                leak += effect.leak_kg_s(self.shot, instant)
+        return resistance, leak
+
+    def run(self) -> Ends:
+        """Every shot to its end. Raises `RuntimeError` when one takes more than 200,000 steps."""
+        shot, start = self.shot, self.start()
+        floor = np.empty_like(start)
+        floor[0], floor[1] = _SIZE * shot.travel_m, _SIZE * shot.travel_m / self.nominal_time_s
+        floor[2::2], floor[3::2] = shot.driving_pressure_pa, 0.01 * start[3::2].max(axis=0)
+        floor, steps = np.maximum(floor, 1e-300), self.first_step * self.nominal_time_s
+        relative = self.coarser * self.step_error
+        if self.effects:
+            return ode.run(self, start, steps, Tolerance(relative, floor), self.method)
+        n = len(shot)
+        states, floors = start.T.copy(), floor.T.copy()
+        time, how = np.zeros(n), np.zeros(n, dtype=np.int64)
+        run_all(self.table, states, steps, floors, relative, ode.MOST_STEPS, time, how)
+        if (endless := np.flatnonzero(how == TOO_MANY_STEPS)).size:
+            raise RuntimeError(f"shot number {endless[0]} of {n} took more than {ode.MOST_STEPS} steps")
+        return Ends(time, states.T, how == REACHED)
+
+    def instant(self, time: Floats, state: Floats) -> Instant:
+        """What the hooks see."""
         position, velocity, pressure, mass = state[:4]
         volume = self.volume_m3 + self.shot.area_m2 * position
         absolute = pressure + self.zero_pa
         density = mass / volume
         speed = np.maximum(velocity, 0.0)
-        return Instant(time, position, speed, absolute, absolute / (GAS_CONSTANT * density), density), volume
+        return Instant(time, position, speed, absolute, absolute / (GAS_CONSTANT * density), density)
 
     def given_up(self, time: Floats, state: Floats) -> NDArray[np.bool_]:
         """At rest with no pressure left anywhere that could move the projectile, or on its way for too long."""
         most = state[2::2].max(axis=0)
-        held = (state[1] < _CREEP_M_S) & (most * self.shot.area_m2 <= self.drag_n)
+        held = (state[1] < self.creep_m_s) & (most * self.shot.area_m2 <= self.drag_n)
         return np.asarray(held | (time > self.patience_s))
 
     def take(self, rows: NDArray[np.intp]) -> Self:
-        return type(self)(self.shot.take(rows), [effect.take(rows) for effect in self.effects])
+        return type(self)(self.shot.take(rows), [effect.take(rows) for effect in self.effects], self.coarser)
 
 
 # Of the tank's volume: the valve's own passage, which stands at tank pressure. Without it the volume behind
@@ -160,31 +208,12 @@ class TwoChambers(Chamber):
         behind = [rest, rest, energy / self.volume_m3, _air_kg(shot, passage, shot.dead_volume_m3)]
         return np.stack([*behind, shot.driving_pressure_pa, _air_kg(shot, self.tank_m3, rest)])
 
-    def rates(self, time: Floats, state: Floats) -> Floats:
-        shot, rates = self.shot, np.empty_like(state)
-        tank = state[4] + self.zero_pa
-        behind = state[2] + self.zero_pa
-        tank_k = tank * self.tank_m3 / (GAS_CONSTANT * state[5])
-        behind_k = behind * (self.volume_m3 + shot.area_m2 * state[0]) / (GAS_CONSTANT * state[3])
-        area = shot.valve_area_m2 * opened(time, shot.opening_time_s)
-        flow = mass_flow(area, tank, tank_k, behind, behind_k, shot.heat_capacity_ratio)
-        carried = GAS_CONSTANT * np.where(flow > 0, tank_k, behind_k) * flow
-        self.advance(rates, time, state, flow, carried)
-        rates[4] = -shot.polytropic_index / self.tank_m3 * carried
-        rates[5] = -flow
-        return rates
-
-
-def opened(time_s: Floats, opening_time_s: Floats) -> Floats:
-    """Share of a ball valve's area that is open while its passage moves in front of the bore at even speed.
-
-    Two circles of one size whose centres are a share s of their diameter apart have 2 / pi (acos s - s sqrt(1 - s^2))
-    of their area in common.
-    """
-    instant = opening_time_s <= 0
-    turned = np.where(instant, 1.0, time_s / np.where(instant, 1.0, opening_time_s))
-    apart = 1 - np.minimum(turned, 1.0)
-    return np.asarray((np.arccos(apart) - apart * np.sqrt(1 - apart * apart)) * (2 / np.pi))
+    @cached_property
+    def table(self) -> NDArray[Any]:
+        table, shot = super().table, self.shot
+        table["tank_m3"], table["opening_time_s"] = self.tank_m3, shot.opening_time_s
+        table["valve_m2"] = shot.valve_area_m2 * choked_flow(shot.heat_capacity_ratio)
+        return table
 
 
 def _air_kg(shot: Shot, at_tank_pressure_m3: Floats, at_atmosphere_m3: Floats) -> Floats:

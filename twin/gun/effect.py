@@ -33,11 +33,12 @@ class Instant:
 class GunEffect(Effect):
     """An effect of the gun. It overrides one of the hooks; each does nothing by default.
 
-    An effect that only prepares the shot keeps the closed form. One with another hook has the motion integrated, and
-    says so by `moves`.
+    `prepare` fills the fields of a `Shot`, and is all that most effects need. A law that no field can express overrides
+    `resistance_n` or `leak_kg_s`; shots with such an effect take longer, as a hook is no part of the compiled motion.
     """
 
-    #: Whether `resistance_n` or `leak_kg_s` is there.
+    #: Whether the motion must be integrated, as the closed form does not know what the effect changes. True for every
+    #: effect with `resistance_n` or `leak_kg_s`.
     moves: ClassVar[bool] = False
 
     def prepare(self, shot: Shot) -> Shot:
@@ -51,6 +52,11 @@ class GunEffect(Effect):
     def leak_kg_s(self, shot: Shot, instant: Instant) -> Floats | float:  # noqa: ARG002
         """Gas that escapes from behind the projectile; negative where it comes in."""
         return 0.0
+
+    @classmethod
+    def has_hooks(cls) -> bool:
+        """Whether `resistance_n` or `leak_kg_s` is there."""
+        return cls.resistance_n is not GunEffect.resistance_n or cls.leak_kg_s is not GunEffect.leak_kg_s
 
     def off(self, shots: int) -> NDArray[np.bool_]:
         """(n,): where every parameter has the value at which the effect does nothing."""

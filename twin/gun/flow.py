@@ -5,22 +5,13 @@ phi(r) = 1 up to the critical ratio b, sqrt(1 - ((r - b) / (1 - b))^2) above it;
 
 With b = (2 / (gamma + 1))^(gamma / (gamma - 1)), that of a nozzle, phi as it stands here follows de Saint-Venant and
 Wantzel's law within 0.4 % up to a ratio of 0.9 and 1.5 % up to 0.99; nearer to 1 it is laminar.
+The numbers of a gas are here; `motion_kernel.mass_flow` is the law.
 """
 
 from __future__ import annotations
 
 import math
 from functools import cache
-
-import numpy as np
-from numpy.typing import NDArray
-
-from .shot import GAS_CONSTANT
-
-Floats = NDArray[np.float64]
-
-# ISO 6358 has an infinite slope at equal pressures, which no flow has: below a drop of some 1e-4 it is laminar.
-_LAMINAR = 1e-3
 
 
 @cache
@@ -35,29 +26,3 @@ def choked_flow(heat_capacity_ratio: float) -> float:
     """c*: mass flow times sqrt(R T) over area and pressure; 0.6847 for air."""
     g = max(heat_capacity_ratio, 1 + 1e-9)
     return math.sqrt(g) * math.pow(2 / (g + 1), (g + 1) / (2 * (g - 1)))
-
-
-def ellipse(pressure_ratio: Floats, critical: float) -> Floats:
-    """phi for ratios up to 1, with a finite slope at 1."""
-    over = np.maximum(pressure_ratio - critical, 0.0) / (1 - critical)
-    free = 1 - over * over
-    return np.asarray(free / np.sqrt(free + _LAMINAR))
-
-
-def mass_flow(
-    area_m2: Floats,
-    pressure_pa: Floats,
-    temperature_k: Floats,
-    other_pressure_pa: Floats,
-    other_temperature_k: Floats,
-    heat_capacity_ratio: float,
-) -> Floats:
-    """kg/s from here to the other side; negative where the other side has the higher pressure."""
-    forward = pressure_pa >= other_pressure_pa
-    high, low, warmth, area = pressure_pa, other_pressure_pa, temperature_k, area_m2
-    if not forward.all():
-        high, low = np.maximum(high, low), np.minimum(high, low)
-        warmth, area = np.where(forward, temperature_k, other_temperature_k), np.where(forward, area_m2, -area_m2)
-    size: Floats = area * high / np.sqrt(warmth) * ellipse(low / high, critical_ratio(heat_capacity_ratio))
-    size *= choked_flow(heat_capacity_ratio) / math.sqrt(GAS_CONSTANT)
-    return size

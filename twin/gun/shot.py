@@ -45,6 +45,10 @@ class Shot:
     valve_area_m2: Floats  # of flow, wide open; infinite: no valve
     opening_time_s: Floats
     leak_area_m2: Floats  # of flow past the projectile
+    gauge_leak_area_m2: Floats  # of flow that is choked at gauge pressure
+    friction_factor: Floats  # Darcy's, of the gas along the bore
+    air_heads: Floats  # dynamic heads of outside air, lost at the projectile's speed
+    gas_heads: Floats  # dynamic heads of the driving gas, likewise
 
     def __len__(self) -> int:
         return len(self.tank_pressure_pa)
@@ -123,4 +127,8 @@ def nominal_shot(bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: A
         valve_area_m2=each(math.inf),
         opening_time_s=each(0.0),
         leak_area_m2=each(0.0),
+        gauge_leak_area_m2=each(0.0),
+        friction_factor=each(0.0),
+        air_heads=each(0.0),
+        gas_heads=each(0.0),
     )

@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..effects import checked_effects
 from .bench import GunBench, checked
-from .chambers import Chamber, TwoChambers
 from .effect import GunEffect
 from .expansion import ideal_velocity_m_s, starting_force_n, travel_time_s
 from .shot import Floats, Shot, nominal_shot
+
+if TYPE_CHECKING:
+    from .chambers import Chamber
 
 
 class Status(IntEnum):
@@ -89,7 +92,7 @@ def _fired(shot: Shot, effects: Sequence[GunEffect], efficiency: float, coarser:
     for mask, way in ways:
         rows = np.flatnonzero(mask)
         if rows.size:
-            acting = [effect.take(rows) for effect in effects if effect.moves]
+            acting = [effect.take(rows) for effect in effects if effect.has_hooks() and not effect.off(n)[rows].all()]
             shots.put(rows, way(shot.take(rows), acting, coarser))
     return replace(shots, velocity_m_s=efficiency * shots.velocity_m_s)
 
@@ -104,29 +107,25 @@ def _closed(shot: Shot, _: Sequence[GunEffect], __: float) -> GunShots:
 
 
 def _one_chamber(shot: Shot, effects: Sequence[GunEffect], coarser: float) -> GunShots:
+    from .chambers import Chamber
+
     # Without a valve the pressure only falls: a projectile that does not start now never does.
     n = len(shot)
     shots = GunShots(np.zeros(n), np.full(n, np.nan), np.full(n, Status.NOT_STARTED, dtype=np.int_))
     rows = np.flatnonzero(starting_force_n(shot) > 0)
     if rows.size:
-        shots.put(rows, _moved(Chamber(shot.take(rows), [effect.take(rows) for effect in effects]), coarser))
+        shots.put(rows, _moved(Chamber(shot.take(rows), [effect.take(rows) for effect in effects], coarser)))
     return shots
 
 
 def _two_chambers(shot: Shot, effects: Sequence[GunEffect], coarser: float) -> GunShots:
-    return _moved(TwoChambers(shot, effects), coarser)
+    from .chambers import TwoChambers
+
+    return _moved(TwoChambers(shot, effects, coarser))
 
 
-def _moved(chamber: Chamber, coarser: float) -> GunShots:
-    from ..ode import Tolerance, run
-
-    shot, start = chamber.shot, chamber.start()
-    scale = np.sqrt(shot.travel_m * shot.bullet_mass_kg / (shot.area_m2 * np.maximum(shot.driving_pressure_pa, 1.0)))
-    floor = np.empty_like(start)
-    floor[0], floor[1] = 0.1 * shot.travel_m, 0.1 * shot.travel_m / scale
-    floor[2::2], floor[3::2] = shot.driving_pressure_pa, 0.01 * start[3::2].max(axis=0)
-    tolerance = Tolerance(coarser * chamber.step_error, np.maximum(floor, 1e-300))
-    ends = run(chamber, start, chamber.first_step * scale, tolerance, chamber.method)
+def _moved(chamber: Chamber) -> GunShots:
+    ends = chamber.run()
     velocity = np.where(ends.reached, ends.state[1], 0.0)
     status = np.where(ends.reached, Status.LEFT, np.where(ends.state[0] > 0, Status.STOPPED, Status.NOT_STARTED))
     return GunShots(velocity, np.where(ends.reached, ends.time, np.nan), status)

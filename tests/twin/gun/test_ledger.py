@@ -36,19 +36,22 @@ def books(kind, effects, bar, mass_kg):
     shot = nominal_shot(BENCH, np.array([bar * 1e5]), np.array([mass_kg]))
     for effect in effects:
         shot = effect.prepare(shot)
-    acting = [effect.take(np.array([0])) for effect in effects if effect.moves]
-    chamber = kind(shot, acting)
+    chamber = kind(shot, [])
     start = chamber.start()
+    area, bore = BENCH.projectile_area_m2, BENCH.bore_diameter_m
+    outside = float(shot.atmosphere_pa[0]) / (GAS_CONSTANT * float(shot.temperature_k[0]))
 
     def rates(time, state):
         column = state[:-3, None]
-        instant, _ = chamber.instant(np.array([time]), column)
-        leak = sum(np.asarray(effect.leak_kg_s(shot, instant)) + np.zeros(1) for effect in acting)
-        resisting = chamber.drag_n + sum(effect.resistance_n(shot, instant) for effect in acting)
-        warmth = np.where(leak > 0, instant.gas_temperature_k, shot.temperature_k)
+        instant = chamber.instant(np.array([time]), column)
+        moved = chamber.rates(np.array([time]), column)[:, 0]
+        leak = -moved[3::2].sum()  # what one gas loses to the other is still there
+        heads = 0.02 * instant.position_m / bore * instant.gas_density_kg_m3 + 1.0 * outside
+        resisting = chamber.drag_n + area * heads * instant.velocity_m_s**2 / 2
+        warmth = instant.gas_temperature_k if leak > 0 else shot.temperature_k
         carried = 1.4 / 0.4 * GAS_CONSTANT * warmth * leak
-        gone = [float((resisting * column[1])[0]), float(leak[0]), float(carried[0])]
-        return np.concatenate([chamber.rates(np.array([time]), column)[:, 0], gone])
+        gone = [float((resisting * column[1])[0]), float(leak), float(carried[0])]
+        return np.concatenate([moved, gone])
 
     # every projectile here moves from the first instant on: friction that holds would take work from nothing
     run = solve_ivp(rates, (0, 0.03), [*start[:, 0], 0.0, 0.0, 0.0], "LSODA", rtol=1e-10, atol=1e-10)

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from ...effects import Value, parameter
-from ..effect import Floats, GunEffect, Instant
-from ..shot import GAS_CONSTANT, Shot
+from ..effect import GunEffect
+from ..shot import Shot
 
 
 @dataclass(frozen=True)
@@ -42,11 +40,9 @@ class BarrelLoss(GunEffect):
     )
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("friction_factor", "drag_coefficient"), ("gas_heads",))
 
-    def resistance_n(self, shot: Shot, instant: Instant) -> Floats:
-        air = shot.atmosphere_pa / (GAS_CONSTANT * shot.temperature_k)
-        column = self.friction_factor * instant.position_m / shot.bore_diameter_m * instant.gas_density_kg_m3
-        heads: Floats = column + self.drag_coefficient * air
-        if np.asarray(self.gas_heads).any():
-            gauge = np.maximum(instant.gas_pressure_pa - shot.pressure_zero_pa, 0.0)
-            heads = heads + self.gas_heads * gauge / (GAS_CONSTANT * instant.gas_temperature_k)
-        return shot.area_m2 * heads * instant.velocity_m_s**2 / 2
+    def prepare(self, shot: Shot) -> Shot:
+        return shot.but(
+            friction_factor=shot.friction_factor + self.friction_factor,
+            air_heads=shot.air_heads + self.drag_coefficient,
+            gas_heads=shot.gas_heads + self.gas_heads,
+        )

@@ -8,9 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from ...effects import Value, parameter
-from ..effect import Floats, GunEffect, Instant
-from ..flow import choked_flow, mass_flow
-from ..shot import GAS_CONSTANT, Shot
+from ..effect import GunEffect
+from ..shot import Shot
 
 
 @dataclass(frozen=True)
@@ -67,25 +66,9 @@ class BlowBy(GunEffect):
     )
 
     def prepare(self, shot: Shot) -> Shot:
-        bore = shot.bore_diameter_m + 2 * np.asarray(self.wear_m)
-        ring = np.pi / 4 * (bore**2 - shot.projectile_diameter_m**2)
-        return shot.but(leak_area_m2=np.asarray(self.discharge_coefficient) * ring)
-
-    def leak_kg_s(self, shot: Shot, instant: Instant) -> Floats:
-        through = mass_flow(
-            shot.leak_area_m2,
-            instant.gas_pressure_pa,
-            instant.gas_temperature_k,
-            shot.atmosphere_pa,
-            shot.temperature_k,
-            shot.heat_capacity_ratio,
+        made = np.pi / 4 * (shot.bore_diameter_m**2 - shot.projectile_diameter_m**2)
+        worn = np.pi / 4 * ((shot.bore_diameter_m + 2 * np.asarray(self.wear_m)) ** 2 - shot.projectile_diameter_m**2)
+        return shot.but(
+            leak_area_m2=shot.leak_area_m2 + self.discharge_coefficient * worn,
+            gauge_leak_area_m2=shot.gauge_leak_area_m2 + self.gauge_discharge_coefficient * made,
         )
-        return through + self._choked(shot, instant) if np.asarray(self.gauge_discharge_coefficient).any() else through
-
-    def _choked(self, shot: Shot, instant: Instant) -> Floats:
-        ring = np.pi / 4 * (shot.bore_diameter_m**2 - shot.projectile_diameter_m**2)
-        pressure = np.maximum(instant.gas_pressure_pa - shot.pressure_zero_pa, 0.0)
-        flow = (
-            ring * choked_flow(shot.heat_capacity_ratio) * pressure / np.sqrt(GAS_CONSTANT * instant.gas_temperature_k)
-        )
-        return np.asarray(self.gauge_discharge_coefficient * flow)

@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from ...effects import Value, parameter
-from ..effect import Floats, GunEffect, Instant
-from ..shot import GAS_CONSTANT, Shot
+from ..effect import GunEffect
+from ..shot import Shot
 
 
 @dataclass(frozen=True)
@@ -61,14 +61,9 @@ class ValveFlow(GunEffect):
         ("steady_loss_coefficient",),
     )
 
-    def resistance_n(self, shot: Shot, instant: Instant) -> Floats | float:
-        if not np.asarray(self.steady_loss_coefficient).any():
-            return 0.0
-        air = shot.atmosphere_pa / (GAS_CONSTANT * shot.temperature_k)
-        return shot.area_m2 * self.steady_loss_coefficient * air * instant.velocity_m_s**2 / 2
-
     def prepare(self, shot: Shot) -> Shot:
         loss = np.asarray(self.loss_coefficient, dtype=np.float64)
         with np.errstate(divide="ignore"):
             area = np.pi / 4 * shot.bore_diameter_m**2 / np.sqrt(loss)
-        return shot.but(valve_area_m2=area, opening_time_s=self.opening_time_s)
+        heads = shot.air_heads + self.steady_loss_coefficient
+        return shot.but(valve_area_m2=area, opening_time_s=self.opening_time_s, air_heads=heads)
