@@ -33,30 +33,26 @@ Rows = NDArray[np.intp]
 #: Sets of the library that are weighed inside of a fold lie within so many nats of the best, and are at most so many.
 _WINDOW, _MOST = 40.0, 40
 #: Of them so many are fitted with simulations.
-_SIMULATED = 3
+_SIMULATED = 5
 
 
 @dataclass(frozen=True, eq=False)
 class FoldFit:
     """The sets of the library as one fold weighs them. `fits` on the training configurations, with `weights`;
-    `predicted` by fit: changes (C, D) of all configurations in the observables' units."""
+    `averaged` (C, D): their mean changes of all configurations, in the observables' units; `corrected`: the same with
+    what the learned discrepancy adds."""
 
     training: Rows
     fits: tuple[SubsetFit, ...]
     weights: Floats
-    predicted: Floats
-    corrected: Floats  # (C, D): the same with what the learned discrepancy adds, on average
+    averaged: Floats
+    corrected: Floats
 
     @property
     def likeliest(self) -> tuple[Effect, ...]:
         """The effects of the likeliest set, as fitted."""
         fit = self.fits[int(np.argmax(self.weights))]
         return tuple(law.effect(own) for law, own in zip(fit.laws, fit.parts, strict=True))
-
-    @property
-    def averaged(self) -> Floats:
-        """(C, D)"""
-        return np.asarray(np.tensordot(self.weights, self.predicted, axes=1))
 
 
 def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = ()) -> FoldFit:
@@ -71,9 +67,16 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
     joint = np.array([fit.log_evidence + library.log_set_prior(fit) for fit in fits])
     weights = np.exp(joint - joint.max())
     weights /= weights.sum()
-    table = np.nan_to_num(problem.simulator.changes([fit.point() for fit in fits]))
+    table = problem.simulator.changes([fit.point() for fit in fits])
     kriged = [_with_discrepancy(problem, inside, fit, own) for fit, own in zip(fits, table, strict=True)]
-    return FoldFit(training, tuple(fits), weights, table, np.tensordot(weights, np.array(kriged), axes=1))
+    return FoldFit(training, tuple(fits), weights, _mean(weights, table), _mean(weights, np.array(kriged)))
+
+
+def _mean(weights: Floats, tables: Floats) -> Floats:
+    """(C, D): of tables (k, C, D), over those that have an answer in a cell; 0 where none has one, as the nominal
+    simulator says."""
+    known = np.isfinite(tables) * weights[:, None, None]
+    return np.asarray((np.nan_to_num(tables) * known).sum(axis=0) / np.maximum(known.sum(axis=0), 1e-300))
 
 
 def _candidates(library: ModelLibrary) -> list[SubsetFit]:

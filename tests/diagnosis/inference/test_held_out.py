@@ -97,7 +97,8 @@ def test_weights_average_the_predictions():
     fold = fit_fold(library, np.arange(1, COUNT))
     assert fold.weights.sum() == pytest.approx(1.0)
     assert fold.weights.max() < 0.99  # the data do not decide
-    expected = sum(w * p for w, p in zip(fold.weights, fold.predicted, strict=True))
+    predicted = library.problem.simulator.changes([fit.point() for fit in fold.fits])
+    expected = sum(w * p for w, p in zip(fold.weights, predicted, strict=True))
     np.testing.assert_allclose(fold.averaged, expected)
 
 
