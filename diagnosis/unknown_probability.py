@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 #: Less than this is left by any simulator, and more than that says no more, in tolerances.
-_LEAST_LEFT, _MOST_LEFT = 0.3, 30.0
+_LEAST_LEFT, _MOST_LEFT = 0.3, 3.0
 
 
 @dataclass(frozen=True)
