@@ -13,6 +13,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
@@ -20,8 +21,8 @@ from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
 from pyroshock.twin.contact.impact import impact
 from pyroshock.twin.contact.impacts import Impacts
+from pyroshock.twin.contact.kernel import Law, rates
 from pyroshock.twin.contact.numbers import Numbers
-from pyroshock.twin.contact.stepping import touch
 
 from .apart import busy_seconds_of, in_turn
 from .figures import Figure
@@ -82,9 +83,21 @@ def _prepared(some: Bodies) -> Impacts:
 
 def evaluated(some: Bodies, times: int) -> Callable[[], object]:
     """So many evaluations of the rates of all impacts, as they begin: what a step cannot do without."""
-    contacts = touch(Numbers.of(_prepared(some)))
-    state = np.stack([np.full(len(contacts), 0.1), np.ones(len(contacts))])
-    return lambda: [contacts.rates(state) for _ in range(times)]
+    numbers = Numbers.of(_prepared(some))
+    columns = (numbers.exponent, numbers.damping, numbers.inelasticity, numbers.yield_depth)
+    figures = np.stack(columns, axis=1)
+    return lambda: _evaluations(figures, times)
+
+
+@njit
+def _evaluations(figures: NDArray[np.float64], times: int) -> float:
+    """Each of another depth, or a compiler would do it once."""
+    total = 0.0
+    for i in range(len(figures)):
+        law = Law(figures[i, 0], 1.0, 0.0, figures[i, 3], figures[i, 1], figures[i, 2], 0.0, 0.0)
+        for k in range(times):
+            total += rates(law, 0.1 + 0.01 * k, 1.0).force_rate
+    return total
 
 
 def _solved(

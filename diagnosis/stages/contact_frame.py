@@ -52,23 +52,12 @@ def level_crossings(force_n: Floats, level: float) -> tuple[Floats, Floats]:
 
     The ends of the series where they do not.
     """
-    n, m = force_n.shape
-    rows, index, top = np.arange(n), np.arange(m), np.argmax(force_n, axis=1)
-    threshold = level * force_n[rows, top]
-    below = force_n < threshold[:, None]
-    before = np.where(below & (index < top[:, None]), index, -1).max(axis=1)
-    after = np.where(below & (index > top[:, None]), index, m).min(axis=1)
-    left = np.where(before >= 0, _crossing(force_n, np.maximum(before, 0), threshold), 0.0)
-    right = np.where(after < m, _crossing(force_n, np.minimum(after, m - 1) - 1, threshold), m - 1.0)
-    return left, right
+    from .contact_kernel import crossings
 
-
-def _crossing(force: Floats, left: NDArray[np.intp], threshold: Floats) -> Floats:
-    rows = np.arange(len(force))
-    here, there = force[rows, left], force[rows, np.minimum(left + 1, force.shape[1] - 1)]
-    return np.asarray(
-        left + np.where(there != here, (threshold - here) / np.where(there != here, there - here, 1.0), 0)
-    )
+    force = np.ascontiguousarray(force_n)
+    found = np.empty((2, len(force)))
+    crossings(force, np.argmax(force, axis=1), level, found)
+    return found[0], found[1]
 
 
 def _averaged(force: Floats, step: float, width_s: float) -> tuple[Floats, float, float]:

@@ -24,7 +24,7 @@ Rows = NDArray[np.intp]
 _STEPS, _BEFORE, _AFTER = 24, 0.6, 7.0
 #: Where between two of the recorder's samples contacts begin.
 _OFFSETS = (0.25, 0.75)
-_AT_ONCE = 1000  # some 20 MB
+_AT_ONCE = 100  # some 2 MB, which a cache holds
 
 
 def seen_features(courses: Courses, step_s: Floats, chain: SensorChain) -> Floats:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
 from .bodies import Floats
-from .marching import March
-from .stepping import Index
+from .marching import Index, March, Nodes
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,61 +26,30 @@ class Course:
     @classmethod
     def of(cls, march: March) -> Self:
         """In the units of the march."""
-        n = len(march.contact_time)
-        counts = np.zeros(n, dtype=np.intp)
-        for node in march.nodes:
-            counts[node.index] += 1
-        first = np.concatenate([[0], np.cumsum(counts)])
-        time, force, rate = (np.empty(first[-1]) for _ in range(3))
-        place = first[:-1].copy()
-        for node in march.nodes:
-            at = place[node.index]
-            time[at], force[at], rate[at] = node.time, node.force, node.force_rate
-            place[node.index] += 1
-        last = np.repeat(march.contact_time, counts)
-        return cls(first, np.minimum(time / last, 1.0), force, rate * last)
-
-    @classmethod
-    def joined(cls, parts: Sequence[Self]) -> Self:
-        """Contacts of several courses in their order."""
-        starts = np.cumsum([0, *(len(part.phase) for part in parts)])
-        first = [part.first[:-1] + start for part, start in zip(parts, starts[:-1], strict=True)]
-        together = (np.concatenate([getattr(part, name) for part in parts]) for name in ("phase", "force", "rate"))
-        return cls(np.concatenate([*first, starts[-1:]]), *together)
+        nodes = march.nodes
+        last = np.repeat(march.contact_time, np.diff(nodes.first))
+        return cls(nodes.first, np.minimum(nodes.time / last, 1.0), nodes.force, nodes.force_rate * last)
 
     def at(self, phase: Floats) -> Floats:
-        """Force (n, p) at phases (p,) of each contact."""
-        rows = np.arange(len(self.first) - 1)[:, None]
-        owner = np.repeat(rows[:, 0], np.diff(self.first))
-        # Phases and rows in one key; a row has twice the room that its phases take, so that none meets the next.
-        left = np.searchsorted(2.0 * owner + self.phase, (2.0 * rows + phase).ravel(), side="right") - 1
-        left = np.minimum(left.reshape(len(rows), -1), self.first[1:, None] - 2)
-        width = self.phase[left + 1] - self.phase[left]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            share = np.where(width > 0, (phase - self.phase[left]) / width, 1.0)
-        return np.asarray(np.maximum(self._cubic(left, share), 0.0))
+        """Force (n, p) at phases (p,), or (n, p) of each contact."""
+        from .kernel import at_phases
 
-    def _cubic(self, left: Index, share: Floats) -> Floats:
-        """Of the interval after node `left`."""
-        width = self.phase[left + 1] - self.phase[left]
-        slopes = width * self.rate[left], width * self.rate[left + 1]
-        return _hermite(share, self.force[left], self.force[left + 1], *slopes)
+        wanted = np.array(np.atleast_2d(phase), dtype=np.float64, order="C")
+        force = np.empty((len(self.first) - 1, wanted.shape[1]))
+        at_phases(self.first, self.phase, self.force, self.rate, wanted, force)
+        return force
 
 
-def peak_force(march: March) -> Floats:
-    """Greatest force of each contact (n,), in the units of the march: of its nodes, and of the cubics between them."""
-    n = len(march.contact_time)
-    peak, time, force, rate = (np.zeros(n) for _ in range(4))
-    for node in march.nodes:
-        at = node.index
-        peak[at] = np.maximum(peak[at], node.force)
-        top = np.flatnonzero((rate[at] > 0) & (node.force_rate <= 0))
-        if len(top):
-            here = at[top]
-            width = node.time[top] - time[here]
-            slopes = width * rate[here], width * node.force_rate[top]
-            peak[here] = np.maximum(peak[here], _summit(force[here], node.force[top], *slopes))
-        time[at], force[at], rate[at] = node.time, node.force, node.force_rate
+def peak_force(nodes: Nodes) -> Floats:
+    """Greatest force of each contact (n,): of its nodes, and of the cubics between them."""
+    force, rate = nodes.force, nodes.force_rate
+    peak = np.maximum.reduceat(force, nodes.first[:-1])
+    falls = (rate[:-1] > 0) & (rate[1:] <= 0)
+    falls[nodes.first[1:-1] - 1] = False  # from one contact's last node to the next one's first
+    top = np.flatnonzero(falls)
+    width = nodes.time[top + 1] - nodes.time[top]
+    summits = _summit(force[top], force[top + 1], width * rate[top], width * rate[top + 1])
+    np.maximum.at(peak, np.searchsorted(nodes.first, top, side="right") - 1, summits)
     return peak
 
 

@@ -14,12 +14,10 @@ from .bodies import Bodies, Floats
 from .course import Course, peak_force
 from .effect import ContactEffect
 from .impacts import Impacts
-from .marching import STEPS, March, march
+from .marching import STEPS, march
 from .numbers import Numbers, scales
 from .pulse import ContactPulse
 from .restitution.base import Restitution
-
-_BLOCK = 10_000  # impacts solved at once: some 100 MB
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,43 +56,29 @@ def impact(
 
 def solve(impacts: Impacts, steps: int = STEPS) -> ImpactPulse:
     """Impacts of any quantities. Raises `ArithmeticError` where a contact does not come to an end."""
-    numbers = Numbers.of(impacts)
-    n = len(impacts.bodies)
-    blocks = [np.arange(start, min(start + _BLOCK, n)) for start in range(0, n, _BLOCK)]
-    marches = [march(numbers.take(block), steps) for block in blocks]
-    return _in_si(impacts, marches)
-
-
-@dataclass(eq=False)
-class _Shape:
-    """Force over its peak, n x p, at phases (p,). The course takes the place of the marches when first asked for."""
-
-    known: Sequence[March] | Course
-    peak: Floats
-
-    def __call__(self, phase: Floats) -> Floats:
-        if not isinstance(self.known, Course):
-            self.known = Course.joined([Course.of(one) for one in self.known])
-        return np.asarray(self.known.at(phase) / self.peak[:, None])
-
-
-def _in_si(impacts: Impacts, marches: Sequence[March]) -> ImpactPulse:
+    solved = march(Numbers.of(impacts), steps)
     length, force = scales(impacts)
-    velocity, peak = impacts.bodies.impact_velocity_m_s, np.concatenate([peak_force(one) for one in marches])
-    back = -np.concatenate([one.velocity for one in marches])
-
-    def times(name: str) -> Floats:
-        return np.concatenate([getattr(one, name) for one in marches])
-
+    velocity, peak, back = impacts.bodies.impact_velocity_m_s, peak_force(solved.nodes), -solved.velocity
     return ImpactPulse(
-        contact_time_s=times("contact_time") * length / velocity,
-        compression_time_s=times("compression_time") * length / velocity,
+        contact_time_s=solved.contact_time * length / velocity,
+        compression_time_s=solved.compression_time * length / velocity,
         peak_force_n=peak * force,
         impulse_n_s=impacts.mass_kg * velocity * (1 + back),
         restitution=Restitution.bounded(np.minimum(back, 1.0)),
-        shape=_Shape(marches, peak),
+        shape=_Shape(Course.of(solved), peak),
         separation_velocity_m_s=back * velocity,
-        deepest_indentation_m=times("deepest") * length,
-        permanent_indentation_m=times("permanent") * length,
-        parted=np.concatenate([one.parted for one in marches]),
+        deepest_indentation_m=solved.deepest * length,
+        permanent_indentation_m=solved.permanent * length,
+        parted=solved.parted,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Shape:
+    """Force over its peak, n x p, at phases (p,) or (n, p)."""
+
+    course: Course
+    peak: Floats
+
+    def __call__(self, phase: Floats) -> Floats:
+        return self.course.at(phase) / self.peak[:, None]

@@ -1,7 +1,6 @@
 """Unloading with a permanent indentation, eq. 1.17.
 
-Glossary: F force, delta indentation, max at the deepest, p what stays, n exponent, F_e the force that the deepest
-indentation would have taken without yield.
+Glossary: F force, delta indentation, max at the deepest, p what stays, n exponent.
 """
 
 from __future__ import annotations
@@ -40,12 +39,3 @@ def restitution_of_loop(
 ) -> Floats:
     """e = sqrt(W_r / W_c) of a loading of known work and its unloading after eq. 1.17 (eq. 1.11)."""
     return np.sqrt(returned_work(peak_force_n, deepest_m, permanent_m, exponent) / loading_work_j)
-
-
-def elastic_recovery(deepest_m: Floats, peak_force_n: Floats, elastic_force_n: Floats) -> Floats:
-    """delta_max - delta_p = delta_max F_max / F_e.
-
-    Thornton lets the flattened sphere unload as a Hertzian one of larger radius R_p = R F_e / F_max; with n = 3/2 that
-    is this length. Source: Thornton, J. Appl. Mech. 64 (1997) 383.
-    """
-    return np.asarray(deepest_m * peak_force_n / elastic_force_n)

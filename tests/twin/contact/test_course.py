@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.twin.contact.course import Course, peak_force
-from pyroshock.twin.contact.marching import March, Node
+from pyroshock.twin.contact.marching import March, Nodes
 from scipy.interpolate import CubicHermiteSpline
 
 #: Three contacts with as many nodes as they took: time, force and rate of each node.
@@ -17,15 +17,15 @@ NODES = (
 PHASES = np.array([0.0, 1e-9, 0.1, 0.15, 0.25, 0.5, 0.777, 1.0])
 
 
+def _nodes(nodes=NODES) -> Nodes:
+    first = np.cumsum([0, *(len(time) for time, _, _ in nodes)])
+    return Nodes(first, *(np.concatenate([one[what] for one in nodes]) for what in range(3)))
+
+
 def _march(nodes=NODES, ends: list[float] | None = None) -> March:
-    """Contacts step by step, as the marching keeps them: each node of those that got so far, in any order."""
-    steps = []
-    for place in range(max(len(time) for time, _, _ in nodes)):
-        index = np.array([i for i, (time, _, _) in enumerate(nodes) if place < len(time)])[::-1]
-        steps.append(Node(index, *(np.array([nodes[i][what][place] for i in index]) for what in range(3))))
     end = np.array([time[-1] for time, _, _ in nodes] if ends is None else ends)
     nothing = np.zeros(len(nodes))
-    return March(end, nothing, nothing, nothing, nothing, np.ones(len(nodes), dtype=bool), steps)
+    return March(end, nothing, nothing, nothing, nothing, np.ones(len(nodes), dtype=bool), _nodes(nodes))
 
 
 def _by_scipy(nodes=NODES) -> np.ndarray:
@@ -37,11 +37,11 @@ def test_between_nodes_lie_scipys_cubics() -> None:
     assert Course.of(_march()).at(PHASES) == pytest.approx(_by_scipy(), rel=1e-13, abs=1e-15)
 
 
-def test_courses_joined_are_those_apart() -> None:
-    one, other = Course.of(_march()), Course.of(_march(NODES[::-1]))
-    joined = Course.joined([one, other, one])
-    assert np.array_equal(joined.at(PHASES), np.concatenate([part.at(PHASES) for part in (one, other, one)]))
-    assert joined.first.tolist() == [0, 5, 7, 10, 13, 15, 20, 25, 27, 30]
+def test_each_contact_at_phases_of_its_own() -> None:
+    """In any order of the phases, too."""
+    own = np.stack([PHASES, PHASES[::-1], PHASES**2])
+    expected = [CubicHermiteSpline(*one)(phases * one[0][-1]) for one, phases in zip(NODES, own, strict=True)]
+    assert Course.of(_march()).at(own) == pytest.approx(np.maximum(expected, 0.0), rel=1e-13, abs=1e-15)
 
 
 def test_no_force_pulls() -> None:
@@ -65,7 +65,7 @@ def test_a_node_a_digit_beyond_the_end_is_the_end() -> None:
 def test_peak_is_the_greatest_of_nodes_and_cubics() -> None:
     fine = np.linspace(0, 1, 20_001)
     expected = [CubicHermiteSpline(*one)(fine * one[0][-1]).max() for one in NODES]
-    assert peak_force(_march()) == pytest.approx(expected, rel=1e-7)
+    assert peak_force(_nodes()) == pytest.approx(expected, rel=1e-7)
 
 
 def test_peak_of_one_cubic() -> None:
@@ -82,16 +82,16 @@ def test_peak_of_one_cubic() -> None:
     cubics = [CubicHermiteSpline(*one) for one in nodes]
     tops = [cubic.derivative().roots(extrapolate=False) for cubic in cubics]
     expected = [cubic([*cubic.x, *at]).max() for cubic, at in zip(cubics, tops, strict=True)]
-    assert peak_force(_march(nodes)) == pytest.approx(expected, rel=1e-10)
+    assert peak_force(_nodes(nodes)) == pytest.approx(expected, rel=1e-10)
 
 
 @pytest.mark.parametrize("rise", [0.1, 0.3, 0.7, 1.1, 3.3])
 def test_peak_of_a_cubic_that_is_level_at_its_end(rise: float) -> None:
     """Its slope touches nothing at the end, and only there: a root that rounding can take away."""
     touching = ((np.array([0.0, 1.0]), np.array([0.0, rise / 3]), np.array([rise, 0.0])),)
-    assert peak_force(_march(touching)) == pytest.approx([rise / 3], rel=1e-12)
+    assert peak_force(_nodes(touching)) == pytest.approx([rise / 3], rel=1e-12)
 
 
 def test_peak_at_a_node_without_a_rate() -> None:
     flat = ((np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, -1.0])),)
-    assert peak_force(_march(flat)).tolist() == [1.0]
+    assert peak_force(_nodes(flat)).tolist() == [1.0]

@@ -8,16 +8,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pyroshock.twin.contact import kernel
 from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.damping import matched_damping
 from pyroshock.twin.contact.hertz import hertz
 from pyroshock.twin.contact.hunt_crossley import hunt_crossley
 from pyroshock.twin.contact.impact import ImpactPulse, impact, solve
 from pyroshock.twin.contact.impacts import Impacts
-from pyroshock.twin.contact.numbers import Numbers
 from pyroshock.twin.contact.restitution.base import constant
 from pyroshock.twin.contact.restitution.zener import inelasticity, zener
-from pyroshock.twin.contact.stepping import step, to_the_yield, touch
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 from support.records.contact_bodies import any_impacts, ball, impacts, impulse
@@ -327,13 +326,6 @@ def test_impacts_do_not_meet() -> None:
         assert together[row] == pytest.approx(alone[0], rel=1e-9)
 
 
-def test_blocks_are_joined_in_order(monkeypatch: pytest.MonkeyPatch) -> None:
-    bodies = impacts(impact_velocity_m_s=np.linspace(0.2, 9, 10))
-    whole = impact(bodies).force_n(17)
-    monkeypatch.setattr("pyroshock.twin.contact.impact._BLOCK", 3)
-    assert impact(bodies).force_n(17) == pytest.approx(whole, rel=1e-12)
-
-
 def test_wrong_number_of_flags_is_refused() -> None:
     with pytest.raises(ValueError, match=r"insulated has shape \(2,\): expected \(1,\)"):
         impact(ONE, insulated=np.ones(2, dtype=bool))
@@ -341,13 +333,11 @@ def test_wrong_number_of_flags_is_refused() -> None:
 
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.7])
 def test_a_step_ends_at_the_depth_of_yield(share: float) -> None:
-    numbers = Numbers.of(_impacts(yield_load_n=share * FORCE, rate_loss_s_m=0.3))
-    contacts, size = touch(numbers), 1 / 96
-    while step(contacts, size).state[0, 0] < numbers.yield_depth[0]:
-        contacts = step(contacts, size)
-    there = to_the_yield(contacts, size)
-    assert there.state[0, 0] == pytest.approx(numbers.yield_depth[0], rel=1e-13)
-    assert contacts.s[0] < there.s[0] < contacts.s[0] + size
+    law, size = kernel.Law(1.5, 1.0, 0.0, share, 0.3, 0.0, 0.0, 0.0), 1 / 96
+    end, depth, velocity = kernel.to_the_yield(law, 1.0, 2.0, 1.0, size, share - 0.01, 0.9)  # T = 1, q = 2, s = 1
+    assert depth == pytest.approx(share, rel=1e-13)
+    assert end**2 - 1 == pytest.approx(0.01 / 0.9, rel=0.01)
+    assert velocity < 0.9
 
 
 def test_what_loses_nothing_is_not_said_to_be_clipped() -> None:

@@ -27,11 +27,9 @@ def test_what_is_held_by_its_losses_creeps_apart(exponent: float) -> None:
     assert found.contact_time == pytest.approx(finer.contact_time, rel=2e-8)
     back = found.contact_time - found.compression_time
     assert back == pytest.approx(damping * found.deepest, rel=0.04)
-    for i in range(2):
-        last = [node for node in found.nodes if i in node.index][-1]
-        here = last.index == i
-        assert last.time[here] == found.contact_time[i]
-        assert last.force[here] == last.force_rate[here] == 0
+    last = found.nodes.first[1:] - 1
+    assert found.nodes.time[last].tolist() == found.contact_time.tolist()
+    assert found.nodes.force[last].tolist() == found.nodes.force_rate[last].tolist() == [0, 0]
 
 
 def test_what_creeps_is_followed_to_its_end() -> None:
@@ -78,3 +76,12 @@ def test_what_stays_and_what_parts_at_the_same_step_are_each_their_own() -> None
     apart = [march(_numbers(1.5, damping=[*some])) for some in damped]
     assert both.contact_time == pytest.approx(np.concatenate([one.contact_time for one in apart]), rel=1e-12)
     assert both.velocity == pytest.approx(np.concatenate([one.velocity for one in apart]), rel=1e-12)
+
+
+def test_contacts_without_an_end_are_counted() -> None:
+    numbers = _numbers(1.5, damping=[0.1, np.nan, np.nan])
+    with pytest.raises(ArithmeticError, match=r"^2 contacts do not come to their deepest indentation$"):
+        march(numbers, 4)
+    held = _numbers(1.5, damping=[0.1, 1e4], inelasticity=[0.0, 1e4])
+    with pytest.raises(ArithmeticError, match=r"^1 contacts neither part nor come to rest$"):
+        march(held, 4)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.twin.contact.marching import march
+from pyroshock.twin.contact import kernel
+from pyroshock.twin.contact.marching import march, own_time, power_of_time
 from pyroshock.twin.contact.numbers import Numbers
-from pyroshock.twin.contact.stepping import own_time, touch
 
 HIT = {"exponent": 1.5, "damping": 0.0, "inelasticity": 1e-12, "compliance": 0.0, "stiffening": 0.0}
 
@@ -36,7 +36,12 @@ def _numbers(**values: float | list[float]) -> Numbers:
 def test_own_time_follows_the_way_of_the_loading(numbers: Numbers, within: float) -> None:
     """1.4 times the deepest approach, where one thing governs it: there the balance of energy has a closed form."""
     found = march(numbers, 24)
-    way = found.deepest + numbers.layer(found.deepest**numbers.exponent)
+    forces = found.deepest**numbers.exponent
+    layers = [
+        kernel.layer(kernel.Law(1.5, 1.0, 0.0, np.inf, 0.0, 0.0, beta, h), force)
+        for beta, h, force in zip(numbers.compliance, numbers.stiffening, forces, strict=True)
+    ]
+    way = found.deepest + layers
     assert own_time(numbers) / 1.4 == pytest.approx(way, rel=within)
 
 
@@ -49,6 +54,6 @@ def test_yield_makes_the_own_time_longer_from_where_it_is_reached() -> None:
 
 def test_steps_are_equal_in_that_power_of_time_in_which_force_begins_smoothly() -> None:
     """As t^p without a layer; as t^(1/p) below one, so that 2 p is wanted, within reason."""
-    assert touch(_numbers(exponent=[1.0, 1.5, 2.5])).power.tolist() == [2, 2, 2]
-    below = touch(_numbers(exponent=[0.8, 1.0, 1.5, 1.9, 2.5], compliance=1e-3))
-    assert below.power.tolist() == pytest.approx([2, 2, 3, 3.8, 4])
+    assert power_of_time(_numbers(exponent=[1.0, 1.5, 2.5])).tolist() == [2, 2, 2]
+    below = power_of_time(_numbers(exponent=[0.8, 1.0, 1.5, 1.9, 2.5], compliance=1e-3))
+    assert below.tolist() == pytest.approx([2, 2, 3, 3.8, 4])

@@ -66,11 +66,24 @@ def _one_pole(time_constant_s: float, dt_s: float) -> tuple[Floats, Floats]:
 
 
 def _two_poles(period_s: float, dt_s: float) -> tuple[Floats, Floats]:
-    """Ramp-invariant too: Butterworth's w^2 / (p^2 + sqrt(2) w p + w^2)."""
-    from scipy.signal import cont2discrete
-
+    """Ramp-invariant too: Butterworth's w^2 / (p^2 + sqrt(2) w p + w^2), its poles at (-1 +- i) w / sqrt(2)."""
     if period_s == 0:
         return np.ones(1), np.ones(1)
-    w = 2 * np.pi * dt_s / period_s
-    top, bottom, _ = cont2discrete(([[w**2]], [1.0, math.sqrt(2) * w, w**2]), 1.0, method="foh")
-    return np.asarray(top, dtype=np.float64).ravel(), np.asarray(bottom, dtype=np.float64)
+    x = math.sqrt(2) * math.pi * dt_s / period_s
+    decay = math.exp(-x)
+    bottom = np.array([1.0, -2 * decay * math.cos(x), decay**2])
+    ramp = [0.0, 0.0, *(_ramp_response(x, steps) for steps in (1, 2, 3))]
+    return np.convolve(np.diff(ramp, 2), bottom)[:3], bottom
+
+
+#: Of Re exp((i - 1) y) - 1 + y, in powers of y up to 1: power and factor.
+_SERIES = tuple((n, ((1j - 1) ** n).real / math.factorial(n)) for n in range(3, 24))
+
+
+def _ramp_response(x: float, steps: int) -> float:
+    """After so many steps, of a ramp that rises by 1 in each: k - (1 - exp(-k x) cos(k x)) / x."""
+    y = steps * x
+    if y > 1:
+        return steps - (1 - math.exp(-y) * math.cos(y)) / x
+    # Re exp((i - 1) y) as a series: the difference above loses its digits.
+    return math.fsum(factor * y**n for n, factor in _SERIES) / x
