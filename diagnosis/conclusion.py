@@ -67,12 +67,14 @@ def _large(posterior: Posterior) -> bool:
 
 
 def _held_out_figures(posterior: Posterior, held: HeldOut | None) -> tuple[float | None, float | None]:
-    """The fraction of the gap that goes held out, and what is left of it beyond the noise floor, in tolerances."""
+    """The fraction of the gap that goes held out, where there is one to shrink, and what is left of it beyond the noise
+    floor, in tolerances."""
     if held is None:
         return None, None
     left = held.squares(held.correction).mean() - held.gaps.floor[held.split.held_out].mean()
     tolerance = posterior.metric.size(posterior.gap).tolerance
-    return held.fraction(held.correction), float(np.sqrt(max(left, 0.0)) / tolerance)
+    fraction = held.fraction(held.correction) if held.is_gap else None
+    return fraction, float(np.sqrt(max(left, 0.0)) / tolerance)
 
 
 def _held_out_gains(posterior: Posterior, held: HeldOut | None) -> dict[str, tuple[float, float]]:

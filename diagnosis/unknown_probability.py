@@ -36,8 +36,8 @@ class UnknownMap:
 
 def features(log_odds: float, fraction: float | None, left: float | None) -> tuple[float, float, float, float]:
     """One, and the figures of the logit in the order of `UnknownMap`."""
-    if fraction is None or left is None or not np.isfinite(fraction) or not np.isfinite(left):
-        fraction, left = 0.5, 1.0
+    fraction = 0.5 if fraction is None or not np.isfinite(fraction) else fraction
+    left = 1.0 if left is None or not np.isfinite(left) else left
     return (
         1.0,
         float(np.arcsinh(log_odds / 2)),

@@ -44,7 +44,7 @@ def test_odds_and_fraction_matter(probability):
     assert probability(0.0, 0.9, 2.0) < probability(0.0, 0.1, 2.0)
 
 
-@pytest.mark.parametrize(("fraction", "left"), [(None, None), (float("nan"), 1.0), (0.5, float("nan"))])
+@pytest.mark.parametrize(("fraction", "left"), [(None, None), (None, 1.0), (float("nan"), 1.0), (0.5, float("nan"))])
 def test_without_figures_held_out_the_odds_alone_decide(fraction, left):
     """Whatever the figures weigh."""
     values = [UnknownMap(0.3, 0.5, weight, weight)(4.0, fraction, left) for weight in (0.0, 5.0, 50.0)]
