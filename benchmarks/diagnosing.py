@@ -19,18 +19,6 @@ from typing import Any
 
 import numpy as np
 from pyroshock.compute.crew import Crew
-from pyroshock.diagnosis.blind import answers
-from pyroshock.diagnosis.blind.baselines import BASELINES
-from pyroshock.diagnosis.blind.forest import Forest, features
-from pyroshock.diagnosis.blind.kept import pooled
-from pyroshock.diagnosis.blind.problem import Problem
-from pyroshock.diagnosis.blind.rows import Label, Row, Said
-from pyroshock.diagnosis.blind.run import OPTIONS
-from pyroshock.diagnosis.blind.score import figures
-from pyroshock.diagnosis.blind.scoring import FOREST
-from pyroshock.diagnosis.blind.tasks import Task
-from pyroshock.diagnosis.blind.training import trained
-from pyroshock.diagnosis.blind.truth import label
 from pyroshock.diagnosis.chain import stages_of
 from pyroshock.diagnosis.diagnose import diagnose
 from pyroshock.diagnosis.gap import GapTable
@@ -38,9 +26,21 @@ from pyroshock.diagnosis.inference.problem import InferenceProblem
 from pyroshock.diagnosis.options import Options
 from pyroshock.diagnosis.reading import read_folder
 from pyroshock.twin.effects import catalogue
-from pyroshock.virtualbench.withheld.case import KINDS, Case
-from pyroshock.virtualbench.withheld.draw import draw_case
-from pyroshock.virtualbench.withheld.record import label_of, record_case
+from pyroshock.validation import answer_sets
+from pyroshock.validation.baseline_training import trained
+from pyroshock.validation.baselines import BASELINES
+from pyroshock.validation.blind_check import OPTIONS
+from pyroshock.validation.case_plan import Task
+from pyroshock.validation.case_results import Label, Row, Said
+from pyroshock.validation.cases.case import KINDS, Case
+from pyroshock.validation.cases.draw import draw_case
+from pyroshock.validation.cases.record import label_of, record_case
+from pyroshock.validation.metrics import figures
+from pyroshock.validation.problem import Problem
+from pyroshock.validation.random_forest_baseline import Forest, features
+from pyroshock.validation.results_io import pooled
+from pyroshock.validation.tally import FOREST
+from pyroshock.validation.truth import label
 
 from .figures import Figure, missing
 from .measuring import ROOT, Spread, ratio
@@ -150,7 +150,7 @@ def _quality(found: Sequence[Answers], way: str) -> Figure:
 
 def first_of(rows: Sequence[Row]) -> int:
     """How many have the right effect as their first label."""
-    return sum(answers.first_label(row) for row in rows)
+    return sum(answer_sets.first_label(row) for row in rows)
 
 
 def _rows(found: Sequence[Answers], way: str) -> list[Row]:

@@ -49,6 +49,7 @@ _MEAN = np.array([0.0, 0.3, 3.0, 1.5])
 _SD = np.array([2.0, 0.3, 3.0, 1.5])
 #: How often intervals are to hold the true share, and shares that are so small do not count.
 _HELD, _COUNTED = 0.9, 0.05
+_Z90 = 1.6449
 
 
 class Campaign(NamedTuple):
@@ -67,13 +68,12 @@ def campaigns() -> list[Campaign]:
 
 def diagnosed(campaign: Campaign) -> dict[str, Any]:
     """The row of one campaign: its truth, odds, fraction held out, and shares beside the true ones."""
-    from pyroshock.diagnosis.blind.answering import diagnosed as answer
-    from pyroshock.diagnosis.blind.tasks import BENCHES
-    from pyroshock.diagnosis.inference.shares import ABSOLUTE_ERROR, RELATIVE_ERROR
     from pyroshock.diagnosis.options import Options
-    from pyroshock.virtualbench.withheld.attribution import shares
-    from pyroshock.virtualbench.withheld.draw import draw_case
-    from pyroshock.virtualbench.withheld.record import record_case
+    from pyroshock.validation.case_plan import BENCHES
+    from pyroshock.validation.cases.attribution import shares
+    from pyroshock.validation.cases.draw import draw_case
+    from pyroshock.validation.cases.record import record_case
+    from pyroshock.validation.run_case import diagnosed as answer
 
     rng = np.random.default_rng([SEED, campaign.number])
     if campaign.tier in BENCHES:
@@ -96,10 +96,7 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
         "odds": row["odds"],
         "fraction": held[0]["fraction"] if held else None,
         "left": None if left is None else float(left),
-        "errors": [RELATIVE_ERROR, ABSOLUTE_ERROR],
-        "shares": [
-            [item["effect"], item["share"], true.get(item["effect"], 0.0), *item["ci90"]] for item in verdict["effects"]
-        ],
+        "shares": [_share_row(item, true.get(item["effect"], 0.0)) for item in verdict["effects"]],
         "cpu_s": row["cpu_s"],
     }
 
@@ -120,28 +117,37 @@ def unknown_map(rows: Sequence[dict[str, Any]]) -> Floats:
     return theta
 
 
-def share_errors(rows: Sequence[dict[str, Any]]) -> tuple[float, float, float]:
-    """Relative and absolute error of shares beyond their posterior's, by leave-one-out on realistic benches: of those
-    whose intervals hold `_HELD` of the true shares the narrowest; and how much they hold with the errors in use."""
+def _share_row(item: dict[str, Any], true: float) -> list[Any]:
+    """Effect, stated share, true share, ends of the interval, and the standard deviation of the posterior alone."""
+    from pyroshock.diagnosis.inference.shares import share_spread
+
+    low, high = item["ci90"]
+    wider = float(share_spread(np.array(item["share"])))
+    posterior = float(np.sqrt(max(((high - low) / (2 * _Z90)) ** 2 - wider**2, 0.0)))
+    return [item["effect"], item["share"], true, low, high, posterior]
+
+
+def share_error(rows: Sequence[dict[str, Any]]) -> tuple[float, float]:
+    """Of shares beyond their posterior's (`SHARE_ERROR`), by leave-one-out on realistic benches: the least with which
+    intervals hold `_HELD` of the true shares; and how much the intervals of the rows hold."""
+    from pyroshock.diagnosis.inference.shares import LEAST_ERROR
+
     table = np.array(
         [
-            (mean, true, (high - low) / (2 * 1.645), *row["errors"], low, high)
+            (mean, true, posterior, low, high)
             for row in rows
             if row["tier"] == "realistic"
-            for _, mean, true, low, high in row["shares"]
+            for _, mean, true, low, high, posterior in row["shares"]
             if max(mean, true) >= _COUNTED
         ]
     )
-    mean, true, spread, relative, absolute, low, high = table.T
-    posterior = np.maximum(spread**2 - (relative * mean) ** 2 - absolute**2, 0.0)
-    best = (np.inf, 0.0, 0.0)
-    for own_relative in np.arange(0.0, 1.001, 0.05):
-        for own_absolute in np.arange(0.01, 0.301, 0.005):
-            sd = np.sqrt(posterior + (own_relative * mean) ** 2 + own_absolute**2)
-            if np.mean(np.abs(true - mean) <= 1.645 * sd) >= _HELD:
-                best = min(best, (float(sd.mean()), float(own_relative), float(own_absolute)))
-                break
-    return best[1], best[2], float(np.mean((low <= true) & (true <= high)))
+    mean, true, posterior, low, high = table.T
+    held = float(np.mean((low <= true) & (true <= high)))
+    for error in np.arange(0.0, 1.001, 0.01):
+        sd = np.sqrt(posterior**2 + error**2 * mean * (1 - mean) + LEAST_ERROR**2)
+        if np.mean(np.abs(true - mean) <= _Z90 * sd) >= _HELD:
+            return float(error), held
+    return 1.0, held
 
 
 def _rows(jobs: int) -> Iterator[dict[str, Any]]:
@@ -172,8 +178,8 @@ def main() -> None:
         f"UnknownMap(intercept={intercept:.2f}, odds={odds:.2f}, fraction={fraction:.2f}, left={left:.2f}) from "
         f"{len(rows)} campaigns"
     )
-    relative, absolute, held = share_errors(rows)
-    print(f"RELATIVE_ERROR, ABSOLUTE_ERROR = {relative:.2f}, {absolute:.3f}; so far intervals held {held:.0%}")
+    error, held = share_error(rows)
+    print(f"SHARE_ERROR = {error:.2f}; the intervals of the rows held {held:.0%}")
 
 
 if __name__ == "__main__":

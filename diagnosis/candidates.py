@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .observables.base import Stage
+from .observables.contact.stage import ContactStage
+from .observables.gun.stage import GunStage
 from .record import CampaignRecord, Configuration, Factor, Run
-from .stages.base import Stage
-from .stages.contact import ContactStage
-from .stages.gun import GunStage
 
 #: How far beyond the campaign's own range numbers may go: by this factor, down and up.
 BEYOND = 1.5

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .observables.base import Stage
 from .options import Options
 from .record import CampaignRecord
-from .stages.base import Stage
 
 
 def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ...], tuple[str, ...]]:
@@ -57,7 +57,7 @@ def _refuse_idle(options: Options, stages: Sequence[str], notes: Sequence[str]) 
 
 
 def _gun(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:
-    from .stages.gun import GunStage
+    from .observables.gun.stage import GunStage
 
     if record.gun is None:
         return None, "gun: no [bench.gun] in the campaign"
@@ -67,9 +67,9 @@ def _gun(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:
 
 
 def _contact(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:
-    from .stages.contact import ContactStage
-    from .stages.contact_site import sites_of
-    from .stages.model import RegisteredContactStage
+    from .observables.contact.registered_model import RegisteredContactStage
+    from .observables.contact.site import sites_of
+    from .observables.contact.stage import ContactStage
 
     if not any(run.force is not None for run in record.runs):
         return None, "contact: no run has a force record that shows a contact"
@@ -88,8 +88,8 @@ def _contact(record: CampaignRecord, options: Options) -> tuple[Stage | None, st
 
 
 def _plate(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:  # noqa: ARG001 - as the others
-    from .stages.plate import PlateStage
-    from .stages.plate_ringdown import PlateRingdownStage
+    from .observables.plate.ringdown import PlateRingdownStage
+    from .observables.plate.stage import PlateStage
 
     if not any(run.accelerations for run in record.runs):
         return None, "plate: no run has an acceleration record that can be used"

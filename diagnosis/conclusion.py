@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .gap_reduction.measure import HeldOut
 from .inference.held_out import linear_prediction
 from .inference.model_search import fit_sets
 from .inference.posterior import Posterior, fitted_effects, fitted_parameters
 from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
-from .shrinkage.measure import HeldOut
 from .unknown_probability import UnknownMap
 from .verdict import NONE, UNKNOWN, Cause, EffectShare, PathStep, Unexplained
 

@@ -13,15 +13,15 @@ from ..twin.effects import Effect, catalogue
 from .chain import stages_of
 from .gap import GapTable
 from .inference.posterior import Posterior, common_effects, fitted_effects
+from .observables.base import Stage
 from .options import Options
-from .pictures import Pictures
+from .plot_data import Pictures
 from .record import CampaignRecord
-from .stages.base import Stage
 from .verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict, Where
 
 if TYPE_CHECKING:
+    from .gap_reduction.measure import HeldOut
     from .inference.held_out import FoldFit
-    from .shrinkage.measure import HeldOut
 
 __all__ = ["Options", "diagnose"]
 
@@ -43,11 +43,11 @@ def diagnose(record: CampaignRecord, *, options: Options | None = None, progress
 
 def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verdict:
     from .conclusion import conclude
-    from .drawing import pictures_of
-    from .found import where
     from .inference.shares import gap_shares
     from .localisation.stages import stage_notes
+    from .localise import where
     from .next_runs import next_runs
+    from .plot_builder import pictures_of
 
     started = time.perf_counter()
     rng = np.random.default_rng(options.seed)
@@ -96,8 +96,8 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
 def _held_out(
     posterior: Posterior, stages: Sequence[Stage], options: Options, rng: np.random.Generator
 ) -> list[tuple[Shrinkage, HeldOut]]:
+    from .gap_reduction.measure import measured
     from .inference.held_out import fit_fold
-    from .shrinkage.measure import measured
 
     def fit(rows: NDArray[np.intp]) -> FoldFit:
         return fit_fold(posterior.library, rows)

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .noise import Noise
+from .observables.base import Observable, Stage
 from .record import CampaignRecord
-from .stages.base import Observable, Stage
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]

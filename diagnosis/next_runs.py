@@ -14,8 +14,8 @@ from .candidates import Candidates, candidates
 from .inference.posterior import Posterior
 from .inference.subset_fit import SubsetFit, residual, split_parts
 from .localisation.rules import column_of
+from .observables.base import Stage
 from .record import Factor
-from .stages.base import Stage
 from .verdict import NONE, UNKNOWN, Cause, NextRun
 
 Floats = NDArray[np.float64]

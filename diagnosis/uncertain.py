@@ -9,8 +9,8 @@ from difflib import get_close_matches
 def uncertain_numbers() -> dict[str, tuple[str, ...]]:
     """By stage: settings of the gun with the readings of a shot, and quantities of the nominal impact."""
     from ..twin.gun.bench import GunBench
-    from .stages.contact_nuisances import KNOWN
-    from .stages.gun_nuisances import READINGS
+    from .observables.contact.uncertain_settings import KNOWN
+    from .observables.gun.uncertain_settings import READINGS
 
     return {"gun": (*(item.name for item in fields(GunBench)), *READINGS), "contact": KNOWN}
 

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from ..twin.effects import Effect
-from .pictures import Pictures
+from .plot_data import Pictures
 
 NONE, UNKNOWN = "none", "unknown"
 Interval = tuple[float, float]

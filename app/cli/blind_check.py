@@ -13,7 +13,7 @@ from .crew import crew_options
 
 if TYPE_CHECKING:
     from ...compute.crew import Crew
-    from ...diagnosis.blind.report import Pool, Report
+    from ...validation.report import Pool, Report
 
 
 @click.command("blind-check")
@@ -72,8 +72,8 @@ def blind_check(
             return
         if cases is None:
             raise ValueError("--cases is missing; give it, or --pool FOLDER for checks that are finished")
-        from ...diagnosis.blind.run import OPTIONS, run
-        from ...diagnosis.blind.tasks import SEEDS
+        from ...validation.blind_check import OPTIONS, run
+        from ...validation.case_plan import SEEDS
         from ..progress import progress_bar
 
         with progress_bar("blind check", "cases") as step:
@@ -105,11 +105,11 @@ def _tell(report: Report | Pool, json_to: str | None) -> None:
 
 def _pooled(folders: tuple[Path, ...]) -> Pool:
     """Of folders, or of the files with scored rows themselves."""
-    from ...diagnosis.blind.benches import bench_tables
-    from ...diagnosis.blind.kept import SCORED, pooled
-    from ...diagnosis.blind.report import Pool
-    from ...diagnosis.blind.scoring import kinds, tables
-    from ...diagnosis.blind.tasks import BENCHES
+    from ...validation.bench_figures import bench_tables
+    from ...validation.case_plan import BENCHES
+    from ...validation.report import Pool
+    from ...validation.results_io import SCORED, pooled
+    from ...validation.tally import kinds, tables
 
     checks, rows = pooled([each if each.is_file() else each / SCORED for each in folders])
     return Pool(tuple(checks), tables(rows), kinds(rows), bench_tables(rows, tuple(BENCHES)))
@@ -117,7 +117,7 @@ def _pooled(folders: tuple[Path, ...]) -> Pool:
 
 def _known(tiers: tuple[str, ...]) -> tuple[str, ...]:
     """Tiers by name, or by the name of several, every one where none is named. Raises `ValueError` for another one."""
-    from ...diagnosis.blind.tasks import GROUPS, TIERS
+    from ...validation.case_plan import GROUPS, TIERS
 
     named: list[str] = []
     for tier in tiers:

@@ -193,7 +193,7 @@ def keep(store: Store, verdict: Verdict, asked: Asked | None = None) -> int:
 
     What was `asked` is kept beside it, so that a what-if diagnosis asks the same; paths of this machine are not.
     """
-    from ...diagnosis.kept import verdict_to_json
+    from ...diagnosis.verdict_json import verdict_to_json
 
     report, details = verdict_to_json(verdict)
     if asked is not None:

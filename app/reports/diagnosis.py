@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ...diagnosis.labels import effect_subject
 from ...diagnosis.number_format import number, percent, percent_range
-from ...diagnosis.pictures import Pictures
+from ...diagnosis.plot_data import Pictures
 from ...diagnosis.recommendations import next_experiment, recommendations
 from ...diagnosis.restriction import restrictions_among
 from ...diagnosis.summary import summary

@@ -7,8 +7,8 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from ...diagnosis.kept import FORMAT, verdict_from_json
 from ...diagnosis.verdict import Verdict
+from ...diagnosis.verdict_json import FORMAT, verdict_from_json
 from ...schema.diagnoses import Diagnosis
 from ..diagnoses.kept import kept_report, kept_verdict
 from .diagnosis import document_of

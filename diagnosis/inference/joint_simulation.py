@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...twin.effects import Effect
-from ..stages.base import Stage
+from ..observables.base import Stage
 from .effect_laws import EffectLaw
 
 Floats = NDArray[np.float64]

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..stages.base import Observable
+from ..observables.base import Observable
 
 Floats = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ...twin.effects import Effect
 from ..gap import GapTable
-from ..metric import Metric
-from ..stages.base import Stage
+from ..gap_size import Metric
+from ..observables.base import Stage
 from ..verdict import Fitted
 from .model_search import ModelLibrary, fit_sets, search
 from .problem import InferenceProblem

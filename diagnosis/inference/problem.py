@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...twin.effects import Effect, catalogue
 from ..gap import GapTable
-from ..stages.base import Stage
+from ..observables.base import Stage
 from .effect_laws import EffectLaw, LawRanges, laws_of, owners_of
 from .joint_simulation import JointSimulator, Point, negligible_places
 from .model_error import ErrorKernels, bank

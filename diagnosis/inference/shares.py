@@ -25,9 +25,9 @@ Floats = NDArray[np.float64]
 _EXACT = 6
 #: Draws from the posterior of parameters and laws' errors, and how many of them are simulated.
 DRAWS, _SIMULATED = 400, 10
-#: Standard deviations of a share beyond the posterior's, relative and absolute: benches have laws of their own, and
-#: small effects that no set needs. Set by hand after looking at the shares of some 28 realistic development benches.
-RELATIVE_ERROR, ABSOLUTE_ERROR = 0.15, 0.04
+#: Spread of a share m beyond the posterior, because benches have laws of their own and small effects that no set needs:
+#: `SHARE_ERROR` sqrt(m (1 - m)), and at least `LEAST_ERROR`; learned by `benchmarks/diagnosis_maps.py`.
+SHARE_ERROR, LEAST_ERROR = 0.33, 0.04
 #: Sets of effects whose shares are averaged, at most, and the least weight of one.
 _MOST, _LEAST = 3, 0.08
 
@@ -56,13 +56,18 @@ def gap_shares(library: ModelLibrary, weights: Floats, floor: float, rng: np.ran
     values = np.concatenate(draws)
     mean = values.mean(axis=0)
     # What the laws of the catalogue are off by is not in the posterior of their parameters.
-    wider = np.sqrt((RELATIVE_ERROR * mean) ** 2 + ABSOLUTE_ERROR**2)
+    wider = share_spread(mean)
     values = np.clip(values + wider * rng.standard_normal(values.shape), 0.0, 1.0)
     low, high = np.quantile(values, [0.05, 0.95], axis=0)
     low, high = np.minimum(low, mean), np.maximum(high, mean)
     share = {name: float(mean[i]) for i, name in enumerate(effects)}
     interval = {name: (float(low[i]), float(high[i])) for i, name in enumerate(effects)}
     return GapShares(share, interval, float(mean[-1]), (float(low[-1]), float(high[-1])))
+
+
+def share_spread(share: Floats) -> Floats:
+    """Standard deviation of shares beyond that of the posterior."""
+    return np.asarray(np.sqrt(SHARE_ERROR**2 * share * (1 - share) + LEAST_ERROR**2))
 
 
 def _draws(

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..observables.base import Observable
 from ..record import Configuration, Factor
-from ..stages.base import Observable
 from .means import Floats, Means
 from .rules import column_of
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..observables.base import Observable
 from ..record import Configuration
-from ..stages.base import Observable
 from ..verdict import Region
 from .means import Floats
 from .rules import Rule, rules

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..stages.base import Observable, Stage, Upstream
+from ..observables.base import Observable, Stage, Upstream
 
 Floats = NDArray[np.float64]
 

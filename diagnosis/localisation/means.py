@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..stages.base import Observable
+from ..observables.base import Observable
 
 Floats = NDArray[np.float64]
 

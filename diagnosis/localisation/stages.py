@@ -8,7 +8,7 @@ from typing import Self
 
 import numpy as np
 
-from ..stages.base import Stage
+from ..observables.base import Stage
 from ..verdict import StageShare
 from .interfaces import Chain, Link, chain_of, notes_of
 from .means import Floats, Means, floors, tolerances

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..observables.base import Stage
 from ..record import CampaignRecord
-from ..stages.base import Stage
 from .finding import Finding
 from .levels import by_configuration
 from .mistakes import ATMOSPHERE_PA

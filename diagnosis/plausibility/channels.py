@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from ..record import CampaignRecord
-from .early import EarlyFits, early_fits
 from .finding import Finding
+from .first_millisecond import EarlyFits, early_fits
 from .levels import Gap
 from .mistakes import mistakes
 from .suspicion import Suspicion, fitting, unit_finding

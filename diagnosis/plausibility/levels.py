@@ -9,8 +9,8 @@ from typing import Literal
 
 import numpy as np
 
+from ..observables.base import Observable, Stage
 from ..record import CampaignRecord, Floats
-from ..stages.base import Observable, Stage
 
 Kind = Literal["amplitude", "time", "impulse"]
 _NATS_PER_DB = math.log(10) / 20

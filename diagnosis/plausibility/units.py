@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ..observables.base import Stage, Upstream
 from ..record import CampaignRecord, Floats
-from ..stages.base import Stage, Upstream
 from .finding import Finding
 from .levels import Column, Gap, by_configuration, columns_of
 from .mistakes import mistakes

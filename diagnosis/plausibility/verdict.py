@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..observables.base import Stage
 from ..record import CampaignRecord
-from ..stages.base import Stage
 from .absolute import absolute_pressure
 from .channels import channel_findings
 from .finding import Finding, ImplausibleRecordError
-from .pulling import pulling_force
 from .settings import setting_findings
+from .tensile_force import pulling_force
 from .units import unit_findings
 
 

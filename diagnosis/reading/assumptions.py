@@ -8,7 +8,7 @@ import numpy as np
 
 from ...schema.campaigns import Campaign
 from ..record import CampaignRecord
-from .hits import Hit
+from .impacts import Hit
 from .records import Records
 from .settings import TRAVEL
 

@@ -18,8 +18,8 @@ from ...twin.materials import Material
 from ...twin.plate.modal import ModalPlate
 from ..record import CampaignRecord, Run
 from .assumptions import assumptions
-from .doubts import count_set_aside, read_doubts, refuse_no_number
-from .hits import Hit, read_hits
+from .impacts import Hit, read_hits
+from .quality_exclusions import count_set_aside, read_doubts, refuse_no_number
 from .records import Records, read_records
 from .settings import grouped_by_setting, travel_m
 

@@ -10,8 +10,8 @@ from sqlalchemy.orm import Session
 
 from ...schema.recordings import RecordedChannel
 from ..record import Series
-from .doubts import Doubts
-from .hits import Hit
+from .impacts import Hit
+from .quality_exclusions import Doubts
 from .series import Window, cut_accelerations, cut_force, cut_ringing, is_on_plate, windows
 
 _AT_ONCE = 500  # SQLite allows a limited number of variables

@@ -13,7 +13,7 @@ from ...ingest.impact_speed import IMPACTOR_POSITIONS
 from ...ingest.stored import read_channel
 from ...schema.recordings import RecordedChannel
 from ..record import Floats, Series
-from .hits import Hit
+from .impacts import Hit
 
 #: Of the force, in contact times from the start of contact; at least so many samples before tell the noise.
 FORCE_BEFORE, FORCE_AFTER, REST_SAMPLES = 0.5, 2.0, 64

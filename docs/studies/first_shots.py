@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.diagnosis.record import Configuration, Run
-from pyroshock.diagnosis.stages.gun import GunStage
 from pyroshock.twin.effects import Effect, effect
 from pyroshock.twin.gun.leakage import corner_leakage
 

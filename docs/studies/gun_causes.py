@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.diagnosis.stages.gun import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.twin.effects import Effect, Parameter, catalogue
 
 Floats = NDArray[np.float64]

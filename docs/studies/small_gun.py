@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pyroshock.diagnosis.stages.gun import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.twin.gun.effect import GunEffect
 from pyroshock.twin.gun.shots import gun_velocity
 

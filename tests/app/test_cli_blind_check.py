@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from pyroshock.diagnosis.blind import run as blind
-from pyroshock.diagnosis.blind.kept import SCORED, write_rows
-from pyroshock.diagnosis.blind.tasks import SEEDS
+from pyroshock.validation import blind_check as blind
+from pyroshock.validation.case_plan import SEEDS
+from pyroshock.validation.results_io import SCORED, write_rows
 from support.records.blind_rows import LEAK, label, says
 from support.stores.stores import pyroshock
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.diagnosis.blind.baselines import BASELINES
+from pyroshock.validation.baselines import BASELINES
 
 from benchmarks import diagnosing
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from pyroshock.diagnosis.candidates import candidates
-from pyroshock.diagnosis.stages.gun import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from support.records.gun_shots import shots
 
 

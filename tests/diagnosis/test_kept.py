@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pyroshock.app.diagnoses.diagnosing import report_json
 from pyroshock.app.reports.diagnosis import page
-from pyroshock.diagnosis.kept import verdict_from_json, verdict_to_json
-from pyroshock.diagnosis.pictures import CurvePicture, Pictures, ResidualPicture
+from pyroshock.diagnosis.plot_data import CurvePicture, Pictures, ResidualPicture
 from pyroshock.diagnosis.verdict import (
     Cause,
     EffectShare,
@@ -25,6 +24,7 @@ from pyroshock.diagnosis.verdict import (
     Unexplained,
     Verdict,
 )
+from pyroshock.diagnosis.verdict_json import verdict_from_json, verdict_to_json
 from support.records import verdicts
 
 NAN, INF = float("nan"), float("inf")

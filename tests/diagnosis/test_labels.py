@@ -10,8 +10,8 @@ from pyroshock.diagnosis.labels import (
     observable_label,
     with_labels,
 )
-from pyroshock.diagnosis.stages.contact_features import OBSERVABLES
-from pyroshock.diagnosis.stages.plate import PlateStage
+from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
+from pyroshock.diagnosis.observables.plate.stage import PlateStage
 from pyroshock.twin.effects import catalogue
 from support.records.plate_records import played
 

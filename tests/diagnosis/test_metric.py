@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.diagnosis.gap import GapTable
-from pyroshock.diagnosis.metric import Metric
+from pyroshock.diagnosis.gap_size import Metric
 from pyroshock.diagnosis.noise import Noise
+from pyroshock.diagnosis.observables.base import Observable
+from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
 from pyroshock.diagnosis.record import CampaignRecord
-from pyroshock.diagnosis.stages.base import Observable
-from pyroshock.diagnosis.stages.contact_features import OBSERVABLES
 
 VELOCITY = Observable("ln_velocity", "gun", "velocity", "1", 0.01, 0.008)
 PEAK, IMPULSE, HALF, TENTH = (

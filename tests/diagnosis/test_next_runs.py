@@ -11,8 +11,8 @@ from pyroshock.diagnosis import next_runs as planning
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.inference.posterior import Posterior
 from pyroshock.diagnosis.next_runs import APART, MOST_RUNS, next_runs
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.diagnosis.record import CampaignRecord
-from pyroshock.diagnosis.stages.gun import GunStage
 from pyroshock.diagnosis.verdict import NONE, UNKNOWN, Cause, NextRun
 from pyroshock.twin.effects import catalogue, effect
 from support.records.gun_campaigns import gun_record

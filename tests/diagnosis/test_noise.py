@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.diagnosis.noise import Noise
-from pyroshock.diagnosis.stages.base import Observable
+from pyroshock.diagnosis.observables.base import Observable
 
 LINES = 24
 

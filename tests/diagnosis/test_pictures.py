@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from pyroshock.diagnosis.drawing import pictures_of
 from pyroshock.diagnosis.gap import GapTable
-from pyroshock.diagnosis.pictures import residual_pictures
+from pyroshock.diagnosis.observables.base import Observable
+from pyroshock.diagnosis.observables.contact.stage import ContactStage
+from pyroshock.diagnosis.observables.gun.stage import GunStage
+from pyroshock.diagnosis.observables.plate.stage import PlateStage
+from pyroshock.diagnosis.plot_builder import pictures_of
+from pyroshock.diagnosis.plot_data import residual_pictures
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
-from pyroshock.diagnosis.stages.base import Observable
-from pyroshock.diagnosis.stages.contact import ContactStage
-from pyroshock.diagnosis.stages.gun import GunStage
-from pyroshock.diagnosis.stages.plate import PlateStage
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.nominal import muzzle_velocity
 from support.records.contact_campaigns import hammer_record

@@ -52,8 +52,8 @@ def test_without_figures_held_out_the_odds_alone_decide(fraction, left):
 
 
 def test_logit_is_the_stated_sum():
-    p = UnknownMap(0.2, 0.4, 6.0, 1.5)(3.0, 0.8, 4.0)
-    assert np.log(p / (1 - p)) == pytest.approx(0.2 + 0.4 * np.arcsinh(1.5) + 6.0 * (0.5 - 0.8) + 1.5 * np.log(4.0))
+    p = UnknownMap(0.2, 0.4, 6.0, 1.5)(3.0, 0.8, 2.0)
+    assert np.log(p / (1 - p)) == pytest.approx(0.2 + 0.4 * np.arcsinh(1.5) + 6.0 * (0.5 - 0.8) + 1.5 * np.log(2.0))
 
 
 def test_fraction_that_makes_it_far_worse_weighs_as_half():

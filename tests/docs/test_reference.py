@@ -8,7 +8,7 @@ from functools import cache
 import click
 import pytest
 from pyroshock.dataset import predictors
-from pyroshock.diagnosis.stages.contact_features import OBSERVABLES
+from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
 from pyroshock.ingest.quality import CHECKS
 from pyroshock.ingest.readers import READERS
 from pyroshock.schema.tables import metadata

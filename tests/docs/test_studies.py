@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.diagnosis.diagnose import Options, diagnose
-from pyroshock.diagnosis.stages.gun import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.twin.effects import effect
 
 from docs.studies.first_shots import clearance_leak, predicted, shots_needed

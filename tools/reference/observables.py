@@ -7,12 +7,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from pyroshock.diagnosis.observables.base import Observable
+from pyroshock.diagnosis.observables.contact import features as contact_features
+from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
+from pyroshock.diagnosis.observables.gun.stage import GunStage
+from pyroshock.diagnosis.observables.plate import columns as plate_columns
+from pyroshock.diagnosis.observables.plate.columns import Columns
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
-from pyroshock.diagnosis.stages import contact_features, plate_columns
-from pyroshock.diagnosis.stages.base import Observable
-from pyroshock.diagnosis.stages.contact_features import OBSERVABLES
-from pyroshock.diagnosis.stages.gun import GunStage
-from pyroshock.diagnosis.stages.plate_columns import Columns
 from pyroshock.twin.gun.bench import GunBench
 
 from .markdown import code, escaped, joined, prose, table

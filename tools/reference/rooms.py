@@ -48,17 +48,19 @@ ROOMS: dict[str, tuple[str, ...]] = {
     ),
     "diagnosis": (
         "diagnose", "options", "record", "reading.campaign", "reading.folder", "plausibility.verdict",
-        "plausibility.finding", "chain", "stages.base", "stages.gun", "stages.contact", "stages.model",
-        "stages.plate", "gap", "metric", "noise", "inference.problem", "inference.effect_laws",
+        "plausibility.finding", "chain", "observables.base", "observables.gun.stage",
+        "observables.contact.stage", "observables.contact.registered_model", "observables.plate.stage", "gap",
+        "gap_size", "noise", "inference.problem", "inference.effect_laws",
         "inference.model_search", "inference.posterior", "inference.held_out", "inference.shares", "conclusion",
-        "unknown_probability",
-        "next_runs", "verdict", "kept", "shrinkage.measure", "shrinkage.rating", "localisation.shapley", "blind.run",
-        "blind.report",
+        "unknown_probability", "next_runs", "verdict", "verdict_json", "gap_reduction.measure",
+        "gap_reduction.iso18571", "localisation.shapley",
+    ),
+    "validation": (
+        "blind_check", "report", "cases.case", "cases.draw", "cases.record", "cases.sealing",
     ),
     "virtualbench": (
         "simulate", "effects", "recorder", "seal", "gun.build", "gun.fire", "gun.truth", "gun.quick", "impact.build",
         "impact.impactors", "impact.materials", "impact.strike", "plate.build", "plate.resonant", "plate.modes",
-        "plate.respond", "plate.table", "sensors.build", "sensors.chain", "withheld.case", "withheld.draw",
-        "withheld.record", "withheld.sealing",
+        "plate.respond", "plate.table", "sensors.build", "sensors.chain",
     ),
 }  # fmt: skip

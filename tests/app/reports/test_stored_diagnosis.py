@@ -12,7 +12,7 @@ from pyroshock.app.reports.document import Bars, Figures, Paragraph
 from pyroshock.app.reports.page import html_of
 from pyroshock.app.reports.pdf import pdf_of
 from pyroshock.app.reports.stored_diagnosis import diagnosis_document, verdict_of
-from pyroshock.diagnosis.pictures import Pictures
+from pyroshock.diagnosis.plot_data import Pictures
 from pyroshock.diagnosis.summary import summary
 from pyroshock.diagnosis.verdict import Verdict
 from pyroshock.schema.diagnoses import Diagnosis

@@ -14,8 +14,8 @@ from pyroshock.diagnosis.inference.effect_laws import (
     laws_of,
     owners_of,
 )
-from pyroshock.diagnosis.stages.contact import ContactStage
-from pyroshock.diagnosis.stages.gun import GunStage
+from pyroshock.diagnosis.observables.contact.stage import ContactStage
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.twin.effects import Effect, catalogue, parameter
 from support.records.contact_campaigns import hammer_record
 from support.records.gun_campaigns import gun_record

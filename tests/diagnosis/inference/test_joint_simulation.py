@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.inference.effect_laws import EffectLaw, LawRanges, laws_of
 from pyroshock.diagnosis.inference.joint_simulation import JointSimulator, negligible_places
-from pyroshock.diagnosis.stages.gun import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.twin.effects import catalogue
 from support.records.gun_campaigns import gun_record
 from support.records.toy_bench import Design, ToyContact, ToyForceGain, ToyGun, ToyLayer, ToyLoss, campaign

@@ -18,7 +18,7 @@ from pyroshock.diagnosis.inference.model_error import (
     same_levels,
     squared_distances,
 )
-from pyroshock.diagnosis.stages.base import Observable
+from pyroshock.diagnosis.observables.base import Observable
 
 FACTORS = [
     {"tip": tip, "speed": speed, "pressure": pressure}

@@ -9,6 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from pyroshock.diagnosis.gap import GapTable
+from pyroshock.diagnosis.gap_size import Metric
 from pyroshock.diagnosis.inference.model_search import ModelLibrary, fit_sets
 from pyroshock.diagnosis.inference.posterior import (
     Posterior,
@@ -18,8 +19,7 @@ from pyroshock.diagnosis.inference.posterior import (
 )
 from pyroshock.diagnosis.inference.subset_fit import no_effects
 from pyroshock.diagnosis.inference.unexplained_gap import UnexplainedEvidence
-from pyroshock.diagnosis.metric import Metric
-from pyroshock.diagnosis.stages.gun import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.twin.effects import Effect, catalogue, effect
 from support.records.gun_campaigns import gun_record
 from support.records.linear_problems import linear_problem

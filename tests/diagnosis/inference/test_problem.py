@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.inference.problem import InferenceProblem, StageBlock
-from pyroshock.diagnosis.stages.gun import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.twin.effects import catalogue
 from support.records.gun_campaigns import gun_record
 from support.records.linear_problems import gap_of

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.diagnosis.localisation.drift import drift
+from pyroshock.diagnosis.observables.base import Observable
 from pyroshock.diagnosis.record import Configuration
-from pyroshock.diagnosis.stages.base import Observable
 
 VELOCITY = (Observable("ln_velocity", "gun", "velocity", "1", 0.01, 0.008),)
 CELLS, REPEATS = 12, 3

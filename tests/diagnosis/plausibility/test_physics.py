@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
+from pyroshock.diagnosis.observables.base import Floats
+from pyroshock.diagnosis.observables.contact.stage import ContactStage
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.diagnosis.plausibility.channels import channel_findings
 from pyroshock.diagnosis.plausibility.units import unit_findings
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run, Series
-from pyroshock.diagnosis.stages.base import Floats
-from pyroshock.diagnosis.stages.contact import ContactStage
-from pyroshock.diagnosis.stages.gun import GunStage
 from pyroshock.twin.effects import Effect, catalogue
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.plate.effect import PlateEffect

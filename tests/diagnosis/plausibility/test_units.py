@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pyroshock.diagnosis.observables.contact.stage import ContactStage
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.diagnosis.plausibility import Finding, ImplausibleRecordError, check, implausible
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
-from pyroshock.diagnosis.stages.contact import ContactStage
-from pyroshock.diagnosis.stages.gun import GunStage
 from pyroshock.twin.contact.effects.effective_mass import EffectiveMass
 from pyroshock.twin.contact.effects.layer_compliance import LayerCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss

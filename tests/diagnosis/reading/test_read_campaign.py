@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.diagnosis.reading import read_campaign
 from pyroshock.diagnosis.reading.campaign import evenly_chosen
-from pyroshock.diagnosis.reading.doubts import Doubts
-from pyroshock.diagnosis.reading.hits import Hit
+from pyroshock.diagnosis.reading.impacts import Hit
 from pyroshock.diagnosis.reading.notes import note_columns
+from pyroshock.diagnosis.reading.quality_exclusions import Doubts
 from pyroshock.diagnosis.reading.series import windows
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.impacts import Impact

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyroshock.diagnosis.blind.rows import Label, Row, Said
+from pyroshock.validation.case_results import Label, Row, Said
 
 LEAK, DRAG, LAYER = "gun.blow_by", "gun.sliding_friction", "contact.layer_compliance"
 

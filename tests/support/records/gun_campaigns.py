@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
-from pyroshock.diagnosis.stages.gun import GunStage
 from pyroshock.twin.effects import Effect
 from pyroshock.twin.gun.bench import GunBench
 

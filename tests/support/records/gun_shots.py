@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
-from pyroshock.diagnosis.stages.gun import GunStage
 from pyroshock.twin.effects import Effect
 from pyroshock.twin.gun.bench import GunBench
 

@@ -13,8 +13,8 @@ from pyroshock.diagnosis.inference.effect_laws import EffectLaw, LawRanges, laws
 from pyroshock.diagnosis.inference.joint_simulation import Point
 from pyroshock.diagnosis.inference.problem import InferenceProblem, StageBlock
 from pyroshock.diagnosis.noise import Noise
+from pyroshock.diagnosis.observables.base import Observable, Stage
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Factor, Run
-from pyroshock.diagnosis.stages.base import Observable, Stage
 from pyroshock.twin.effects import Effect, parameter
 
 

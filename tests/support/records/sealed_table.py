@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from pyroshock.diagnosis.blind.kept import pooled
-from pyroshock.diagnosis.blind.rates import Rate
-from pyroshock.diagnosis.blind.rows import Row
-from pyroshock.diagnosis.blind.score import Figures, figures
-from pyroshock.diagnosis.blind.scoring import kinds
+from pyroshock.validation.case_results import Row
+from pyroshock.validation.metrics import Figures, figures
+from pyroshock.validation.results_io import pooled
+from pyroshock.validation.tally import kinds
+from pyroshock.validation.wilson import Rate
 
 FOLDER = Path(__file__).resolve().parents[3] / "docs" / "blind-check"
 #: Checks of one commit: those that the table is of.

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
+from pyroshock.diagnosis.observables.base import Observable, Stage, Upstream
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run, Series
-from pyroshock.diagnosis.stages.base import Observable, Stage, Upstream
 from pyroshock.twin.effects import Effect, Value, parameter
 
 SAMPLES = 32

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from pyroshock.diagnosis.pictures import CurvePicture, Pictures, ResidualPicture
+from pyroshock.diagnosis.plot_data import CurvePicture, Pictures, ResidualPicture
 from pyroshock.diagnosis.verdict import (
     Band,
     Cause,

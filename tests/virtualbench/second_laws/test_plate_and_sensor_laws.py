@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pyroshock.validation.cases.plates import plate_of
 from pyroshock.virtualbench.second_laws import LAWS, SPLITS
 from pyroshock.virtualbench.second_laws import plate as plate_law
 from pyroshock.virtualbench.second_laws import sensors as law
 from pyroshock.virtualbench.second_laws.owners import bullet_share
 from pyroshock.virtualbench.second_laws.plate import changed_modes
-from pyroshock.virtualbench.withheld.plates import plate_of
 
 PLATE = plate_of("plate", 0)
 MODES, SUPPORTS = PLATE.modes, PLATE.supports

@@ -1,0 +1,91 @@
+"""The gap of every configuration before and after a correction, in the metric of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..localisation.means import Floats, Means, floors, tolerances
+from ..observables.base import Observable, Stage
+
+
+@dataclass(frozen=True, eq=False)
+class Gaps:
+    """Mean residuals (C, D) of all stages over `scale` (D,), and the variance (C, D) that repetitions leave of them.
+
+    `chance` (C,): standard deviation that the scatter alone gives to a configuration's mean square. `freedom`: the
+    degrees of freedom that measured the scatter.
+    """
+
+    observables: tuple[Observable, ...]
+    scale: Floats
+    mean: Floats
+    variance: Floats
+    chance: Floats
+    freedom: int
+
+    @classmethod
+    def of(cls, stages: Sequence[Stage], scales: Mapping[str, Floats] | None = None) -> Self:
+        """`scales` (d,) by stage, in the units of its observables; tolerances where none is given.
+
+        An infinite scale leaves an observable out. Raises `ValueError` where nothing can be compared.
+        """
+        record = stages[0].record
+        observables = tuple(item for stage in stages for item in stage.observables)
+        given = scales or {}
+        scale = np.concatenate([given.get(stage.name, tolerances(stage.observables)) for stage in stages])
+        used = np.isfinite(scale)
+        residuals = np.concatenate([stage.residuals() for stage in stages], axis=1)[:, used] / scale[used]
+        kept = tuple(item for item, use in zip(observables, used, strict=True) if use)
+        cells = len(record.configurations)
+        means = Means.of(residuals, record.configuration_of, cells, floors(kept) / scale[used])
+        if not np.isfinite(means.mean).any():
+            raise ValueError(f"campaign {record.name}: no run has both a measured and a simulated value to compare")
+        chance = _chance(residuals, record.configuration_of, means)
+        freedom = int(np.isfinite(residuals).any(axis=1).sum() - np.isfinite(means.mean).any(axis=1).sum())
+        return cls(kept, scale, means.mean, means.variance, chance, freedom)
+
+    @property
+    def rows(self) -> NDArray[np.intp]:
+        """Configurations that have a gap at all."""
+        return np.flatnonzero(np.isfinite(self.mean).any(axis=1))
+
+    def over_scale(self, tables: Floats) -> Floats:
+        """(k, C, D): changes (k, C, D') of all observables in their units; zero where there is no answer."""
+        used = np.isfinite(self.scale)
+        return np.asarray(np.nan_to_num(tables[:, :, used] / self.scale[used]))
+
+    def squares(self, correction: Floats | float = 0.0) -> Floats:
+        """(C,): mean squared gap of each configuration, its scatter included."""
+        return _over_observables((self.mean - correction) ** 2)
+
+    @property
+    def floor(self) -> Floats:
+        """(C,): what the scatter alone gives to `squares`."""
+        return _over_observables(np.where(np.isfinite(self.mean), self.variance, np.nan))
+
+    @property
+    def floor_unsure(self) -> float:
+        """Relative standard deviation of `floor`, from the number of repetitions that measured it."""
+        ratio = self.chance[self.rows] / np.maximum(self.floor[self.rows], 1e-300)
+        return float(np.median(ratio) / np.sqrt(self.freedom)) if self.freedom > 0 else 0.0
+
+
+def _over_observables(values: Floats) -> Floats:
+    known = np.isfinite(values)
+    return np.asarray(np.where(known, values, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1))
+
+
+def _chance(residuals: Floats, configuration: NDArray[np.intp], means: Means) -> Floats:
+    """sqrt(2 tr(S^2)) / d of the mean's covariance S: observables that scatter together average out less."""
+    away = np.nan_to_num(residuals - means.mean[configuration])
+    norm = np.maximum(np.linalg.norm(away, axis=0), 1e-300)
+    correlation = (away / norm).T @ (away / norm)
+    np.fill_diagonal(correlation, 1.0)
+    sigma = np.sqrt(np.nan_to_num(means.variance))
+    trace = np.einsum("ci,ij,cj->c", sigma**2, correlation**2, sigma**2)
+    return np.asarray(np.sqrt(2 * trace) / np.maximum(np.isfinite(means.mean).sum(axis=1), 1))

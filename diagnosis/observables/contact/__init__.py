@@ -1,0 +1,1 @@
+"""What the contact shows, measured and simulated."""

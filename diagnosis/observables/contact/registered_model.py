@@ -1,0 +1,127 @@
+"""Any contact model as the simulator of a diagnosis: effects correct its pulses by similarity.
+
+What an effect does to Hertz' impact it is taken to do to the model's pulse: peak and compression time by the same
+factors, and the shape, force over peak at times over the compression time, by the same difference. For a mass that the
+model never saw these are Hertz' laws of similarity: peak ~ m^0.6, times ~ m^0.4, impulse ~ m.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from ....twin import strikes
+from ....twin.contact.effect import ContactEffect
+from ....twin.setting import Setting
+from ...record import CampaignRecord, Run
+from ..base import Floats
+from .force_histories import PLACES, Courses, law_courses
+from .rows import Rows
+from .site import impactor_mass_kg, layers
+from .stage import ContactStage
+
+#: A predictor's name; and a mass for models that do not ask for it.
+_PLATE_MASS, _UNASKED_KG = "plate_mass", 1.0
+
+
+class RegisteredContactStage(ContactStage):
+    """A registered model, or any `twin.strikes.ContactStage`, at the campaign's settings and recorded velocities.
+
+    `plate_mass_kg` is for models that ask for it, as the gun's do. Uncertain quantities act as in Hertz' impact. Raises
+    `ValueError` for settings that the twin does not know, such as an insulator without an anvil, and for what a model
+    asks in vain.
+    """
+
+    name: ClassVar[str] = "contact"
+
+    def __init__(
+        self,
+        record: CampaignRecord,
+        contact: strikes.ContactStage,
+        uncertain: Mapping[str, float] | None = None,
+        *,
+        plate_mass_kg: float | None = None,
+    ) -> None:
+        super().__init__(record, uncertain)
+        if plate_mass_kg is None and _PLATE_MASS in _predictors(contact):
+            raise ValueError(
+                f"{contact.label} asks for the plate's mass, which a record does not tell: give plate_mass_kg"
+            )
+        self.contact = contact
+        self.settings = [_setting(record, run, plate_mass_kg or _UNASKED_KG) for run in record.runs]
+
+    @property
+    def simulator(self) -> str:
+        label = self.contact.label
+        return label if label.startswith("models:") else f"contact:{label}"
+
+    def courses(self, rows: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats) -> Courses:
+        base = self._asked(rows, velocity_m_s)
+        if not effects:
+            return base
+        sites = self.sites.take(rows)
+        return corrected(base, law_courses(sites, (), velocity_m_s), law_courses(sites, effects, velocity_m_s))
+
+    def _asked(self, rows: Rows, velocity_m_s: Floats) -> Courses:
+        """The model's own answers; each setting and velocity is asked once."""
+        found = Courses.none(len(rows))
+        known = np.flatnonzero(velocity_m_s > 0)
+        asked, places = np.unique(np.stack([rows[known], velocity_m_s[known]]), axis=1, return_inverse=True)
+        if not asked.shape[1]:
+            return found
+        each = [self.settings[int(row)] for row in asked[0]]
+        pulses = self.contact.pulses(strikes.Strikes(each, asked[1]))
+        compression, force = tabulated(pulses)
+        found.compression_time_s[known], found.force_n[known] = compression[places], force[places]
+        return found
+
+
+def _predictors(contact: strikes.ContactStage) -> list[str]:
+    """Names of what a registered model is asked with; a law has none."""
+    registered = getattr(contact, "registered", None)
+    return [predictor.name for predictor in registered.predictors] if registered is not None else []
+
+
+def tabulated(pulses: strikes.Pulses) -> tuple[Floats, Floats]:
+    """Compression times (n,) and forces (n, p) at `PLACES` times these, from forces at phases of the contact.
+
+    The compression is said to end at the peak, which Akima's curve may have between two phases.
+    """
+    from scipy.interpolate import Akima1DInterpolator
+
+    phase = np.linspace(0.0, 1.0, pulses.force_n.shape[1])
+    dense = np.linspace(0.0, 1.0, 1001)
+    force = Akima1DInterpolator(phase, pulses.force_n, axis=1)(dense)
+    compression = dense[np.argmax(force, axis=1)] * pulses.contact_time_s
+    asked = PLACES * (compression / pulses.contact_time_s)[:, None]
+    rows = [np.interp(each, dense, values, right=0.0) for each, values in zip(asked, force, strict=True)]
+    return np.asarray(compression), np.maximum(np.array(rows), 0.0)
+
+
+def corrected(base: Courses, without: Courses, with_effects: Courses) -> Courses:
+    """Pulses of `base` as the law changes from `without` to `with_effects`, all of n contacts."""
+    peak, before, after = (one.force_n.max(axis=1, keepdims=True) for one in (base, without, with_effects))
+    shape = base.force_n / peak + with_effects.force_n / after - without.force_n / before
+    shape = np.maximum(shape, 0.0)
+    shape /= shape.max(axis=1, keepdims=True)
+    time = base.compression_time_s * with_effects.compression_time_s / without.compression_time_s
+    return Courses(shape * peak * after / before, time)
+
+
+def _setting(record: CampaignRecord, run: Run, plate_mass_kg: float) -> Setting:
+    configuration = record.configurations[run.configuration]
+    tip, plate, anvil = layers(record, configuration)
+    return Setting(
+        impactor_mass_kg=impactor_mass_kg(record, run),
+        tip=tip,
+        tip_radius_m=float(configuration.factors["tip_radius"]),
+        plate=plate,
+        plate_thickness_m=record.plate_thickness_m,
+        plate_mass_kg=plate_mass_kg,
+        impact_velocity_m_s=1.0,
+        anvil=anvil,
+        insulator=str(configuration.factors.get("insulator", "none")),
+        impact_position=str(configuration.factors.get("impact_position", "#1")),
+    )

@@ -1,0 +1,100 @@
+"""Measured and simulated pulses side by side, in time and in frequency: where along a pulse the gap lies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....twin.effects import Effect
+from ....twin.sensors.chain import SensorChain
+from ...record import Series
+from .features import zeroed
+from .force_histories import Courses
+from .rows import split, taken
+from .stage import ContactStage
+from .time_frame import level_crossings
+
+Floats = NDArray[np.float64]
+
+#: Room before the alignment and behind it, in the longest width at half the peak; and the most samples for it.
+_BEFORE, _AFTER, _MOST = 1.0, 2.0, 2048
+
+
+@dataclass(frozen=True, eq=False)
+class PulseResiduals:
+    """Forces (N) of R runs at `time_s` (p,), 0 where each rises through half its peak; NaN rows where there is none."""
+
+    time_s: Floats
+    measured: Floats  # (R, p)
+    simulated: Floats  # (R, p)
+
+    @property
+    def frequency_hz(self) -> Floats:
+        """(q,): of the spectra."""
+        return np.asarray(np.fft.rfftfreq(self.time_s.size, float(self.time_s[1] - self.time_s[0])))
+
+    @property
+    def measured_spectrum_n_s(self) -> Floats:
+        """(R, q): magnitude of the Fourier integral; its first value is the impulse."""
+        return self._spectrum(self.measured)
+
+    @property
+    def simulated_spectrum_n_s(self) -> Floats:
+        return self._spectrum(self.simulated)
+
+    def _spectrum(self, force: Floats) -> Floats:
+        return np.asarray(np.abs(np.fft.rfft(force, axis=1)) * float(self.time_s[1] - self.time_s[0]))
+
+
+def pulse_residuals(stage: ContactStage, effects: Sequence[Effect] = ()) -> PulseResiduals:
+    """Every run's pulse, as recorded and as the stage simulates it with these effects.
+
+    In steps of the finest record, or of 1/2048 of the whole where that is less. Raises `ValueError` where no run has
+    both force and velocity.
+    """
+    contact, chain = split(effects)
+    rows = np.arange(len(stage.sites))
+    courses = stage.courses(rows, contact, stage.entering_m_s(rows, chain))
+    recorded = [None if run.force is None else zeroed(run.force) for run in stage.record.runs]
+    own = [_simulated(courses, int(row), chain) for row in rows]
+    widths = [_width(one) for pair in zip(recorded, own, strict=True) if None not in pair for one in pair]
+    if not widths:
+        raise ValueError(f"{stage.record.name}: no run has both a recorded force and a velocity")
+    step = max(float(stage.step_s.min()), (_BEFORE + _AFTER) * max(widths) / _MOST)
+    time = _steps(_BEFORE * max(widths), _AFTER * max(widths), step)
+    return PulseResiduals(time, *(np.array([_aligned(one, time) for one in each]) for each in (recorded, own)))
+
+
+def _simulated(courses: Courses, row: int, chain: SensorChain) -> Series | None:
+    """As the force channel shows it, 24 steps to a compression, with room for what a sensor adds."""
+    step = float(courses.compression_time_s[row]) / 24
+    if np.isnan(step):
+        return None
+    time, one = _steps(12 * step, 191 * step, step), np.array([row])
+    seen = SensorChain(tuple(taken(effect, one) for effect in chain.effects))
+    return Series(seen.measured_force_n(courses.at(one, time), step)[0], 1 / step, float(time[0]))
+
+
+def _steps(before_s: float, after_s: float, step_s: float) -> Floats:
+    return np.arange(-round(before_s / step_s), round(after_s / step_s) + 1, dtype=np.float64) * step_s
+
+
+def _width(series: Series | None) -> float:
+    assert series is not None
+    first, last = level_crossings(series.values[None], 0.5)
+    return float(last[0] - first[0]) / series.sampling_rate_hz
+
+
+def _aligned(series: Series | None, time_s: Floats) -> Floats:
+    from scipy.interpolate import CubicSpline
+
+    if series is None:
+        return np.full(time_s.size, np.nan)
+    first, _ = level_crossings(series.values[None], 0.5)
+    place = first[0] + time_s * series.sampling_rate_hz
+    inside = (place >= 0) & (place <= series.values.size - 1)
+    curve = CubicSpline(np.arange(series.values.size), series.values)
+    return np.where(inside, curve(np.where(inside, place, 0.0)), 0.0)

@@ -1,0 +1,128 @@
+"""What strikes and what is struck in every run, out of a campaign's record."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ....twin.contact.bodies import Bodies
+from ....twin.contact.effect import ContactEffect
+from ....twin.contact.impact import solve
+from ....twin.contact.impacts import Impacts, plate_impedance
+from ....twin.contact.pulse import ContactPulse
+from ....twin.materials import Material
+from ...record import CampaignRecord, Configuration, Run
+
+Floats = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+#: Of each contact's own time: peak and times are within 1e-6 of the solver's full steps.
+_STEPS = 32
+
+
+@dataclass(frozen=True, eq=False)
+class Sites:
+    """n nominal impacts: the tip on a rigid target of the first layer's material, all but their velocity."""
+
+    bodies: Bodies  # at 1 m/s
+    insulated: NDArray[np.bool_]
+    impedance_n_s_m: Floats  # of the plate below, whatever lies on it
+
+    def __len__(self) -> int:
+        return len(self.bodies)
+
+    def take(self, rows: Rows) -> Sites:
+        """Some of them, each as often as it is named."""
+        known = {name: value for name, value in vars(self.bodies).items() if value is not None}
+        bodies = replace(self.bodies, **{name: value[rows] for name, value in known.items()})
+        return Sites(bodies, self.insulated[rows], self.impedance_n_s_m[rows])
+
+    def impacts(self, velocity_m_s: Floats) -> Impacts:
+        """Nominal ones at these velocities (n,), all above 0."""
+        bodies = replace(self.bodies, impact_velocity_m_s=velocity_m_s)
+        return Impacts.of(bodies, self.insulated, self.impedance_n_s_m)
+
+    def pulses(self, velocity_m_s: Floats, effects: tuple[ContactEffect, ...] = ()) -> ContactPulse:
+        """Raises `ArithmeticError` where a contact does not end."""
+        impacts = self.impacts(velocity_m_s)
+        for effect in effects:
+            impacts = effect.prepare(impacts)
+        return solve(impacts, _STEPS)
+
+
+def sites_of(record: CampaignRecord) -> Sites:
+    """One for each run. Raises `ValueError` naming configuration and factor for what a record does not tell."""
+    rows = [_row(record, record.configurations[run.configuration], run) for run in record.runs]
+    columns = {name: [row[name] for row in rows] for name in (rows[0] if rows else {})}
+    insulated = np.array(columns.pop("insulated"), dtype=np.bool_)
+    impedance = np.array(columns.pop("impedance"), dtype=np.float64)
+    known = {name: None if None in values else np.array(values) for name, values in columns.items()}
+    return Sites(Bodies.of(**known, impact_velocity_m_s=np.ones(len(rows))), insulated, impedance)
+
+
+def _row(record: CampaignRecord, configuration: Configuration, run: Run) -> dict[str, float | bool | None]:
+    tip, plate, anvil = layers(record, configuration)
+    target = anvil or plate
+    elastic = (plate.youngs_modulus_pa, plate.poisson_ratio, plate.density_kg_m3, record.plate_thickness_m)
+    return {
+        "impactor_radius_m": float(_factor(configuration, "tip_radius")),
+        "impactor_youngs_modulus_pa": tip.youngs_modulus_pa,
+        "impactor_poisson_ratio": tip.poisson_ratio,
+        "impactor_density_kg_m3": tip.density_kg_m3,
+        "impactor_mass_kg": impactor_mass_kg(record, run),
+        "impactor_yield_strength_pa": tip.yield_strength_pa,
+        "target_youngs_modulus_pa": target.youngs_modulus_pa,
+        "target_poisson_ratio": target.poisson_ratio,
+        "target_density_kg_m3": target.density_kg_m3,
+        "target_yield_strength_pa": target.yield_strength_pa,
+        "plate_thickness_m": record.plate_thickness_m,
+        "insulated": configuration.factors.get("insulator", "none") != "none",
+        "impedance": float(plate_impedance(*(np.array(value) for value in elastic))),
+    }
+
+
+def layers(record: CampaignRecord, configuration: Configuration) -> tuple[Material, Material, Material | None]:
+    """Tip, plate and anvil, None without one. Raises `ValueError` as `sites_of`."""
+    tip = _material(record, "tip_material", _factor(configuration, "tip_material"))
+    plate = _material(record, "plate_material", _plate_material(record, configuration))
+    bare = configuration.factors.get("anvil_material", "none") == "none"
+    anvil = None if bare else _material(record, "anvil_material", _factor(configuration, "anvil_material"))
+    return tip, plate, anvil
+
+
+def impactor_mass_kg(record: CampaignRecord, run: Run) -> float:
+    """The hammer's, or the bullet's: the run's own, else its configuration's. Raises `ValueError` without any."""
+    configuration = record.configurations[run.configuration]
+    mass = record.hammer_mass_kg if record.kind == "hammer" else run.bullet_mass_kg
+    mass = configuration.factors.get("bullet_mass") if mass is None else mass  # type: ignore[assignment]
+    if mass is None:
+        raise ValueError(f"{record.name}, run {run.run}: no mass; give [bench.hammer] mass_kg or bullet_mass_kg")
+    return float(mass)
+
+
+def _factor(configuration: Configuration, name: str) -> str | float:
+    if name not in configuration.factors:
+        raise ValueError(
+            f"configuration {configuration.label!r} has no {name}: give it as a column of the table of runs"
+        )
+    return configuration.factors[name]
+
+
+def _plate_material(record: CampaignRecord, configuration: Configuration) -> str:
+    material = record.plate_material_of(configuration)
+    if material is None:
+        raise ValueError(
+            f"configuration {configuration.label!r} has no plate_material: give it as a column of the table of runs, "
+            "or as material in [bench.plate]"
+        )
+    return material
+
+
+def _material(record: CampaignRecord, factor: str, value: str | float) -> Material:
+    word = str(value)
+    if word not in record.materials:
+        known = ", ".join(record.materials) or "none"
+        raise ValueError(f"{factor} = {word!r}: no such material in the record; there are: {known}")
+    return record.materials[word]

@@ -1,0 +1,1 @@
+"""What the gun shows, measured and simulated."""

@@ -1,0 +1,146 @@
+"""The gun: from the tank's pressure and the projectile's mass, as read, to the velocity that the bench shows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar, cast
+
+import numpy as np
+
+from ....twin.effects import Effect, catalogue
+from ....twin.gun.bench import GunBench
+from ....twin.gun.effect import GunEffect
+from ....twin.gun.shots import gun_velocity
+from ....twin.sensors.chain import SensorChain
+from ....twin.sensors.effect import SensorEffect
+from ...record import CampaignRecord
+from ..base import Floats, Observable, Stage, Upstream
+from ..batching import by_kinds, stacked
+from .uncertain_settings import gun_nuisances
+
+#: 1 % of velocity counts as agreement; the scatter where no run states its uncertainty.
+TOLERANCE, ASSUMED_FLOOR = 0.01, 0.01
+#: Velocities that are compared within a hundredth need no more than five digits.
+_COARSER = 30.0
+
+
+class GunStage(Stage):
+    """Eq. 2.16 with gauge pressure and the campaign's own friction and efficiency, which stays as effects come in.
+
+    The travel is that of each run where the record has it, else the gun's.
+
+    `uncertain`: standard deviations of the gun's settings by their names in `GunBench`, and of "tank_pressure_pa" and
+    "bullet_mass_kg", each the same in all runs. Raises `ValueError` for a record without a gun, and for a name or a
+    value of `uncertain` that cannot be.
+    """
+
+    name: ClassVar[str] = "gun"
+
+    def __init__(self, record: CampaignRecord, uncertain: Mapping[str, float] | None = None) -> None:
+        super().__init__(record)
+        if record.gun is None:
+            raise ValueError(f"campaign {record.name!r} has no gun: its settings stand in [bench.gun]")
+        self.bench: GunBench = record.gun
+        self.uncertain = dict(uncertain or {})
+        self.pressure_pa = _numbers([run.tank_pressure_pa for run in record.runs])
+        self.mass_kg = _numbers([run.bullet_mass_kg for run in record.runs])
+        self.velocity_m_s = _numbers([run.velocity_m_s for run in record.runs])
+        self.travel_m = _numbers([run.travel_m or self.bench.travel_m for run in record.runs])
+        self.usual_pressure_pa, self.usual_mass_kg = self._usual(self.pressure_pa), self._usual(self.mass_kg)
+        self.usual_travel_m = self._usual(self.travel_m)
+        self._nuisances = gun_nuisances(
+            self.bench, self.usual_pressure_pa, self.usual_mass_kg, self.usual_travel_m, self.uncertain
+        )
+
+    @property
+    def simulator(self) -> str:
+        return "gun:adiabatic"
+
+    @property
+    def observables(self) -> tuple[Observable, ...]:
+        stated = np.exp(_logarithms(_numbers([run.velocity_u_m_s for run in self.record.runs])) - self.measured()[:, 0])
+        good = stated[np.isfinite(stated)]
+        floor = float(np.median(good)) if good.size else ASSUMED_FLOOR
+        return (Observable("ln_velocity", "gun", "velocity", "1", TOLERANCE, floor),)
+
+    @property
+    def shows(self) -> tuple[str, ...]:
+        if not np.isfinite(self.residuals()).any():
+            return ()
+        return tuple(identity for identity, kind in catalogue().items() if acts_on_gun(kind))
+
+    def measured(self) -> Floats:
+        return _logarithms(self.velocity_m_s)[:, None]
+
+    def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
+        pressure = self._true_pressure(effects, self.pressure_pa, upstream)
+        return self._shown(effects, pressure, self.mass_kg, self.travel_m)[:, None]
+
+    def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:
+        pressure = self._true_pressure(effects, self.pressure_pa, upstream)
+        velocity = self._fired(effects, pressure, self.mass_kg, self.travel_m)
+        return cast(Sequence[float], velocity.tolist())
+
+    def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
+        c = self.usual_pressure_pa.size
+        found = np.zeros((len(sets), c))
+        usual = self._shown((), self.usual_pressure_pa, self.usual_mass_kg, self.usual_travel_m)
+        acting = [[each for each in effects if acts_on_gun(type(each))] for effects in sets]
+        for rows in by_kinds(acting):
+            effects = stacked([acting[row] for row in rows], c)
+            medians = (self.usual_pressure_pa, self.usual_mass_kg, self.usual_travel_m)
+            pressure, mass, travel = (np.tile(values, len(rows)) for values in medians)
+            shown = self._shown(effects, self._true_pressure(effects, pressure), mass, travel)
+            found[rows] = shown.reshape(len(rows), c) - usual
+        return found[:, :, None]
+
+    def nuisances(self) -> dict[str, Floats]:
+        return dict(self._nuisances)
+
+    def _usual(self, values: Floats) -> Floats:
+        """(C,): medians over the runs of each configuration; NaN without any."""
+        of = self.record.configuration_of
+        groups = [values[(of == c) & np.isfinite(values)] for c in range(len(self.record.configurations))]
+        return np.array([float(np.median(group)) if group.size else np.nan for group in groups])
+
+    def _true_pressure(self, effects: Sequence[Effect], reading_pa: Floats, upstream: Upstream | None = None) -> Floats:
+        """`upstream` is the true pressure of each run, where it is known."""
+        if upstream is not None:
+            return np.asarray(upstream, dtype=np.float64)
+        return _chain(effects).true_pressure_pa(reading_pa)
+
+    def _shown(self, effects: Sequence[Effect], pressure_pa: Floats, mass_kg: Floats, travel_m: Floats) -> Floats:
+        """ln of what the velocity measurement shows."""
+        return _logarithms(_chain(effects).measured_velocity_m_s(self._fired(effects, pressure_pa, mass_kg, travel_m)))
+
+    def _fired(self, effects: Sequence[Effect], pressure_pa: Floats, mass_kg: Floats, travel_m: Floats) -> Floats:
+        """True velocities; NaN for a shot that stays in the barrel, or of which pressure or mass is not known."""
+        gun = [each for each in effects if isinstance(each, GunEffect)]
+        velocity = np.full(pressure_pa.shape, np.nan)
+        rows = np.flatnonzero((pressure_pa >= 0) & np.isfinite(pressure_pa) & (mass_kg > 0) & np.isfinite(mass_kg))
+        if rows.size:
+            some = [each.take(rows) for each in gun] if rows.size < pressure_pa.size else gun
+            shots = gun_velocity(self.bench, pressure_pa[rows], mass_kg[rows], some, _COARSER, travel_m=travel_m[rows])
+            velocity[rows] = np.where(shots.left, shots.velocity_m_s, np.nan)
+        return velocity
+
+
+def acts_on_gun(kind: type[Effect]) -> bool:
+    """Whether an effect changes the muzzle velocity that a bench shows for a pressure that it shows."""
+    if issubclass(kind, SensorEffect):
+        hooks = ("true_pressure_pa", "measured_velocity_m_s")
+        return any(getattr(kind, hook) is not getattr(SensorEffect, hook) for hook in hooks)
+    return issubclass(kind, GunEffect)
+
+
+def _chain(effects: Sequence[Effect]) -> SensorChain:
+    return SensorChain.of(each for each in effects if isinstance(each, SensorEffect))
+
+
+def _numbers(values: Sequence[float | None]) -> Floats:
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+
+
+def _logarithms(velocity_m_s: Floats) -> Floats:
+    """NaN where there is no velocity."""
+    return np.log(np.where(velocity_m_s > 0, velocity_m_s, np.nan))

@@ -1,0 +1,1 @@
+"""What the plate shows, measured and simulated."""

@@ -1,0 +1,127 @@
+"""What drives a plate: true forces from readings, brought to the clock of an acceleration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ....twin.effects import Effect
+from ....twin.sensors.chain import SensorChain
+from ....twin.sensors.effect import SensorEffect
+from ....twin.sensors.effects.force_bandwidth import ForceBandwidth
+from ....twin.sensors.effects.force_gain import ForceGain
+from ...record import Floats, Series
+
+#: A contact is over when its force stays below this share of its peak.
+_OVER = 0.02
+#: How far the impulse of samples may be off before they are too few to stand for a contact.
+_NEAR = 0.2
+#: Weights of the samples one, two and three away.
+_DIFFERENCE = (3 / 4, -3 / 20, 1 / 60)
+#: Goings back and forth that undo an effect without an inverse of its own.
+_ROUNDS = 40
+#: Samples on either side of a contact that are kept, and in how many more the force fades: a cut would be a jump, which
+#: the inverse of a low pass makes much of.
+_AROUND, _FADE = 8, 16
+
+
+def contact(force: Series) -> Series:
+    """The force with its noise before and after the contact faded out."""
+    values = np.abs(force.values)
+    acting = np.flatnonzero(values > _OVER * values.max(initial=0.0))
+    if not acting.size:
+        return Series(np.zeros_like(force.values), force.sampling_rate_hz, force.start_s)
+    # from the peak outwards, so that a spike of noise far from it is no contact
+    first, last = _run_of(acting, int(np.argmax(values)))
+    place = np.arange(values.size)
+    away = np.maximum(np.maximum(first - place, place - last) - _AROUND, 0)
+    fade = 0.5 * (1 + np.cos(np.pi * np.minimum(away / _FADE, 1.0)))
+    return Series(force.values * fade, force.sampling_rate_hz, force.start_s)
+
+
+def true_force(reading: Series, effects: Sequence[Effect]) -> Series:
+    """The force on the plate under a reading: what the force channel does to it undone, last in the chain first.
+
+    Other effects on the force than gain and low pass are undone by going back and forth, which closes in on the force
+    where an effect changes it by less than itself.
+    """
+    acting = SensorChain.of(item for item in effects if acts_on_force(type(item))).effects
+    if not acting:
+        return reading
+    step = 1 / reading.sampling_rate_hz
+    values = reading.values
+    for each in reversed(acting):
+        values = _undone(each, values, step)
+    return Series(np.asarray(values), reading.sampling_rate_hz, reading.start_s)
+
+
+def acts_on_force(kind: type[Effect]) -> bool:
+    """Whether an effect changes what the force channel shows."""
+    return issubclass(kind, SensorEffect) and kind.measured_force_n is not SensorEffect.measured_force_n
+
+
+def _undone(effect: SensorEffect, reading: Floats, step_s: float) -> Floats:
+    if isinstance(effect, ForceGain):
+        return np.asarray(reading / effect.gain)
+    if isinstance(effect, ForceBandwidth):
+        return _unfiltered(effect, reading, step_s)
+    force = reading
+    for _ in range(_ROUNDS):
+        force = force + reading - effect.measured_force_n(force, step_s)
+    return force
+
+
+def _unfiltered(effect: ForceBandwidth, reading: Floats, step_s: float) -> Floats:
+    """Both differential equations of the low passes, read from right to left."""
+    seconds = float(np.asarray(effect.corner_period_s)) / (2 * np.pi)
+    if seconds > 0:
+        rate = _slope(reading) / step_s
+        reading = reading + np.sqrt(2) * seconds * rate + seconds**2 * _slope(rate) / step_s
+    return np.asarray(reading + effect.time_constant_s * _slope(reading) / step_s)
+
+
+def _slope(values: Floats) -> Floats:
+    """Change per sample, by differences of sixth order: a force has content up to a tenth of its sampling rate."""
+    around = np.pad(values, 3, mode="edge")
+    weights = np.array(_DIFFERENCE)
+    return np.asarray(np.convolve(around, np.concatenate([weights[::-1], [0.0], -weights]), mode="valid"))
+
+
+def on_clock(force: Series, first_s: float, step_s: float, samples: int) -> Floats:
+    """(samples,) from `first_s` in steps of `step_s`, of the same impulse; 0 outside of the series."""
+    at = first_s + step_s * np.arange(samples)
+    sampled = np.interp(at, force.time_s, force.values, left=0.0, right=0.0)
+    if step_s * force.sampling_rate_hz <= 1 + 1e-9:
+        return np.asarray(sampled)
+    impulse = float(force.values.sum()) / force.sampling_rate_hz
+    got = float(sampled.sum()) * step_s
+    if impulse > 0 and abs(got / impulse - 1) < _NEAR:
+        return np.asarray(sampled * (impulse / got))
+    return _gathered(force, first_s, step_s, samples)
+
+
+def _gathered(force: Series, first_s: float, step_s: float, samples: int) -> Floats:
+    """A contact of hardly a sample: each of its values is shared out between the two samples around it."""
+    place = (force.time_s - first_s) / step_s
+    left = np.floor(place).astype(np.intp)
+    out = np.zeros(samples)
+    for index, weight in ((left, 1 - (place - left)), (left + 1, place - left)):
+        good = (index >= 0) & (index < samples)
+        np.add.at(out, index[good], (weight * force.values)[good] / (step_s * force.sampling_rate_hz))
+    return out
+
+
+def end_of(force: Series) -> float:
+    """When the contact is over, s on the clock of the record."""
+    values = np.abs(force.values)
+    acting = np.flatnonzero(values > _OVER * values.max(initial=0.0))
+    return float(force.time_s[acting[-1]]) if acting.size else force.start_s
+
+
+def _run_of(acting: np.ndarray[tuple[int], np.dtype[np.intp]], peak: int) -> tuple[int, int]:
+    """First and last of the samples that follow one another, with gaps of `_AROUND` at most, about the peak."""
+    cuts = np.flatnonzero(np.diff(acting) > _AROUND)
+    starts, ends = np.r_[acting[0], acting[cuts + 1]], np.r_[acting[cuts], acting[-1]]
+    at = int(np.searchsorted(ends, peak))
+    return int(starts[at]), int(ends[at])

@@ -1,0 +1,81 @@
+"""The rating of ISO/TS 18571."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+from pyroshock.diagnosis.gap_reduction.iso18571 import rating
+from pyroshock.diagnosis.gap_reduction.time_warping import warped
+
+TIME = np.arange(200) / 200
+PULSE = np.sin(np.pi * TIME) ** 2
+
+
+def test_equal_records_are_rated_one() -> None:
+    assert rating(PULSE, PULSE) == pytest.approx(1.0)
+
+
+def test_a_gain_costs_corridor_magnitude_and_slope() -> None:
+    """Twice as high: outside the corridor where above half the peak, and the phase alone is whole."""
+    assert rating(PULSE, 2 * PULSE) == pytest.approx(0.4 * 0.2865 + 0.2 + 0.0 + 0.2 * 0.5, abs=0.02)
+
+
+def test_a_shift_costs_phase() -> None:
+    late = np.interp(TIME - 0.05, TIME, PULSE)
+    assert rating(PULSE, late) == pytest.approx(rating(late, PULSE), abs=0.01)
+    assert 0.8 < rating(PULSE, late) < 0.95
+
+
+def test_ratings_fall_with_the_error() -> None:
+    found = [rating(PULSE, gain * PULSE) for gain in (1.0, 1.1, 1.3, 1.6)]
+    assert found == sorted(found, reverse=True)
+
+
+def test_constant_record_is_refused() -> None:
+    with pytest.raises(ValueError, match="constant record"):
+        rating(PULSE, np.zeros(200))
+
+
+@pytest.mark.parametrize("contact", [TIME > 0.9, TIME < 0.1], ids=["end", "begin"])
+def test_a_record_that_rests_for_most_of_its_time_is_rated(contact: np.ndarray) -> None:
+    """Shifted, nothing but rest is left to correlate: that was a division by zero."""
+    short = np.where(contact, np.sin(10 * np.pi * TIME) ** 2, 0.0)
+    assert rating(short, short) == pytest.approx(1.0)
+    assert 0 <= rating(short, 0.5 * short) < 1
+    assert 0 <= rating(short, PULSE) < 0.7
+
+
+def test_a_rectangle_is_rated() -> None:
+    """Within it there is neither slope nor variance."""
+    step = np.where((TIME > 0.1) & (TIME < 0.3), 1.0, 0.0)
+    assert rating(step, step) == pytest.approx(1.0)
+    assert 0 <= rating(step, np.where(TIME > 0.95, 1.0, 0.0)) < 0.5
+
+
+def test_other_lengths_are_refused() -> None:
+    with pytest.raises(ValueError, match="one length"):
+        rating(PULSE, PULSE[:-1])
+
+
+def test_warping_undoes_a_local_shift() -> None:
+    late = np.interp(TIME - 0.02 * np.sin(np.pi * TIME), TIME, PULSE)
+    path = warped(late, PULSE, 20)
+    assert np.abs(late[path[:, 0]] - PULSE[path[:, 1]]).max() < 0.2 * np.abs(late - PULSE).max()
+    assert (np.diff(path, axis=0) >= 0).all()
+
+
+def test_peer_agrees() -> None:
+    """objective-rating-metrics 1.3 of TU Graz, where it is installed: to the last digits."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        peer = pytest.importorskip("objective_rating_metrics.rating", reason="the peer is not installed").ISO18571
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        n = int(rng.integers(60, 300))
+        t = np.linspace(0, 1, n)
+        one = np.sin(np.pi * t * rng.uniform(0.5, 3)) * rng.uniform(1, 100) + 0.1 * rng.normal(size=n)
+        other = rng.uniform(0.6, 1.4) * np.interp(t * rng.uniform(0.9, 1.1) + rng.uniform(-0.1, 0.1), t, one)
+        expected = peer(np.c_[t, one], np.c_[t, other]).overall_rating(-1)
+        assert rating(one, other) == pytest.approx(expected, abs=1e-9)

@@ -1,0 +1,129 @@
+"""Features of pulses against closed forms, and what must not change them: phase, scale, zero line, noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pyroshock.diagnosis.observables.contact.features import NAMES, OBSERVABLES, features, series_features, zeroed
+from pyroshock.diagnosis.record import Series
+from pyroshock.twin.contact.hertz import hertz
+from pyroshock.virtualbench.sensors.filters import decimated
+from support.records.contact_bodies import impacts
+
+TOLERANCE = np.array([one.tolerance for one in OBSERVABLES])
+TIME_S, PEAK_N = 1e-3, 500.0
+_PULSE = hertz(impacts())
+
+
+def half_sine(time_s: np.ndarray) -> np.ndarray:
+    inside = (time_s > 0) & (time_s < TIME_S)
+    return np.where(inside, PEAK_N * np.sin(np.pi * time_s / TIME_S), 0.0)
+
+
+def hertz_at(time_s: np.ndarray) -> np.ndarray:
+    phase = time_s / _PULSE.contact_time_s[0]
+    force = np.zeros_like(time_s)
+    inside = (phase > 0) & (phase < 1)
+    force[inside] = _PULSE.force_at(phase[inside])[0]
+    return force
+
+
+def named(row: np.ndarray) -> dict[str, float]:
+    return dict(zip(NAMES, row.tolist(), strict=True))
+
+
+def sampled(samples: int, rng: np.random.Generator) -> np.ndarray:
+    """A Hertz pulse with so many samples in its contact, at a random phase."""
+    step = float(_PULSE.contact_time_s[0]) / samples
+    return features(hertz_at((np.arange(-20, 4 * samples) + rng.random()) * step)[None], step)[0]
+
+
+EXACT = sampled(2000, np.random.default_rng(0))
+
+
+def test_half_sine_has_its_closed_forms() -> None:
+    step = TIME_S / 400
+    found = named(features(half_sine(np.arange(-200, 1000) * step)[None], step)[0])
+    assert found["ln_peak"] == pytest.approx(np.log(PEAK_N), abs=0.003)
+    assert found["ln_impulse"] == pytest.approx(np.log(2 * PEAK_N * TIME_S / np.pi), abs=0.003)
+    assert found["ln_width_half"] == pytest.approx(np.log(TIME_S * 2 / 3), abs=0.003)
+    assert found["ln_width_tenth"] == pytest.approx(np.log(TIME_S * (1 - 2 * np.arcsin(0.1) / np.pi)), abs=0.003)
+    assert found["rise_share"] == pytest.approx(0.5, abs=1e-3)
+    assert found["skew"] == pytest.approx(0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.4])
+def test_second_hit_counts_by_its_impulse(share: float) -> None:
+    """A second half sine of 0.6 of the length, a fifth of it later, has 0.6 of the impulse for each share of height."""
+    step = TIME_S / 400
+    time = np.arange(-200, 2000) * step
+    force = half_sine(time) + share * half_sine((time - 1.2 * TIME_S) / 0.6)
+    found = named(features(force[None], step)[0])
+    assert found["after_share"] == pytest.approx(0.6 * share / (1 + 0.6 * share), abs=2e-3)
+    assert found["ln_width_half"] == pytest.approx(np.log(TIME_S * 2 / 3), abs=0.003)
+
+
+@pytest.mark.parametrize("samples", [6, 9, 15, 40])
+def test_sampling_phase_makes_no_gap_of_its_own(samples: int) -> None:
+    rng = np.random.default_rng(samples)
+    found = np.array([sampled(samples, rng) for _ in range(30)])
+    assert np.abs((found.mean(axis=0) - EXACT) / TOLERANCE).max() < 0.3
+
+
+@pytest.mark.parametrize("samples", [6, 9, 15])
+def test_anti_alias_filter_makes_no_gap_of_its_own(samples: int) -> None:
+    step, finer = float(_PULSE.contact_time_s[0]) / samples, 32
+    rng = np.random.default_rng(samples)
+    fine = [(np.arange(-60 * finer, 60 * finer) + rng.integers(finer)) * step / finer for _ in range(10)]
+    found = np.array([features(decimated(hertz_at(time), finer)[None], step)[0] for time in fine])
+    assert np.abs((found.mean(axis=0) - EXACT) / TOLERANCE).max() < 0.3
+
+
+@settings(max_examples=20)
+@given(st.floats(0.01, 100), st.floats(0.05, 20))
+def test_force_and_time_scale(force: float, time: float) -> None:
+    step = TIME_S / 40
+    pulse = half_sine(np.arange(-20, 100) * step)[None]
+    change = features(force * pulse, time * step)[0] - features(pulse, step)[0]
+    expected = np.zeros(len(NAMES))
+    expected[:4] = np.log(force), np.log(force * time), np.log(time), np.log(time)
+    assert change == pytest.approx(expected, abs=1e-9)
+
+
+def test_pulse_backwards_has_the_opposite_skew() -> None:
+    time = np.arange(-50, 250) / 100
+    force = np.where((time > 0) & (time < 1), np.maximum(time, 0) ** 2 * (1 - time), 0.0)
+    there, back = (named(features(each[None], 1e-5)[0]) for each in (force, force[::-1]))
+    assert there["skew"] == pytest.approx(-back["skew"], abs=2e-3)
+    assert there["rise_share"] == pytest.approx(1 - back["rise_share"], abs=2e-3)
+    assert there["skew"] > 0.05
+
+
+def test_zero_line_is_removed() -> None:
+    time = np.arange(-30, 120) * TIME_S / 40
+    there, shifted = (Series(half_sine(time) + offset, 40 / TIME_S, float(time[0])) for offset in (0.0, 20.0))
+    assert series_features(shifted) == pytest.approx(series_features(there), abs=1e-12)
+    assert zeroed(shifted).values[-1] == 0.0
+
+
+def test_strongest_of_two_contacts_is_taken() -> None:
+    time = np.arange(-100, 600) * TIME_S / 40
+    one, two = half_sine(time), half_sine(time) + 0.6 * half_sine(time - 4 * TIME_S)
+    assert features(two[None], TIME_S / 40) == pytest.approx(features(one[None], TIME_S / 40), abs=1e-3)
+
+
+def test_no_force_has_no_features() -> None:
+    assert np.isnan(features(np.zeros((1, 50)), 1e-5)).all()
+    assert np.isnan(series_features(Series(np.full(50, np.nan), 1e5, 0.0))).all()
+
+
+@pytest.mark.parametrize("samples", [30, 1000])
+def test_noise_of_a_hundredth_stays_within_half_a_tolerance(samples: int) -> None:
+    rng, step = np.random.default_rng(1), TIME_S / samples
+    clean = half_sine(np.arange(-samples, 3 * samples) * step)
+    noisy = clean + 0.01 * PEAK_N * rng.standard_normal((60, clean.size))
+    off = (np.vstack([features(row[None], step) for row in noisy]) - features(clean[None], step)) / TOLERANCE
+    assert off.std(axis=0).max() < 0.6
+    assert np.abs(off.mean(axis=0)).max() < 0.5

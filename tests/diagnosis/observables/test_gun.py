@@ -1,0 +1,298 @@
+"""The gun's stage of a diagnosis against the gun itself: shots, sensors, sets at once, uncertain settings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pyroshock.diagnosis.observables.gun.stage import GunStage
+from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
+from pyroshock.twin.effects import Effect, catalogue, effect
+from pyroshock.twin.gun.bench import GunBench
+from pyroshock.twin.gun.effect import GunEffect
+from pyroshock.twin.gun.nominal import muzzle_velocity
+from pyroshock.twin.gun.shots import gun_velocity
+
+BENCH = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 0.9)
+PRESSURES, MASSES = (0.3e5, 1.2e5, 4e5), (0.25, 1.0)
+GUN = [kind() for kind in catalogue().values() if issubclass(kind, GunEffect)]
+SENSORS = [
+    effect("sensor.pressure_offset", offset_pa=4e3),
+    effect("sensor.pressure_gain", gain=1.1),
+    effect("sensor.velocity_gain", gain=0.9),
+]
+EACH = pytest.mark.parametrize("each", [*GUN, *SENSORS], ids=lambda each: each.id)
+
+
+def record(repeats: int = 3, **changed: object) -> CampaignRecord:
+    """Six settings; the pressure of a repetition is off by 1 % of it, the middle one is on it."""
+    at = [(p, m) for p in PRESSURES for m in MASSES]
+    configurations = tuple(Configuration(f"{p:g} Pa, {m:g} kg", {"tank_pressure": p, "bullet_mass": m}) for p, m in at)
+    runs = tuple(
+        Run(c, 6 * j + c, j + 1, 6 * j + c, p * (1 + 0.01 * (j - repeats // 2)), m, 10.0 + c, 0.05 * (10.0 + c))
+        for j in range(repeats)
+        for c, (p, m) in enumerate(at)
+    )
+    return replace(CampaignRecord("six settings", "gun", configurations, runs, BENCH), **changed)
+
+
+def without(stage_record: CampaignRecord, row: int, **missing: object) -> CampaignRecord:
+    runs = list(stage_record.runs)
+    runs[row] = replace(runs[row], **missing)
+    return replace(stage_record, runs=tuple(runs))
+
+
+def pressures(of: CampaignRecord) -> np.ndarray:
+    return np.array([run.tank_pressure_pa for run in of.runs])
+
+
+def masses(of: CampaignRecord) -> np.ndarray:
+    return np.array([run.bullet_mass_kg for run in of.runs])
+
+
+#: Travels of the two bullets: the second one is longer, and has less of the barrel before it.
+TRAVELS = {0.25: 0.885, 1.0: 0.6}
+
+
+def with_travels(of: CampaignRecord) -> CampaignRecord:
+    return replace(of, runs=tuple(replace(run, travel_m=TRAVELS[run.bullet_mass_kg]) for run in of.runs))
+
+
+def of_bullet(values: np.ndarray, of: CampaignRecord, mass_kg: float) -> np.ndarray:
+    """Rows of the configurations with this bullet."""
+    return values[[c.factors["bullet_mass"] == mass_kg for c in of.configurations]]
+
+
+def test_each_bullet_has_its_own_travel() -> None:
+    """Eq. 2.16 with each bullet's L."""
+    six = record()
+    shown = GunStage(with_travels(six)).simulated()[:, 0]
+    for mass, travel in TRAVELS.items():
+        rows = masses(six) == mass
+        expected = np.log(muzzle_velocity(replace(BENCH, travel_m=travel), pressures(six)[rows], masses(six)[rows]))
+        assert shown[rows] == pytest.approx(expected, rel=1e-12)
+
+
+@EACH
+def test_effects_act_over_each_bullet_s_travel(each: Effect) -> None:
+    mixed = GunStage(with_travels(record()))
+    found = mixed.changes([[each], []])
+    for mass, travel in TRAVELS.items():
+        alone = GunStage(record(gun=replace(BENCH, travel_m=travel)))
+        np.testing.assert_allclose(
+            of_bullet(found[0], mixed.record, mass),
+            of_bullet(alone.changes([[each]])[0], mixed.record, mass),
+            rtol=1e-5,
+        )
+
+
+@pytest.mark.parametrize("name", ["travel_m", "friction_coefficient", "bullet_mass_kg"])
+def test_uncertain_settings_act_over_each_bullet_s_travel(name: str) -> None:
+    mixed = GunStage(with_travels(record()), {name: 0.01})
+    for mass, travel in TRAVELS.items():
+        alone = GunStage(record(gun=replace(BENCH, travel_m=travel)), {name: 0.01})
+        np.testing.assert_allclose(
+            of_bullet(mixed.nuisances()[name], mixed.record, mass),
+            of_bullet(alone.nuisances()[name], mixed.record, mass),
+            rtol=1e-6,
+        )
+
+
+def test_nominal_is_eq_2_16() -> None:
+    six = record()
+    expected = np.log(muzzle_velocity(BENCH, pressures(six), masses(six)))
+    assert GunStage(six).simulated()[:, 0] == pytest.approx(expected, rel=1e-12)
+
+
+def test_measured_is_the_logarithm() -> None:
+    assert GunStage(record()).measured()[:6, 0] == pytest.approx(np.log(np.arange(10.0, 16.0)))
+
+
+def test_residual_of_a_perfect_bench_is_nothing() -> None:
+    six = record()
+    runs = tuple(replace(run, velocity_m_s=v) for run, v in zip(six.runs, GunStage(six).output(), strict=True))
+    assert GunStage(replace(six, runs=runs)).residuals() == pytest.approx(np.zeros((18, 1)), abs=1e-12)
+
+
+def test_floor_is_the_stated_uncertainty() -> None:
+    assert GunStage(record()).observables[0].floor == pytest.approx(0.05)
+
+
+def test_floor_is_assumed_where_none_is_stated() -> None:
+    six = record()
+    runs = tuple(replace(run, velocity_u_m_s=None) for run in six.runs)
+    assert GunStage(replace(six, runs=runs)).observables[0].floor == 0.01
+
+
+@EACH
+def test_effects_are_the_guns(each: Effect) -> None:
+    six = record()
+    true_pressure, gain = pressures(six), 1.0
+    if each.id == "sensor.pressure_offset":
+        true_pressure = true_pressure - 4e3
+    elif each.id == "sensor.pressure_gain":
+        true_pressure = true_pressure / 1.1
+    elif each.id == "sensor.velocity_gain":
+        gain = 0.9
+    acting = [each] if isinstance(each, GunEffect) else []
+    expected = np.log(gain * gun_velocity(BENCH, true_pressure, masses(six), acting).velocity_m_s)
+    assert GunStage(six).simulated([each])[:, 0] == pytest.approx(expected, rel=1e-5)
+
+
+def test_pressure_is_undone_backwards_and_velocity_shown_last() -> None:
+    six = record()
+    true_pressure = (pressures(six) - 4e3) / 1.1
+    expected = gun_velocity(BENCH, true_pressure, masses(six), [effect("gun.back_pressure")]).velocity_m_s
+    stage, effects = GunStage(six), [*SENSORS, effect("gun.back_pressure")]
+    assert stage.simulated(effects)[:, 0] == pytest.approx(np.log(0.9 * expected), rel=1e-12)
+    assert stage.output(effects) == pytest.approx(expected, rel=1e-12)
+
+
+def test_true_pressures_pass_no_sensor() -> None:
+    six = record()
+    expected = muzzle_velocity(BENCH, pressures(six) + 5e3, masses(six))
+    given_pressures = [float(p) for p in pressures(six) + 5e3]
+    assert GunStage(six).output(SENSORS, given_pressures) == pytest.approx(expected, rel=1e-12)
+
+
+def test_shot_that_stays_in_the_barrel_is_nan() -> None:
+    stage = GunStage(record(1))
+    stuck = [effect("gun.sliding_friction", seal_force_n=100.0)]
+    assert list(np.isnan(stage.simulated(stuck)[:, 0])) == [True, True, False, False, False, False]
+    assert list(np.isnan(stage.changes([stuck])[0, :, 0])) == [True, True, False, False, False, False]
+    assert list(np.isnan(stage.output(stuck))) == [True, True, False, False, False, False]
+
+
+@pytest.mark.parametrize("name", ["tank_pressure_pa", "bullet_mass_kg", "velocity_m_s"])
+def test_run_without_a_reading_is_nan(name: str) -> None:
+    residuals = GunStage(without(record(1), 2, **{name: None})).residuals()
+    assert list(np.flatnonzero(np.isnan(residuals[:, 0]))) == [2]
+
+
+def test_arrays_of_parameters_go_with_the_runs() -> None:
+    six, share = without(record(1), 2, tank_pressure_pa=None), np.linspace(0, 1, 6)
+    together = GunStage(six).simulated([effect("gun.heat_exchange", share=share)])
+    alone = [GunStage(six).simulated([effect("gun.heat_exchange", share=s)])[c, 0] for c, s in enumerate(share)]
+    assert together[:, 0] == pytest.approx(alone, rel=1e-12, nan_ok=True)
+
+
+def test_changes_of_mixed_sets_are_those_one_by_one() -> None:
+    stage = GunStage(record())
+    sets: list[list[Effect]] = [
+        [],
+        [effect("gun.blow_by", wear_m=2e-4)],
+        [effect("sensor.pressure_offset", offset_pa=-2e3), effect("gun.blow_by")],
+        [effect("contact.viscous_loss")],
+        [effect("gun.blow_by"), effect("sensor.pressure_offset", offset_pa=5e3)],
+        [effect("gun.blow_by", wear_m=4e-4), effect("contact.viscous_loss"), effect("sensor.force_gain")],
+        [effect("gun.valve_flow", loss_coefficient=3.0)],
+    ]
+    alone = [(stage.simulated(effects) - stage.simulated())[6:12] for effects in sets]
+    assert stage.changes(sets) == pytest.approx(np.array(alone), abs=1e-9)
+
+
+@settings(max_examples=25)
+@given(
+    st.lists(
+        st.tuples(st.floats(-3e4, 2e4), st.floats(0.8, 1.25), st.floats(0.0, 1.0)).map(
+            lambda x: [
+                effect("sensor.pressure_offset", offset_pa=x[0]),
+                effect("sensor.velocity_gain", gain=x[1]),
+                effect("gun.heat_exchange", share=x[2]),
+            ]
+        ),
+        min_size=1,
+        max_size=5,
+    )
+)
+def test_changes_do_not_hang_on_company(sets: list[list[Effect]]) -> None:
+    stage = GunStage(record(1))
+    found = stage.changes(sets)
+    assert found.shape == (len(sets), 6, 1)
+    for k, effects in enumerate(sets):
+        assert found[k] == pytest.approx(stage.changes([effects])[0], abs=1e-12)
+
+
+def test_changes_of_nothing_are_nothing() -> None:
+    stage = GunStage(record())
+    kinds = [type(each) for each in (*GUN, *SENSORS)]
+    off = [kind(**{item.name: item.off for item in kind.parameters()}) for kind in kinds]
+    assert np.all(stage.changes([[], *[[each] for each in off]]) == 0)
+
+
+def test_cost_grows_with_configurations_not_with_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    fired: list[int] = []
+
+    def counted(*given: object, **more: object) -> object:
+        fired.append(np.size(given[1]))
+        return gun_velocity(*given, **more)
+
+    stage = GunStage(record(30))
+    monkeypatch.setattr("pyroshock.diagnosis.observables.gun.stage.gun_velocity", counted)
+    stage.changes([[effect("gun.blow_by", wear_m=w)] for w in (1e-4, 2e-4, 3e-4)])
+    assert sorted(fired) == [6, 18]
+
+
+def test_shown_are_the_guns_and_three_sensors_effects() -> None:
+    gun = [identity for identity in catalogue() if identity.startswith("gun.")]
+    sensors = ["sensor.pressure_gain", "sensor.pressure_offset", "sensor.velocity_gain"]
+    assert list(GunStage(record()).shows) == [*gun, *sensors]
+
+
+def test_nothing_shows_without_velocities() -> None:
+    six = record()
+    runs = tuple(replace(run, velocity_m_s=None) for run in six.runs)
+    assert GunStage(replace(six, runs=runs)).shows == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "sd"), [("friction_coefficient", 0.05), ("tank_volume_m3", 1e-4), ("travel_m", 0.01), ("efficiency", 0.02)]
+)
+def test_nuisance_is_a_standard_deviations_change(name: str, sd: float) -> None:
+    six, h = record(), 1e-3
+    moved = [replace(BENCH, **{name: getattr(BENCH, name) + sign * h * sd}) for sign in (1, -1)]
+    high, low = (GunStage(replace(six, gun=bench)).simulated()[6:12] for bench in moved)
+    column = GunStage(six, {name: sd}).nuisances()[name]
+    assert column.shape == (6, 1)
+    assert column == pytest.approx((high - low) / (2 * h), rel=1e-6)
+
+
+def test_uncertain_mass_is_minus_a_half_of_its_share_without_friction() -> None:
+    free = replace(BENCH, friction_coefficient=0.0)
+    columns = GunStage(replace(record(), gun=free), {"bullet_mass_kg": 0.01, "tank_pressure_pa": 1e3}).nuisances()
+    mass, pressure = masses(record())[:6], np.repeat(PRESSURES, 2)
+    assert columns["bullet_mass_kg"][:, 0] == pytest.approx(-0.005 / mass, rel=1e-4)
+    assert columns["tank_pressure_pa"][:, 0] == pytest.approx(500 / pressure, rel=1e-4)
+
+
+def test_efficiency_of_one_has_one_side() -> None:
+    ideal = replace(record(), gun=replace(BENCH, efficiency=1.0))
+    assert GunStage(ideal, {"efficiency": 0.02}).nuisances()["efficiency"] == pytest.approx(0.02, rel=1e-3)
+
+
+def test_certain_settings_are_no_nuisances() -> None:
+    assert GunStage(record()).nuisances() == GunStage(record(), {"travel_m": 0.0}).nuisances() == {}
+
+
+@pytest.mark.parametrize("uncertain", [{"tank_volume": 1e-4}, {"travel_m": -0.01}, {"travel_m": float("nan")}])
+def test_unknown_uncertainties_are_refused(uncertain: dict[str, float]) -> None:
+    with pytest.raises(ValueError, match=next(iter(uncertain))):
+        GunStage(record(), uncertain)
+
+
+def test_hammer_campaign_has_no_gun() -> None:
+    with pytest.raises(ValueError, match="no gun"):
+        GunStage(record(gun=None))
+
+
+@pytest.mark.parametrize("identity", [*(e.id for e in GUN), "sensor.pressure_gain", "sensor.pressure_offset"])
+def test_likely_values_are_allowed_and_few(identity: str) -> None:
+    kind = catalogue()[identity]
+    searched = {item.name: item.likely for item in kind.parameters() if item.likely is not None}
+    assert all(1 <= len(names) <= 2 for names in kind.regimes or (tuple(searched),))
+    for item in kind.parameters():
+        low, high = item.likely or (item.low, item.high)
+        assert item.low <= low < high <= item.high

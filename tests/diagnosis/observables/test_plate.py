@@ -1,0 +1,269 @@
+"""The plate's stage of a diagnosis against played campaigns: planted effects come back, by sign, size and order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pyroshock.diagnosis.observables.plate.force import on_clock, true_force
+from pyroshock.diagnosis.observables.plate.stage import PlateStage
+from pyroshock.diagnosis.record import Run, Series
+from pyroshock.twin.effects import Effect, catalogue, effect
+from support.records.plate_records import plate, played
+
+#: Each effect at a size that benches have, and one of the other sign or a harder one.
+PLANTED = [
+    effect("plate.damping", factor=2.0),
+    effect("plate.damping", factor=0.5),
+    effect("plate.stiffness", frequency_factor=0.94),
+    effect("plate.stiffness", frequency_factor=1.08),
+    effect("plate.sensor_mass", mass_kg=0.15),
+    effect("plate.boundary", support_frequency_hz=110.0),
+    effect("sensor.acceleration_gain", gain=0.8),
+    effect("sensor.mount_resonance", period_s=1e-4),
+    effect("sensor.zero_shift", share=0.03, decay_time_s=0.25),
+    effect("sensor.force_gain", gain=1.2),
+    effect("sensor.force_bandwidth", time_constant_s=3e-5),
+    effect("sensor.force_bandwidth", time_constant_s=0.0, corner_period_s=2e-4),
+]
+NOISE = 0.003
+
+
+def in_tolerances(stage: PlateStage, gap: np.ndarray, part: str = "") -> np.ndarray:
+    """(R, d') of the columns whose name has `part`."""
+    columns = [i for i, each in enumerate(stage.observables) if part in each.name]
+    assert columns
+    return gap[:, columns] / [stage.observables[i].tolerance for i in columns]
+
+
+def rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.nanmean(values**2)))
+
+
+def left(record_effects: Sequence[Effect], noise: float = NOISE) -> tuple[PlateStage, np.ndarray, np.ndarray]:
+    """Stage, gap before and gap after the planted effects are added, both in tolerances."""
+    stage = PlateStage(played(record_effects, noise=noise))
+    after = stage.measured() - stage.simulated(record_effects)
+    return stage, in_tolerances(stage, stage.residuals()), in_tolerances(stage, after)
+
+
+@pytest.fixture(scope="module")
+def nominal() -> PlateStage:
+    return PlateStage(played(noise=NOISE))
+
+
+def test_plate_without_effects_leaves_no_gap() -> None:
+    stage = PlateStage(played())
+    assert np.nanmax(np.abs(in_tolerances(stage, stage.residuals()))) < 0.3
+
+
+def test_noise_stays_within_tolerances(nominal: PlateStage) -> None:
+    assert rms(in_tolerances(nominal, nominal.residuals())) < 0.3
+
+
+@pytest.mark.parametrize("planted", PLANTED, ids=lambda each: each.id)
+def test_planted_effect_closes_its_own_gap(planted: Effect) -> None:
+    _, before, after = left([planted])
+    assert rms(after) < 0.35
+    assert rms(before) > 2 * rms(after)
+
+
+def test_two_effects_close_their_gap() -> None:
+    _, before, after = left(
+        [effect("plate.stiffness", frequency_factor=1.07), effect("sensor.acceleration_gain", gain=1.2)]
+    )
+    assert rms(after) < 0.35 < 5 < rms(before)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "values", "part", "rising"),
+    [
+        ("plate.damping", "factor", (0.5, 3.0), "ln damping", True),
+        ("plate.stiffness", "frequency_factor", (0.92, 1.09), "ln frequency", True),
+        ("plate.sensor_mass", "mass_kg", (0.05, 0.25), "ln frequency", False),
+        ("plate.boundary", "support_frequency_hz", (40.0, 140.0), "ln frequency", True),
+        ("sensor.acceleration_gain", "gain", (0.7, 1.4), "ln amplitude", True),
+        ("sensor.force_gain", "gain", (0.7, 1.4), "ln amplitude", False),
+        ("sensor.mount_resonance", "period_s", (5e-5, 1.2e-4), "ln amplitude", True),
+        ("sensor.zero_shift", "share", (-0.04, 0.04), "rest", True),
+    ],
+)
+def test_gap_goes_the_effects_way(
+    name: str, parameter: str, values: tuple[float, float], part: str, rising: bool
+) -> None:
+    stages = [PlateStage(played([effect(name, **{parameter: value})], noise=NOISE)) for value in values]
+    sizes = [float(np.nanmean(in_tolerances(stage, stage.residuals(), part))) for stage in stages]
+    assert np.all(np.diff(sizes) > 0) == rising
+    assert np.all(np.diff(sizes) < 0) != rising
+
+
+@pytest.mark.parametrize("identity", ["plate.damping", "plate.stiffness", "plate.boundary", "sensor.acceleration_gain"])
+def test_changes_are_monotone_over_what_is_likely(nominal: PlateStage, identity: str) -> None:
+    kind = catalogue()[identity]
+    name, likely = next((item.name, item.likely) for item in kind.parameters() if item.likely is not None)
+    changes = nominal.changes([[kind(**{name: float(value)})] for value in np.linspace(*likely, 9)])
+    part = {"plate.damping": "ln damping", "sensor.acceleration_gain": "spectrum"}.get(identity, "ln frequency")
+    columns = [i for i, each in enumerate(nominal.observables) if part in each.name]
+    assert np.all(np.diff(changes[:, :, columns], axis=0) > 0)
+
+
+def test_sets_at_once_are_those_one_by_one(nominal: PlateStage) -> None:
+    sets = [[each] for each in PLANTED] + [PLANTED[:1] + PLANTED[6:7], []]
+    together = nominal.changes(sets)
+    assert np.array_equal(together, np.concatenate([nominal.changes([each]) for each in sets]))
+
+
+@pytest.mark.parametrize("planted", PLANTED, ids=lambda each: each.id)
+def test_changes_are_differences_of_simulations(nominal: PlateStage, planted: Effect) -> None:
+    rows, _ = nominal.usual()
+    expected = nominal.simulated([planted])[rows] - nominal.simulated()[rows]
+    assert nominal.changes([[planted]])[0] == pytest.approx(expected, abs=1e-9)
+
+
+def test_effects_of_other_stages_do_nothing(nominal: PlateStage) -> None:
+    others = [effect("gun.blow_by"), effect("contact.viscous_loss"), effect("sensor.velocity_gain", gain=1.1)]
+    assert np.all(nominal.changes([others]) == 0)
+
+
+def test_effects_that_do_nothing_change_nothing(nominal: PlateStage) -> None:
+    off = [
+        catalogue()[identity](**{item.name: item.off for item in catalogue()[identity].parameters()})
+        for identity in nominal.shows
+    ]
+    assert nominal.changes([[each] for each in off]) == pytest.approx(0, abs=1e-9)
+
+
+def test_true_force_from_upstream_passes_no_sensor(nominal: PlateStage) -> None:
+    forces = [run.force for run in nominal.record.runs]
+    gain = [effect("sensor.force_gain", gain=1.3)]
+    assert nominal.simulated(gain, forces) == pytest.approx(nominal.simulated((), forces))
+
+
+def test_twice_the_force_from_upstream_is_6_db_more(nominal: PlateStage) -> None:
+    twice = [
+        None if run.force is None else replace(run.force, values=2 * run.force.values) for run in nominal.record.runs
+    ]
+    gap = nominal.simulated((), twice) - nominal.simulated((), [run.force for run in nominal.record.runs])
+    columns = [i for i, each in enumerate(nominal.observables) if each.unit == "dB"]
+    assert gap[:, columns] == pytest.approx(20 * np.log10(2))
+
+
+def test_finer_upstream_force_gives_the_same(nominal: PlateStage) -> None:
+    coarse = [run.force for run in nominal.record.runs]
+    fine = [_resampled(force, 7.3) for force in coarse if force is not None]
+    gap = nominal.simulated((), fine) - nominal.simulated((), coarse)
+    assert np.nanmax(np.abs(in_tolerances(nominal, gap, "spectrum"))) < 0.4
+
+
+def test_run_without_acceleration_has_no_observables() -> None:
+    record = played()
+    bare = replace(record.runs[1], accelerations={})
+    stage = PlateStage(replace(record, runs=(record.runs[0], bare, *record.runs[2:])))
+    assert np.all(np.isnan(stage.measured()[1]))
+    assert np.isfinite(stage.residuals()[0]).any()
+
+
+def test_missing_channel_leaves_the_other() -> None:
+    record = played()
+    runs = tuple(_without(run, "acceleration_2") if run.order == 2 else run for run in record.runs)
+    stage = PlateStage(replace(record, runs=runs))
+    of_second = [i for i, each in enumerate(stage.observables) if each.channel == "acceleration_2"]
+    of_first = [i for i, each in enumerate(stage.observables) if each.channel == "acceleration_1"]
+    assert np.all(np.isnan(stage.measured()[2, of_second]))
+    assert np.isfinite(stage.measured()[2, of_first]).any()
+
+
+def test_dropped_modes_are_told() -> None:
+    stage = PlateStage(played(rate_hz=10_000.0))
+    assert "1 modes of the plate above 4500 Hz are left out: records end there" in stage.assumptions
+
+
+def test_no_plate_is_refused() -> None:
+    with pytest.raises(ValueError, match="no plate"):
+        PlateStage(replace(played(), plate=None))
+
+
+def test_foreign_channels_are_refused() -> None:
+    record = played()
+    runs = tuple(replace(run, accelerations={"a": run.accelerations["acceleration_1"]}) for run in record.runs)
+    with pytest.raises(ValueError, match="name the channels as the modal table does"):
+        PlateStage(replace(record, runs=runs))
+
+
+def test_unknown_position_is_refused() -> None:
+    table = plate()
+    two = replace(table, shape_impact=np.vstack([table.shape_impact] * 2), impact_points=("#1", "#2"))
+    record = played(bench=two)
+    wrong = replace(record.configurations[0], factors={"impact_position": "#7"})
+    with pytest.raises(ValueError, match="'#7' is not on the plate; it has #1, #2"):
+        PlateStage(replace(record, configurations=(wrong, *record.configurations[1:])))
+
+
+def test_every_observable_has_its_column(nominal: PlateStage) -> None:
+    names = [each.name for each in nominal.observables]
+    assert len(set(names)) == len(names) == nominal.measured().shape[1] <= 80
+
+
+def test_force_sensors_are_undone() -> None:
+    effects = [effect("sensor.force_gain", gain=0.8), effect("sensor.force_bandwidth", time_constant_s=2e-5)]
+    force = _resampled(played().runs[0].force, 8.0)
+    reading = force.values
+    for each in effects:
+        reading = each.measured_force_n(reading, 1 / force.sampling_rate_hz)  # type: ignore[attr-defined]
+    back = true_force(Series(reading, force.sampling_rate_hz, force.start_s), effects)
+    assert back.values == pytest.approx(force.values, abs=5e-3 * force.values.max())
+
+
+def test_slow_force_channel_makes_the_plate_early() -> None:
+    """It tells it from a mounting that resonates, which lifts the same lines."""
+    slow = PlateStage(played([effect("sensor.force_bandwidth", time_constant_s=4e-5)], noise=NOISE))
+    mounted = PlateStage(played([effect("sensor.mount_resonance", period_s=1.2e-4)], noise=NOISE))
+    # a low pass delays what oscillates at w by atan(w tau) / w: at high modes by less than tau
+    omega, weight = 2 * np.pi * slow.columns.frequency_hz, slow.columns.modes.weight
+    early = -(weight * omega * np.arctan(4e-5 * omega)).sum(axis=1) / (weight * omega**2).sum(axis=1)
+    assert np.nanmedian(slow.columns.modes.delay, axis=0) == pytest.approx(early, rel=0.03)
+    late = [i for i, each in enumerate(slow.observables) if "delay" in each.name]
+    assert slow.residuals()[:, late] * slow.signals.contact_s == pytest.approx(np.tile(early, (6, 1)), rel=0.05)
+    assert np.all(np.abs(in_tolerances(mounted, mounted.residuals(), "delay")) < 0.1)
+
+
+def test_long_uneven_contact_is_no_delay() -> None:
+    """Beside short ones, whose modes are all read: the phase of a force is no mode that begins the other way."""
+    contacts = [(2e-4, 900.0 + 200 * i) for i in range(4)] + [(c, 2000.0) for c in (4e-4, 5e-4, 6e-4, 8e-4)]
+    bench = [effect("plate.stiffness", frequency_factor=1.003)]
+    for skew in (1.3, 1.5):
+        stage = PlateStage(played(bench, contacts=contacts, skew=skew, noise=1e-4))
+        late = in_tolerances(stage, stage.residuals(), "delay")
+        assert np.isfinite(late).all()
+        assert np.abs(late).max() < 0.1
+
+
+def test_short_upstream_contact_keeps_its_impulse() -> None:
+    force = Series(np.array([0.0, 1e4, 0.0]), 1e6, 3.3e-6)
+    got = on_clock(force, 0.0, 2e-5, 10)
+    assert got.sum() * 2e-5 == pytest.approx(1e4 / 1e6)
+
+
+def test_damping_example_says_more_damping(shared: object) -> None:
+    from pathlib import Path
+
+    from pyroshock.diagnosis.reading import read_folder
+
+    stage = PlateStage(read_folder(Path(str(shared)) / "examples" / "plate-damping"))
+    assert np.nanmin(in_tolerances(stage, stage.residuals(), "ln damping")) > 3
+    after = stage.measured() - stage.simulated([effect("plate.damping", factor=1.95)])
+    assert rms(in_tolerances(stage, after)) < 0.35 * rms(in_tolerances(stage, stage.residuals()))
+
+
+def _resampled(force: Series | None, finer: float) -> Series:
+    assert force is not None
+    rate = force.sampling_rate_hz * finer
+    count = int((force.values.size - 1) * finer)
+    time = force.start_s + np.arange(count) / rate
+    return Series(np.interp(time, force.time_s, force.values), rate, force.start_s)
+
+
+def _without(run: Run, channel: str) -> Run:
+    return replace(run, accelerations={name: each for name, each in run.accelerations.items() if name != channel})

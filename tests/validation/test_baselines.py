@@ -1,0 +1,104 @@
+"""The simple ways of answering, on problems whose answer is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from pyroshock.validation.baselines import BASELINES, bic, largest_residual, noise_only
+from pyroshock.validation.problem import Floats, Problem
+from pyroshock.validation.random_forest_baseline import Forest, features, most_frequent
+
+A, B = "gun.blow_by", "contact.plastic_yield"
+C = 12
+SLOPE = np.linspace(-1, 1, C)
+
+
+def problem(z: Floats, sigma: float = 0.1, stage: str = "gun") -> Problem:
+    """One observable; effect A moves it evenly by 0.1 to 3 tolerances, effect B along a slope."""
+    sizes = np.linspace(0.1, 3.0, 30)[:, None]
+    return Problem(
+        z=z,
+        noise=sigma**2 * np.eye(C),
+        stage=np.array([stage] * C),
+        configuration=np.arange(C),
+        observable=np.zeros(C, dtype=np.intp),
+        changes={A: sizes * np.ones(C), B: sizes * SLOPE},
+        parameters={A: 1, B: 1},
+    )
+
+
+@pytest.mark.parametrize("name", ["noise-only evidence", "BIC"])
+@pytest.mark.parametrize(("truth", "z"), [(A, np.full(C, 1.5)), (B, 1.5 * SLOPE), ("none", np.zeros(C))])
+def test_planted_effect_is_found(name: str, truth: str, z: Floats) -> None:
+    said = BASELINES[name](problem(z + 0.1 * np.random.default_rng(3).standard_normal(C)))
+    assert max(said, key=lambda label: said[label]) == truth
+    assert sum(said.values()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("answer", [noise_only, bic])
+def test_background_is_taken_for_an_effect(answer) -> None:
+    """What they fall short in: a background within tolerance that no effect of the catalogue makes."""
+    z = 0.4 * np.sin(1.5 * SLOPE)
+    assert answer(problem(z, sigma=0.05))["none"] < 0.01
+
+
+def test_evidence_is_the_mean_of_the_likelihood() -> None:
+    """One cell, one place: z = 1 with sigma 1 against a change of 1; both sides by hand."""
+    one = Problem(
+        z=np.array([1.0]),
+        noise=np.array([[1.0 - 1e-4]]),
+        stage=np.array(["gun"]),
+        configuration=np.array([0]),
+        observable=np.array([0]),
+        changes={A: np.array([[1.0]])},
+        parameters={A: 1},
+    )
+    odds = (5 / 7) / (2 / 7) * math.exp(0.5)
+    assert noise_only(one)[A] == pytest.approx(odds / (1 + odds))
+    assert bic(one)[A] == pytest.approx(1 / (1 + math.exp(-0.5)))  # ln 1 = 0: its parameter costs nothing
+
+
+def test_largest_residual_names_the_stage_s_most_frequent() -> None:
+    assert largest_residual(problem(np.full(C, 2.0))) == {A: 1.0}
+    assert largest_residual(problem(np.full(C, 2.0), stage="contact")) == {B: 1.0}
+    assert largest_residual(problem(np.full(C, 2.0)), {"gun": "gun.dead_volume"}) == {"gun.dead_volume": 1.0}
+    assert largest_residual(problem(np.full(C, 0.5))) == {"none": 1.0}
+
+
+def test_most_frequent_effect_of_each_stage() -> None:
+    labels = [A, A, "gun.dead_volume", B, f"{A}+{B}", "none", "unknown"]
+    assert most_frequent(labels) == {"gun": A, "contact": B}
+
+
+def test_features_have_one_length() -> None:
+    few, many = problem(np.zeros(C)), problem(np.zeros(C))
+    grown = Problem(
+        np.ones(4 * 50),
+        np.eye(4 * 50),
+        np.array(["plate"] * 200),
+        np.repeat(np.arange(4), 50),
+        np.tile(np.arange(50), 4),
+        {},
+        {},
+    )
+    assert features(few).shape == features(many).shape == features(grown).shape
+    assert np.isfinite(features(grown)).all()
+
+
+def test_forest_learns_two_shapes() -> None:
+    rng = np.random.default_rng(5)
+    shapes = {A: np.ones(C), B: SLOPE, "none": np.zeros(C)}
+    rows = [
+        (name, problem(size * shape + 0.1 * rng.standard_normal(C)))
+        for name, shape in shapes.items()
+        for size in rng.uniform(1, 3, 20)
+    ]
+    forest = Forest.trained(
+        ["gun"] * len(rows), [features(p) for _, p in rows], [name for name, _ in rows], seed=1, trees=50
+    )
+    said = forest.answer("gun", problem(2 * SLOPE))
+    assert max(said, key=lambda label: said[label]) == B
+    assert sum(said.values()) == pytest.approx(1.0)
+    assert forest.answer("plate", problem(2 * SLOPE)) == {}

@@ -1,0 +1,185 @@
+"""Scores of answers whose results are known."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pyroshock.twin.effects import catalogue
+from pyroshock.validation.auroc import auroc, found_above, threshold_at
+from pyroshock.validation.case_places import f1
+from pyroshock.validation.case_results import Row, Said
+from pyroshock.validation.metrics import figures
+from pyroshock.validation.reliability import brier, calibration_error, label_set, negative_log
+from pyroshock.validation.stage_names import stages_of
+from pyroshock.validation.wilson import Rate, wilson
+from support.records.blind_rows import DRAG, LAYER, LEAK, label, says, stranger, verdict
+
+
+def test_wilson_is_the_published_one() -> None:
+    """Newcombe, Stat. Med. 17 (1998) 857, Table I: 81 of 263, 15 of 148, 0 of 20, 1 of 29."""
+    assert wilson(81, 263) == pytest.approx((0.2553, 0.3662), abs=1e-4)
+    assert wilson(15, 148) == pytest.approx((0.0624, 0.1605), abs=1e-4)
+    assert wilson(0, 20) == pytest.approx((0.0, 0.1611), abs=1e-4)
+    assert wilson(1, 29) == pytest.approx((0.0061, 0.1718), abs=1e-4)
+
+
+def test_rate_of_nothing_is_no_rate() -> None:
+    assert Rate.of([]).as_json() == {"value": None, "low": 0.0, "high": 1.0, "n": 0}
+
+
+def test_auroc_of_known_ranks() -> None:
+    assert auroc([0.9, 0.8], [0.1, 0.2]) == 1.0
+    assert auroc([0.1], [0.9, 0.2]) == 0.0
+    assert auroc([0.5], [0.5, 0.5]) == 0.5
+    assert auroc([0.4, 0.8], [0.3, 0.6]) == 0.75
+    assert math.isnan(auroc([], [0.5]))
+
+
+@given(st.lists(st.integers(0, 9), min_size=1), st.lists(st.integers(0, 9), min_size=1))
+def test_auroc_is_the_share_of_pairs_in_order(these: list[int], others: list[int]) -> None:
+    pairs = [(a > b) + 0.5 * (a == b) for a in these for b in others]
+    assert auroc([float(a) for a in these], [float(b) for b in others]) == pytest.approx(sum(pairs) / len(pairs))
+
+
+@given(st.lists(st.floats(0, 1), min_size=1, max_size=200))
+def test_no_more_false_ones_than_allowed(others: list[float]) -> None:
+    least = threshold_at(0.05, others)
+    assert sum(found_above(others, least)) <= 0.05 * len(others)
+
+
+def test_recall_where_a_twentieth_is_false() -> None:
+    least = threshold_at(0.05, [i / 100 for i in range(100)])
+    assert found_above([0.94, 0.941, 0.99], least) == [False, True, True]
+
+
+def test_calibrated_answers_have_no_calibration_error() -> None:
+    rng = np.random.default_rng(1)
+    p = rng.uniform(size=40_000)
+    assert calibration_error(p, rng.uniform(size=p.size) < p) < 0.01
+
+
+def test_calibration_error_is_how_far_one_is_off() -> None:
+    assert calibration_error(np.full(10, 0.9), np.arange(10) < 6) == pytest.approx(0.3)
+    assert calibration_error(np.array([0.25, 0.95]), np.array([False, True])) == pytest.approx(0.15)
+
+
+def test_nll_and_brier_of_known_answers() -> None:
+    rows = [says(label(LEAK), {LEAK: 0.5, "none": 0.5}), says(label(LEAK), {LEAK: 1.0})]
+    assert negative_log(rows) == pytest.approx(math.log(2) / 2)
+    assert brier(rows) == pytest.approx((0.25 + 0.25) / 2)
+
+
+def test_smallest_set_with_nine_tenths() -> None:
+    assert label_set({"a": 0.5, "b": 0.05, "c": 0.45}) == ("a", "c")
+    assert label_set({"a": 0.9, "b": 0.1}) == ("a",)
+    assert label_set({}) == ()
+
+
+def test_first_label_group_and_two() -> None:
+    said = Said.of("c", verdict(([LEAK, DRAG], 0.7, [0.6, 0.4]), ([LAYER], 0.2, None), (["none"], 0.1, None)))
+    found = figures("t", [Row(label(each), said) for each in (LEAK, DRAG, LAYER, "gun.valve_flow")])
+    hits = [each.hits for each in (found.first, found.first_group, found.first_two, found.first_two_groups)]
+    assert hits == [1, 2, 2, 3]
+    assert found.first.n == 4
+    assert found.group_size == 2
+
+
+def test_none_is_right_for_a_gap_within_tolerance() -> None:
+    """It is no single effect to be found, and no false alarm either; its probability counts as right."""
+    found = figures("t", [says(label(LEAK, gap_in_tolerances=0.5), {"none": 0.9, DRAG: 0.1})])
+    assert (found.first.n, found.false_alarms.n, found.covered.hits) == (0, 0, 1)
+    assert found.mistaken == ()
+
+
+def test_false_alarms_are_of_campaigns_without_effect() -> None:
+    rows = [says(label(), {"none": 0.7, LEAK: 0.3}), says(label(), {"unknown": 1.0}), says(label(LEAK), {DRAG: 1.0})]
+    assert figures("t", rows).false_alarms == Rate(1, 2)
+
+
+def test_two_effects_both_or_one() -> None:
+    truth = label(LEAK, LAYER)
+    said = [f"{LAYER}+{LEAK}", f"{LEAK}+{DRAG}", LAYER, DRAG]
+    found = figures("t", [says(truth, {each: 1.0}) for each in said])
+    assert (found.both, found.at_least_one) == (Rate(1, 4), Rate(3, 4))
+
+
+def test_unknown_effects_rank_above_the_others() -> None:
+    rows = [says(stranger(), {"unknown": p, LEAK: 1 - p}) for p in (0.9, 0.4)]
+    rows += [says(label(LEAK), {"unknown": p, LEAK: 1 - p}) for p in (0.1, 0.3)]
+    found = figures("t", rows).unknown
+    assert (found.auroc, found.declared, found.wrongly) == (1.0, Rate(1, 2), Rate(0, 2))
+
+
+def test_crash_is_a_wrong_answer_everywhere() -> None:
+    crash = Said("c", error="ValueError: it broke")
+    rows = [Row(truth, crash) for truth in (label(), label(LEAK), label(LEAK, LAYER), stranger())]
+    found = figures("t", rows)
+    assert found.errors == ("c: ValueError: it broke",) * 4
+    assert (found.first, found.first_group, found.first_two, found.first_two_groups) == (Rate(0, 1),) * 4
+    assert (found.false_alarms, found.both, found.at_least_one) == (Rate(1, 1), Rate(0, 1), Rate(0, 1))
+    assert (found.unknown.declared, found.covered, found.stage.hits) == (Rate(0, 1), Rate(0, 4), 0)
+    assert found.confusion["none"] == {"no answer": 1}
+    assert found.reliability.nll == pytest.approx(-math.log(1e-6))
+
+
+def test_stage_is_the_first_one_named() -> None:
+    said = Said("c", stages=("contact", "gun"))
+    rows = [Row(label(LAYER, stages=("contact",)), said), Row(label(LEAK, stages=("gun",)), said)]
+    assert figures("t", rows).stage == Rate(1, 2)
+
+
+def test_answer_without_stages_has_that_of_its_effect() -> None:
+    rows = [says(label(LAYER, stages=("contact",)), {said: 1.0}) for said in (LAYER, "sensor.force_gain", LEAK, "none")]
+    assert figures("t", rows).stage == Rate(2, 4)
+
+
+def test_region_is_scored_where_the_effect_has_one() -> None:
+    here = label(LAYER, inside=(0, 1, 2, 3))
+    rows = [Row(here, Said("c", inside=((0, 1),))), Row(here, Said("c")), Row(label(LEAK), Said("c", inside=((0,),)))]
+    found = figures("t", rows)
+    assert (found.region_f1, found.regions) == (pytest.approx((2 / 3 + 0) / 2), 2)
+
+
+@given(st.sets(st.integers(0, 20)), st.sets(st.integers(0, 20), min_size=1))
+def test_f1_is_one_only_for_the_same_set(named: set[int], true: set[int]) -> None:
+    assert (f1(named, true) == 1.0) == (named == true)
+    assert 0 <= f1(named, true) <= 1
+
+
+@pytest.mark.parametrize("effect", catalogue())
+def test_every_effect_has_its_stage(effect: str) -> None:
+    assert set(stages_of(effect)) <= {"gun", "contact", "plate"}
+    assert stages_of(effect)
+
+
+def test_shrinkage_beside_the_right_effect_s() -> None:
+    said = [Said("c", shrinkage={"fraction": f, "ci90": [0.5, 0.8]}) for f in (0.8, 0.6, None)]
+    truths = (0.8, 0.8, 0.8)
+    rows = [Row(label(LEAK), s, {"fraction": f, "true_fraction": 0.7}) for s, f in zip(said, truths, strict=True)]
+    found = figures("t", [*rows, Row(label(LEAK), said[0], {"fraction": None})]).shrinkage
+    assert (found.ratio_median, found.n) == (pytest.approx(0.75), 3)
+    assert found.covered == Rate(3, 3)
+
+
+def test_shuffled_labels_give_chance() -> None:
+    """Right answers to other cases: one in five is right by luck, and the ranks tell nothing."""
+    rng = np.random.default_rng(2)
+    truths = [stranger() if i % 5 == 0 else label(list(catalogue())[i % 5]) for i in range(2000)]
+    answers = [{t.key: 0.9, "none": 0.1} for t in truths]
+    order = rng.permutation(len(truths))
+    right = figures("t", [says(t, a) for t, a in zip(truths, answers, strict=True)])
+    shuffled = figures("t", [says(t, answers[i]) for t, i in zip(truths, order, strict=True)])
+    assert (right.first.value, right.unknown.auroc) == (1.0, 1.0)
+    assert shuffled.first.value == pytest.approx(0.2, abs=0.04)
+    assert shuffled.unknown.auroc == pytest.approx(0.5, abs=0.04)
+    assert shuffled.reliability.ece > 0.6
+
+
+def test_figures_are_json() -> None:
+    for rows in ([], [says(label(LEAK), {LEAK: 1.0})]):
+        json.dumps(figures("t", rows).as_json(), allow_nan=False)

@@ -1,0 +1,168 @@
+"""The blind check from end to end: draw, publish hashes, record and answer, and only then open the labels."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from ..compute.crew import Crew
+from ..compute.mapping import mapped
+from ..diagnosis.options import Options
+from ..schema.outputs import write_bytes, write_text
+from . import oracle_fit
+from .baseline_training import trained
+from .case_plan import BENCHES, TIERS, Task, drawn, tasks
+from .cases.case import Label as Opened
+from .cases.record import label_of
+from .cases.sealing import new_key, open_labels, publish, seal_labels
+from .journal import Journal
+from .report import Report
+from .results_io import SCORED, write_rows
+from .run_case import PATIENCE_S, Job, answered, lost
+from .tally import rows_of, scored
+
+#: Called with (done, total, what).
+Progress = Callable[[int, int, str], None]
+#: Who answers, unless others are asked.
+CREW = Crew(jobs=2)
+#: What of a diagnosis is scored: not the next experiment, and no pictures.
+OPTIONS = Options(plan=False, draw=False)
+_SETTINGS, _KEY, _SEALED, _PUBLISHED = "check.json", "key", "labels.sealed", "published.txt"
+_ANSWERS, _ORACLES = "answers.jsonl", "oracles.jsonl"
+
+
+def run(
+    cases: int,
+    seed: int,
+    tiers: Sequence[str] = tuple(TIERS),
+    *,
+    crew: Crew = CREW,
+    folder: Path | None = None,
+    progress: Progress | None = None,
+    options: Options | None = None,
+    baselines: bool = True,
+    learn_from: int | None = None,
+    oracle: bool = True,
+    split: str = "sealed",
+    kinds: Sequence[str] = (),
+    patience_s: float = PATIENCE_S,
+) -> Report:
+    """`cases` of each tier, answered by `crew` and scored.
+
+    With a `folder` hashes, sealed labels, key and answers are kept there, and a check that was stopped goes on. The
+    forest among the baselines learns from `learn_from` campaigns, by default as many as are scored; 0: no forest.
+    `split`: of families, laws and seeds. `kinds`: these alone, in the tiers in which kinds take turns. A case that
+    takes longer than `patience_s` has no answer.
+    Raises `ValueError` for a tier that there is not and for a folder of another check, `SealError` for a folder of
+    other labels than were published.
+    """
+    tell, options = progress or (lambda *_: None), options or OPTIONS
+    work = tasks(cases, seed, tiers, split, kinds)
+    with _place(folder) as place:
+        asked: dict[str, Any] = {"cases": cases, "seed": seed, "tiers": list(dict.fromkeys(tiers)), "split": split}
+        asked |= {"kinds": list(kinds)} if kinds else {}
+        _same_check(place, asked | {"shrinkage": options.shrink})
+        published = _published(place, work, crew, tell)
+        said = _answers(place, [Job(task, options, baselines) for task in work], crew, tell, patience_s)
+        learn = (len(work) if learn_from is None else learn_from) if baselines else 0
+        forest = trained(learn, seed, crew, tell) if learn else None
+        opened = _opened(place, published)
+        truths = dict(zip((task.name for task in work), opened, strict=True))
+        best = _oracles(place, work, truths, said, options, crew, tell) if oracle else {}
+        write_rows(place / SCORED, asked, rows_of(work, truths, said, best))
+    return Report(cases, seed, published=published, **scored(work, truths, said, best, forest))
+
+
+def _published(place: Path, work: Sequence[Task], crew: Crew, tell: Progress) -> tuple[str, ...]:
+    """Hashes of all labels, before anything is diagnosed; those of an earlier start where there are some."""
+    if not (place / _PUBLISHED).exists():
+        labels = _labels(work, crew, tell)
+        key = new_key()
+        (place / _SEALED).unlink(missing_ok=True)  # of a start that was stopped before it published
+        write_bytes(place / _KEY, key)
+        seal_labels(labels, place / _SEALED, key)
+        write_text(place / _PUBLISHED, "\n".join(publish(labels, key)) + "\n")
+    return tuple((place / _PUBLISHED).read_text(encoding="utf-8").split())
+
+
+def _same_check(place: Path, settings: dict[str, Any]) -> None:
+    file = place / _SETTINGS
+    if file.exists() and json.loads(file.read_text(encoding="utf-8")) != settings:
+        raise ValueError(f"{place}: holds a check with other settings; expected a new folder, or {file.read_text()}")
+    write_text(file, json.dumps(settings))
+
+
+def _opened(place: Path, published: Sequence[str]) -> list[Opened]:
+    return open_labels(place / _SEALED, (place / _KEY).read_bytes(), published)
+
+
+def _answers(
+    place: Path, work: Sequence[Job], crew: Crew, tell: Progress, patience_s: float
+) -> dict[str, dict[str, Any]]:
+    journal = Journal(place / _ANSWERS)
+    known = journal.read()
+    left = [job for job in work if job.task.name not in known]
+    tell(len(work) - len(left), len(work), "answers")
+    for job, answer in mapped(crew, answered, left, lost=lost, patience_s=patience_s):
+        journal.add(answer)
+        known[job.task.name] = answer
+        tell(len(known), len(work), "answers")
+    return {job.task.name: known[job.task.name] for job in work}
+
+
+def _oracles(
+    place: Path,
+    work: Sequence[Task],
+    truths: Mapping[str, Opened],
+    said: Mapping[str, dict[str, Any]],
+    options: Options,
+    crew: Crew,
+    tell: Progress,
+) -> dict[str, dict[str, Any]]:
+    """For one effect with a gap beyond tolerance, and for the answers about benches that named an effect."""
+    journal = Journal(place / _ORACLES)
+    known = journal.read()
+    wanted = [
+        task
+        for task in work
+        if (len(truths[task.name].strengths) == 1 and not truths[task.name].within_tolerance)
+        or (task.tier in BENCHES and said[task.name].get("fitted"))
+    ]
+    asked = [
+        oracle_fit.Asked(task, options, tuple(said[task.name].get("fitted", ())))
+        for task in wanted
+        if task.name not in known and "added" not in said[task.name]
+    ]
+    answers = mapped(crew, oracle_fit.oracle, asked, lost=oracle_fit.lost, patience_s=PATIENCE_S)
+    for done, (_, found) in enumerate(answers, start=1):
+        journal.add(found)
+        known[found["case"]] = found
+        tell(done, len(asked), "oracles")
+    return known
+
+
+def _labels(work: Sequence[Task], crew: Crew, tell: Progress) -> list[Opened]:
+    """Of every task, in their order: nobody is to tell a case by when it was finished."""
+    found: dict[str, Opened] = {}
+    for task, label in mapped(crew, _labelled, work):
+        found[task.name] = label
+        tell(len(found), len(work), "labels sealed")
+    return [found[task.name] for task in work]
+
+
+def _labelled(task: Task) -> Opened:
+    return label_of(*drawn(task))
+
+
+@contextmanager
+def _place(folder: Path | None) -> Iterator[Path]:
+    if folder is None:
+        with tempfile.TemporaryDirectory(prefix="pyroshock-blind-check-") as name:
+            yield Path(name)
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    yield folder

@@ -1,0 +1,163 @@
+"""Which cases are drawn for which tier. The same seed, the same cases, in whichever process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from .cases.case import KINDS, Case
+from .cases.draw import draw_case
+from .cases.many import draw_foreign, draw_foreign_bench, draw_realistic
+
+
+class Mix(NamedTuple):
+    """What a tier is drawn from: gaps over floor by name, causes with their shares, roughness of the background."""
+
+    gaps: tuple[str, ...]
+    causes: Mapping[str, float]
+    rough: bool = False
+
+
+class Bench(NamedTuple):
+    """A tier on which many effects act: kinds take turns, and the seeds of the splits are apart from each other."""
+
+    kinds: tuple[str, ...]
+    draw: Callable[[str, np.random.Generator, str], Case]
+
+
+def _realistic(kind: str, rng: np.random.Generator, split: str) -> Case:  # noqa: ARG001 - one signature for all
+    return draw_realistic(kind, rng)
+
+
+def _realistic_large(kind: str, rng: np.random.Generator, split: str) -> Case:  # noqa: ARG001 - as above
+    return draw_realistic(kind, rng, full_scale=True)
+
+
+_USUAL = {"catalogue": 0.6, "none": 0.2, "unknown": 0.2}
+#: Cases whose own effect is taken out of the catalogue.
+LEFT_OUT = "left out"
+#: Gaps over floor below 1.5, to 3, to 6, to 20; two effects; a rougher background than assumed; an effect left out.
+MIXES: Mapping[str, Mix] = {
+    "weak": Mix(("weak",), _USUAL),
+    "middle": Mix(("middle",), _USUAL),
+    "strong": Mix(("strong",), _USUAL),
+    "very strong": Mix(("very strong",), _USUAL),
+    "two": Mix(("any",), {"two": 1.0}),
+    "rough": Mix(("middle", "strong", "very strong"), _USUAL, rough=True),
+    LEFT_OUT: Mix(("strong", "very strong"), {"catalogue": 1.0}),
+}
+
+
+def _foreign_one(kind: str, rng: np.random.Generator, split: str) -> Case:
+    return draw_foreign(kind, rng, laws_of(split), effects=1)
+
+
+def _foreign_two(kind: str, rng: np.random.Generator, split: str) -> Case:
+    return draw_foreign(kind, rng, laws_of(split), effects=2)
+
+
+def _foreign_large(kind: str, rng: np.random.Generator, split: str) -> Case:
+    return draw_foreign_bench(kind, rng, laws_of(split))
+
+
+def laws_of(split: str) -> str:
+    """The second laws of a split: what is not sealed is for development."""
+    return "sealed" if split == "sealed" else "development"
+
+
+#: The virtual bench as it is, all effects at once, at full scale with gaps of 10 to 60 tolerances; and one effect, two,
+#: and five to seven at full scale by second laws.
+BENCHES: Mapping[str, Bench] = {
+    "realistic": Bench(KINDS, _realistic),
+    "realistic full scale": Bench(KINDS, _realistic_large),
+    "foreign one": Bench(KINDS, _foreign_one),
+    "foreign two": Bench(KINDS, _foreign_two),
+    "foreign full scale": Bench(KINDS, _foreign_large),
+}
+#: Several tiers by one name.
+GROUPS: Mapping[str, tuple[str, ...]] = {"foreign": ("foreign one", "foreign two", "foreign full scale")}
+#: Every tier. The place of a tier is part of its seeds: new ones come last.
+TIERS: Mapping[str, Mix | Bench] = {**MIXES, **BENCHES}
+#: Splits of causes, laws and seeds; what is tuned may look at all but the sealed one.
+SPLITS = ("development", "calibration", "sealed")
+#: Seeds of the tables in the documentation, by split: the same cases, for whoever runs the check.
+SEEDS: Mapping[str, int] = {"development": 26_110, "calibration": 26_111, "sealed": 26_112}
+_REDRAWS = 8
+
+
+@dataclass(frozen=True)
+class Task:
+    """One case to come, by its name; `split` says which effects outside the catalogue, and which laws, may be drawn.
+
+    `kind` is empty where it is drawn with the case.
+    """
+
+    name: str
+    tier: str
+    seed: tuple[int, ...]
+    split: str = "sealed"
+    kind: str = ""
+
+
+def tasks(cases: int, seed: int, tiers: Sequence[str], split: str = "sealed", kinds: Sequence[str] = ()) -> list[Task]:
+    """So many cases of each tier, tier by tier; of `kinds` alone where some are named, in the tiers that take turns.
+
+    Raises `ValueError` for a tier or kind that there is not.
+    """
+    if cases < 1:
+        raise ValueError(f"{cases} cases: expected at least 1 of each tier")
+    for tier in tiers:
+        if tier not in TIERS:
+            raise ValueError(f"tier {tier!r}: expected one of {', '.join(TIERS)}")
+    for kind in kinds:
+        if kind not in KINDS:
+            raise ValueError(f"kind {kind!r}: expected one of {', '.join(KINDS)}")
+    return [
+        task
+        for tier in dict.fromkeys(tiers)
+        for task in (
+            _in_turn(cases, seed, tier, split, kinds) if tier in BENCHES else _of_mix(cases, seed, tier, split)
+        )
+    ]
+
+
+def _of_mix(cases: int, seed: int, tier: str, split: str) -> list[Task]:
+    place = list(TIERS).index(tier)
+    return [Task(f"{tier.replace(' ', '-')}-{i:04d}", tier, (seed, place, i), split) for i in range(cases)]
+
+
+def _in_turn(cases: int, seed: int, tier: str, split: str, kinds: Sequence[str]) -> list[Task]:
+    """The same cases of a kind, whichever kinds are asked for beside it."""
+    place, able = list(TIERS).index(tier), [kind for kind in BENCHES[tier].kinds if kind in (kinds or KINDS)]
+    rows = []
+    for i in range(cases if able else 0):
+        kind, number = able[i % len(able)], i // len(able)
+        seeds = (seed, place, SPLITS.index(split), KINDS.index(kind), number)
+        rows.append(Task(f"{tier.replace(' ', '-')}-{kind}-{number:04d}", tier, seeds, split, kind))
+    return rows
+
+
+@lru_cache(maxsize=64)
+def drawn(task: Task) -> tuple[Case, int]:
+    """The case of a task and the seed of its recording. Raises `ValueError` where no case comes of it."""
+    rng = np.random.default_rng(task.seed)
+    if task.tier in BENCHES:
+        case = BENCHES[task.tier].draw(task.kind, rng, task.split)
+        return case, int(rng.integers(2**31))
+    mix = MIXES[task.tier]
+    cause = str(rng.choice(list(mix.causes), p=list(mix.causes.values())))
+    gaps = str(rng.choice(mix.gaps))
+    for attempt in range(_REDRAWS):
+        kind = str(rng.choice(KINDS))
+        try:
+            case = draw_case(kind, gaps, rng, cause=cause, split=task.split, rough=mix.rough)
+        except ValueError:  # this kind of campaign cannot show such a gap, or hardly
+            if attempt == _REDRAWS - 1:
+                raise
+            continue
+        return case, int(rng.integers(2**31))
+    raise AssertionError("unreachable")

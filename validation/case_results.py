@@ -1,0 +1,153 @@
+"""What is scored: what was really wrong with a campaign, and what was said of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+from ..diagnosis.verdict import NONE, UNKNOWN
+from .stage_names import stages_of
+
+
+@dataclass(frozen=True)
+class Label:
+    """The withheld truth of one case.
+
+    `effects` are ids of the catalogue: none of them for a campaign without effect and for one whose effect lies outside
+    the catalogue, which has a `family` instead. `gap_in_floors` and `gap_in_tolerances` are of the effect alone,
+    without background. `stages` are those in whose observables it shows; `inside` names the configurations (by their
+    place in the record) where it acts, where it does not act in all of them. `shares` of the squared gap by effect, by
+    leaving one out, and `shapley`; `shown` are the effects that such a campaign could show, acting or not.
+    """
+
+    case: str
+    tier: str
+    kind: str
+    effects: tuple[str, ...] = ()
+    family: str = ""
+    gap_in_floors: float = 0.0
+    gap_in_tolerances: float = 0.0
+    stages: tuple[str, ...] = ()
+    inside: tuple[int, ...] | None = None
+    rough: bool = False
+    shares: Mapping[str, float] = field(default_factory=dict)
+    shapley: Mapping[str, float] = field(default_factory=dict)
+    shown: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> str:
+        """As a diagnosis would say it: "none", "unknown", an id, or "a+b" in the order of the alphabet."""
+        return UNKNOWN if self.family else "+".join(sorted(self.effects)) or NONE
+
+    @property
+    def within_tolerance(self) -> bool:
+        """Then "none" is a right answer, too."""
+        return self.key == NONE or self.gap_in_tolerances < 1.0
+
+    @property
+    def accepted(self) -> frozenset[str]:
+        return frozenset({self.key, NONE}) if self.within_tolerance else frozenset({self.key})
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One entry of an answer: labels by falling share of its probability."""
+
+    labels: tuple[str, ...]
+    probability: float
+    shares: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Said:
+    """An answer as it is scored. `error` is the reason where there is none: it counts as wrong wherever it can.
+
+    `stages` in the order named; `inside` the configurations of each named region; `shrinkage` the report's entry that
+    is held out by configuration. `shares` by effect: of the squared gap, with its interval's ends. `naive` is the
+    fraction of the gap that the naive joint fit takes away, held out.
+    """
+
+    case: str
+    entries: tuple[Entry, ...] = ()
+    stages: tuple[str, ...] = ()
+    inside: tuple[tuple[int, ...], ...] = ()
+    shrinkage: Mapping[str, Any] | None = None
+    seconds: float = float("nan")
+    error: str = ""
+    shares: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    naive: float | None = None
+    memory_mb: float | None = None
+
+    @classmethod
+    def of(cls, case: str, verdict: Mapping[str, Any], inside: Sequence[Sequence[int]] = ()) -> Self:
+        """From a verdict's JSON."""
+        where = verdict.get("where", {})
+        held = [entry for entry in verdict.get("shrinkage", ()) if entry["held_out_by"] == "configuration"]
+        return cls(
+            case,
+            tuple(sorted((_entry(cause) for cause in verdict["causes"]), key=lambda e: -e.probability)),
+            tuple(stage["name"] for stage in where.get("stage", ())),
+            tuple(tuple(int(i) for i in each) for each in inside),
+            held[0] if held else None,
+            float(verdict.get("seconds", float("nan"))),
+            shares={row["effect"]: (row["share"], *row["ci90"]) for row in verdict.get("effects") or ()},
+            naive=verdict.get("naive"),
+            memory_mb=verdict.get("memory_mb"),
+        )
+
+    @classmethod
+    def from_probabilities(cls, case: str, probabilities: Mapping[str, float], seconds: float = float("nan")) -> Self:
+        """An answer that is a probability for each label: its stage is that of the likeliest effect."""
+        falling = sorted(probabilities.items(), key=lambda item: -item[1])
+        entries = tuple(Entry((_key(k),), float(p), (1.0,)) for k, p in falling)
+        named = [name for name in (falling[0][0] if falling else "").split("+") if "." in name]
+        return cls(case, entries, tuple(s for name in named for s in stages_of(name)), seconds=seconds)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """In the order in which the report is read: the first entry's, then the second's."""
+        return tuple(label for entry in self.entries for label in entry.labels)
+
+    @property
+    def named(self) -> tuple[frozenset[str], ...]:
+        """Effects that the first entry names, a set for each of its alternatives, the likeliest first; empty sets for
+        "none" and "unknown"."""
+        first = self.entries[0].labels if self.entries else ()
+        return tuple(frozenset(name for name in label.split("+") if "." in name) for label in first)
+
+    @property
+    def probabilities(self) -> dict[str, float]:
+        """Of each label; they sum to what the entries do."""
+        found: dict[str, float] = {}
+        for entry in self.entries:
+            for label, share in zip(entry.labels, entry.shares, strict=True):
+                found[label] = found.get(label, 0.0) + entry.probability * share
+        return found
+
+    def probability(self, accepted: frozenset[str]) -> float:
+        return sum(p for label, p in self.probabilities.items() if label in accepted)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One case: the truth, and what was said. `oracle` is the shrinkage of the right effect, where it was asked for."""
+
+    label: Label
+    said: Said
+    oracle: Mapping[str, Any] | None = field(default=None)
+
+
+def _entry(cause: Mapping[str, Any]) -> Entry:
+    labels = tuple(_key(each) for each in cause["effects"])
+    split = cause.get("split") or [1.0 / len(labels)] * len(labels)
+    order = sorted(range(len(labels)), key=lambda i: -split[i])
+    total = sum(split) or 1.0
+    return Entry(
+        tuple(labels[i] for i in order), float(cause["probability"]), tuple(float(split[i]) / total for i in order)
+    )
+
+
+def _key(label: str) -> str:
+    """Two effects that act together are the same pair in either order."""
+    return "+".join(sorted(label.split("+")))

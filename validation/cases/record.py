@@ -1,0 +1,124 @@
+"""Records a case: a campaign folder without a word of what it hides, and the label that tells it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+
+from ...virtualbench.recorder import CampaignCard, Value, write_card, write_recording, write_runs
+from ...virtualbench.seal import folder_hash
+from ...virtualbench.sensors import SensorBuild
+from .attribution import attribution
+from .case import Case, Label, tier_of
+from .cause import Cause
+from .changes import changes, gaps
+from .designs import design
+from .plates import CHANNELS, Plate, plate_of
+from .playing import Played, played
+from .shooting import gun_stage
+from .sizing import whole_cause
+from .strength import shown_by
+
+_DATE = "2026-01-01"
+_FORCE = SensorBuild("force", "force", "N", 1e7)
+_ACCELERATIONS = tuple(SensorBuild(name, "acceleration", "m/s2", 1e7) for name in CHANNELS)
+
+
+def record_case(case: Case, folder: Path, seed: int, *, name: str | None = None) -> Label:
+    """Write the campaign folder of a case (new or empty) and return its label; the same arguments, the same bytes.
+
+    Raises `ValueError` for a folder that is not empty.
+    """
+    if folder.exists() and any(folder.iterdir()):
+        raise ValueError(f"{folder}: there is something already; expected a new or empty folder")
+    folder.mkdir(parents=True, exist_ok=True)
+    rows: list[dict[str, str]] = []
+    for number, run in enumerate(played(case, seed), start=1):
+        rows.append(_row(case, number, run, folder))
+    write_runs(folder, rows)
+    if case.kind in ("plate", "chain"):
+        (folder / "plate_modes.csv").write_text(_modal_table(plate_of(case.kind, case.design), case.decoys))
+    write_card(folder, _card(case, name or folder.name))
+    return replace(label_of(case, seed), folder_sha256=folder_hash(folder))
+
+
+def label_of(case: Case, seed: int) -> Label:
+    """The label of a case but for the folder's hash: it can be published before the campaign is recorded."""
+    moved = changes(case.kind, case.design, whole_cause(case))
+    sizes = gaps(moved)
+    stage = max(sizes, key=lambda name: sizes[name])
+    ratio = sizes[stage] / case.floor
+    names = list(case.strengths)
+    alone = {n: gaps(changes(case.kind, case.design, _alone(case, n))) for n in names} if len(names) > 1 else {}
+    parts = attribution(case.kind, case.design, whole_cause(case))
+    settings = design(case.kind, case.design)
+    return Label(
+        kind=case.kind,
+        cause=case.cause,
+        tier=tier_of(ratio),
+        ratio=ratio,
+        stage=stage if ratio > 0 else None,
+        gap=sizes,
+        floor=dict.fromkeys(sizes, case.floor),
+        alone={n: max(each.values()) / case.floor for n, each in alone.items()} or dict.fromkeys(names, ratio),
+        strengths=dict(case.strengths),
+        family=case.unknown,
+        background=asdict(case.background),
+        decoys=dict(case.decoys),
+        region={"insulator": "polymeric"} if names == ["contact.layer_compliance"] else {},
+        configurations=tuple(setting.factors() for setting in settings),
+        changes={name: rows.tolist() for name, rows in moved.items()},
+        seed=seed,
+        left_out=parts.left_out,
+        shapley=parts.shapley,
+        shown=shown_by(case.kind, case.design),
+        laws=case.laws,
+    )
+
+
+def _alone(case: Case, name: str) -> Cause:
+    return whole_cause(replace(case, strengths={name: case.strengths[name]}))
+
+
+def _row(case: Case, number: int, run: Played, folder: Path) -> dict[str, str]:
+    """A row of runs.csv; its recording is written."""
+    factors = {key: str(value) for key, value in run.setting.factors().items()}
+    row = {"run": str(number), "repetition": str(run.repetition), **factors}
+    if run.velocity_m_s is not None:
+        column = "measured_velocity_m_s" if run.setting.tank_pressure_bar else "impact_velocity_m_s"
+        row[column] = f"{run.velocity_m_s:.6g}"
+    if run.velocity_u_m_s is not None:
+        row["measured_velocity_u_m_s"] = f"{run.velocity_u_m_s:.4g}"
+    if run.channels:
+        row["recording"] = f"recordings/{number:04d}.npz"
+        channels = {name: values.astype(np.float32) for name, values in run.channels.items()}
+        write_recording(folder / row["recording"], channels, case.sampling_rate_hz)
+    return row
+
+
+def _card(case: Case, name: str) -> CampaignCard:
+    bench: dict[str, Mapping[str, Value]] = {}
+    if case.kind in ("gun", "chain"):
+        bench["gun"] = _misstated(gun_stage(case.kind, case.design), case.decoys)
+    if case.kind == "hammer":
+        bench["hammer"] = _misstated({"mass_kg": design(case.kind, case.design)[0].mass_kg}, case.decoys)
+    sensors: tuple[SensorBuild, ...] = () if case.kind == "gun" else (_FORCE,)
+    if case.kind in ("plate", "chain"):
+        bench["plate"] = {"modes": "plate_modes.csv"}
+        sensors = (_FORCE, *_ACCELERATIONS)
+    kind = "gun" if case.kind in ("gun", "chain") else "hammer"
+    return CampaignCard(name, kind, _DATE, sensors, "withheld-cause campaign", bench)
+
+
+def _misstated(table: Mapping[str, Value], decoys: Mapping[str, float]) -> dict[str, Value]:
+    return {k: v * decoys.get(k, 1.0) if isinstance(v, float) else v for k, v in table.items()}
+
+
+def _modal_table(plate: Plate, decoys: Mapping[str, float]) -> str:
+    from ...virtualbench.plate.table import modal_table
+
+    modes = plate.table
+    return modal_table(replace(modes, damping=modes.damping * decoys.get("damping_ratio", 1.0)), 0)

@@ -1,0 +1,80 @@
+"""What a withheld campaign's plate does: accelerations under a pulse, and the spectra in which they are compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...virtualbench.plate.modes import PlateModes
+from ...virtualbench.plate.respond import respond
+from ...virtualbench.second_laws.sensors import accelerations_read
+from ...virtualbench.sensors.faults import zero_shift
+from ...virtualbench.sensors.mounting import mounted
+from .designs import Setting
+from .plates import Plate
+from .spectra import spectrum_db, third_octaves
+from .striking import Pulse
+
+Floats = NDArray[np.float64]
+
+#: The force between two samples of the recorder is followed at so many times its rate.
+RATIO = 8
+SAMPLES = 8192
+#: An accelerometer's mounting resonates here at strength 1 of sensor.mount_resonance.
+MOUNT_HZ, MOUNT_DAMPING = 45e3, 0.02
+SHIFT_DECAY_S = 0.25
+#: Momentum (N s) of a modal hammer for each m/s.
+_MOMENTUM_KG = 0.05
+
+
+@lru_cache(maxsize=256)
+def modal_pulse(pulse_s: float, speed_m_s: float) -> Pulse:
+    """The pulse of a modal hammer whose tip sets its length: a blow's momentum is that of its speed."""
+    phase = np.linspace(0, 1, 400)
+    shape = np.sin(np.pi * phase**1.08) ** 1.6
+    step = pulse_s / (phase.size - 1)
+    return Pulse(shape * (_MOMENTUM_KG * speed_m_s / (shape.sum() * step)), step)
+
+
+def accelerations(modes: PlateModes, pulse: Pulse, start_s: float, rate_hz: float, samples: int = SAMPLES) -> Floats:
+    """True accelerations (S, n) in m/s^2 of a plate at rest that a pulse meets at `start_s` of the recorder's clock."""
+    time = np.arange(samples) / rate_hz
+    fine = 1 / (rate_hz * RATIO)
+    first = int(start_s / fine) - 1
+    grid = np.asarray((first + np.arange(int(pulse.force_n.size * pulse.step_s / fine) + 4)) * fine, dtype=np.float64)
+    return respond(modes, grid, pulse.on(grid - start_s), time, bandwidth_hz=np.inf)
+
+
+def felt(acceleration: Floats, rate_hz: float, strengths: Mapping[str, float], laws: str = "") -> Floats:
+    """What the accelerometers show (S, n) of true accelerations."""
+    if laws:
+        return accelerations_read(acceleration, rate_hz, strengths, laws, MOUNT_HZ)
+    mount = strengths.get("sensor.mount_resonance", 0.0)
+    if mount:
+        rows = [mounted(row, 1 / rate_hz, MOUNT_HZ / mount, MOUNT_DAMPING) for row in acceleration]
+        acceleration = np.array(rows)
+    acceleration = acceleration * (1 + strengths.get("sensor.acceleration_gain", 0.0))
+    share = strengths.get("sensor.zero_shift", 0.0)
+    if share:
+        shifts = [zero_shift(row, 1 / rate_hz, share, SHIFT_DECAY_S) for row in acceleration]
+        acceleration = acceleration + np.array(shifts)
+    return acceleration
+
+
+def lines_hz(plate: Plate) -> Floats:
+    """Third octaves from half of the lowest mode to the highest one of a table."""
+    frequencies = plate.table.frequencies_hz
+    return third_octaves(0.5 * float(frequencies[0]), float(frequencies[-1]))
+
+
+def levels_db(acceleration: Floats, plate: Plate, rate_hz: float) -> Floats:
+    """Spectra (S * lines,) of records (S, n)."""
+    return spectrum_db(acceleration, rate_hz, lines_hz(plate)).ravel()
+
+
+def pulses_of(settings: Sequence[Setting]) -> list[Pulse]:
+    """A modal hammer's pulse for each setting."""
+    return [modal_pulse(setting.pulse_s, setting.speed_m_s) for setting in settings]

@@ -1,0 +1,79 @@
+"""Background and scatter of pulses' shapes and of the plate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...virtualbench.plate.modes import PlateModes
+from .background import background
+from .case import TOLERANCES, Case
+from .designs import design
+from .plates import plate_of
+from .scatter import heavy
+from .striking import Pulse
+
+Floats = NDArray[np.float64]
+
+#: One tolerance of a mode's frequency, damping and shape.
+FREQUENCY, DAMPING, SHAPE = 0.002, 0.10, 0.06
+#: Every part of the plate's background and of its scatter adds to the spectra: this share of each.
+_PART = 0.6
+#: Of a run's scatter, in each mode and in each sensor's gain: a line of a spectrum averages over its modes.
+_SPREAD = 0.85
+_DB = 20 / np.log(10)
+
+
+def warped(pulse: Pulse, weights: Floats, tolerance: float) -> Pulse:
+    """A pulse whose force changes smoothly over its length by a tolerance times the weights (2,): skewed, fuller."""
+    phase = np.linspace(-1, 1, pulse.force_n.size)
+    shape = 0.5 * weights[0] * np.sin(np.pi * phase) + 0.5 * weights[1] * np.cos(2 * np.pi * phase)
+    return replace(pulse, force_n=pulse.force_n * (1 + tolerance * shape))
+
+
+@dataclass(frozen=True, eq=False)
+class PlateBackground:
+    """Errors that stay: of each mode's frequency and damping (m,), of its shape at each sensor (S, m), ln of gains of
+    each configuration (C, S). `spread`: of one run, ln."""
+
+    frequency: Floats
+    damping: Floats
+    shapes: Floats
+    configurations: Floats
+    spread: float
+
+    @classmethod
+    def of(cls, case: Case) -> PlateBackground:
+        plate, what = plate_of(case.kind, case.design), case.background
+        rng = np.random.default_rng([what.seed, 9])
+        size, modes = float(np.hypot(what.smooth, what.white)), plate.listed
+        octaves = np.log2(plate.table.frequencies_hz)
+        sway = np.sin(2 * np.pi * octaves / rng.uniform(3, 6, (2, 1)) + rng.uniform(0, 2 * np.pi, (2, 1)))
+        smooth, white = what.smooth / size, what.white / size
+        shapes = smooth * np.sqrt(2) * sway + white * rng.standard_normal((2, modes))
+        gains = background(what, design(case.kind, case.design), 2, "plate")
+        return cls(
+            frequency=FREQUENCY * size * rng.standard_normal(modes),
+            damping=DAMPING * size * rng.standard_normal(modes),
+            shapes=_PART * SHAPE * size * shapes,
+            configurations=_PART * TOLERANCES["plate"] / _DB * gains,
+            spread=case.floor * TOLERANCES["plate"] / _DB * case.repetitions**0.5,
+        )
+
+    def applied(self, modes: PlateModes, configuration: int, rng: np.random.Generator) -> PlateModes:
+        """The modes as one run finds them."""
+        scatter = _SPREAD * self.spread * heavy(rng, modes.frequencies_hz.size)
+        gain = np.exp(self.configurations[configuration])[:, None]
+        return replace(
+            modes,
+            frequencies_hz=modes.frequencies_hz * (1 + self.frequency),
+            damping=modes.damping * np.exp(self.damping),
+            shape_impact=modes.shape_impact * np.exp(scatter),
+            shapes=modes.shapes * np.exp(self.shapes) * gain,
+        )
+
+    def gains(self, rng: np.random.Generator) -> Floats:
+        """Scatter of each sensor in one run (S, 1)."""
+        return np.asarray(np.exp(_SPREAD * self.spread * heavy(rng, 2, 1)))

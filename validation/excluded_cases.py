@@ -1,0 +1,57 @@
+"""The other way round: an effect of the catalogue is taken out of it, and put back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..diagnosis.verdict import UNKNOWN
+from .answer_sets import first_entry
+from .case_places import stage_hits
+from .case_results import Label, Row, Said
+from .wilson import Rate
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Without the effect: `unknown` was the first answer, `others` when a remaining effect was, and `stage` was named.
+    With it: `found` first, or in the first group; `fraction` of the gap that disappeared (median), of `n` with a gap.
+
+    `instead`: by the effect left out, what was said for it and how often.
+    """
+
+    n: int
+    unknown: Rate
+    others: Rate
+    stage: Rate
+    found: Rate
+    fraction: float
+    instead: Mapping[str, Mapping[str, int]]
+
+    def as_json(self) -> dict[str, Any]:
+        rates = {name: getattr(self, name).as_json() for name in ("unknown", "others", "stage", "found")}
+        fraction = self.fraction if np.isfinite(self.fraction) else None
+        return {"n": self.n, **rates, "fraction": fraction, "instead": {k: dict(v) for k, v in self.instead.items()}}
+
+
+def left_out(labels: Sequence[Label], without: Sequence[Said], added: Sequence[Said]) -> LeftOut:
+    """From what was said without and with the effect of each label."""
+    first = [said.labels[0] if said.labels else "" for said in without]
+    shares = [(said.shrinkage or {}).get("fraction") for said in added]
+    known = [share for share in shares if share is not None]
+    instead: dict[str, dict[str, int]] = {}
+    for label, name in sorted(zip(labels, first, strict=True), key=lambda item: item[0].key):
+        counts = instead.setdefault(label.key, {})
+        counts[name or "no answer"] = counts.get(name or "no answer", 0) + 1
+    return LeftOut(
+        n=len(labels),
+        unknown=Rate.of(name == UNKNOWN for name in first),
+        others=Rate.of("." in name for name in first),
+        stage=stage_hits([Row(label, said) for label, said in zip(labels, without, strict=True)]),
+        found=Rate.of(first_entry(Row(label, said)) for label, said in zip(labels, added, strict=True)),
+        fraction=float(np.median(known)) if known else float("nan"),
+        instead=instead,
+    )

@@ -1,0 +1,103 @@
+"""What the right effects would have done: the twin's laws of them, fitted on the same kind of folds."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..diagnosis.chain import stages_of
+from ..diagnosis.gap import GapTable
+from ..diagnosis.gap_reduction.interval import fraction
+from ..diagnosis.gap_reduction.measure import measured
+from ..diagnosis.gap_size import Metric
+from ..diagnosis.inference.held_out import fit_fold
+from ..diagnosis.inference.model_search import search
+from ..diagnosis.inference.problem import InferenceProblem
+from ..diagnosis.observables.base import Stage
+from ..diagnosis.options import Options
+from ..diagnosis.reading import read_folder
+from ..twin.effects import Effect, catalogue, effect_from_json
+from .case_plan import Task, drawn
+from .cases.case import Case
+from .cases.record import record_case
+
+Floats = NDArray[np.float64]
+
+#: Of the same bench without scatter, in tolerances: what its gap truly is.
+_QUIET = 0.02
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A task whose label was opened, with the effects that the first answer named, as it fitted them."""
+
+    task: Task
+    options: Options
+    fitted: tuple[dict[str, Any], ...]
+
+
+def oracle(asked: Asked) -> dict[str, Any]:
+    """`fraction` of the right effect, held out by configuration; `true_fraction` that the answer's effects remove.
+
+    The latter is measured against a recording of the same bench with next to no scatter; None for an answer without
+    effects. {"error": ...} where there is none.
+    """
+    from threadpoolctl import threadpool_limits
+
+    case, seed = drawn(asked.task)
+    try:
+        with threadpool_limits(1):
+            stages, gap = _staged(case, seed, asked.options)
+            # On a bench with many effects the right ones are not fitted: that is the diagnosis's own task.
+            best = _best(case, stages, gap, asked.options) if len(case.strengths) == 1 else {"fraction": None}
+            found = {"case": asked.task.name, **best}
+            return found | {"true_fraction": _true(case, seed, gap, asked) if asked.fitted else None}
+    except Exception as error:  # noqa: BLE001 - an oracle that fails must not take the answers with it
+        return {"case": asked.task.name, "error": f"{type(error).__name__}: {error}"}
+
+
+def lost(asked: Asked) -> dict[str, Any]:
+    return {"case": asked.task.name, "error": "its process died, or took too long"}
+
+
+def _staged(case: Case, seed: int, options: Options) -> tuple[tuple[Stage, ...], GapTable]:
+    with tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
+        record_case(case, Path(place) / "campaign", seed)
+        record = read_folder(Path(place) / "campaign")
+    stages, _ = stages_of(record, options)
+    return stages, GapTable.of(record, stages, options.widened)
+
+
+def _best(case: Case, stages: Sequence[Stage], gap: GapTable, options: Options) -> dict[str, Any]:
+    problem = InferenceProblem.of(gap, stages, [catalogue()[name] for name in sorted(case.strengths)])
+    library = search(problem)
+    together = [fit for fit in library.fits.values() if set(fit.effects) == set(problem.effects)]
+    right = max(together, key=library.log_joint)
+    scales, rng = Metric.of(gap).scales(gap), np.random.default_rng(options.seed)
+    entries = measured(stages, lambda rows: fit_fold(library, rows, only=[right]), rng, scales, pulses=False)
+    held = next(asdict(entry) for entry, _ in entries if entry.held_out_by == "configuration")
+    return {"fraction": held["fraction"], "before": held["before"], "after": held["after"]}
+
+
+def _true(case: Case, seed: int, gap: GapTable, asked: Asked) -> float | None:
+    """With the scatter's part added to both sides, as the report has it."""
+    stages, quiet = _staged(replace(case, floor=_QUIET), seed, asked.options)
+    metric = Metric.of(quiet)
+    effects = [effect_from_json(each) for each in asked.fitted]
+    change = np.concatenate([_change(stage, effects) for stage in stages], axis=1)
+    before, after = metric.rms(quiet.mean), metric.rms(quiet.mean - change)
+    floor = metric.rms(np.sqrt(gap.floor_variance))
+    squares = (np.array(each**2) for each in (np.hypot(before, floor), np.hypot(after, floor), floor))
+    value = float(fraction(*squares))
+    return value if np.isfinite(value) else None
+
+
+def _change(stage: Stage, effects: Sequence[Effect]) -> Floats:
+    shown = [effect for effect in effects if effect.id in stage.shows]
+    return np.asarray(np.nan_to_num(stage.changes([shown])[0]))

@@ -1,0 +1,164 @@
+"""What a blind check tells: tables for a person, and the same as JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from .bench_figures import BenchFigures, bench_text
+from .excluded_cases import LeftOut
+from .metrics import Figures
+from .wilson import Rate
+
+#: The diagnosis itself among ways of answering.
+DIAGNOSIS = "diagnosis"
+
+
+@dataclass(frozen=True)
+class Report:
+    """`tiers` of the diagnosis and `baselines` by their name, the same tiers each, "all" the last.
+
+    `kinds`: the diagnosis by kind of campaign, over all tiers. `benches`: the tiers on which many effects act.
+    `published` are the salted hashes of the labels, in the order of the cases, as they were before any diagnosis.
+    """
+
+    cases: int
+    seed: int
+    tiers: tuple[Figures, ...]
+    baselines: Mapping[str, tuple[Figures, ...]]
+    left_out: LeftOut | None = None
+    kinds: tuple[Figures, ...] = ()
+    published: tuple[str, ...] = ()
+    benches: tuple[BenchFigures, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "cases": self.cases,
+            "seed": self.seed,
+            "tiers": [_tier(each) for each in self.tiers],
+            "baselines": [
+                {"name": name, "tiers": [_tier(each) for each in tables]} for name, tables in self.baselines.items()
+            ],
+            "kinds": [{"kind": row.pop("name"), **row} for row in (each.as_json() for each in self.kinds)],
+            "benches": [each.as_json() for each in self.benches],
+            "left_out": self.left_out.as_json() if self.left_out else None,
+            "published": list(self.published),
+        }
+
+    def text(self) -> str:
+        """Tables: the diagnosis by tier, then every way of answering over all tiers, then errors and crashes."""
+        if not self.tiers:
+            return _left_out(self.left_out)
+        parts = [table(self.tiers, "tier"), *([table(self.kinds, "kind")] if self.kinds else [])]
+        if self.baselines:
+            last = {DIAGNOSIS: self.tiers[-1], **{name: tables[-1] for name, tables in self.baselines.items()}}
+            parts.append(table(list(last.values()), "answers by", list(last)))
+        parts += [
+            bench_text(self.benches),
+            _reliability(self.tiers[-1]),
+            _errors(self.tiers[-1]),
+            _left_out(self.left_out),
+        ]
+        return "\n\n".join(part for part in parts if part)
+
+
+@dataclass(frozen=True)
+class Pool:
+    """Several finished checks as one: what each was asked for, and the tables over the campaigns of all."""
+
+    checks: tuple[Mapping[str, Any], ...]
+    tiers: tuple[Figures, ...]
+    kinds: tuple[Figures, ...]
+    benches: tuple[BenchFigures, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "pooled": [dict(each) for each in self.checks],
+            "tiers": [_tier(each) for each in self.tiers],
+            "kinds": [{"kind": row.pop("name"), **row} for row in (each.as_json() for each in self.kinds)],
+            "benches": [each.as_json() for each in self.benches],
+        }
+
+    def text(self) -> str:
+        told = [f"{len(self.checks)} checks: seeds {', '.join(str(each['seed']) for each in self.checks)}"]
+        if self.tiers:
+            told += [table(self.tiers, "tier"), table(self.kinds, "kind"), bench_text(self.benches)]
+            told.append(_errors(self.tiers[-1]))
+        return "\n\n".join(part for part in told if part)
+
+
+#: A column each: its name, and how its cell is made.
+COLUMNS: Mapping[str, Callable[[Figures], str]] = {
+    "cases": lambda f: str(f.n),
+    "first": lambda f: _rate(f.first),
+    "first group": lambda f: _rate(f.first_group),
+    "names in it": lambda f: _number(f.group_size),
+    "first two": lambda f: _rate(f.first_two),
+    "first two groups": lambda f: _rate(f.first_two_groups),
+    "false alarms": lambda f: _rate(f.false_alarms),
+    "unknown AUROC": lambda f: _number(f.unknown.auroc),
+    "recall at 5 %": lambda f: _rate(f.unknown.recall_at_5),
+    "ECE": lambda f: _number(f.reliability.ece),
+    "NLL": lambda f: _number(f.reliability.nll),
+    "Brier": lambda f: _number(f.reliability.brier),
+    "90 % sets": lambda f: _rate(f.covered),
+    "set size": lambda f: _number(f.set_size),
+    "both": lambda f: _rate(f.both),
+    "one of two": lambda f: _rate(f.at_least_one),
+    "stage": lambda f: _rate(f.stage),
+    "region F1": lambda f: _number(f.region_f1),
+    "shrinkage / oracle": lambda f: f"{_number(f.shrinkage.ratio_median)} ({_number(f.shrinkage.ratio_10)})",
+    "90 % intervals": lambda f: _rate(f.shrinkage.covered),
+    "seconds": lambda f: f"{f.seconds[0]:.1f}" if math.isfinite(f.seconds[0]) else "-",
+}
+
+
+def table(tables: Sequence[Figures], heading: str, names: Sequence[str] | None = None) -> str:
+    """Markdown, a row for each of `tables`; columns that none of them fills are left out."""
+    cells = {name: [cell(each) for each in tables] for name, cell in COLUMNS.items()}
+    kept = {name: column for name, column in cells.items() if any(cell.strip("-() ") for cell in column)}
+    rows = [[heading, *kept], *zip(names or [each.name for each in tables], *kept.values(), strict=True)]
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = ["| " + " | ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) + " |" for row in rows]
+    return "\n".join([lines[0], "| " + " | ".join("-" * w for w in widths) + " |", *lines[1:]])
+
+
+def _tier(found: Figures) -> dict[str, Any]:
+    row = found.as_json()
+    return {"tier": row.pop("name"), **row}
+
+
+def _rate(rate: Rate) -> str:
+    if rate.value is None:
+        return "-"
+    low, high = rate.interval
+    return f"{rate.value:.3f} ({low:.2f}-{high:.2f}, {rate.n})"
+
+
+def _number(value: float) -> str:
+    return f"{value:.3f}" if math.isfinite(value) else "-"
+
+
+def _reliability(found: Figures) -> str:
+    rows = [f"| {b.probability:.2f} | {_rate(b.right)} |" for b in found.reliability.curve]
+    return "\n".join(["| said | right |", "| --- | --- |", *rows]) if rows else ""
+
+
+def _errors(found: Figures) -> str:
+    lines = [f"{n} times {said} for {truth}" for truth, said, n in found.mistaken]
+    lines += [f"no answer: {error}" for error in found.errors]
+    return "\n".join(["Most frequent errors:", *lines]) if lines else ""
+
+
+def _left_out(found: LeftOut | None) -> str:
+    if found is None:
+        return ""
+    lines = [
+        f"An effect left out of the catalogue, {found.n} cases:",
+        f"unknown {_rate(found.unknown)}, another effect {_rate(found.others)}, stage {_rate(found.stage)}",
+        f"put back: first, or in the first group {_rate(found.found)}; the gap shrinks by {_number(found.fraction)}",
+    ]
+    instead = [f"{effect}: " + ", ".join(f"{k} {n}" for k, n in said.items()) for effect, said in found.instead.items()]
+    return "\n".join([*lines, *instead])

@@ -1,0 +1,63 @@
+"""Scored rows of a check as a file, so that checks of several nights or machines make one table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from ..schema.outputs import write_text
+from .case_results import Entry, Label, Row, Said
+
+#: In a check's folder, written when the last answer is scored.
+SCORED = "scored.jsonl"
+
+
+def write_rows(file: Path, asked: Mapping[str, Any], rows: Sequence[Row]) -> None:
+    """What was asked for on the first line, then a row each: the truth, what was said, and the oracle's shrinkage."""
+    lines = [json.dumps(dict(asked)), *(json.dumps(asdict(row)) for row in rows)]
+    write_text(file, "\n".join(lines) + "\n")
+
+
+def read_rows(file: Path) -> tuple[dict[str, Any], list[Row]]:
+    """The inverse. Raises `ValueError` where a check was not finished, and for a file that is none of these."""
+    if not file.is_file():
+        raise ValueError(f"{file.parent}: no {file.name} there; finish this check with blind-check --folder first")
+    try:
+        asked, *lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+        return asked, [_row(line) for line in lines]
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{file}: not the scored rows of a blind check ({error}); score it again") from error
+
+
+def pooled(files: Sequence[Path]) -> tuple[list[dict[str, Any]], list[Row]]:
+    """What each check was asked for, and the rows of all. Raises `ValueError` for one that is there twice."""
+    checks: list[dict[str, Any]] = []
+    rows: list[Row] = []
+    seen: dict[tuple[int, str], Path] = {}
+    for file in files:
+        asked, own = read_rows(file)
+        for row in own:
+            if (before := seen.setdefault((asked["seed"], row.label.case), file)) is not file:
+                raise ValueError(
+                    f"{file}: {row.label.case} of seed {asked['seed']} is in {before} as well; pool it once"
+                )
+        checks.append(asked)
+        rows += own
+    return checks, rows
+
+
+def _row(table: Mapping[str, Any]) -> Row:
+    label, said = dict(table["label"]), dict(table["said"])
+    for name in ("effects", "stages"):
+        label[name] = tuple(label[name])
+    label["shown"] = tuple(label.get("shown", ()))
+    label["inside"] = None if label["inside"] is None else tuple(label["inside"])
+    said["entries"] = tuple(
+        Entry(tuple(each["labels"]), each["probability"], tuple(each["shares"])) for each in said["entries"]
+    )
+    said["stages"], said["inside"] = tuple(said["stages"]), tuple(tuple(each) for each in said["inside"])
+    said["shares"] = {name: tuple(values) for name, values in said.get("shares", {}).items()}
+    return Row(Label(**label), Said(**said), table["oracle"])

@@ -1,0 +1,124 @@
+"""One case: recorded into a folder that is gone afterwards, and answered from that folder alone."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..diagnosis.options import Options
+from ..twin.effects import catalogue
+from .case_plan import BENCHES, LEFT_OUT, Task, drawn
+from .cases.record import record_case
+from .peak_memory import PeakMemory
+
+if TYPE_CHECKING:
+    from .problem import Problem
+
+#: A case that takes longer has no answer.
+PATIENCE_S = 900.0
+
+
+@dataclass(frozen=True)
+class Job:
+    """A task, and how it is answered: with the options of the diagnosis, and with the simple ways or without."""
+
+    task: Task
+    options: Options
+    simple: bool = True
+
+
+def answered(job: Job) -> dict[str, Any]:
+    """A line of the journal. An error of the diagnosis is an answer, too: {"case", "error"}."""
+    from threadpoolctl import threadpool_limits
+
+    case, seed = drawn(job.task)
+    with threadpool_limits(1), tempfile.TemporaryDirectory(prefix="pyroshock-blind-") as place:
+        folder = Path(place) / "campaign"
+        record_case(case, folder, seed)
+        # From here on nothing but the folder is known. The names of effects that are left out are the exception.
+        left_out = next(iter(case.strengths)) if job.task.tier == LEFT_OUT else None
+        answer = _from_folder(folder, job, left_out)
+    return {"case": job.task.name, **answer}
+
+
+def lost(job: Job) -> dict[str, Any]:
+    """What stands for a case whose process died, or never ended."""
+    return {"case": job.task.name, "error": "its process died, or took too long", "seconds": None}
+
+
+def _from_folder(folder: Path, job: Job, left_out: str | None) -> dict[str, Any]:
+    try:
+        if left_out is None:
+            simple = _simply(folder, job.options) if job.simple else {}
+            naive = {"naive": _naive(folder, job.options)} if job.task.tier in BENCHES and job.options.shrink else {}
+            return {**diagnosed(folder, job.options), **simple, **naive}
+        known = tuple(name for name in job.options.catalogue or tuple(catalogue()) if name != left_out)
+        without = diagnosed(folder, replace(job.options, catalogue=known, shrink=False))
+        return {**without, "added": diagnosed(folder, job.options)}
+    except Exception as error:  # noqa: BLE001 - whatever went wrong, the case was not answered, and is counted
+        return {"error": f"{type(error).__name__}: {error}", "seconds": None}
+
+
+def diagnosed(folder: Path, options: Options) -> dict[str, Any]:
+    """What is said of a folder: the report, the first answer's effects as they were fitted, and the time it took."""
+    from ..diagnosis.diagnose import diagnose
+    from ..diagnosis.reading import read_folder
+
+    memory = PeakMemory()
+    began, used = time.perf_counter(), time.process_time()
+    verdict = diagnose(read_folder(folder), options=options)
+    seconds, cpu = time.perf_counter() - began, time.process_time() - used
+    report = verdict.as_json()
+    kept = {key: report[key] for key in ("gap", "where", "causes", "shrinkage", "effects", "unexplained", "path")}
+    fitted = [effect.as_json() for effect in verdict.first.fitted]
+    cost = {"seconds": seconds, "cpu_s": cpu, "memory_mb": memory.used_mb()}
+    text = json.dumps({"verdict": kept, "fitted": fitted, "odds": verdict.unknown_log_odds, **cost})
+    return json.loads(text, parse_constant=lambda _: None)  # type: ignore[no-any-return]  # JSON knows no NaN
+
+
+def _simply(folder: Path, options: Options) -> dict[str, Any]:
+    """The same folder by the simple ways; `features` for the forest, which learns later."""
+    from ..diagnosis.chain import stages_of
+    from ..diagnosis.gap import GapTable
+    from ..diagnosis.inference.problem import InferenceProblem
+    from ..diagnosis.reading import read_folder
+    from .baselines import BASELINES
+    from .problem import Problem
+
+    record = read_folder(folder)
+    stages, _ = stages_of(record, options)
+    gap = GapTable.of(record, stages, options.widened)
+    problem = Problem.of(gap, InferenceProblem.of(gap, stages, list(catalogue().values())))
+    simple = {name: _short(answer(problem)) for name, answer in BASELINES.items()}
+    return {"simple": simple, "features": featured(problem)}
+
+
+def _naive(folder: Path, options: Options) -> dict[str, Any]:
+    """The gap that all effects together take away, by a fit without selection; {"error"} where it fails."""
+    from ..diagnosis.chain import stages_of
+    from ..diagnosis.gap import GapTable
+    from ..diagnosis.reading import read_folder
+    from .joint_ridge import joint_ridge
+
+    try:
+        record = read_folder(folder)
+        stages, _ = stages_of(record, options)
+        return joint_ridge(stages, GapTable.of(record, stages, options.widened))
+    except Exception as error:  # noqa: BLE001 - a baseline that fails must not take the answer with it
+        return {"error": f"{type(error).__name__}: {error}"}
+
+
+def featured(problem: Problem) -> list[float]:
+    """What the forest sees of a campaign."""
+    from .random_forest_baseline import features
+
+    return [round(float(value), 3) for value in features(problem)]
+
+
+def _short(said: Mapping[str, float]) -> dict[str, float]:
+    return {name: float(f"{p:.6g}") for name, p in said.items() if p > 1e-9}

@@ -1,0 +1,119 @@
+"""From opened labels and kept answers to the tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypedDict
+
+import numpy as np
+
+from .baselines import BASELINES
+from .bench_figures import BenchFigures, bench_tables
+from .case_plan import BENCHES, LEFT_OUT, Task
+from .case_results import Label, Row, Said
+from .cases.case import Label as Opened
+from .excluded_cases import LeftOut, left_out
+from .metrics import Figures, figures
+from .random_forest_baseline import Forest
+from .truth import label, named_regions
+
+FOREST, ALL = "random forest", "all"
+
+
+class Scores(TypedDict):
+    tiers: tuple[Figures, ...]
+    kinds: tuple[Figures, ...]
+    baselines: dict[str, tuple[Figures, ...]]
+    left_out: LeftOut | None
+    benches: tuple[BenchFigures, ...]
+
+
+def scored(
+    work: Sequence[Task],
+    truths: Mapping[str, Opened],
+    answers: Mapping[str, Mapping[str, Any]],
+    oracles: Mapping[str, Mapping[str, Any]],
+    forest: Forest | None,
+) -> Scores:
+    """Tables of the diagnosis by tier and over all of them, the same for simple ways of answering, and left out."""
+    usual = [task for task in work if task.tier != LEFT_OUT]
+    labels = {task.name: label(task, truths[task.name]) for task in work}
+    rows = rows_of(work, truths, answers, oracles)
+    ways = [*BASELINES, *([FOREST] if forest else [])] if any("simple" in each for each in answers.values()) else []
+    return Scores(
+        tiers=tables(rows),
+        kinds=kinds(rows),
+        baselines={way: tables([_simple(way, labels[t.name], answers[t.name], forest) for t in usual]) for way in ways},
+        benches=bench_tables(rows, tuple(BENCHES)),
+        left_out=_left_out([task for task in work if task.tier == LEFT_OUT], labels, answers, truths),
+    )
+
+
+def rows_of(
+    work: Sequence[Task],
+    truths: Mapping[str, Opened],
+    answers: Mapping[str, Mapping[str, Any]],
+    oracles: Mapping[str, Mapping[str, Any]],
+) -> list[Row]:
+    """Truth and answer of every case but those with an effect left out of the catalogue."""
+    return [
+        Row(
+            label(task, truths[task.name]),
+            said(task.name, answers[task.name], truths[task.name]),
+            oracles.get(task.name),
+        )
+        for task in work
+        if task.tier != LEFT_OUT
+    ]
+
+
+def kinds(rows: Sequence[Row]) -> tuple[Figures, ...]:
+    """One for each kind of campaign."""
+    return _by([row.label.kind for row in rows], rows)
+
+
+def tables(rows: Sequence[Row]) -> tuple[Figures, ...]:
+    """One for each tier in order of appearance, and one for all."""
+    return (*_by([row.label.tier for row in rows], rows), figures(ALL, rows)) if rows else ()
+
+
+def _by(names: Sequence[str], rows: Sequence[Row]) -> tuple[Figures, ...]:
+    each = {name: [row for row, own in zip(rows, names, strict=True) if own == name] for name in dict.fromkeys(names)}
+    return tuple(figures(name, some) for name, some in each.items())
+
+
+def said(case: str, answer: Mapping[str, Any], opened: Opened) -> Said:
+    """An answer of the journal as it is scored."""
+    seconds = answer.get("seconds")
+    if "verdict" not in answer:
+        return Said(case, error=str(answer.get("error", "no answer")))
+    verdict = {
+        **answer["verdict"],
+        "seconds": np.nan if seconds is None else seconds,
+        "naive": answer.get("naive", {}).get("fraction"),
+        "memory_mb": answer.get("memory_mb"),
+    }
+    return Said.of(case, verdict, named_regions(opened, verdict["where"].get("factors", ())))
+
+
+def _simple(way: str, truth: Label, answer: Mapping[str, Any], forest: Forest | None) -> Row:
+    if "simple" not in answer:
+        return Row(truth, Said(truth.case, error=str(answer.get("error", "no answer"))))
+    if way == FOREST and forest is not None:
+        shares = forest.shares(truth.kind, np.array(answer["features"]))
+        return Row(truth, Said.from_probabilities(truth.case, shares))
+    return Row(truth, Said.from_probabilities(truth.case, answer["simple"][way]))
+
+
+def _left_out(
+    work: Sequence[Task],
+    labels: Mapping[str, Label],
+    answers: Mapping[str, Mapping[str, Any]],
+    truths: Mapping[str, Opened],
+) -> LeftOut | None:
+    if not work:
+        return None
+    names = [task.name for task in work]
+    without = [said(name, answers[name], truths[name]) for name in names]
+    added = [said(name, answers[name].get("added", {}), truths[name]) for name in names]
+    return left_out([labels[name] for name in names], without, added)
