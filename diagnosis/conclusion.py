@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .gap_reduction.measure import HeldOut
-from .inference.held_out import linear_prediction
+from .inference.held_out import set_predictions
 from .inference.model_search import fit_sets
 from .inference.posterior import Posterior, fitted_effects, fitted_parameters
 from .inference.shares import GapShares
@@ -90,23 +90,25 @@ def _held_out_gains(posterior: Posterior, held: HeldOut | None) -> dict[str, tup
         key = frozenset(fit.effects)
         if key not in by_effects or library.log_joint(fit) > library.log_joint(by_effects[key]):
             by_effects[key] = fit
+    others = {effect: by_effects.get(frozenset(best.effects) ^ {effect}) for effect in posterior.effects}
+    found = [fit for fit in others.values() if fit is not None]
+    whole, *rest = (held.squares(table) for table in _unseen(posterior, held, [best, *found]))
+    squares = iter(rest)
     gains = {}
-    whole = _unseen_squares(posterior, held, best)
-    for effect in posterior.effects:
-        key = frozenset(best.effects)
-        other = by_effects.get(key - {effect} if effect in key else key | {effect})
+    for effect, other in others.items():
         if other is None:
             gains[effect] = (0.0, 0.0)
             continue
-        squares = _unseen_squares(posterior, held, other)
-        less, more = (squares, whole) if effect in key else (whole, squares)
+        own = next(squares)
+        less, more = (own, whole) if effect in best.effects else (whole, own)
         gains[effect] = _gain(held, less, more)
     return gains
 
 
-def _unseen_squares(posterior: Posterior, held: HeldOut, fit: SubsetFit) -> Floats:
-    tables = np.array([linear_prediction(posterior.library, fold.training, fit) for fold in held.folds])
-    return held.squares(held.unseen(held.gaps.over_scale(tables)))
+def _unseen(posterior: Posterior, held: HeldOut, fits: Sequence[SubsetFit]) -> list[Floats]:
+    """By set (C, D): what it predicts of each configuration, fitted to the folds that do not have it."""
+    tables = [set_predictions(posterior.library, fold.training, fits) for fold in held.folds]
+    return [held.unseen(held.gaps.over_scale(np.array(own))) for own in zip(*tables, strict=True)]
 
 
 def _gain(held: HeldOut, without: Floats, with_effect: Floats) -> tuple[float, float]:
@@ -217,13 +219,11 @@ def _path(posterior: Posterior, held: HeldOut | None, named: Sequence[str]) -> t
     order = list(named) or list(posterior.major(posterior.best) if posterior.best.laws else ())
     prefixes = [order[: i + 1] for i in range(len(order))]
     fit_sets(posterior.problem, posterior.library, prefixes)
-    steps = []
-    for prefix in prefixes:
-        fit = _fit_of(posterior, prefix)
-        squares = _unseen_squares(posterior, held, fit)
-        tables = np.array([linear_prediction(posterior.library, fold.training, fit) for fold in held.folds])
-        correction = held.unseen(held.gaps.over_scale(tables))
-        steps.append(PathStep(prefix[-1], float(np.sqrt(squares.mean())), held.fraction(correction)))
+    fits = [_fit_of(posterior, prefix) for prefix in prefixes]
+    steps = [
+        PathStep(prefix[-1], float(np.sqrt(held.squares(table).mean())), held.fraction(table))
+        for prefix, table in zip(prefixes, _unseen(posterior, held, fits) if fits else [], strict=True)
+    ]
     return tuple(steps)
 
 

@@ -34,6 +34,8 @@ Rows = NDArray[np.intp]
 _WINDOW, _MOST = 40.0, 40
 #: Of them so many are fitted with simulations.
 _SIMULATED = 5
+#: Steps of their fits.
+_SETTLING = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,20 +65,22 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
     first = [_linear_fit(problem, inside, fit) for fit in candidates]
     joint = np.array([fit.log_evidence + library.log_set_prior(fit) for fit in first])
     picked = [first[i] for i in np.argsort(-joint)[:_SIMULATED]]
-    fits = fit_subsets(inside, [_start_again(inside, fit) for fit in picked], iterations=3)
+    fits = fit_subsets(inside, [_start_again(inside, fit) for fit in picked], iterations=_SETTLING)
     joint = np.array([fit.log_evidence + library.log_set_prior(fit) for fit in fits])
     weights = np.exp(joint - joint.max())
     weights /= weights.sum()
-    table = problem.simulator.changes([fit.point() for fit in fits])
+    table = _answered(problem.simulator.changes([fit.point() for fit in fits]))
     kriged = [_with_discrepancy(problem, inside, fit, own) for fit, own in zip(fits, table, strict=True)]
-    return FoldFit(training, tuple(fits), weights, _mean(weights, table), _mean(weights, np.array(kriged)))
+    averaged, corrected = (np.tensordot(weights, each, axes=1) for each in (table, np.array(kriged)))
+    return FoldFit(training, tuple(fits), weights, averaged, corrected)
 
 
-def _mean(weights: Floats, tables: Floats) -> Floats:
-    """(C, D): of tables (k, C, D), over those that have an answer in a cell; 0 where none has one, as the nominal
-    simulator says."""
-    known = np.isfinite(tables) * weights[:, None, None]
-    return np.asarray((np.nan_to_num(tables) * known).sum(axis=0) / np.maximum(known.sum(axis=0), 1e-300))
+def _answered(tables: Floats) -> Floats:
+    """Tables (k, C, D) with an answer in every cell: a shot that stays in the barrel is taken to be as slow as the
+    slowest that leaves it, hence the largest change of the same set and observable; 0 where a set has no answer."""
+    size = np.where(np.isfinite(tables), np.abs(tables), -1.0)
+    extreme = np.take_along_axis(np.nan_to_num(tables), size.argmax(axis=1)[:, None, :], axis=1)
+    return np.asarray(np.where(np.isfinite(tables), tables, extreme))
 
 
 def _candidates(library: ModelLibrary) -> list[SubsetFit]:
@@ -130,15 +134,11 @@ def _with_discrepancy(problem: InferenceProblem, inside: InferenceProblem, fit: 
     return np.asarray(corrected)
 
 
-def linear_prediction(library: ModelLibrary, training: Rows, fit: SubsetFit) -> Floats:
-    """(C, D): what a set predicts where it was fitted to the training configurations alone, by its derivatives."""
+def set_predictions(library: ModelLibrary, training: Rows, fits: Sequence[SubsetFit]) -> Floats:
+    """(k, C, D): what each set predicts where it was fitted to the training configurations alone."""
     problem = library.problem
     inside = problem.only(training)
-    own = _restricted(problem, inside, fit)
-    factors = [factor(covariance(block, own.contributions[i], own.errors[i])) for i, block in enumerate(inside.blocks)]
-    step = newton_step(inside, factors, own.change, own.jacobian, own.u)
-    table = np.zeros(problem.simulator.shape)
-    for index, block in enumerate(problem.blocks):
-        change = np.nan_to_num(fit.change[index]) + fit.jacobian[index] @ step
-        table[block.configuration, block.observable] = change * block.tolerance
-    return table
+    starts = [_start_again(inside, _linear_fit(problem, inside, fit)) for fit in fits if fit.laws]
+    fitted = iter(fit_subsets(inside, starts, iterations=_SETTLING))
+    points = [next(fitted).point() if fit.laws else () for fit in fits]
+    return _answered(problem.simulator.changes(points))

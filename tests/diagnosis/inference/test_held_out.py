@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.inference.held_out import FoldFit, fit_fold, linear_prediction
+from pyroshock.diagnosis.inference.held_out import FoldFit, fit_fold, set_predictions
 from pyroshock.diagnosis.inference.model_search import ModelLibrary, fit_sets, set_prior
 from pyroshock.diagnosis.inference.problem import InferenceProblem
 from pyroshock.diagnosis.inference.subset_fit import SubsetFit, no_effects
@@ -50,12 +50,12 @@ def test_configuration_left_out_is_predicted_as_ridge_regression_does(out: int):
     np.testing.assert_array_equal(fold.training, training)
 
 
-def test_linear_prediction_is_ridge_regression():
+def test_prediction_of_a_set_is_ridge_regression():
     problem = problem_of()
     library = library_of(problem, list(problem.effects))
     training = np.arange(1, COUNT)
     expected = ridge(problem, problem.effects, training)
-    found = linear_prediction(library, training, whole(library))
+    found = set_predictions(library, training, [whole(library)])[0]
     np.testing.assert_allclose(found[:, 0], expected, atol=0.01)
 
 
@@ -65,10 +65,10 @@ def test_prediction_has_not_seen_what_was_left_out():
     library = library_of(problem, list(problem.effects))
     training, fit = np.arange(1, COUNT), whole(library)
     before = fit_fold(library, training, [fit]).averaged[0, 0]
-    linear = linear_prediction(library, training, fit)[0, 0]
+    linear = set_predictions(library, training, [fit])[0, 0, 0]
     problem.blocks[0].z[0] += 20.0
     assert fit_fold(library, training, [fit]).averaged[0, 0] == pytest.approx(before, abs=1e-9)
-    assert linear_prediction(library, training, fit)[0, 0] == pytest.approx(linear, abs=1e-9)
+    assert set_predictions(library, training, [fit])[0, 0, 0] == pytest.approx(linear, abs=1e-9)
 
 
 def test_sets_are_weighed_by_what_the_training_configurations_say():
@@ -125,3 +125,17 @@ def test_without_a_discrepancy_there_is_nothing_to_correct():
     library = library_of(problem, list(problem.effects))
     fold = fit_fold(library, np.arange(1, COUNT), [whole(library)])
     np.testing.assert_allclose(fold.corrected, fold.averaged, atol=1e-9)
+
+
+def test_set_without_effects_predicts_no_change():
+    library = library_of(problem_of())
+    assert np.all(set_predictions(library, np.arange(1, COUNT), [library.best()]) == 0.0)
+
+
+def test_shot_without_an_answer_is_as_far_off_as_the_farthest_with_one():
+    from pyroshock.diagnosis.inference.held_out import _answered
+
+    tables = np.array([[[-0.2, 0.1], [-0.9, np.nan], [np.nan, -0.3]], [[np.nan, 0.0], [np.nan, 0.1], [np.nan, 0.2]]])
+    filled = _answered(tables)
+    assert filled[0].tolist() == [[-0.2, 0.1], [-0.9, -0.3], [-0.9, -0.3]]
+    assert filled[1, :, 0].tolist() == [0.0, 0.0, 0.0]
