@@ -89,7 +89,7 @@ def evaluated(some: Bodies, times: int) -> Callable[[], object]:
     return lambda: _evaluations(figures, times)
 
 
-@njit
+@njit()
 def _evaluations(figures: NDArray[np.float64], times: int) -> float:
     """Each of another depth, or a compiler would do it once."""
     total = 0.0
