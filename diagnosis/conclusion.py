@@ -90,12 +90,12 @@ def _held_out_gains(posterior: Posterior, held: HeldOut | None) -> dict[str, tup
         key = frozenset(fit.effects)
         if key not in by_effects or library.log_joint(fit) > library.log_joint(by_effects[key]):
             by_effects[key] = fit
-    others = {effect: by_effects.get(frozenset(best.effects) ^ {effect}) for effect in posterior.effects}
-    found = [fit for fit in others.values() if fit is not None]
-    whole, *rest = (held.squares(table) for table in _unseen(posterior, held, [best, *found]))
+    neighbours = {effect: by_effects.get(frozenset(best.effects) ^ {effect}) for effect in posterior.effects}
+    fits = [fit for fit in neighbours.values() if fit is not None]
+    whole, *rest = (held.squares(table) for table in _unseen(posterior, held, [best, *fits]))
     squares = iter(rest)
     gains = {}
-    for effect, other in others.items():
+    for effect, other in neighbours.items():
         if other is None:
             gains[effect] = (0.0, 0.0)
             continue

@@ -171,8 +171,8 @@ class Posterior:
         return True
 
     def set_probabilities(self) -> dict[tuple[str, ...], float]:
-        """By set of major effects (largest first), of sets that are beyond tolerance; sums to one less that of none and
-        of rare sets."""
+        """By set of major effects (largest first), of sets that are beyond tolerance; sums to one less that of none.
+        Rare sets are left out, in proportion."""
         table: dict[frozenset[str], float] = {}
         order: dict[frozenset[str], tuple[str, ...]] = {}
         for fit, weight in self.weighted:
@@ -182,7 +182,8 @@ class Posterior:
                 order.setdefault(key, names)
                 table[key] = table.get(key, 0.0) + weight
         ranked = sorted(table, key=lambda key: -table[key])
-        return {order[key]: table[key] for key in ranked}
+        scale = (1 - self.none_probability) / sum(table.values()) if table else 0.0
+        return {order[key]: table[key] * scale for key in ranked}
 
     def representative(self, names: Sequence[str]) -> SubsetFit:
         """The likeliest fit whose major effects these are."""

@@ -104,7 +104,9 @@ def test_inclusion_is_the_weight_of_the_sets_that_have_it():
 @pytest.mark.parametrize("planted", [None, DEAD_VOLUME, GAIN])
 def test_sets_and_none_have_probability_one(planted: Effect | None):
     posterior = gun_posterior(planted)
-    assert sum(posterior.set_probabilities().values()) + posterior.none_probability == pytest.approx(1.0, abs=0.03)
+    sets = posterior.set_probabilities()
+    assert not sets or sum(sets.values()) + posterior.none_probability == pytest.approx(1.0)
+    assert sets or posterior.none_probability > 0.97
 
 
 def test_gap_within_tolerance_is_none():
