@@ -28,8 +28,10 @@ COMMON_SHARE = 0.8
 GROSS_ERROR = 0.2
 #: Prior probability of the first law of an effect that has several.
 USUAL_LAW = 0.7
-#: Prior probability that a parameter differs from level to level of its owner.
-BY_LEVEL = 0.3
+#: Prior probability that a parameter differs from level to level of its owner, and of what lies on the same side of the
+#: contact: a mass that is said to belong to the bullet may differ from tip to tip.
+BY_LEVEL, BY_NEIGHBOUR = 0.3, 0.1
+_SIDES = (("bullet", "tip"), ("face", "layer", "plate"))
 #: A parameter without a size of its own begins at this share of its likely end.
 _SMALL = 0.01
 #: A range of at least this ratio is searched by logarithms.
@@ -130,6 +132,14 @@ class EffectLaw:
             places.append(u.ravel())
         return places
 
+    def level_start(self, places: Floats) -> Floats:
+        """The likeliest u with which the first coordinate lies at `places` (L,) in the levels."""
+        common, own = np.sqrt(COMMON_SHARE), np.sqrt(1 - COMMON_SHARE)
+        u = np.zeros((len(self.coordinates), 1 + len(self.level_names)))
+        u[0, 0] = common * places.sum() / (own**2 + len(places) * common**2)
+        u[0, 1:] = (places - common * u[0, 0]) / own
+        return u.ravel()
+
     def smallest_start(self) -> Floats:
         """Where it does little: at the lower end of what grows from nothing, in the middle of what has a sign."""
         u = np.zeros((len(self.coordinates), 1 + len(self.level_names)))
@@ -204,14 +214,16 @@ def _coordinate(kind: type[Effect], item: Parameter, ranges: LawRanges) -> Coord
 
 
 def _by_level(law: EffectLaw, owners: Mapping[str, tuple[tuple[int, ...], tuple[str, ...]]]) -> list[EffectLaw]:
-    """The same law with a value for each level of its first parameter's owner, where there are several."""
-    owner = law.coordinates[0].parameter.owner
-    if owner not in owners or len(owners[owner][1]) < 2:
-        return []
-    levels, names = owners[owner]
-    name = f"{law.name} by {owner}"
-    prior = law.log_prior + float(np.log(BY_LEVEL))
-    return [EffectLaw(law.kind, name, law.coordinates, law.fixed, prior, levels, names)]
+    """The same law with a value for each level of its first parameter's owner, and, in contacts, of its neighbours."""
+    declared = law.coordinates[0].parameter.owner
+    neighbours = next((side for side in _SIDES if declared in side and law.kind.stage() == "contact"), ())
+    split = []
+    for owner, (levels, names) in owners.items():
+        if owner == declared or owner in neighbours:
+            prior = law.log_prior + float(np.log(BY_LEVEL if owner == declared else BY_NEIGHBOUR))
+            name = f"{law.name} by {owner}"
+            split.append(EffectLaw(law.kind, name, law.coordinates, law.fixed, prior, levels, names))
+    return split
 
 
 def owners_of(configurations: Sequence[Mapping[str, Any]]) -> dict[str, tuple[tuple[int, ...], tuple[str, ...]]]:

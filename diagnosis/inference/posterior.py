@@ -28,7 +28,7 @@ MAJOR = 0.1
 #: Nor is one with less of it after all others; more, where another effect cancels part of it.
 MAJOR_LAST = 0.2
 #: Sets that are less likely than this are in no entry.
-_RARE = 2e-3
+_RARE = 5e-3
 #: Prior probability that something outside of the catalogue makes most of the gap.
 UNKNOWN_PRIOR = 0.2
 #: Sets beside which something unexplained is looked for.

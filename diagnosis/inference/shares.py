@@ -29,7 +29,7 @@ DRAWS, _SIMULATED = 400, 10
 #: `SHARE_ERROR` sqrt(m (1 - m)), and at least `LEAST_ERROR`; learned by `benchmarks/diagnosis_maps.py`.
 SHARE_ERROR, LEAST_ERROR = 0.33, 0.04
 #: Sets of effects whose shares are averaged, at most, and the least weight of one.
-_MOST, _LEAST = 3, 0.08
+_MOST, _LEAST = 4, 0.05
 
 
 @dataclass(frozen=True)

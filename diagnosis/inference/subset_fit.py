@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 #: Amplitudes of laws' discrepancies, as shares of what the effects do, and their prior.
 DISCREPANCIES = np.array([0.0, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0])
-_LOG_PRIOR = np.log(np.array([0.2, 0.2, 0.2, 0.2, 0.12, 0.06, 0.02]))
+_LOG_PRIOR = np.log(np.full(len(DISCREPANCIES), 1 / len(DISCREPANCIES)))
 #: Step of the differences in u; longest step of one iteration; how far from its prior's middle a parameter may go.
 _DIFFERENCE, _STEP, _FARTHEST = 0.03, 1.2, 4.5
 #: Standard deviation by which a smooth background may be beyond tolerance, in tolerances, and a rough one.
