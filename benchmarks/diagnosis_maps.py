@@ -1,10 +1,12 @@
-"""Learns what the diagnosis cannot derive, on development campaigns: the map of unknown, and how far shares are off.
+"""Learns what the diagnosis cannot derive, on development campaigns: how much evidence counts, the map of unknown, and
+how far shares are off.
 
     python -m benchmarks.diagnosis_maps [--jobs 2] [--fit-only]
 
 Writes a row for each campaign to docs/blind-check/development/maps.jsonl, and prints the constants of
-`diagnosis/unknown_probability.py` and of `diagnosis/inference/shares.py`. Families outside of the catalogue and laws
-are those of the development split alone; seeds are listed here, and no other check draws them.
+`diagnosis/inference/model_search.py`, `diagnosis/unknown_probability.py` and `diagnosis/inference/shares.py`.
+Families outside of the catalogue and laws are those of the development split alone; seeds are listed here, and no other
+check draws them.
 """
 
 from __future__ import annotations
@@ -34,16 +36,20 @@ PLAN = (
     (_STAGES, "strong", "catalogue", 4),
     (_STAGES, "middle", "catalogue", 3),
     (_STAGES, "strong", "none", 3),
-    (_STAGES, "rough", "none", 2),
-    (_STAGES, "strong", "two", 2),
-    (_STAGES, "realistic", "", 5),
-    (_STAGES, "foreign one", "", 5),
-    (_STAGES, "foreign two", "", 2),
-    (_CHAIN, "strong", "unknown", 3),
+    (_STAGES, "rough", "none", 3),
+    (_STAGES, "strong", "two", 4),
+    (_STAGES, "realistic", "", 6),
+    (_STAGES, "foreign one", "", 6),
+    (_STAGES, "foreign two", "", 3),
+    (_CHAIN, "strong", "unknown", 2),
     (_CHAIN, "strong", "none", 1),
+    (_CHAIN, "strong", "two", 1),
     (_CHAIN, "realistic", "", 3),
     (_CHAIN, "foreign one", "", 2),
 )
+#: Powers of the posterior that are compared, and the least probability that a set is given.
+_TEMPERS = (1.0, 0.7, 0.5, 0.4, 0.3, 0.25, 0.2, 0.15, 0.1)
+_LEAST_PROBABILITY = 1e-3
 #: Prior of the numbers of the map, in the order of `unknown_probability.features`.
 _MEAN = np.array([0.0, 0.3, 3.0, 1.5])
 _SD = np.array([2.0, 0.3, 3.0, 1.5])
@@ -68,12 +74,12 @@ def campaigns() -> list[Campaign]:
 
 def diagnosed(campaign: Campaign) -> dict[str, Any]:
     """The row of one campaign: its truth, odds, fraction held out, and shares beside the true ones."""
-    from pyroshock.diagnosis.options import Options
+    from pyroshock.diagnosis.diagnose import Options, diagnose
+    from pyroshock.diagnosis.reading import read_folder
     from pyroshock.validation.case_plan import BENCHES
     from pyroshock.validation.cases.attribution import shares
     from pyroshock.validation.cases.draw import draw_case
     from pyroshock.validation.cases.record import record_case
-    from pyroshock.validation.run_case import diagnosed as answer
 
     rng = np.random.default_rng([SEED, campaign.number])
     if campaign.tier in BENCHES:
@@ -83,8 +89,8 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
         case = draw_case(campaign.kind, gaps, rng, cause=campaign.cause, split=SPLIT, rough=rough)
     with tempfile.TemporaryDirectory(prefix="pyroshock-maps-") as place:
         label = record_case(case, Path(place) / "campaign", int(rng.integers(2**31)))
-        row = answer(Path(place) / "campaign", Options(where=False, plan=False, draw=False))
-    verdict = row["verdict"]
+        said = diagnose(read_folder(Path(place) / "campaign"), options=Options(where=False, plan=False, draw=False))
+    verdict = said.as_json()
     gap, true = verdict["gap"], shares(label.left_out)
     held = [entry for entry in verdict["shrinkage"] if entry["held_out_by"] == "configuration"]
     left = np.sqrt(max(held[0]["after"] ** 2 - gap["noise_floor"] ** 2, 0.0)) / gap["tolerance"] if held else None
@@ -93,12 +99,28 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
         "truth": list(label.cause),
         "first": verdict["causes"][0],
         "beyond_noise": gap["beyond_noise"],
-        "odds": row["odds"],
+        "odds": said.unknown_log_odds,
         "fraction": held[0]["fraction"] if held else None,
         "left": None if left is None else float(left),
         "shares": [_share_row(item, true.get(item["effect"], 0.0)) for item in verdict["effects"]],
-        "cpu_s": row["cpu_s"],
+        "sets": said.set_scores,
     }
+
+
+def temper(rows: Sequence[dict[str, Any]]) -> dict[float, float]:
+    """By power of the posterior: the mean logarithm of the probability that it gives to the true set of effects, of
+    campaigns with none, one or two of them."""
+    used = [row for row in rows if row["truth"] != ["unknown"] and not row["tier"].startswith("realistic")]
+    return {power: float(np.mean([_log_probability(row, power) for row in used])) for power in _TEMPERS}
+
+
+def _log_probability(row: dict[str, Any], power: float) -> float:
+    joint = np.array([evidence + prior for _, evidence, prior, _ in row["sets"]])
+    weights = np.exp(power * (joint - joint.max()))
+    true = frozenset() if row["truth"] == ["none"] else frozenset(row["truth"])
+    same = [within if not true else not within and true == frozenset(names) for names, _, _, within in row["sets"]]
+    share = float(weights[np.array(same)].sum() / weights.sum())
+    return float(np.log(_LEAST_PROBABILITY + (1 - _LEAST_PROBABILITY) * share))
 
 
 def unknown_map(rows: Sequence[dict[str, Any]]) -> Floats:
@@ -154,7 +176,7 @@ def _rows(jobs: int) -> Iterator[dict[str, Any]]:
     done = {json.loads(line)["number"]: json.loads(line) for line in _lines()}
     yield from done.values()
     with ProcessPoolExecutor(jobs) as pool, ROWS.open("a", encoding="utf-8") as file:
-        work = [pool.submit(diagnosed, campaign) for campaign in campaigns() if campaign.number not in done]
+        work = [pool.submit(diagnosed, campaign) for campaign in reversed(campaigns()) if campaign.number not in done]
         for future in as_completed(work):
             row = future.result()
             file.write(json.dumps(row) + "\n")
@@ -178,6 +200,8 @@ def main() -> None:
         f"UnknownMap(intercept={intercept:.2f}, odds={odds:.2f}, fraction={fraction:.2f}, left={left:.2f}) from "
         f"{len(rows)} campaigns"
     )
+    for power, score in temper(rows).items():
+        print(f"TEMPER = {power:g}: mean log probability of the true set {score:.3f}")
     error, held = share_error(rows)
     print(f"SHARE_ERROR = {error:.2f}; the intervals of the rows held {held:.0%}")
 

@@ -89,6 +89,7 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
         seconds=time.perf_counter() - started,
         fits={name: common_effects(fit) for name, fit in conclusion.fits.items()},
         unknown_log_odds=posterior.log_odds_unknown,
+        set_scores=posterior.set_scores(),
         pictures=pictures_of(gap, stages, fitted_effects(posterior.best)) if options.draw else Pictures(),
     )
 

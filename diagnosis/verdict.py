@@ -175,7 +175,8 @@ class Verdict:
 
     What is not in the JSON: `fits`, every effect ("a+b" for two) as it was fitted by itself, from which one can be
     adopted that is not the likeliest of its group; `unknown_log_odds`, what the evidence alone says for a cause outside
-    of the catalogue; `pictures`, what the page draws.
+    of the catalogue; `set_scores`, the major effects of each likely set with its log evidence, the log prior of the
+    set, and whether it is within tolerance; `pictures`, what the page draws.
     """
 
     campaign: str
@@ -192,6 +193,7 @@ class Verdict:
     seconds: float = 0.0
     fits: Mapping[str, tuple[Effect, ...]] = field(default_factory=dict)
     unknown_log_odds: float = float("nan")
+    set_scores: tuple[tuple[tuple[str, ...], float, float, bool], ...] = ()
     pictures: Pictures = field(default_factory=Pictures)
 
     @property

@@ -126,6 +126,8 @@ class Posterior:
 
     def major(self, fit: SubsetFit) -> tuple[str, ...]:
         """The effects of a set that make much of the gap, largest first; the largest always."""
+        if not fit.laws:
+            return ()
         shares = self.rough_shares(fit)
         order = sorted(shares, key=lambda name: -shares[name][0])
         return tuple(
@@ -161,9 +163,10 @@ class Posterior:
     @cached_property
     def none_probability(self) -> float:
         """Of sets that together move no stage's metric by a tolerance."""
-        return sum(weight for fit, weight in self.weighted if self._within_tolerance(fit))
+        return sum(weight for fit, weight in self.weighted if self.within_tolerance(fit))
 
-    def _within_tolerance(self, fit: SubsetFit) -> bool:
+    def within_tolerance(self, fit: SubsetFit) -> bool:
+        """Whether a set moves no stage's metric by a tolerance."""
         for block, own in zip(self.problem.blocks, fit.change, strict=True):
             inside = np.isin(block.observable, self.metric.columns)
             if inside.any() and np.sqrt(np.mean(np.nan_to_num(own[inside], nan=100.0) ** 2)) > 1.0:
@@ -176,7 +179,7 @@ class Posterior:
         table: dict[frozenset[str], float] = {}
         order: dict[frozenset[str], tuple[str, ...]] = {}
         for fit, weight in self.weighted:
-            if weight > _RARE and not self._within_tolerance(fit):
+            if weight > _RARE and not self.within_tolerance(fit):
                 names = self.major(fit)
                 key = frozenset(names)
                 order.setdefault(key, names)
@@ -184,6 +187,15 @@ class Posterior:
         ranked = sorted(table, key=lambda key: -table[key])
         scale = (1 - self.none_probability) / sum(table.values()) if table else 0.0
         return {order[key]: table[key] * scale for key in ranked}
+
+    def set_scores(self) -> tuple[tuple[tuple[str, ...], float, float, bool], ...]:
+        """Of every set that is not rare: its major effects, log evidence, log prior, and whether it is within
+        tolerance."""
+        return tuple(
+            (self.major(fit), fit.log_evidence, self.library.log_set_prior(fit), self.within_tolerance(fit))
+            for fit, weight in self.weighted
+            if weight > _RARE
+        )
 
     def representative(self, names: Sequence[str]) -> SubsetFit:
         """The likeliest fit whose major effects these are."""
