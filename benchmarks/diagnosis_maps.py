@@ -28,7 +28,7 @@ ROWS = Path(__file__).parent.parent / "docs" / "blind-check" / "development" / "
 #: First number of every seed; the second is the place of the campaign in the list.
 SEED = 26_113
 SPLIT = "development"
-_STAGES, _CHAIN = ("gun", "hammer", "plate"), ("chain",)
+_STAGES, _CHAIN, _GUN = ("gun", "hammer", "plate"), ("chain",), ("gun",)
 #: Campaigns by what is drawn: kinds, tier, cause (where the tier leaves it open), how many of each kind.
 PLAN = (
     (_STAGES, "strong", "unknown", 6),
@@ -46,6 +46,11 @@ PLAN = (
     (_CHAIN, "strong", "two", 1),
     (_CHAIN, "realistic", "", 3),
     (_CHAIN, "foreign one", "", 2),
+    (_GUN, "strong", "catalogue", 10),
+    (_GUN, "middle", "catalogue", 6),
+    (_GUN, "strong", "two", 8),
+    (_GUN, "foreign one", "", 14),
+    (_GUN, "foreign two", "", 8),
 )
 #: Powers of the posterior that are compared, and the least probability that a set is given.
 _TEMPERS = (1.0, 0.7, 0.5, 0.4, 0.3, 0.25, 0.2, 0.15, 0.1)

@@ -76,7 +76,7 @@ class GapTable:
     def floor_variance(self) -> Floats:
         """(C, D): variance of each mean that repetitions alone leave; NaN where there is no run."""
         with np.errstate(divide="ignore"):
-            variance = np.diag(self.noise.covariance)[None, :] / self.count
+            variance = np.diag(self.noise.covariance) * self.noise.relative**2 / self.count
         return np.asarray(np.where(self.count > 0, variance, np.nan))
 
     def columns(self, stage: str) -> NDArray[np.intp]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
@@ -16,6 +16,9 @@ Floats = NDArray[np.float64]
 #: The data sheet weighs as much as so many degrees of freedom. Few: a bench scatters more than its sensors, and a
 #: scatter that is taken too small accuses.
 SHEET_WEIGHT = 3.0
+#: A configuration scatters more than the others where chance would show as much in one campaign of so many, of any of
+#: its configurations; at most so large a share of them does.
+_OUTLYING, _MOST_OUTLYING = 1e-3, 0.25
 #: Correlations are drawn towards what lines of a channel share on average, and that towards none, as if so many runs
 #: for each observable, and for each channel, had shown just that.
 PLAIN_WEIGHT = 1.0
@@ -23,10 +26,16 @@ PLAIN_WEIGHT = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Scatter of one run: covariance (D, D), and the degrees of freedom (D,) that measured it; 0: floor assumed."""
+    """Scatter of one run: covariance (D, D), and the degrees of freedom (D,) that measured it; 0: floor assumed.
+
+    `relative` (C, D) or (1, 1): standard deviation in a configuration over that of the covariance. It is larger than
+    one where the variance is an outlier by Cochran's test (ISO 5725-2:2019, 8.3.3): a shot that hardly leaves the
+    barrel scatters many times as much as others.
+    """
 
     covariance: Floats
     freedom: Floats
+    relative: Floats = field(default_factory=lambda: np.ones((1, 1)))
 
     @property
     def assumed(self) -> bool:
@@ -44,9 +53,12 @@ class Noise:
         """
         known = np.isfinite(deviations)
         values = np.where(known, deviations, 0.0)
-        groups = [np.any(known[configuration == c], axis=0) for c in np.unique(configuration)]
-        freedom = known.sum(axis=0) - np.sum(groups, axis=0)
+        member = (np.arange(configuration.max() + 1)[:, None] == configuration).astype(np.float64)  # (C, R)
+        count = member @ known
+        freedom = (count - (count > 0)).sum(axis=0)
         sheet = np.array([item.floor for item in observables]) ** 2
+        relative = _relative_scatter(member @ values**2, np.maximum(count - 1, 0.0), sheet)
+        values = values / relative[configuration]
         squares = (values**2).sum(axis=0)
         variance = (squares + SHEET_WEIGHT * sheet) / (freedom + SHEET_WEIGHT)
         norm = np.sqrt(squares)
@@ -58,7 +70,31 @@ class Noise:
         correlation = share * correlation + (1 - share) * _shared(correlation, observables, typical)
         np.fill_diagonal(correlation, 1.0)
         sigma = np.sqrt(variance)
-        return cls(correlation * np.outer(sigma, sigma), freedom.astype(np.float64))
+        return cls(correlation * np.outer(sigma, sigma), freedom, relative)
+
+
+def _relative_scatter(squares: Floats, freedom: Floats, sheet: Floats) -> Floats:
+    """(C, D), 1 where the variance is no outlier: sums of squared deviations (C, D), their degrees of freedom (C, D),
+    and the variances of the data sheets (D,)."""
+    from scipy.stats import f as f_distribution
+
+    relative = np.ones(squares.shape)
+    known = (freedom > 0).sum(axis=0)
+    for d in np.flatnonzero(known > 1):
+        inside = freedom[:, d] > 0
+        for _ in range(int(_MOST_OUTLYING * known[d])):
+            variance = np.where(inside, squares[:, d] / np.maximum(freedom[:, d], 1.0), -1.0)
+            largest = int(variance.argmax())
+            rest = inside & (np.arange(len(inside)) != largest)
+            others = freedom[rest, d].sum()
+            pooled = (squares[rest, d].sum() + SHEET_WEIGHT * sheet[d]) / (others + SHEET_WEIGHT)
+            chance = f_distribution.sf(variance[largest] / pooled, freedom[largest, d], others + SHEET_WEIGHT)
+            if chance * known[d] > _OUTLYING:
+                break
+            inside = rest
+            own = squares[largest, d] + SHEET_WEIGHT * pooled
+            relative[largest, d] = max(np.sqrt(own / (freedom[largest, d] + SHEET_WEIGHT) / pooled), 1.0)
+    return relative
 
 
 def _shared(correlation: Floats, observables: Sequence[Observable], freedom: float) -> Floats:

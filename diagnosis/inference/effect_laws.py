@@ -219,7 +219,7 @@ def _by_level(law: EffectLaw, owners: Mapping[str, tuple[tuple[int, ...], tuple[
     neighbours = next((side for side in _SIDES if declared in side and law.kind.stage() == "contact"), ())
     split = []
     for owner, (levels, names) in owners.items():
-        if owner == declared or owner in neighbours:
+        if len(names) > 1 and (owner == declared or owner in neighbours):
             prior = law.log_prior + float(np.log(BY_LEVEL if owner == declared else BY_NEIGHBOUR))
             name = f"{law.name} by {owner}"
             split.append(EffectLaw(law.kind, name, law.coordinates, law.fixed, prior, levels, names))

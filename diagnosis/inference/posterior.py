@@ -59,8 +59,7 @@ class Posterior:
     ) -> Posterior:
         problem = InferenceProblem.of(gap, stages, kinds)
         library = search(problem, progress)
-        best = library.best()
-        fit_sets(problem, library, [[name for name in best.effects if name != out] for out in best.effects])
+        _fit_neighbours(problem, library)
         weighted = tuple(library.weights())
         drift = RunOrderDrift.of(gap)
         posterior = cls(gap, library, Metric.of(gap), weighted)
@@ -230,6 +229,13 @@ class Posterior:
             if effect in fit.effects:
                 return fitted_parameters(fit, effect)
         return ()
+
+
+def _fit_neighbours(problem: InferenceProblem, library: ModelLibrary) -> None:
+    """The best set without each of its effects; where one of them turns out to be better, that one's too."""
+    best = None
+    while best is not (best := library.best()):
+        fit_sets(problem, library, [[name for name in best.effects if name != out] for out in best.effects])
 
 
 def fitted_parameters(fit: SubsetFit, effect: str, prefix: str = "") -> tuple[Fitted, ...]:

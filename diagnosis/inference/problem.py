@@ -138,8 +138,8 @@ def _splittable(
 def _noise(gap: GapTable, c: Rows, o: Rows) -> Floats:
     """(N, N): of means, from repetitions, and of nominal parameters that are declared uncertain."""
     number = gap.count[c, o].astype(np.float64)
-    shared = np.sqrt(number[:, None] * number[None, :])
-    noise = np.where(c[:, None] == c[None, :], gap.noise.covariance[np.ix_(o, o)] / shared, 0.0)
+    wider = np.broadcast_to(gap.noise.relative, gap.mean.shape)[c, o] / np.sqrt(number)
+    noise = np.where(c[:, None] == c[None, :], gap.noise.covariance[np.ix_(o, o)] * np.outer(wider, wider), 0.0)
     nuisances = gap.nuisances[:, c, o]
     return np.asarray(noise + nuisances.T @ nuisances)
 

@@ -28,8 +28,11 @@ DRAWS, _SIMULATED = 400, 10
 #: Spread of a share m beyond the posterior, because benches have laws of their own and small effects that no set needs:
 #: `SHARE_ERROR` sqrt(m (1 - m)), and at least `LEAST_ERROR`; learned by `benchmarks/diagnosis_maps.py`.
 SHARE_ERROR, LEAST_ERROR = 0.33, 0.04
-#: Sets of effects whose shares are averaged, at most, and the least weight of one.
-_MOST, _LEAST = 4, 0.05
+#: Sets whose shares are averaged, at most, and the least weight of one. The first so many of them, and with so much
+#: weight, have exact shares with the spread of their parameters; the others come from what their effects take alone and
+#: after all others, which is simulated already.
+_MOST, _LEAST = 30, 0.005
+_MOST_EXACT, _LEAST_EXACT = 4, 0.05
 
 
 @dataclass(frozen=True)
@@ -46,13 +49,13 @@ def gap_shares(library: ModelLibrary, weights: Floats, floor: float, rng: np.ran
     """Averaged over the likeliest sets. `weights` (D,): of the observables' squares in the gap's metric; `floor`: the
     sum over all cells, so weighed, of the variance that repetitions leave, in tolerances squared."""
     weighted = [(fit, weight) for fit, weight in library.weights() if weight > _LEAST][:_MOST]
-    weighted = weighted or library.weights()[:1]
     effects = library.problem.effects
     draws: list[Floats] = []
     total = sum(weight for _, weight in weighted)
-    for fit, weight in weighted:
+    for place, (fit, weight) in enumerate(weighted):
         count = max(1, round(DRAWS * weight / total))
-        draws.append(_draws(library.problem, fit, weights, floor, effects, count, rng))
+        exact = place == 0 or (place < _MOST_EXACT and weight > _LEAST_EXACT)
+        draws.append(_draws(library.problem, fit, weights, floor, effects, count, rng, exact=exact))
     values = np.concatenate(draws)
     mean = values.mean(axis=0)
     # What the laws of the catalogue are off by is not in the posterior of their parameters.
@@ -78,14 +81,16 @@ def _draws(
     effects: Sequence[str],
     count: int,
     rng: np.random.Generator,
+    *,
+    exact: bool,
 ) -> Floats:
     """(count, effects + 1): shares that are not negative and sum to one, the last what remains."""
     before = _square(problem, weights, [()])[0]
     room = max(before - floor, 1e-9)
     table = np.zeros((count, len(effects) + 1))
     if fit.laws:
-        parts = _shapley(problem, fit, weights, before) / room
-        spread = _relative_spread(problem, fit, weights, parts, rng)
+        parts = (_shapley if exact else _first_and_last)(problem, fit, weights, before) / room
+        spread = _relative_spread(problem, fit, weights, parts, rng) if exact else np.zeros(len(parts))
         errors = _law_errors(fit)
         drawn = parts * np.exp(
             np.clip(spread * rng.standard_normal((count, len(parts))), -2, 2)

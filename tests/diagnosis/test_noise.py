@@ -143,7 +143,7 @@ def test_means_that_no_covariance_has_are_drawn_to_one_that_is() -> None:
     """Two lines that oppose each other and go both with a third: of [[1, c], [c, 0]] the positive part is left."""
     single = Observable("u", "gun", "velocity", "1", 1.0, 0.1)
     noise = Noise.of(
-        mirrored([1, 1, -0.2], [1, -0.2, 1], [0, 0, 0], [0, 0, 0]),
+        mirrored([1, 1, -0.2], [1, -0.2, 1], [1, 1, -0.2], [1, -0.2, 1]),
         PAIRS,
         [single, *plain(0.1, 0.1, frequency_hz=400.0)],
     )
@@ -167,3 +167,27 @@ def test_channels_share_what_their_lines_do_on_the_mean() -> None:
     assert found[0, 2:] == pytest.approx(0.6 / 2 + between * 2 / 3 / 2)
     assert found[1, 2:] == pytest.approx(3 / np.sqrt(30) / 2 + between * 2 / 3 / 2)
     assert found[2, 3] == pytest.approx(1 / 2 + 2 / 3 / 2)
+
+
+def campaign_of(rng: np.random.Generator, scatter: np.ndarray, runs: int = 3) -> tuple[np.ndarray, np.ndarray]:
+    """Deviations (R, 1) from the means of configurations with these standard deviations, and their configurations."""
+    drawn = scatter[:, None] * rng.standard_normal((len(scatter), runs))
+    return (drawn - drawn.mean(axis=1, keepdims=True)).reshape(-1, 1), np.repeat(np.arange(len(scatter)), runs)
+
+
+def test_configuration_that_scatters_far_more_has_its_own_scatter() -> None:
+    """And leaves that of the others as it is: 0.02 in the mean of the variances, not 0.19."""
+    rng, scatter = np.random.default_rng(4), np.full(12, 0.02)
+    scatter[5] = 0.65
+    noises = [Noise.of(*campaign_of(rng, scatter), plain(0.02)) for _ in range(40)]
+    assert np.sqrt(np.mean([noise.covariance[0, 0] for noise in noises])) == pytest.approx(0.02, rel=0.15)
+    own = np.array([noise.relative[5, 0] for noise in noises])
+    assert np.median(own) == pytest.approx(0.65 / 0.02, rel=0.5)  # two degrees of freedom, drawn to the others
+    assert all(noise.relative[np.arange(12) != 5].max() == 1.0 for noise in noises)
+
+
+def test_configurations_that_scatter_alike_are_pooled() -> None:
+    """A false alarm in one campaign of a thousand."""
+    rng = np.random.default_rng(5)
+    noises = [Noise.of(*campaign_of(rng, np.full(12, 0.02)), plain(0.02)) for _ in range(300)]
+    assert sum(noise.relative.max() > 1.0 for noise in noises) <= 3

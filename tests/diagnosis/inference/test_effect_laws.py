@@ -118,6 +118,28 @@ def test_common_law_has_what_levels_have_in_common(law):
         np.testing.assert_allclose(split[name], value, rtol=1e-12)
 
 
+@BY_LEVEL
+def test_level_start_is_where_it_is_asked_to_be_and_nowhere_likelier(law):
+    """Of all u with the same places, the one of least norm: it has no part that moves nothing."""
+    places = np.linspace(-0.9, 1.3, len(law.level_names))
+    u = law.level_start(places).reshape(len(law.coordinates), -1)
+    reached = np.sqrt(COMMON_SHARE) * u[0, 0] + np.sqrt(1 - COMMON_SHARE) * u[0, 1:]
+    np.testing.assert_allclose(reached, places, atol=1e-12)
+    idle = np.array([np.sqrt(1 - COMMON_SHARE), *np.full(len(places), -np.sqrt(COMMON_SHARE))])
+    assert u[0] @ idle == pytest.approx(0.0, abs=1e-12)
+    assert not u[1:].any()
+
+
+def test_mass_behind_the_tip_may_differ_from_tip_to_tip():
+    """Seldom: it is said to belong to the bullet. What belongs to the target is not split by the tip."""
+    laws = {law.name: law for law in laws_of(catalogue()["contact.effective_mass"], LawRanges(), OWNERS)}
+    common, bullet, tip = (laws[f"mass_factor{end}"] for end in ("", " by bullet", " by tip"))
+    assert len(laws) == 3
+    assert common.log_prior > bullet.log_prior > tip.log_prior
+    layer = laws_of(catalogue()["contact.layer_compliance"], LawRanges(), OWNERS)
+    assert {law.name.partition(" by ")[2] for law in layer} == {"", "layer", "face", "plate"}
+
+
 @ALL_KINDS
 def test_starts_are_places_of_the_law(kind):
     for law in of_kind(kind):

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.inference.held_out import FoldFit, fit_fold, set_predictions
-from pyroshock.diagnosis.inference.model_search import ModelLibrary, fit_sets, set_prior
+from pyroshock.diagnosis.inference.held_out import (
+    _left_out_residuals,
+    fit_fold,
+    set_predictions,
+    stacking_weights,
+)
+from pyroshock.diagnosis.inference.model_search import ModelLibrary, fit_sets
 from pyroshock.diagnosis.inference.problem import InferenceProblem
 from pyroshock.diagnosis.inference.subset_fit import SubsetFit, no_effects
 from support.records.linear_problems import columns_of, linear_problem
@@ -71,32 +76,62 @@ def test_prediction_has_not_seen_what_was_left_out():
     assert set_predictions(library, training, [fit])[0, 0, 0] == pytest.approx(linear, abs=1e-9)
 
 
-def test_sets_are_weighed_by_what_the_training_configurations_say():
-    """An effect that acts in the configuration left out alone is as likely without it as before any measurement."""
-    rng = np.random.default_rng(1)
-    responses = np.zeros((2, COUNT, 1))
-    responses[0, :, 0] = 4 * rng.standard_normal(COUNT)
-    responses[1, 0, 0] = 6 * NOISE
-    gap = responses.sum(axis=0) + NOISE * rng.standard_normal((COUNT, 1))
-    problem = linear_problem(responses, gap, NOISE**2 * np.eye(COUNT))
-    library = library_of(problem, ["gun.linear_0"], ["gun.linear_0", "gun.linear_1"])
-    on, off = set_prior(problem.laws)["gun.linear_1"]
-    assert _probability_of_both(fit_fold(library, np.arange(COUNT))) > 0.99
-    unseen = _probability_of_both(fit_fold(library, np.arange(1, COUNT)))
-    assert unseen == pytest.approx(np.exp(on) / (np.exp(on) + np.exp(off)), abs=0.01)
+def correlated_problem(seed: int = 3, kappa: float = 0.4) -> InferenceProblem:
+    """Three effects, two observables of each configuration, and noise that all of them share."""
+    rng = np.random.default_rng(seed)
+    responses = 4 * rng.standard_normal((3, COUNT, 2))
+    gap = np.tensordot((1.0, -0.8, 0.1), responses, axes=1)
+    size = 2 * COUNT
+    noise = NOISE**2 * np.eye(size) + kappa * np.exp(-np.abs(np.subtract.outer(np.arange(size), np.arange(size))) / 4)
+    return linear_problem(responses, gap + 0.5 * rng.standard_normal(gap.shape), noise)
 
 
-def _probability_of_both(fold: FoldFit) -> float:
-    """Of the set of two effects."""
-    return sum(weight for fit, weight in zip(fold.fits, fold.weights, strict=True) if len(fit.laws) == 2)
+def refitted(problem: InferenceProblem, fit: SubsetFit) -> np.ndarray:
+    """(N,): what each configuration leaves where a set is fitted, by generalized ridge regression, to the others."""
+    block, responses = problem.blocks[0], columns_of(problem, fit.effects)
+    matrix = block.covariances[fit.errors[0].background]
+    left = np.zeros(len(block.z))
+    for c in np.unique(block.configuration):
+        out, rest = (np.flatnonzero(rows) for rows in (block.configuration == c, block.configuration != c))
+        weighted = np.linalg.solve(matrix[np.ix_(rest, rest)], responses[rest])
+        size = np.linalg.solve(np.eye(len(fit.u)) + responses[rest].T @ weighted, weighted.T @ block.z[rest])
+        left[out] = block.z[out] - responses[out] @ size
+    return left
+
+
+def test_residuals_of_configurations_left_out_are_those_of_a_fit_without_them():
+    problem = correlated_problem()
+    library = library_of(problem, list(problem.effects), ["gun.linear_0"])
+    for fit in library.fits.values():
+        expected = refitted(problem, fit) if fit.laws else problem.blocks[0].z
+        np.testing.assert_allclose(_left_out_residuals(problem, fit), expected, atol=1e-5)
+
+
+def test_stacking_weights_predict_best_what_is_left_out():
+    """Of all pairs of weights that sum to one."""
+    problem = correlated_problem()
+    library = library_of(problem, ["gun.linear_0"], ["gun.linear_1"])
+    fits = [fit for fit in library.fits.values() if fit.laws]
+    left = np.column_stack([refitted(problem, fit) for fit in fits])
+    shares = np.linspace(0, 1, 1001)
+    squares = [float(((left @ [share, 1 - share]) ** 2).sum()) for share in shares]
+    weights = stacking_weights(problem, fits)
+    assert weights.sum() == pytest.approx(1.0)
+    assert weights[0] == pytest.approx(shares[int(np.argmin(squares))], abs=2e-3)
+    assert 0.05 < weights[0] < 0.95  # neither set alone
+
+
+def test_one_set_has_all_the_weight():
+    problem = problem_of()
+    assert stacking_weights(problem, [no_effects(problem)]).tolist() == [1.0]
 
 
 def test_weights_average_the_predictions():
-    problem = problem_of(sizes=(1.0, 0.06))
-    library = library_of(problem, ["gun.linear_0"], list(problem.effects))
-    fold = fit_fold(library, np.arange(1, COUNT))
+    problem = correlated_problem()
+    library = library_of(problem, ["gun.linear_0"], ["gun.linear_1"])
+    fold = fit_fold(library, np.arange(1, COUNT), [fit for fit in library.fits.values() if fit.laws])
     assert fold.weights.sum() == pytest.approx(1.0)
-    assert fold.weights.max() < 0.99  # the data do not decide
+    assert fold.weights.max() < 0.99  # neither is enough by itself
     predicted = library.problem.simulator.changes([fit.point() for fit in fold.fits])
     expected = sum(w * p for w, p in zip(fold.weights, predicted, strict=True))
     np.testing.assert_allclose(fold.averaged, expected)

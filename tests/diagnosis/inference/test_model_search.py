@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.inference.model_search import (
     NONE_PRIOR,
+    TEMPER,
     WINDOW,
     ModelLibrary,
     fit_sets,
@@ -69,14 +70,14 @@ def test_search_finds_the_best_of_all_sets():
     assert library.log_joint(library.best()) == pytest.approx(everything.log_joint(everything.best()), abs=0.1)
 
 
-def test_weights_are_the_joint_s_within_occams_window():
+def test_weights_are_the_tempered_joint_s_within_occams_window():
     library = search(problem_of(dict(zip(ACTING, (1.0, -0.7), strict=True))))
     weighted = library.weights()
     joint = np.array([library.log_joint(fit) for fit, _ in weighted])
     share = np.array([weight for _, weight in weighted])
     assert share.sum() == pytest.approx(1.0)
     assert np.all(np.diff(share) <= 0)
-    np.testing.assert_allclose(np.log(share) - np.log(share[0]), joint - joint[0], atol=1e-9)
+    np.testing.assert_allclose(np.log(share) - np.log(share[0]), TEMPER * (joint - joint[0]), atol=1e-9)
     assert joint.min() > joint.max() - WINDOW
     left_out = [fit for fit in library.fits.values() if fit not in [kept for kept, _ in weighted]]
     assert all(library.log_joint(fit) <= joint.max() - WINDOW for fit in left_out)

@@ -73,7 +73,8 @@ GAIN = effect("sensor.velocity_gain", gain=1.05)
 def test_planted_effect_is_in_the_best_set(planted: Effect):
     posterior = gun_posterior(planted)
     assert posterior.major(posterior.best)[0] == planted.id
-    assert posterior.inclusion(planted.id) > 0.9
+    others = [posterior.inclusion(name) for name in posterior.effects if name != planted.id]
+    assert posterior.inclusion(planted.id) > max(0.75, *others)  # evidence counts for less than it says
     assert posterior.taken(posterior.best) > 0.9
 
 
