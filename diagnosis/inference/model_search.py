@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -29,6 +29,7 @@ from .subset_fit import (
     polished,
     residual,
     split_parts,
+    with_evidence,
 )
 
 Floats = NDArray[np.float64]
@@ -47,6 +48,8 @@ _OF_ONE_LAW = 2
 BEAM = 2
 #: A set that is so many nats below the best and smaller than it is not followed further down.
 _GIVEN_UP = 15.0
+#: The likeliest sets, so many, are compared by the same backgrounds.
+_COMPARED = 60
 #: Likely sets of each stage that are put together with those of the others.
 _OF_A_STAGE = 6
 #: Steps of the fit of all effects at once, before and after its derivatives are simulated.
@@ -75,6 +78,19 @@ class ModelLibrary:
         rough = [fit for fit, _ in self.weights(window) if not fit.polished and fit.laws][:most]
         if rough:
             self.add(polished(self.problem, rough))
+
+    def compare_backgrounds(self) -> None:
+        """Tries the likeliest set's backgrounds on all others: a search leaves each set with those that it began with,
+        and sets that do the same would be nats apart."""
+        best = self.best().errors
+        fresh = []
+        for fit in sorted(self.fits.values(), key=self.log_joint, reverse=True)[:_COMPARED]:
+            errors = tuple(
+                replace(own, background=other.background) for own, other in zip(fit.errors, best, strict=True)
+            )
+            if errors != fit.errors:
+                fresh.append(with_evidence(self.problem, replace(fit, errors=errors)))
+        self.add(fresh)
 
     def has(self, laws: Sequence[EffectLaw]) -> bool:
         return tuple(sorted(law.key for law in laws)) in self.fits
@@ -201,6 +217,7 @@ def _composed(parts: Sequence[SubsetFit]) -> SubsetFit:
 
 def _exchange(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
     """From the best sets by drops, exchanges and additions until none is better."""
+    library.compare_backgrounds()
     library.polish()
     beam = [fit for fit, _ in library.weights()][:BEAM]
     for _ in range(_ROUNDS):
@@ -209,6 +226,7 @@ def _exchange(problem: InferenceProblem, library: ModelLibrary, progress: Callab
             for current in beam
         ]
         _fitted(problem, library, moves, count=3 * _FITTED)
+        library.compare_backgrounds()
         library.polish()
         best = [fit for fit, _ in library.weights()][:BEAM]
         progress(f"exchange {'+'.join(best[0].effects)}: {library.log_joint(best[0]):.1f}")
