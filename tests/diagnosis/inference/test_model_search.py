@@ -17,7 +17,7 @@ from pyroshock.diagnosis.inference.model_search import (
     set_prior,
 )
 from pyroshock.diagnosis.inference.problem import InferenceProblem
-from pyroshock.diagnosis.inference.subset_fit import no_effects
+from pyroshock.diagnosis.inference.subset_fit import no_effects, with_evidence
 from support.records.linear_problems import linear_law, linear_problem
 
 SHAPE = (12, 1)
@@ -68,6 +68,26 @@ def test_search_finds_the_best_of_all_sets():
     assert len(everything.fits) == 32
     assert set(library.best().effects) == set(everything.best().effects)
     assert library.log_joint(library.best()) == pytest.approx(everything.log_joint(everything.best()), abs=0.1)
+
+
+def test_sets_that_do_the_same_are_compared_by_the_same_background():
+    """The second of two effects with one response was fitted with the background that has nothing in it."""
+    rng, noise = np.random.default_rng(11), 0.3
+    response = 4 * rng.standard_normal(SHAPE)
+    smooth = np.linspace(-2, 2, SHAPE[0])[:, None]
+    problem = linear_problem(np.array([response, response]), response + smooth, noise**2 * np.eye(SHAPE[0]))
+    plain = noise**2 * np.eye(SHAPE[0])
+    object.__setattr__(problem.blocks[0], "covariances", np.stack([plain, plain + smooth @ smooth.T]))
+    library = ModelLibrary(problem)
+    library.add([no_effects(problem)])
+    fit_sets(problem, library, [["gun.linear_0"], ["gun.linear_1"]])
+    first, second = (library.fits[f"gun.linear_{i}/size",] for i in (0, 1))
+    assert first.errors[0].background == 1
+    worse = with_evidence(problem, replace(second, errors=(replace(second.errors[0], background=0),)))
+    library.fits["gun.linear_1/size",] = worse
+    assert worse.log_evidence < first.log_evidence - 5
+    library.compare_backgrounds()
+    assert library.fits["gun.linear_1/size",].log_evidence == pytest.approx(first.log_evidence, abs=1e-6)
 
 
 def test_weights_are_the_tempered_joint_s_within_occams_window():

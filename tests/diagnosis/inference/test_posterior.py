@@ -13,6 +13,7 @@ from pyroshock.diagnosis.gap_size import Metric
 from pyroshock.diagnosis.inference.model_search import ModelLibrary, fit_sets
 from pyroshock.diagnosis.inference.posterior import (
     Posterior,
+    _fit_neighbours,
     common_effects,
     fitted_effects,
     fitted_parameters,
@@ -76,6 +77,20 @@ def test_planted_effect_is_in_the_best_set(planted: Effect):
     others = [posterior.inclusion(name) for name in posterior.effects if name != planted.id]
     assert posterior.inclusion(planted.id) > max(0.75, *others)  # evidence counts for less than it says
     assert posterior.taken(posterior.best) > 0.9
+
+
+def test_best_set_is_known_without_each_of_its_effects():
+    """Else nothing says what an effect gains. The library begins with a set that is better without two of its three."""
+    rng = np.random.default_rng(6)
+    responses = 5 * rng.standard_normal((3, COUNT))
+    problem = linear_problem(responses[:, :, None], responses[0][:, None], 0.01 * np.eye(COUNT))
+    library = ModelLibrary(problem, {(): no_effects(problem)})
+    fit_sets(problem, library, [list(problem.effects)])
+    _fit_neighbours(problem, library)
+    assert library.best().effects == ("gun.linear_0",)
+    assert {frozenset(fit.effects) for fit in library.fits.values()} >= {
+        frozenset(library.best().effects) - {name} for name in library.best().effects
+    }
 
 
 @pytest.mark.parametrize("planted", [(ToyLoss(0.15),), (ToyMass(1.4), ToyLayer(0.3))], ids=["one", "two"])
