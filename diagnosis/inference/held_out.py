@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ...twin.effects import Effect
 from ..gap_size import Metric
-from .model_search import ModelLibrary
+from .model_search import TEMPER, ModelLibrary
 from .problem import InferenceProblem
 from .subset_fit import (
     Start,
@@ -37,6 +37,9 @@ _WINDOW, _MOST = 40.0, 40
 _STACKED, _LEAST_WEIGHT = 12, 0.02
 #: Weight of the condition that the weights sum to one, over that of all cells together.
 _SUM_TO_ONE = 1e3
+#: Beside the training configurations the posterior weighs as so many of them: a few configurations do not say which
+#: weights predict.
+_POSTERIOR_WEIGHT = 3.0
 #: Steps of their fits.
 _SETTLING = 3
 
@@ -66,7 +69,9 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
     inside = problem.only(training)
     linear = [_linear_fit(problem, inside, fit) for fit in only or _candidates(library)]
     linear = sorted(linear, key=library.log_joint, reverse=True)[:_STACKED]
-    weights = stacking_weights(inside, linear)
+    posterior = np.exp(TEMPER * np.array([library.log_joint(fit) - library.log_joint(linear[0]) for fit in linear]))
+    weights = len(training) * stacking_weights(inside, linear) + _POSTERIOR_WEIGHT * posterior / posterior.sum()
+    weights /= weights.sum()
     picked = [fit for fit, weight in zip(linear, weights, strict=True) if weight > _LEAST_WEIGHT]
     weights = weights[weights > _LEAST_WEIGHT] / weights[weights > _LEAST_WEIGHT].sum()
     fits = fit_subsets(inside, [_start_again(inside, fit) for fit in picked], iterations=_SETTLING)
