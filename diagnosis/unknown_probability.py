@@ -20,10 +20,10 @@ _LEAST_LEFT, _MOST_LEFT = 0.3, 3.0
 class UnknownMap:
     """logit p = `intercept` + `odds` asinh(log odds / 2) + `fraction` (1/2 - held-out fraction) + `left` ln(left)."""
 
-    intercept: float = -1.15
-    odds: float = 0.33
-    fraction: float = 1.15
-    left: float = 1.57
+    intercept: float = -1.68
+    odds: float = 0.29
+    fraction: float = 2.70
+    left: float = 1.94
     source: str = "development campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
 
     def __call__(self, log_odds: float, fraction: float | None, left: float | None) -> float:
