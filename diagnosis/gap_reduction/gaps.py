@@ -60,7 +60,8 @@ class Gaps:
         return np.asarray(np.nan_to_num(tables[:, :, used] / self.scale[used]))
 
     def squares(self, correction: Floats | float = 0.0) -> Floats:
-        """(C,): mean squared gap of each configuration, its scatter included."""
+        """(C,): squared gap of each configuration over all of its observables, its scatter included; the mean over the
+        configurations is that over all cells, so that one with few cells counts for no more than they do."""
         return _over_observables((self.mean - correction) ** 2)
 
     @property
@@ -77,7 +78,13 @@ class Gaps:
 
 def _over_observables(values: Floats) -> Floats:
     known = np.isfinite(values)
-    return np.asarray(np.where(known, values, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1))
+    return np.asarray(np.where(known, values, 0.0).sum(axis=1) / _mean_count(known))
+
+
+def _mean_count(known: NDArray[np.bool_]) -> float:
+    """Cells of a configuration, in the mean over those that have any."""
+    count = known.sum(axis=1)
+    return float(count[count > 0].mean()) if count.any() else 1.0
 
 
 def _chance(residuals: Floats, configuration: NDArray[np.intp], means: Means) -> Floats:
@@ -88,4 +95,4 @@ def _chance(residuals: Floats, configuration: NDArray[np.intp], means: Means) ->
     np.fill_diagonal(correlation, 1.0)
     sigma = np.sqrt(np.nan_to_num(means.variance))
     trace = np.einsum("ci,ij,cj->c", sigma**2, correlation**2, sigma**2)
-    return np.asarray(np.sqrt(2 * trace) / np.maximum(np.isfinite(means.mean).sum(axis=1), 1))
+    return np.asarray(np.sqrt(2 * trace) / _mean_count(np.isfinite(means.mean)))
