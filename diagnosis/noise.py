@@ -79,21 +79,21 @@ def _relative_scatter(squares: Floats, freedom: Floats, sheet: Floats) -> Floats
     from scipy.stats import f as f_distribution
 
     relative = np.ones(squares.shape)
-    known = (freedom > 0).sum(axis=0)
-    for d in np.flatnonzero(known > 1):
+    measured = (freedom > 0).sum(axis=0)
+    for d in np.flatnonzero(measured > 1):
         inside = freedom[:, d] > 0
-        for _ in range(int(_MOST_OUTLYING * known[d])):
+        for _ in range(int(_MOST_OUTLYING * measured[d])):
             variance = np.where(inside, squares[:, d] / np.maximum(freedom[:, d], 1.0), -1.0)
             largest = int(variance.argmax())
             rest = inside & (np.arange(len(inside)) != largest)
-            others = freedom[rest, d].sum()
-            pooled = (squares[rest, d].sum() + SHEET_WEIGHT * sheet[d]) / (others + SHEET_WEIGHT)
-            chance = f_distribution.sf(variance[largest] / pooled, freedom[largest, d], others + SHEET_WEIGHT)
-            if chance * known[d] > _OUTLYING:
+            rest_freedom = freedom[rest, d].sum() + SHEET_WEIGHT
+            pooled = (squares[rest, d].sum() + SHEET_WEIGHT * sheet[d]) / rest_freedom
+            chance = f_distribution.sf(variance[largest] / pooled, freedom[largest, d], rest_freedom)
+            if chance * measured[d] > _OUTLYING:
                 break
             inside = rest
-            own = squares[largest, d] + SHEET_WEIGHT * pooled
-            relative[largest, d] = max(np.sqrt(own / (freedom[largest, d] + SHEET_WEIGHT) / pooled), 1.0)
+            drawn = (squares[largest, d] + SHEET_WEIGHT * pooled) / (freedom[largest, d] + SHEET_WEIGHT)
+            relative[largest, d] = max(np.sqrt(drawn / pooled), 1.0)
     return relative
 
 

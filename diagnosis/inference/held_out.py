@@ -106,23 +106,23 @@ def _left_out_residuals(problem: InferenceProblem, fit: SubsetFit) -> Floats:
     if not len(fit.u):
         return np.concatenate(residuals)
     information, slope = np.eye(len(fit.u)), -fit.u
-    lost: dict[int, tuple[Floats, Floats]] = {}
+    downdates: dict[int, tuple[Floats, Floats]] = {}
     for index, block in enumerate(problem.blocks):
         answered = np.isfinite(fit.change[index])
         columns = np.column_stack([np.where(answered, residuals[index], 0.0), fit.jacobian[index]])
         inverse = _inverse_root(covariance(block, fit.contributions[index], fit.errors[index]))
-        weighted = inverse.T @ (inverse @ columns)
+        weighted = inverse.T @ (inverse @ columns)  # P r and P J
         information = information + fit.jacobian[index].T @ weighted[:, 1:]
         slope = slope + weighted[:, 1:].T @ columns[:, 0]
-        for c in np.unique(block.configuration):
+        for c in np.unique(block.configuration).tolist():
             rows = np.flatnonzero(block.configuration == c)
-            own = np.linalg.solve(inverse[:, rows].T @ inverse[:, rows], weighted[rows])
-            before = lost.get(int(c), (np.zeros_like(information), np.zeros_like(slope)))
-            both = weighted[rows, 1:].T @ own
-            lost[int(c)] = before[0] + both[:, 1:], before[1] + both[:, 0]
-    steps = {c: np.linalg.solve(information - less, slope - pull) for c, (less, pull) in lost.items()}
+            cells = inverse[:, rows]
+            product = weighted[rows, 1:].T @ np.linalg.solve(cells.T @ cells, weighted[rows])
+            earlier = downdates.get(c, (np.zeros_like(information), np.zeros_like(slope)))
+            downdates[c] = earlier[0] + product[:, 1:], earlier[1] + product[:, 0]
+    steps = {c: np.linalg.solve(information - less[0], slope - less[1]) for c, less in downdates.items()}
     for index, block in enumerate(problem.blocks):
-        moves = np.array([steps[int(c)] for c in block.configuration])
+        moves = np.array([steps[c] for c in block.configuration.tolist()])
         residuals[index] = residuals[index] - (fit.jacobian[index] * moves).sum(axis=1)
     return np.concatenate(residuals)
 
