@@ -13,7 +13,6 @@ from .observables.base import Stage
 from .observables.batching import at_rows
 from .observables.contact.residuals import pulse_residuals
 from .observables.contact.stage import ContactStage
-from .observables.plate.residuals import plate_residuals
 from .observables.plate.stage import PlateStage
 from .plot_data import CurvePicture, Pictures, residual_pictures
 
@@ -92,20 +91,16 @@ def _near_contact(force_n: Floats) -> slice:
 def _spectra(
     stage: PlateStage, effects: tuple[Effect, ...], runs: NDArray[np.intp], label: str
 ) -> Iterator[CurvePicture]:
-    before = plate_residuals(stage)
-    after = plate_residuals(stage, effects).simulated_db if effects else None
-    for i, channel in enumerate(before.channels[:_CHANNELS]):
-        known = runs[np.isfinite(before.gap_db[runs, i]).all(axis=1)]
-        if not known.size:
-            continue
-        levels = (before.measured_db, before.simulated_db, after)
-        measured, nominal, later = (None if each is None else _m_s2(each[known, i]) for each in levels)
-        assert measured is not None and nominal is not None
-        title, lines = f"{channel.replace('_', ' ')}, {label}", before.frequency_hz
-        name = "shock response spectrum"
-        yield CurvePicture(title, "natural frequency", "Hz", name, "m/s2", lines, measured, nominal, later, True)
-
-
-def _m_s2(level_db: Floats) -> Floats:
-    """Mean of levels (n, f) as accelerations (f,)."""
-    return np.asarray(10 ** (level_db.mean(axis=0) / 20))
+    spectra = stage.columns.spectra
+    records = [stage.signals.acceleration, stage.records(), *([stage.records(effects)] if effects else [])]
+    levels = [spectra.levels_db(accelerations[:, :_CHANNELS]) for accelerations in records]
+    for i, channel in enumerate(stage.signals.channels[:_CHANNELS]):
+        known = runs[np.isfinite(levels[0][runs, i] - levels[1][runs, i]).all(axis=1)]
+        if known.size:
+            title, name = f"{channel.replace('_', ' ')}, {label}", "shock response spectrum"
+            # mean levels as accelerations
+            curves = [10 ** (level[known, i].mean(axis=0) / 20) for level in levels]
+            after = curves[2] if effects else None
+            yield CurvePicture(
+                title, "natural frequency", "Hz", name, "m/s2", spectra.lines_hz, curves[0], curves[1], after, True
+            )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Self
 
 import numpy as np
@@ -35,8 +35,23 @@ class Reading:
 
     def of_lines(self, lines: NDArray[np.intp]) -> Self:
         """Some lines of the reading."""
-        every = (self.frequency, self.damping, self.level, self.phase, self.damping_noise, self.level_noise)
-        return type(self)(*(each[..., lines] for each in every))
+        return type(self)(*(getattr(self, item.name)[..., lines] for item in fields(self)))
+
+    def enter_step(
+        self, run: int, channels: NDArray[np.intp], scale: Floats, basis: Basis, amplitudes: Complexes, timed: Floats
+    ) -> tuple[Floats, Complexes]:
+        """Enters a run, one Gauss-Newton step from the poles of `basis`, and returns J'J and the new amplitudes.
+
+        `scale` (k,) is the loudness of its records, by which amplitudes (M, k) are multiplied; `timed` as in
+        `Basis.normal`.
+        """
+        jtj, jtr = basis.normal(amplitudes, timed)
+        step = bounded_step(basis, jtj, jtr)
+        poles, amplitudes = moved(basis.poles, step), basis.shifted(amplitudes, step)
+        self.frequency[run], self.damping[run] = np.log(poles.frequency_hz), np.log(poles.damping_ratio)
+        self.level[run, channels] = np.log(np.maximum(np.abs(amplitudes), _SILENCE) * scale).T
+        self.phase[run, channels] = np.angle(amplitudes).T
+        return jtj, amplitudes
 
 
 def median(values: Floats, axis: int) -> Floats:
@@ -51,63 +66,40 @@ def median(values: Floats, axis: int) -> Floats:
 def read_runs(ringing: Floats, configuration: NDArray[np.intp], poles: Poles, step_s: float) -> Reading:
     """Each configuration has its poles, from all its runs; each run is one Gauss-Newton step from them."""
     runs, channels, samples = ringing.shape
-    out = Reading.empty(runs, channels, poles.omega.size)
+    reading = Reading.empty(runs, channels, poles.omega.size)
     good = np.isfinite(ringing[:, :, 0])
     for c in np.unique(configuration[good.any(axis=1)]):
-        mine = np.flatnonzero((configuration == c) & good.any(axis=1))
-        basis = Basis.of(refined(poles, scaled(ringing[mine]), step_s, _STEPS), samples, step_s)
-        for run in mine:
-            read_run(basis, ringing[run], int(run), out)
-    return out
-
-
-def read_run(basis: Basis, ringing: Floats, run: int, out: Reading) -> None:
-    """One run (S, n) into row `run` of `out`: one Gauss-Newton step from the poles of `basis`."""
-    there, scale, records = _there(ringing)
-    amplitudes, residual = basis.amplitudes(records), basis.left(records)
-    jtj, jtr = basis.normal(amplitudes, residual)
-    step = bounded_step(basis, jtj, jtr)
-    shifted = basis.shifted(amplitudes, step)
-    _keep(basis, step, shifted, (there, scale, run), out)
-    noise = float(np.sqrt(np.mean(residual**2)))
-    _, out.damping_noise[run], level = basis.deviations(jtj, shifted, noise)
-    out.level_noise[run, there] = level.T
+        rows = np.flatnonzero((configuration == c) & good.any(axis=1))
+        basis = Basis.of(refined(poles, scaled(ringing[rows])[0], step_s, _STEPS), samples, step_s)
+        for run in rows:
+            measured = np.flatnonzero(good[run])
+            records, scale = scaled(ringing[run])
+            residual = basis.residual(records)
+            amplitudes, timed = basis.amplitudes(records), basis.timed.T @ residual
+            jtj, amplitudes = reading.enter_step(int(run), measured, scale, basis, amplitudes, timed)
+            noise = float(np.sqrt(np.mean(residual**2)))
+            reading.damping_noise[run], level_noise = basis.deviations(jtj, amplitudes, noise)
+            reading.level_noise[run, measured] = level_noise.T
+    return reading
 
 
 def read_simulated(basis: Basis, ringing: Floats) -> Reading:
-    """As `read_run`, of records (R, S, n) without noise, all with the poles of `basis`: their deviations are not asked
+    """As `read_runs`, of records (R, S, n) without noise, all with the poles of `basis`: their deviations are not asked
     for. A run is NaN in all of its channels or in none."""
-    out = Reading.empty(ringing.shape[0], ringing.shape[1], basis.poles.omega.size)
-    runs, every = np.flatnonzero(np.isfinite(ringing[:, 0, 0])), np.arange(ringing.shape[1])
-    scale = np.maximum(np.abs(ringing[runs]).max(axis=2), 1e-300)
-    records = (ringing[runs] / scale[:, :, None]).reshape(-1, ringing.shape[2]).T
+    runs, channels, _ = ringing.shape
+    reading = Reading.empty(runs, channels, basis.poles.omega.size)
+    records, scale = scaled(ringing)
     amplitudes, timed = basis.projected(records)
-    for k, run in enumerate(runs):
-        own = slice(k * every.size, (k + 1) * every.size)
-        step = bounded_step(basis, *basis.normal_of(amplitudes[:, own], timed[:, own]))
-        _keep(basis, step, basis.shifted(amplitudes[:, own], step), (every, scale[k], int(run)), out)
-    return out
+    every = np.arange(channels)
+    for k, run in enumerate(np.flatnonzero(np.isfinite(ringing[:, 0, 0]))):
+        columns = slice(k * channels, (k + 1) * channels)
+        reading.enter_step(int(run), every, scale[columns], basis, amplitudes[:, columns], timed[:, columns])
+    return reading
 
 
-def _there(ringing: Floats) -> tuple[NDArray[np.intp], Floats, Floats]:
-    """Channels that were measured, their loudness, and their records (n, k) over it."""
-    there = np.flatnonzero(np.isfinite(ringing[:, 0]))
-    scale = np.maximum(np.abs(ringing[there]).max(axis=1), 1e-300)
-    return there, scale, (ringing[there] / scale[:, None]).T
-
-
-def _keep(
-    basis: Basis, step: Floats, amplitudes: Complexes, place: tuple[NDArray[np.intp], Floats, int], out: Reading
-) -> None:
-    there, scale, run = place
-    poles = moved(basis.poles, step)
-    out.frequency[run], out.damping[run] = np.log(poles.frequency_hz), np.log(poles.damping_ratio)
-    out.level[run, there] = np.log(np.maximum(np.abs(amplitudes), _SILENCE) * scale).T
-    out.phase[run, there] = np.angle(amplitudes).T
-
-
-def scaled(ringing: Floats) -> Floats:
-    """Records (n, k) of one loudness each, from (R, S, n); those not measured are left out."""
+def scaled(ringing: Floats) -> tuple[Floats, Floats]:
+    """Records (n, k) of one loudness each, from (..., n), and their loudness (k,); those not measured are left out."""
     flat = ringing.reshape(-1, ringing.shape[-1])
     flat = flat[np.isfinite(flat[:, 0])]
-    return np.asarray((flat / np.maximum(np.abs(flat).max(axis=1, keepdims=True), 1e-300)).T)
+    scale = np.maximum(np.abs(flat).max(axis=1), 1e-300)
+    return np.asarray((flat / scale[:, None]).T), scale
