@@ -9,10 +9,10 @@ from difflib import get_close_matches
 def uncertain_numbers() -> dict[str, tuple[str, ...]]:
     """By stage: settings of the gun with the readings of a shot, and quantities of the nominal impact."""
     from ..twin.gun.bench import GunBench
-    from .observables.contact.uncertain_settings import KNOWN
-    from .observables.gun.uncertain_settings import READINGS
+    from .observables.contact.stage import UNCERTAIN
+    from .observables.gun.stage import READINGS
 
-    return {"gun": (*(item.name for item in fields(GunBench)), *READINGS), "contact": KNOWN}
+    return {"gun": (*(item.name for item in fields(GunBench)), *READINGS), "contact": UNCERTAIN}
 
 
 def full_name(name: str) -> str:

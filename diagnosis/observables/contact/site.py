@@ -13,10 +13,8 @@ from ....twin.contact.impact import solve
 from ....twin.contact.impacts import Impacts, plate_impedance
 from ....twin.contact.pulse import ContactPulse
 from ....twin.materials import Material
-from ...record import CampaignRecord, Configuration, Run
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.intp]
+from ...record import CampaignRecord, Configuration, Floats, Run
+from ..batching import Rows
 
 #: Of each contact's own time: peak and times are within 1e-6 of the solver's full steps.
 _STEPS = 32
