@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Iterator
 
 from ..twin.effects import catalogue
-from .labels import EFFECT_NAMES, effect_check, effect_subject, with_labels
+from .labels import EFFECT_SUBJECTS, effect_check, effect_subject, with_labels
 from .number_format import listed, number, percent
 from .summary import (
     MOST,
@@ -124,7 +124,7 @@ _WITH = "with"
 
 def _with_subjects(text: str) -> str:
     """Plain names in the place of ids."""
-    ids = "|".join(re.escape(name) for name in EFFECT_NAMES)
+    ids = "|".join(re.escape(name) for name in EFFECT_SUBJECTS)
     return re.sub(ids, lambda match: effect_subject(match[0]), text)
 
 
