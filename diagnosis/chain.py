@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from .observables.base import Stage
@@ -16,27 +14,24 @@ def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ..
 
     Raises `ValueError` where nothing was, where one configuration was, and for an uncertain number that cannot act.
     """
-    found: list[Stage] = []
+    stages: list[Stage] = []
     notes: list[str] = []
     for make in (_gun, _contact, _plate):
         stage, why = make(record, options)
         if stage is not None and not np.isfinite(stage.residuals()).any():
             why = f"{stage.name}: no run has both a measured and a simulated value"
             stage = None
-        if stage is None:
-            notes.append(why)
-        else:
-            found.append(stage)
-            notes += list(getattr(stage, "assumptions", ()))
-    _refuse_idle(options, [stage.name for stage in found], notes)
-    if not found:
+        stages += [stage] if stage else []
+        notes += getattr(stage, "assumptions", ()) if stage else (why,)
+    names = [stage.name for stage in stages]
+    for name in options.uncertain:
+        owner = name.partition(".")[0]
+        if names and owner not in names:
+            why = next((note for note in notes if note.startswith(owner)), f"{owner}: not measured")
+            raise ValueError(f"uncertain {name} cannot act on this campaign: {why}")
+    if not stages:
         raise ValueError(f"campaign {record.name}: nothing to compare: {'; '.join(notes)}")
-    _refuse_one_setting(record, found)
-    return tuple(found), tuple(notes)
-
-
-def _refuse_one_setting(record: CampaignRecord, stages: Sequence[Stage]) -> None:
-    """Raises `ValueError` where only one configuration has a gap: effects differ in how their gap changes with it."""
+    # effects differ in how their gap changes with the configuration
     compared = np.any([np.isfinite(stage.residuals()).any(axis=1) for stage in stages], axis=0)
     settings = np.unique(record.configuration_of[compared])
     if settings.size == 1:
@@ -45,15 +40,7 @@ def _refuse_one_setting(record: CampaignRecord, stages: Sequence[Stage]) -> None
             f"campaign {record.name}: all {int(compared.sum())} runs that can be compared are of one configuration "
             f"({label}); effects are told apart by how the gap changes with the settings: record at least two"
         )
-
-
-def _refuse_idle(options: Options, stages: Sequence[str], notes: Sequence[str]) -> None:
-    """Raises `ValueError` for an uncertain number of a stage that is not diagnosed."""
-    for name in options.uncertain:
-        stage = name.partition(".")[0]
-        if stages and stage not in stages:
-            why = next((note for note in notes if note.startswith(stage)), f"{stage}: not measured")
-            raise ValueError(f"uncertain {name} cannot act on this campaign: {why}")
+    return tuple(stages), tuple(notes)
 
 
 def _gun(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:

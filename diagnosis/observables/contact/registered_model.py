@@ -45,7 +45,9 @@ class RegisteredContactStage(ContactStage):
         plate_mass_kg: float | None = None,
     ) -> None:
         super().__init__(record, uncertain)
-        if plate_mass_kg is None and _PLATE_MASS in _predictors(contact):
+        # a law is not registered, and asks for nothing more
+        predictors = getattr(getattr(contact, "registered", None), "predictors", ())
+        if plate_mass_kg is None and any(predictor.name == _PLATE_MASS for predictor in predictors):
             raise ValueError(
                 f"{contact.label} asks for the plate's mass, which a record does not tell: give plate_mass_kg"
             )
@@ -75,12 +77,6 @@ class RegisteredContactStage(ContactStage):
         compression, force = tabulated(self.contact.pulses(strikes.Strikes(settings, cases[1])))
         histories.compression_time_s[known], histories.force_n[known] = compression[places], force[places]
         return histories
-
-
-def _predictors(contact: strikes.ContactStage) -> list[str]:
-    """Names of what a registered model is asked with; a law has none."""
-    registered = getattr(contact, "registered", None)
-    return [predictor.name for predictor in registered.predictors] if registered is not None else []
 
 
 def tabulated(pulses: strikes.Pulses) -> tuple[Floats, Floats]:
