@@ -108,3 +108,12 @@ class Stage(ABC):
             self._residuals = np.asarray(self.measured() - self.simulated())
             self._residuals.flags.writeable = False
         return self._residuals
+
+    def median_runs(self, values: Floats) -> NDArray[np.intp]:
+        """(C,): the run of each configuration with the lower median of `values` (R,); -1 where all are NaN."""
+        rows = np.full(len(self.record.configurations), -1)
+        for configuration in range(len(rows)):
+            known = np.flatnonzero((self.record.configuration_of == configuration) & np.isfinite(values))
+            if known.size:
+                rows[configuration] = known[np.argsort(values[known], kind="stable")[(known.size - 1) // 2]]
+        return rows

@@ -103,13 +103,7 @@ class ContactStage(Stage):
 
     def representatives(self) -> Rows:
         """(C,): the run of each configuration with its median velocity; -1 where there is none with a velocity."""
-        chosen = np.full(len(self.record.configurations), -1)
-        belongs = self.record.configuration_of
-        for configuration in range(len(chosen)):
-            rows = np.flatnonzero((belongs == configuration) & (self.recorded_m_s > 0))
-            if len(rows):
-                chosen[configuration] = rows[np.argsort(self.recorded_m_s[rows], kind="stable")[(len(rows) - 1) // 2]]
-        return chosen
+        return self.median_runs(np.where(self.recorded_m_s > 0, self.recorded_m_s, np.nan))
 
     def features_of(self, rows: Rows, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
         """(k, d): what records of the runs `rows` (k,) would show; effects' parameters are numbers or (k,)."""

@@ -76,7 +76,8 @@ class ModeSearch:
         Modes are searched in the runs `searched` and named by the candidate plate that fits best, as in `matched`.
         None where ringing is too short to tell them.
         """
-        if searched.size and ringing.shape[2] >= _FEWEST_SAMPLES:
+        runs, channels, samples = ringing.shape
+        if searched.size and samples >= _FEWEST_SAMPLES:
             records, _ = scaled(ringing[searched])
             most = min(_MOST_LINES, self.modes.size + _MORE_LINES)
             poles = search_poles(records, step_s, self.band_hz, self.damping_ratio, most)
@@ -85,7 +86,7 @@ class ModeSearch:
                 lines = matched(Lines(poles.frequency_hz, level), candidates, patterns=patterns)
                 known = np.flatnonzero(lines >= 0)
                 return self.modes[known], read_runs(ringing, configuration, poles, step_s).of_lines(lines[known])
-        return np.zeros(0, dtype=np.intp), Reading.empty(*ringing.shape[:2], 0)
+        return np.zeros(0, dtype=np.intp), Reading.empty(runs, channels, 0)
 
 
 @dataclass(frozen=True, eq=False)

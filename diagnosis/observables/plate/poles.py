@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,9 +105,9 @@ class Basis:
         """Complex (M, k) of records (n, k): mode m is Re(amplitude exp(lambda t))."""
         return self._complex(np.linalg.solve(self.r, self.q.T @ records))
 
-    def _complex(self, coefficients: Floats) -> Complexes:
+    def _complex(self, coefficients: NDArray[np.floating[Any]]) -> Complexes:
         m = self.poles.omega.size
-        return np.asarray(coefficients[:m] - 1j * coefficients[m : 2 * m])
+        return np.asarray(coefficients[:m] - 1j * coefficients[m : 2 * m], dtype=np.complex128)
 
     def projected(self, records: Floats) -> tuple[Complexes, Floats]:
         """Amplitudes (M, k), and the modes times t on the residual (2M, k) of records (n, k), which is not needed."""

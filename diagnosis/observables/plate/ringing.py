@@ -11,6 +11,7 @@ off: it would be taken for other half turns.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,7 +86,9 @@ def excited(forces: Sequence[Series | None], frequency_hz: Floats) -> Floats:
     return np.asarray(np.abs(transforms) / np.maximum(impulse, 1e-300)[:, None])
 
 
-def _transforms(forces: Sequence[Series | None], root: Complexes, at_s: Floats) -> Complexes:
+def _transforms(
+    forces: Sequence[Series | None], root: NDArray[np.complexfloating[Any, Any]], at_s: Floats
+) -> Complexes:
     """Z exp(lambda at) (R, K) for `root` lambda (K,) or (R, K), NaN without a force.
 
     By sums over samples: for a band-limited force they are the integral.

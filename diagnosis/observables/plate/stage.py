@@ -93,10 +93,8 @@ class PlateStage(Stage):
     @cached_property
     def representative(self) -> tuple[Rows, Floats]:
         """Runs of median peak force, one for each configuration that has any, and their nominal observables."""
-        peak, configuration = peaks(self._runs.forces), self.record.configuration_of
-        groups = [np.flatnonzero((configuration == c) & np.isfinite(peak)) for c in np.unique(configuration)]
-        rows = [group[np.argsort(peak[group])[(group.size - 1) // 2]] for group in groups if group.size]
-        return np.array(rows, dtype=np.intp), self._observed_at(np.array(rows, dtype=np.intp), ())
+        rows = self.median_runs(peaks(self._runs.forces))
+        return rows[rows >= 0], self._observed_at(rows[rows >= 0], ())
 
     def _observed_at(self, rows: Rows, effects: Sequence[Effect]) -> Floats:
         return self._simulation.observed(self._driven(effects).at(rows), ActiveEffects.of(effects))
