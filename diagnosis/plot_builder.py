@@ -110,11 +110,9 @@ def _spectra(stage: PlateStage, effects: Sequence[Effect], runs: Rows, label: st
         known = runs[np.isfinite(levels[0][runs, i] - levels[1][runs, i]).all(axis=1)]
         if known.size:
             curves = [10 ** (level[known, i].mean(axis=0) / 20) for level in levels]  # mean levels as accelerations
-            names = (
-                f"{channel.replace('_', ' ')}, {label}",
-                "natural frequency",
-                "Hz",
-                "shock response spectrum",
-                "m/s2",
+            after = curves[2] if effects else None
+            title, y_name = f"{channel.replace('_', ' ')}, {label}", "shock response spectrum"
+            x = spectra.lines_hz
+            yield CurvePicture(
+                title, "natural frequency", "Hz", y_name, "m/s2", x, curves[0], curves[1], after, logarithmic=True
             )
-            yield CurvePicture(*names, spectra.lines_hz, *curves, logarithmic=True)

@@ -52,10 +52,13 @@ class Stage(ABC):
 
     #: gun, contact or plate.
     name: ClassVar[str]
+    #: Sentences for the report: what was taken for granted.
+    assumptions: tuple[str, ...] = ()
 
     def __init__(self, record: CampaignRecord) -> None:
         self.record = record
         self._residuals: Floats | None = None
+        self._nuisances: dict[str, Floats] = {}
 
     @property
     @abstractmethod
@@ -86,9 +89,9 @@ class Stage(ABC):
         With `upstream` given that instead, which is true and passes no sensor. NaN where there is no answer.
         """
 
-    @abstractmethod
-    def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:
-        """What it hands to the next stage, for each run; the plate's is not asked for."""
+    def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:  # noqa: ARG002
+        """What it hands to the next stage, for each run. Raises `ValueError` for the last stage."""
+        raise ValueError(f"the {self.name} is the last stage: nothing takes what it gives")
 
     @abstractmethod
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
@@ -100,7 +103,7 @@ class Stage(ABC):
 
     def nuisances(self) -> dict[str, Floats]:
         """(C, d) by name: what one standard deviation of a nominal parameter that is declared uncertain does."""
-        return {}
+        return dict(self._nuisances)
 
     def residuals(self) -> Floats:
         """(R, d): measured less simulated. Reckoned once, and not to be written to."""

@@ -10,10 +10,9 @@ import numpy as np
 from ....twin.effects import Effect
 from ....twin.sensors.chain import SensorChain
 from ...record import Floats, Series
-from .effects import split_effects
 from .features import zeroed
 from .force_histories import ForceHistories
-from .stage import ContactStage
+from .stage import ContactStage, split_effects
 from .time_frame import level_crossings
 
 #: Room before the alignment and behind it, in the longest width at half the peak; and the most samples for it.

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from typing import ClassVar
 
 import numpy as np
 
-from ....twin.contact.bodies import Bodies
+from ....twin.contact.bodies import Bodies, MissingQuantityError
 from ....twin.contact.effect import ContactEffect
+from ....twin.contact.impacts import Impacts
 from ....twin.effects import Effect, catalogue
 from ....twin.sensors.chain import SensorChain
+from ....twin.sensors.effect import SensorEffect
 from ...record import CampaignRecord, Series
 from ..base import Floats, Observable, Stage, Upstream
 from ..batching import Rows, at_rows, by_kinds, stacked
-from .effects import applies_to_contact, is_active, split_effects, true_velocity
 from .features import NAMES, OBSERVABLES, series_features
 from .force_histories import ForceHistories, law_histories, measured_features
 from .site import sites_of
@@ -98,9 +99,6 @@ class ContactStage(Stage):
             changes[np.ix_(np.array(places), known)] = features.reshape(len(places), len(known), -1) - nominal
         return changes
 
-    def nuisances(self) -> dict[str, Floats]:
-        return dict(self._nuisances)
-
     def representatives(self) -> Rows:
         """(C,): the run of each configuration with its median velocity; -1 where there is none with a velocity."""
         return self.median_runs(np.where(self.recorded_m_s > 0, self.recorded_m_s, np.nan))
@@ -155,3 +153,37 @@ def _rate_hz(record: CampaignRecord, run: int) -> float:
     """Of the run's force, else of what else it records, else as hammer campaigns are recorded."""
     recorded = [record.runs[run].force, *record.runs[run].accelerations.values()]
     return next((series.sampling_rate_hz for series in recorded if series is not None), _ASSUMED_RATE_HZ)
+
+
+def applies_to_contact(kind: type[Effect]) -> bool:
+    """Whether it is an effect of the contact, or of the sensors on either side of it."""
+    hooks = ("measured_force_n", "measured_velocity_m_s")
+    if issubclass(kind, SensorEffect):
+        return any(getattr(kind, hook) is not getattr(SensorEffect, hook) for hook in hooks)
+    return issubclass(kind, ContactEffect)
+
+
+def is_active(kind: type[Effect], nominal: Impacts) -> bool:
+    """Whether it changes anything of these impacts or of their record."""
+    if not issubclass(kind, ContactEffect):
+        return applies_to_contact(kind)
+    try:
+        changed = kind().prepare(nominal)
+    except MissingQuantityError:
+        return False
+    quantities = (name for name, value in vars(nominal).items() if isinstance(value, np.ndarray))
+    return any(not np.array_equal(getattr(changed, name), getattr(nominal, name)) for name in quantities)
+
+
+def split_effects(effects: Iterable[Effect]) -> tuple[tuple[ContactEffect, ...], SensorChain]:
+    """Those of the contact in their order, and those of the sensors as a chain; of other stages none."""
+    effects = tuple(effects)
+    contact = tuple(effect for effect in effects if isinstance(effect, ContactEffect))
+    return contact, SensorChain.of(effect for effect in effects if isinstance(effect, SensorEffect))
+
+
+def true_velocity(chain: SensorChain, reading_m_s: Floats) -> Floats:
+    """Velocities (n,) from readings: the chain walked backwards, exact for gains and offsets."""
+    low, high = chain.measured_velocity_m_s(reading_m_s), chain.measured_velocity_m_s(2 * reading_m_s)
+    slope = (high - low) / reading_m_s
+    return np.asarray(reading_m_s + (reading_m_s - low) / slope)

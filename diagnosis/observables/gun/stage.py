@@ -94,9 +94,6 @@ class GunStage(Stage):
             changes[rows] = shown.reshape(len(rows), c) - nominal
         return changes[:, :, None]
 
-    def nuisances(self) -> dict[str, Floats]:
-        return dict(self._nuisances)
-
     def _median(self, values: Floats) -> Floats:
         """(C,): medians over the runs of each configuration; NaN without any."""
         rows = self.record.configuration_of

@@ -21,8 +21,7 @@ from ...record import CampaignRecord, Configuration, Floats
 from ..base import Observable, Stage, Upstream
 from .columns import mode_observables
 from .match import Lines, Rows, candidate_plates
-from .modes import CLEAR_DAMPING, HIGHEST, LOST, ModeSearch, best_modes, searched_runs
-from .runs import median
+from .modes import CLEAR_DAMPING, HIGHEST, LOST, ModeSearch, best_modes, median, searched_runs
 from .signals import ringdown_block
 from .spectra import RingingWindow
 
@@ -53,7 +52,7 @@ class PlateRingdownStage(Stage):
         self._modes, self._measured = self._read()
         if not self._modes.size:
             raise ValueError("none of the plate's modes was found in the accelerations")
-        self.assumptions: tuple[str, ...] = tuple(_assumed(record, used))
+        self.assumptions = tuple(_assumed(record, used))
 
     @property
     def simulator(self) -> str:
@@ -75,9 +74,6 @@ class PlateRingdownStage(Stage):
 
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:  # noqa: ARG002
         return np.where(self._compared[:, None], self._simulated(effects), np.nan)
-
-    def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:  # noqa: ARG002
-        raise ValueError("the plate is the last stage: nothing takes what it gives")
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
         changes = np.full((len(sets), len(self.record.configurations), 2 * self._modes.size), np.nan)

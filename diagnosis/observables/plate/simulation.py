@@ -21,9 +21,9 @@ from ....twin.sensors.effects.mount_resonance import MountResonance
 from ...record import Floats, Series
 from .columns import Columns
 from .force import on_clock
+from .modes import Reading, read_simulated
 from .poles import Basis, Poles
 from .ringing import delays_s, levels, phases
-from .runs import Reading, read_simulated
 
 #: Modes that an effect lifts to here are dropped: above half the sampling rate there is no answer.
 _MOST_OF_RATE = 0.499

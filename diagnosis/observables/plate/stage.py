@@ -52,7 +52,7 @@ class PlateStage(Stage):
             )
         points, notes = impact_points(record, self.plate)
         self._runs = SimulatedRuns(signals.force, signals.force, points, signals.first_s, signals.centre_s)
-        self.assumptions: tuple[str, ...] = (*notes, *signals.assumptions)
+        self.assumptions = (*notes, *signals.assumptions)
         if dropped := record.plate.frequency_hz.size - self.plate.frequency_hz.size:
             note = f"{dropped} modes of the plate above {limit_hz:g} Hz are left out: records end there"
             self.assumptions = (*self.assumptions, note)
@@ -77,9 +77,6 @@ class PlateStage(Stage):
 
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
         return self._simulation.observed(self._driven(effects, upstream), ActiveEffects.of(effects))
-
-    def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:  # noqa: ARG002
-        raise ValueError("the plate is the last stage: nothing takes what it gives")
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
         rows, nominal = self.representative
