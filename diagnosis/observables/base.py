@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...twin.effects import Effect
+from ...twin.sensors.chain import SensorChain
+from ...twin.sensors.effect import SensorEffect
 from ..record import CampaignRecord, Series
 
 Floats = NDArray[np.float64]
@@ -120,3 +122,15 @@ class Stage(ABC):
             if known.size:
                 rows[configuration] = known[np.argsort(values[known], kind="stable")[(known.size - 1) // 2]]
         return rows
+
+
+def sensor_chain(effects: Iterable[Effect]) -> SensorChain:
+    """The effects of the sensors as a chain; of other stages none."""
+    return SensorChain.of(effect for effect in effects if isinstance(effect, SensorEffect))
+
+
+def changes_reading(kind: type[Effect], *hooks: str) -> bool:
+    """Whether an effect is one of a sensor and changes what one of the hooks of `SensorEffect` gives."""
+    return issubclass(kind, SensorEffect) and any(
+        getattr(kind, hook) is not getattr(SensorEffect, hook) for hook in hooks
+    )

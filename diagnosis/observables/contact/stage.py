@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from typing import ClassVar
 
@@ -13,9 +13,8 @@ from ....twin.contact.effect import ContactEffect
 from ....twin.contact.impacts import Impacts
 from ....twin.effects import Effect, catalogue
 from ....twin.sensors.chain import SensorChain
-from ....twin.sensors.effect import SensorEffect
 from ...record import CampaignRecord, Series
-from ..base import Floats, Observable, Stage, Upstream
+from ..base import Floats, Observable, Stage, Upstream, changes_reading, sensor_chain
 from ..batching import Rows, at_rows, by_kinds, stacked
 from .features import NAMES, OBSERVABLES, series_features
 from .force_histories import ForceHistories, law_histories, measured_features
@@ -157,10 +156,7 @@ def _rate_hz(record: CampaignRecord, run: int) -> float:
 
 def applies_to_contact(kind: type[Effect]) -> bool:
     """Whether it is an effect of the contact, or of the sensors on either side of it."""
-    hooks = ("measured_force_n", "measured_velocity_m_s")
-    if issubclass(kind, SensorEffect):
-        return any(getattr(kind, hook) is not getattr(SensorEffect, hook) for hook in hooks)
-    return issubclass(kind, ContactEffect)
+    return issubclass(kind, ContactEffect) or changes_reading(kind, "measured_force_n", "measured_velocity_m_s")
 
 
 def is_active(kind: type[Effect], nominal: Impacts) -> bool:
@@ -175,11 +171,9 @@ def is_active(kind: type[Effect], nominal: Impacts) -> bool:
     return any(not np.array_equal(getattr(changed, name), getattr(nominal, name)) for name in quantities)
 
 
-def split_effects(effects: Iterable[Effect]) -> tuple[tuple[ContactEffect, ...], SensorChain]:
+def split_effects(effects: Sequence[Effect]) -> tuple[tuple[ContactEffect, ...], SensorChain]:
     """Those of the contact in their order, and those of the sensors as a chain; of other stages none."""
-    effects = tuple(effects)
-    contact = tuple(effect for effect in effects if isinstance(effect, ContactEffect))
-    return contact, SensorChain.of(effect for effect in effects if isinstance(effect, SensorEffect))
+    return tuple(effect for effect in effects if isinstance(effect, ContactEffect)), sensor_chain(effects)
 
 
 def true_velocity(chain: SensorChain, reading_m_s: Floats) -> Floats:

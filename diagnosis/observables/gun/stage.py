@@ -12,10 +12,8 @@ from ....twin.effects import Effect, catalogue
 from ....twin.gun.bench import GunBench
 from ....twin.gun.effect import GunEffect
 from ....twin.gun.shots import gun_velocity
-from ....twin.sensors.chain import SensorChain
-from ....twin.sensors.effect import SensorEffect
 from ...record import CampaignRecord
-from ..base import Floats, Observable, Stage, Upstream
+from ..base import Floats, Observable, Stage, Upstream, changes_reading, sensor_chain
 from ..batching import at_rows, by_kinds, stacked
 
 #: 1 % of velocity counts as agreement; the scatter where no run states its uncertainty.
@@ -104,11 +102,12 @@ class GunStage(Stage):
         """`upstream` is the true pressure of each run, where it is known."""
         if upstream is not None:
             return np.asarray(upstream, dtype=np.float64)
-        return _chain(effects).true_pressure_pa(reading_pa)
+        return sensor_chain(effects).true_pressure_pa(reading_pa)
 
     def _shown(self, effects: Sequence[Effect], pressure_pa: Floats, mass_kg: Floats, travel_m: Floats) -> Floats:
         """ln of what the velocity measurement shows."""
-        return _logarithms(_chain(effects).measured_velocity_m_s(self._fired(effects, pressure_pa, mass_kg, travel_m)))
+        velocity = self._fired(effects, pressure_pa, mass_kg, travel_m)
+        return _logarithms(sensor_chain(effects).measured_velocity_m_s(velocity))
 
     def _fired(self, effects: Sequence[Effect], pressure_pa: Floats, mass_kg: Floats, travel_m: Floats) -> Floats:
         """True velocities; NaN for a shot that stays in the barrel, or of which pressure or mass is not known."""
@@ -161,14 +160,7 @@ class GunStage(Stage):
 
 def acts_on_gun(kind: type[Effect]) -> bool:
     """Whether an effect changes the muzzle velocity that a bench shows for a pressure that it shows."""
-    if issubclass(kind, SensorEffect):
-        hooks = ("true_pressure_pa", "measured_velocity_m_s")
-        return any(getattr(kind, hook) is not getattr(SensorEffect, hook) for hook in hooks)
-    return issubclass(kind, GunEffect)
-
-
-def _chain(effects: Sequence[Effect]) -> SensorChain:
-    return SensorChain.of(effect for effect in effects if isinstance(effect, SensorEffect))
+    return issubclass(kind, GunEffect) or changes_reading(kind, "true_pressure_pa", "measured_velocity_m_s")
 
 
 def _numbers(values: Sequence[float | None]) -> Floats:

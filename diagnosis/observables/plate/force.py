@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....twin.effects import Effect
-from ....twin.sensors.chain import SensorChain
 from ....twin.sensors.effect import SensorEffect
 from ....twin.sensors.effects.force_bandwidth import ForceBandwidth
 from ....twin.sensors.effects.force_gain import ForceGain
 from ...record import Floats, Series
+from ..base import changes_reading, sensor_chain
 
 #: A contact is over when its force stays below this share of its peak.
 _OVER = 0.02
@@ -61,16 +61,11 @@ def true_force(reading: Series, effects: Sequence[Effect]) -> Series:
     Other effects on the force than gain and low pass are undone by going back and forth, which closes in on the force
     where an effect changes it by less than itself.
     """
-    acting = SensorChain.of(item for item in effects if acts_on_force(type(item))).effects
+    acting = sensor_chain(effect for effect in effects if changes_reading(type(effect), "measured_force_n")).effects
     values = reading.values
     for effect in reversed(acting):
         values = _undone(effect, values, 1 / reading.sampling_rate_hz)
     return replace(reading, values=values) if acting else reading
-
-
-def acts_on_force(kind: type[Effect]) -> bool:
-    """Whether an effect changes what the force channel shows."""
-    return issubclass(kind, SensorEffect) and kind.measured_force_n is not SensorEffect.measured_force_n
 
 
 def _undone(effect: SensorEffect, reading: Floats, step_s: float) -> Floats:

@@ -19,6 +19,7 @@ from ....twin.sensors.effect import SensorEffect
 from ....twin.sensors.effects.acceleration_gain import AccelerationGain
 from ....twin.sensors.effects.mount_resonance import MountResonance
 from ...record import Floats, Series
+from ..base import changes_reading
 from .columns import Columns
 from .force import on_clock
 from .modes import Reading, read_simulated
@@ -70,8 +71,9 @@ class ActiveEffects:
 
     @classmethod
     def of(cls, effects: Sequence[Effect]) -> ActiveEffects:
-        on_channels = (e for e in effects if isinstance(e, SensorEffect) and acts_on_acceleration(type(e)))
-        return cls(tuple(e for e in effects if isinstance(e, PlateEffect)), tuple(on_channels))
+        sensors = (effect for effect in effects if isinstance(effect, SensorEffect))
+        on_channels = tuple(item for item in sensors if changes_reading(type(item), "measured_acceleration_m_s2"))
+        return cls(tuple(effect for effect in effects if isinstance(effect, PlateEffect)), on_channels)
 
     def shown(self, accelerations: Floats, step_s: float) -> Floats:
         """What the channels show of accelerations (R, S, n)."""
@@ -181,13 +183,6 @@ class Simulation:
     @cached_property
     def _nominal_basis(self) -> Basis:
         return self._basis(self.nominal)
-
-
-def acts_on_acceleration(kind: type[Effect]) -> bool:
-    """Whether an effect changes what an accelerometer's channel shows."""
-    if not issubclass(kind, SensorEffect):
-        return False
-    return kind.measured_acceleration_m_s2 is not SensorEffect.measured_acceleration_m_s2
 
 
 def _driving(runs: SimulatedRuns, step_s: float, samples: int) -> Floats:

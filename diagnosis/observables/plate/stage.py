@@ -13,16 +13,15 @@ from ....twin.effects import Effect, catalogue
 from ....twin.plate.effect import PlateEffect
 from ....twin.plate.modal import ModalPlate
 from ....twin.plate.respond import kept_below
-from ....twin.sensors.effect import SensorEffect
 from ...record import CampaignRecord, Floats, Series
-from ..base import Observable, Stage, Upstream
+from ..base import Observable, Stage, Upstream, changes_reading
 from .columns import Columns
-from .force import acts_on_force, true_force
+from .force import true_force
 from .match import Rows, candidate_plates
 from .modes import HIGHEST, ModeSearch, measured_modes, searched_runs
 from .ringing import levels
 from .signals import PlateSignals, impact_points
-from .simulation import ActiveEffects, SimulatedRuns, Simulation, acts_on_acceleration
+from .simulation import ActiveEffects, SimulatedRuns, Simulation
 from .spectra import RingingWindow, Spectra
 
 #: Of a shape's usual size.
@@ -142,6 +141,4 @@ def peaks(forces: Sequence[Series | None]) -> Floats:
 
 def acts_on_plate(kind: type[Effect]) -> bool:
     """Whether an effect changes the accelerations that a bench shows for a force that it shows."""
-    if issubclass(kind, SensorEffect):
-        return acts_on_acceleration(kind) or acts_on_force(kind)
-    return issubclass(kind, PlateEffect)
+    return issubclass(kind, PlateEffect) or changes_reading(kind, "measured_force_n", "measured_acceleration_m_s2")
