@@ -1,8 +1,9 @@
-"""The stages that a campaign's record has something to say of."""
+"""The stages that a campaign's record has something to say of, and their numbers that a user may declare uncertain."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from dataclasses import fields
+from difflib import get_close_matches
 
 import numpy as np
 
@@ -16,27 +17,24 @@ def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ..
 
     Raises `ValueError` where nothing was, where one configuration was, and for an uncertain number that cannot act.
     """
-    found: list[Stage] = []
+    stages: list[Stage] = []
     notes: list[str] = []
     for make in (_gun, _contact, _plate):
         stage, why = make(record, options)
         if stage is not None and not np.isfinite(stage.residuals()).any():
             why = f"{stage.name}: no run has both a measured and a simulated value"
             stage = None
-        if stage is None:
-            notes.append(why)
-        else:
-            found.append(stage)
-            notes += list(getattr(stage, "assumptions", ()))
-    _refuse_idle(options, [stage.name for stage in found], notes)
-    if not found:
+        stages += [stage] if stage else []
+        notes += stage.assumptions if stage else (why,)
+    names = [stage.name for stage in stages]
+    for name in options.uncertain:
+        owner = name.partition(".")[0]
+        if names and owner not in names:
+            why = next((note for note in notes if note.startswith(owner)), f"{owner}: not measured")
+            raise ValueError(f"uncertain {name} cannot act on this campaign: {why}")
+    if not stages:
         raise ValueError(f"campaign {record.name}: nothing to compare: {'; '.join(notes)}")
-    _refuse_one_setting(record, found)
-    return tuple(found), tuple(notes)
-
-
-def _refuse_one_setting(record: CampaignRecord, stages: Sequence[Stage]) -> None:
-    """Raises `ValueError` where only one configuration has a gap: effects differ in how their gap changes with it."""
+    # effects differ in how their gap changes with the configuration
     compared = np.any([np.isfinite(stage.residuals()).any(axis=1) for stage in stages], axis=0)
     settings = np.unique(record.configuration_of[compared])
     if settings.size == 1:
@@ -45,15 +43,7 @@ def _refuse_one_setting(record: CampaignRecord, stages: Sequence[Stage]) -> None
             f"campaign {record.name}: all {int(compared.sum())} runs that can be compared are of one configuration "
             f"({label}); effects are told apart by how the gap changes with the settings: record at least two"
         )
-
-
-def _refuse_idle(options: Options, stages: Sequence[str], notes: Sequence[str]) -> None:
-    """Raises `ValueError` for an uncertain number of a stage that is not diagnosed."""
-    for name in options.uncertain:
-        stage = name.partition(".")[0]
-        if stages and stage not in stages:
-            why = next((note for note in notes if note.startswith(stage)), f"{stage}: not measured")
-            raise ValueError(f"uncertain {name} cannot act on this campaign: {why}")
+    return tuple(stages), tuple(notes)
 
 
 def _gun(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:
@@ -103,3 +93,33 @@ def _plate(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]
         return (PlateStage if driven and record.plate_points_known else PlateRingdownStage)(record), ""
     except ValueError as error:
         return None, f"plate: not diagnosed: {error}"
+
+
+def uncertain_numbers() -> dict[str, tuple[str, ...]]:
+    """By stage: settings of the gun with the readings of a shot, and quantities of the nominal impact."""
+    from ..twin.gun.bench import GunBench
+    from .observables.contact.stage import UNCERTAIN
+    from .observables.gun.stage import READINGS
+
+    return {"gun": (*(item.name for item in fields(GunBench)), *READINGS), "contact": UNCERTAIN}
+
+
+def full_name(name: str) -> str:
+    """`gun.bullet_mass_kg` for that, and for `bullet_mass_kg`, which only the gun has.
+
+    Raises `ValueError` for a name that no stage has, with the nearest one, or all.
+    """
+    numbers = uncertain_numbers()
+    every = [f"{stage}.{number}" for stage, names in numbers.items() for number in names]
+    if name in every:
+        return name
+    owners = [stage for stage, names in numbers.items() if name in names]
+    if len(owners) == 1:
+        return f"{owners[0]}.{name}"
+    if owners:
+        raise ValueError(f"{name} belongs to several stages; say {' or '.join(f'{stage}.{name}' for stage in owners)}")
+    bare = name.rpartition(".")[2]
+    near = get_close_matches(bare, [number.partition(".")[2] for number in every], 1, 0.5)
+    if near:
+        raise ValueError(f"no number {name!r}; the nearest is {full_name(near[0])}")
+    raise ValueError(f"no number {name!r}; there are {', '.join(every)}")

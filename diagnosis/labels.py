@@ -3,107 +3,76 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 
 STAGE_NAMES = {"gun": "the gun", "contact": "the contact", "plate": "the plate"}
 
-
-@dataclass(frozen=True)
-class EffectName:
-    """`subject` stands in a sentence before "causes 61 % of it". `check` completes "measure ...": what on the bench
-    shows the effect by itself, without the model."""
-
-    subject: str
-    check: str
-
-
-#: By the id of the catalogue.
-EFFECT_NAMES: dict[str, EffectName] = {
-    "gun.back_pressure": EffectName(
-        "the atmosphere ahead of the projectile", "the absolute pressure in the tank and in the barrel before the shot"
-    ),
-    "gun.barrel_loss": EffectName(
-        "the flow resistance of the barrel", "the velocity at two or more places along the barrel"
-    ),
-    "gun.blow_by": EffectName(
-        "the leak past the projectile", "the clearance between projectile and barrel with a bore gauge"
-    ),
-    "gun.dead_volume": EffectName(
-        "the dead volume between valve and projectile", "the volume between valve and projectile by filling it"
-    ),
-    "gun.heat_exchange": EffectName(
-        "the heat that the gas takes from the walls", "the tank's pressure and temperature directly after the shot"
-    ),
-    "gun.sliding_friction": EffectName(
-        "the friction of the projectile in the barrel", "the force that pushes the projectile slowly through the barrel"
-    ),
-    "gun.valve_flow": EffectName(
-        "the flow resistance of the valve", "the pressure behind the projectile during the shot"
-    ),
-    "contact.effective_mass": EffectName(
-        "the mass that strikes", "the mass of the impactor with everything that moves with it, on a balance"
-    ),
-    "contact.layer_compliance": EffectName(
-        "the compliance of the insulating layer", "the layer's deflection under a known static load"
-    ),
-    "contact.plastic_yield": EffectName(
-        "the plastic yield of tip or target", "the diameter of the permanent indentation after a hit"
-    ),
-    "contact.plate_compliance": EffectName(
-        "the plate that gives way under the impact", "the velocity of the plate at the impact point during the contact"
-    ),
-    "contact.tip_geometry": EffectName("the shape of the tip", "the tip's profile with a radius gauge or a microscope"),
-    "contact.viscous_loss": EffectName(
-        "the damping of the contact", "the velocity of the rebound (coefficient of restitution)"
-    ),
-    "plate.boundary": EffectName(
-        "the stiffness of the plate's supports", "the rigid-body frequency of the plate on its supports"
-    ),
-    "plate.damping": EffectName("the damping of the plate", "the decay of single modes after a light tap"),
-    "plate.sensor_mass": EffectName(
-        "the mass of the accelerometers on the plate", "the plate's frequencies with one accelerometer removed"
-    ),
-    "plate.stiffness": EffectName(
-        "the stiffness of the plate", "the plate's thickness, and its frequencies after a light tap"
-    ),
-    "sensor.acceleration_gain": EffectName(
-        "the sensitivity of an accelerometer", "the accelerometer against a calibrator or a second accelerometer"
-    ),
-    "sensor.force_bandwidth": EffectName(
-        "the limited bandwidth of the force channel", "the force channel's step response, or the settings of its filter"
-    ),
-    "sensor.force_gain": EffectName(
-        "the sensitivity of the force channel", "the force channel against a known mass (ISO 7626-5)"
-    ),
-    "sensor.mount_resonance": EffectName(
-        "the resonance of an accelerometer's mounting", "the accelerometer's mounted resonance after mounting it anew"
-    ),
-    "sensor.pressure_gain": EffectName(
-        "the sensitivity of the pressure transducer", "the tank pressure with a second gauge at two pressures"
-    ),
-    "sensor.pressure_offset": EffectName(
-        "the zero offset of the pressure transducer", "the transducer's reading with an open tank"
-    ),
-    "sensor.velocity_gain": EffectName(
-        "the sensitivity of the velocity measurement", "the projectile's length and the distance of the light barriers"
-    ),
-    "sensor.zero_shift": EffectName(
-        "the zero shift of an accelerometer", "the accelerometer's level at rest after the shock"
-    ),
+#: By the id of the catalogue: an effect as it stands in a sentence before "causes 61 % of it".
+EFFECT_SUBJECTS = {
+    "gun.back_pressure": "the atmosphere ahead of the projectile",
+    "gun.barrel_loss": "the flow resistance of the barrel",
+    "gun.blow_by": "the leak past the projectile",
+    "gun.dead_volume": "the dead volume between valve and projectile",
+    "gun.heat_exchange": "the heat that the gas takes from the walls",
+    "gun.sliding_friction": "the friction of the projectile in the barrel",
+    "gun.valve_flow": "the flow resistance of the valve",
+    "contact.effective_mass": "the mass that strikes",
+    "contact.layer_compliance": "the compliance of the insulating layer",
+    "contact.plastic_yield": "the plastic yield of tip or target",
+    "contact.plate_compliance": "the plate that gives way under the impact",
+    "contact.tip_geometry": "the shape of the tip",
+    "contact.viscous_loss": "the damping of the contact",
+    "plate.boundary": "the stiffness of the plate's supports",
+    "plate.damping": "the damping of the plate",
+    "plate.sensor_mass": "the mass of the accelerometers on the plate",
+    "plate.stiffness": "the stiffness of the plate",
+    "sensor.acceleration_gain": "the sensitivity of an accelerometer",
+    "sensor.force_bandwidth": "the limited bandwidth of the force channel",
+    "sensor.force_gain": "the sensitivity of the force channel",
+    "sensor.mount_resonance": "the resonance of an accelerometer's mounting",
+    "sensor.pressure_gain": "the sensitivity of the pressure transducer",
+    "sensor.pressure_offset": "the zero offset of the pressure transducer",
+    "sensor.velocity_gain": "the sensitivity of the velocity measurement",
+    "sensor.zero_shift": "the zero shift of an accelerometer",
+}
+#: What completes "measure ...": what on the bench shows the effect by itself, without the model.
+EFFECT_CHECKS = {
+    "gun.back_pressure": "the absolute pressure in the tank and in the barrel before the shot",
+    "gun.barrel_loss": "the velocity at two or more places along the barrel",
+    "gun.blow_by": "the clearance between projectile and barrel with a bore gauge",
+    "gun.dead_volume": "the volume between valve and projectile by filling it",
+    "gun.heat_exchange": "the tank's pressure and temperature directly after the shot",
+    "gun.sliding_friction": "the force that pushes the projectile slowly through the barrel",
+    "gun.valve_flow": "the pressure behind the projectile during the shot",
+    "contact.effective_mass": "the mass of the impactor with everything that moves with it, on a balance",
+    "contact.layer_compliance": "the layer's deflection under a known static load",
+    "contact.plastic_yield": "the diameter of the permanent indentation after a hit",
+    "contact.plate_compliance": "the velocity of the plate at the impact point during the contact",
+    "contact.tip_geometry": "the tip's profile with a radius gauge or a microscope",
+    "contact.viscous_loss": "the velocity of the rebound (coefficient of restitution)",
+    "plate.boundary": "the rigid-body frequency of the plate on its supports",
+    "plate.damping": "the decay of single modes after a light tap",
+    "plate.sensor_mass": "the plate's frequencies with one accelerometer removed",
+    "plate.stiffness": "the plate's thickness, and its frequencies after a light tap",
+    "sensor.acceleration_gain": "the accelerometer against a calibrator or a second accelerometer",
+    "sensor.force_bandwidth": "the force channel's step response, or the settings of its filter",
+    "sensor.force_gain": "the force channel against a known mass (ISO 7626-5)",
+    "sensor.mount_resonance": "the accelerometer's mounted resonance after mounting it anew",
+    "sensor.pressure_gain": "the tank pressure with a second gauge at two pressures",
+    "sensor.pressure_offset": "the transducer's reading with an open tank",
+    "sensor.velocity_gain": "the projectile's length and the distance of the light barriers",
+    "sensor.zero_shift": "the accelerometer's level at rest after the shock",
 }
 
 
 def effect_subject(identity: str) -> str:
     """An effect as a sentence names it; the id itself for one that has no name."""
-    name = EFFECT_NAMES.get(identity)
-    return identity if name is None else name.subject
+    return EFFECT_SUBJECTS.get(identity, identity)
 
 
 def effect_check(identity: str) -> str:
     """What to measure on the bench for an effect; "" where nothing is known."""
-    name = EFFECT_NAMES.get(identity)
-    return "" if name is None else name.check
+    return EFFECT_CHECKS.get(identity, "")
 
 
 @dataclass(frozen=True)
@@ -116,36 +85,26 @@ class ObservableLabel:
 
 
 _FEATURES = {
-    "ln_velocity": ObservableLabel("muzzle velocity", relative=True),
-    "ln_peak": ObservableLabel("peak force", relative=True),
-    "ln_impulse": ObservableLabel("impulse", relative=True),
-    "ln_width_half": ObservableLabel("pulse width at 50 % of the peak", relative=True),
-    "ln_width_tenth": ObservableLabel("pulse width at 10 % of the peak", relative=True),
-    "rise_share": ObservableLabel("rise time over pulse width", relative=False),
-    "skew": ObservableLabel("pulse shape: skewness", relative=False),
-    "fatness": ObservableLabel("pulse shape: fullness", relative=False),
-    "shape_3": ObservableLabel("pulse shape: third Legendre coefficient", relative=False),
-    "shape_4": ObservableLabel("pulse shape: fourth Legendre coefficient", relative=False),
-    "after_share": ObservableLabel("impulse after the contact over the whole impulse", relative=False),
+    "ln_velocity": "muzzle velocity",
+    "ln_peak": "peak force",
+    "ln_impulse": "impulse",
+    "ln_width_half": "pulse width at 50 % of the peak",
+    "ln_width_tenth": "pulse width at 10 % of the peak",
+    "rise_share": "rise time over pulse width",
+    "skew": "pulse shape: skewness",
+    "fatness": "pulse shape: fullness",
+    "shape_3": "pulse shape: third Legendre coefficient",
+    "shape_4": "pulse shape: fourth Legendre coefficient",
+    "after_share": "impulse after the contact over the whole impulse",
 }
-_FeatureOf = Callable[[re.Match[str]], ObservableLabel]
 #: Observables of the plate carry channel, frequency and time in their names.
-_OF_PLATE: tuple[tuple[str, _FeatureOf], ...] = (
-    (r"ln frequency of the mode at (?P<f>.+)", lambda m: ObservableLabel(f"frequency of the mode at {m['f']}", True)),
-    (r"ln damping of the mode at (?P<f>.+)", lambda m: ObservableLabel(f"damping of the mode at {m['f']}", True)),
-    (
-        r"(?P<c>.+) spectrum at (?P<f>.+)",
-        lambda m: ObservableLabel(f"shock response spectrum at {m['f']}, {_channel(m['c'])}", False),
-    ),
-    (
-        r"(?P<c>.+) ln amplitude of the mode at (?P<f>.+)",
-        lambda m: ObservableLabel(f"amplitude of the mode at {m['f']}, {_channel(m['c'])}", True),
-    ),
-    (
-        r"(?P<c>.+) rest from (?P<t>.+ ms)",
-        lambda m: ObservableLabel(f"level at rest from {m['t']} over the peak, {_channel(m['c'])}", False),
-    ),
-    (r"(?P<c>.+) delay", lambda m: ObservableLabel(f"delay over the contact time, {_channel(m['c'])}", False)),
+_OF_PLATE = (
+    (r"ln frequency of the mode at (?P<f>.+)", "frequency of the mode at {f}"),
+    (r"ln damping of the mode at (?P<f>.+)", "damping of the mode at {f}"),
+    (r"(?P<c>.+) spectrum at (?P<f>.+)", "shock response spectrum at {f}, {c}"),
+    (r"(?P<c>.+) ln amplitude of the mode at (?P<f>.+)", "amplitude of the mode at {f}, {c}"),
+    (r"(?P<c>.+) rest from (?P<t>.+ ms)", "level at rest from {t} over the peak, {c}"),
+    (r"(?P<c>.+) delay", "delay over the contact time, {c}"),
 )
 
 
@@ -155,19 +114,15 @@ def observable_label(name: str) -> ObservableLabel:
     An observable that has none keeps its name, without underscores.
     """
     if name in _FEATURES:
-        return _FEATURES[name]
-    for pattern, label in _OF_PLATE:
+        return ObservableLabel(_FEATURES[name], relative=name.startswith("ln_"))
+    for pattern, text in _OF_PLATE:
         if match := re.fullmatch(pattern, name):
-            return label(match)
+            words = {key: value.replace("_", " ") if key == "c" else value for key, value in match.groupdict().items()}
+            return ObservableLabel(text.format(**words), relative="ln " in pattern)
     return ObservableLabel(name.replace("_", " "), relative=False)
 
 
 def with_labels(sentence: str) -> str:
     """A sentence with the physical labels in the place of the names of observables."""
     names = "|".join(map(re.escape, _FEATURES))
-    return re.sub(rf"\b({names})\b", lambda match: _FEATURES[match[1]].text, sentence)
-
-
-def _channel(name: str) -> str:
-    """ "acceleration_1" as "acceleration 1"."""
-    return name.replace("_", " ")
+    return re.sub(rf"\b({names})\b", lambda match: _FEATURES[match[1]], sentence)

@@ -1,24 +1,22 @@
-"""The experiment that would tell the likeliest causes apart."""
+"""The experiment that would tell the likeliest causes apart: at the campaign's settings, or between and near them."""
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..twin.effects import Effect
-from .candidates import Candidates, candidates
 from .inference.posterior import Posterior
 from .inference.subset_fit import SubsetFit, residual, split_parts
 from .localisation.rules import column_of
 from .observables.base import Stage
-from .record import Factor
+from .observables.contact.stage import ContactStage
+from .observables.gun.stage import GunStage
+from .record import CampaignRecord, Configuration, Factor, Floats, Run
 from .verdict import NONE, UNKNOWN, Cause, NextRun
-
-Floats = NDArray[np.float64]
 
 #: Two causes are told apart at this distance: one case in forty goes wrong.
 APART = 4.0
@@ -27,6 +25,9 @@ _DRAWS, MOST_RUNS = 24, 30
 #: Shots of the configuration in which most of an unexplained gap remains.
 _REPEATS = 3
 _PAIRS, _LEAST = 3, 0.01
+#: How far beyond the campaign's own range numbers may go: by this factor, down and up; so many numbers within it, and
+#: so many settings of a contact at most.
+_BEYOND, _NUMBERS, _MOST = 1.5, 5, 160
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +51,13 @@ def next_runs(
     pairs = _pairs(causes)
     if not pairs:
         return unexplained
-    names = list(dict.fromkeys(name for pair in pairs for name in pair))
-    more = candidates(stages)
-    forecasts = {name: _forecast(posterior, name, stages, more, rng) for name in names}
-    settings = [row.factors for row in (more.record if more else stages[0].record).configurations]
+    stages = candidate_stages(stages)
+    names = dict.fromkeys(name for pair in pairs for name in pair)
+    forecasts = {name: _forecast(posterior, name, stages, rng) for name in names}
+    settings = [row.factors for row in stages[0].record.configurations]
     noise = posterior.gap.noise.covariance
-    runs = [_best(pair, forecasts, settings, noise) for pair in pairs]
-    return (*unexplained, *(run for run in runs if run is not None))
+    runs = (_best(pair, forecasts, settings, noise) for pair in pairs)
+    return (*unexplained, *filter(None, runs))
 
 
 def _where_unexplained(posterior: Posterior) -> tuple[NextRun, ...]:
@@ -67,15 +68,12 @@ def _where_unexplained(posterior: Posterior) -> tuple[NextRun, ...]:
         np.add.at(table, block.configuration, np.minimum(residual(block, change) ** 2, 1e6))
     settings = gap.record.configurations[int(gap.rows[int(table.argmax())])].factors
     pattern = posterior.likeliest_pattern
+    acts = f"where {pattern.pattern}" if " = " in pattern.pattern else pattern.pattern
     why = (
         "repeats the configuration in which most of the gap remains, in another order of runs: what remains looks most "
-        f"like something in the {pattern.stage} that acts {_acts(pattern.pattern)}"
+        f"like something in the {pattern.stage} that acts {acts}"
     )
     return (NextRun(why, _columns(settings), _REPEATS),)
-
-
-def _acts(pattern: str) -> str:
-    return f"where {pattern}" if " = " in pattern else pattern
 
 
 def _pairs(causes: Sequence[Cause]) -> list[tuple[str, str]]:
@@ -91,28 +89,26 @@ def _pairs(causes: Sequence[Cause]) -> list[tuple[str, str]]:
     return [pair for pair, _ in sorted(joint, key=lambda item: -item[1])[:_PAIRS]]
 
 
-def _forecast(
-    posterior: Posterior, name: str, stages: Sequence[Stage], more: Candidates | None, rng: np.random.Generator
-) -> _Forecast:
-    sets = _drawn(posterior.representative(name.split("+")), rng)
-    asked = more.stages if more else stages
-    table = np.concatenate([stage.changes(sets) for stage in asked], axis=2)
-    table = table[np.isfinite(table).all(axis=(1, 2))] if not np.isfinite(table).all() else table
-    if len(table) < 2:
-        n, d = len(asked[0].record.configurations), sum(len(stage.observables) for stage in asked)
+def _forecast(posterior: Posterior, name: str, stages: Sequence[Stage], rng: np.random.Generator) -> _Forecast:
+    sets = _parameter_draws(posterior.representative(name.split("+")), rng)
+    changes = np.concatenate([stage.changes(sets) for stage in stages], axis=2)
+    changes = changes[np.isfinite(changes).all(axis=(1, 2))]
+    if len(changes) < 2:
+        n, d = changes.shape[1:]
         return _Forecast(np.full((n, d), np.nan), np.zeros((n, d, d)))
-    away = table - table.mean(axis=0)
-    return _Forecast(table.mean(axis=0), np.einsum("kni,knj->nij", away, away) / (len(table) - 1))
+    deviation = changes - changes.mean(axis=0)
+    return _Forecast(changes.mean(axis=0), np.einsum("kni,knj->nij", deviation, deviation) / (len(changes) - 1))
 
 
-def _drawn(fit: SubsetFit, rng: np.random.Generator) -> list[tuple[Effect, ...]]:
+def _parameter_draws(fit: SubsetFit, rng: np.random.Generator) -> list[tuple[Effect, ...]]:
     """Parameters as likely as the data leave them; those that differ between levels by what levels have in common."""
     covariance = np.linalg.inv(fit.precision)
     root = np.linalg.cholesky((covariance + covariance.T) / 2 + 1e-9 * np.eye(len(covariance)))
     draws = fit.u + rng.standard_normal((_DRAWS, len(fit.u))) @ root.T
     return [
         tuple(
-            law.common.effect(law.common_part(own)) for law, own in zip(fit.laws, split_parts(fit.laws, u), strict=True)
+            law.common.effect(law.common_part(part))
+            for law, part in zip(fit.laws, split_parts(fit.laws, u), strict=True)
         )
         for u in draws
     ]
@@ -146,8 +142,79 @@ def _distances(a: _Forecast, b: _Forecast, noise: Floats, shots: int) -> Floats:
 
 def _columns(factors: Mapping[str, Factor]) -> dict[str, Factor]:
     """As a campaign's runs.csv has them."""
-    found: dict[str, Factor] = {}
+    columns: dict[str, Factor] = {}
     for name, value in factors.items():
         column, unit = column_of(name)
-        found[column] = value if isinstance(value, str) else float(f"{value / unit:.6g}")
-    return found
+        columns[column] = value if isinstance(value, str) else float(f"{value / unit:.6g}")
+    return columns
+
+
+def candidate_stages(stages: Sequence[Stage]) -> Sequence[Stage]:
+    """The stages on a record of settings that one more shot could have, none of which was shot.
+
+    For a campaign of one stage, gun or contact: its own settings, and those between and a little beyond them. For
+    others, and where nothing was shot, the stages as they are: their own settings are all.
+    """
+    stage = stages[0]
+    if len(stages) == 1 and isinstance(stage, GunStage):
+        record = _gun_settings(stage.record)
+        return (GunStage(record, stage.uncertain),) if record.runs else stages
+    if len(stages) == 1 and type(stage) is ContactStage:
+        record = _contact_settings(stage.record)
+        return (ContactStage(record),) if record.runs else stages
+    return stages
+
+
+def _gun_settings(record: CampaignRecord) -> CampaignRecord:
+    """Every combination of pressure and mass; the travel is that of the projectile whose mass is nearest."""
+    shots = [run for run in record.runs if run.tank_pressure_pa and run.bullet_mass_kg and run.velocity_m_s]
+    pressures = _spread([float(run.tank_pressure_pa or 0) for run in shots])
+    masses = _spread([float(run.bullet_mass_kg or 0) for run in shots])
+    factors: list[dict[str, Factor]] = []
+    runs: list[Run] = []
+    for pressure, mass in itertools.product(pressures, masses):
+        nearest = min(shots, key=lambda run: abs(float(run.bullet_mass_kg or 0) - mass))
+        runs.append(replace(shots[0], tank_pressure_pa=pressure, bullet_mass_kg=mass, travel_m=nearest.travel_m))
+        factors.append({"tank_pressure": pressure, "bullet_mass": mass})
+    return _record_of(record, factors, runs)
+
+
+def _contact_settings(record: CampaignRecord) -> CampaignRecord:
+    """Every combination of tip, target and layer that the campaign has levels of, at low and high velocity."""
+    hits = [run for run in record.runs if run.velocity_m_s and run.force is not None]
+    speeds = np.quantile([float(run.velocity_m_s or 0) for run in hits], [0.05, 0.95]).tolist() if hits else []
+    settings = [configuration.factors for configuration in record.configurations]
+    names = sorted({name for row in settings for name in row} - {"tank_pressure"})
+    levels = [list(dict.fromkeys(row.get(name, "") for row in settings)) for name in names]
+    combinations = [dict(zip(names, row, strict=True)) for row in itertools.islice(itertools.product(*levels), 4000)]
+    possible = [row for row in combinations if not _is_floating(row)]
+    step = max(1, len(possible) * len(speeds) // _MOST)
+    factors: list[dict[str, Factor]] = []
+    runs: list[Run] = []
+    for row, speed in itertools.product(possible[::step], speeds):
+        like = min(hits, key=lambda run: sum(settings[run.configuration].get(name) != row[name] for name in row))
+        mass = row.get("bullet_mass")
+        mass = mass if isinstance(mass, float) else like.bullet_mass_kg
+        runs.append(replace(like, velocity_m_s=speed, bullet_mass_kg=mass))
+        factors.append({**row, "impact_velocity_m_s": speed})
+    return _record_of(record, factors, runs)
+
+
+def _is_floating(row: Mapping[str, Factor]) -> bool:
+    """An insulator without an anvil to lie on."""
+    return row.get("insulator", "none") != "none" and row.get("anvil_material", "none") == "none"
+
+
+def _spread(values: Sequence[float]) -> list[float]:
+    """The distinct values (a few of them), and one beyond each end."""
+    levels = sorted(set(values))
+    if len(levels) > _NUMBERS:
+        levels = [levels[round(i)] for i in np.linspace(0, len(levels) - 1, _NUMBERS)]
+    return [float(f"{v:.3g}") for v in (levels[0] / _BEYOND, *levels, levels[-1] * _BEYOND)] if levels else []
+
+
+def _record_of(record: CampaignRecord, factors: Sequence[dict[str, Factor]], runs: Sequence[Run]) -> CampaignRecord:
+    """One run of each of the settings."""
+    configurations = tuple(Configuration(f"candidate {i}", row) for i, row in enumerate(factors))
+    numbered = tuple(replace(run, configuration=i, run=i, order=i) for i, run in enumerate(runs))
+    return replace(record, configurations=configurations, runs=numbered)

@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..twin.effects import Effect
 from .gap import GapTable
-from .observables.base import Stage
-from .observables.batching import at_rows
+from .observables.base import Observable, Stage
+from .observables.batching import Rows, at_rows
 from .observables.contact.residuals import pulse_residuals
 from .observables.contact.stage import ContactStage
-from .observables.plate.residuals import plate_residuals
 from .observables.plate.stage import PlateStage
-from .plot_data import CurvePicture, Pictures, residual_pictures
-
-Floats = NDArray[np.float64]
+from .plot_data import CurvePicture, Pictures, ResidualPicture
+from .record import Floats
 
 #: Spectra are drawn of so many channels.
 _CHANNELS = 2
@@ -30,82 +27,92 @@ def pictures_of(gap: GapTable, stages: Sequence[Stage], effects: Sequence[Effect
 
     Residuals after are the means of runs less what the effects change at a representative run of each configuration.
     """
-    after = gap.mean - _changes(gap, stages, effects) if effects else None
+    after = None
+    if effects:  # effects of other stages do nothing in each, an effect without an answer draws nothing
+        after = gap.mean - np.concatenate([stage.changes([effects])[0] for stage in stages], axis=1)[gap.rows]
     return Pictures(
         configurations=tuple(gap.record.configurations[row].label for row in gap.rows),
         residuals=residual_pictures(gap.observables, gap.mean, after, np.sqrt(gap.floor_variance)),
-        curves=tuple(curve for stage in stages for curve in _curves(gap, stage, tuple(effects))),
+        curves=tuple(curve for stage in stages for curve in _curves(gap, stage, effects)),
     )
 
 
-def _changes(gap: GapTable, stages: Sequence[Stage], effects: Sequence[Effect]) -> Floats:
-    """(C, D): effects of other stages do nothing in each, an effect without an answer draws nothing."""
-    return np.concatenate([stage.changes([tuple(effects)])[0] for stage in stages], axis=1)[gap.rows]
+def residual_pictures(
+    observables: Sequence[Observable], before: Floats, after: Floats | None, floor: Floats, most: int = 6
+) -> tuple[ResidualPicture, ...]:
+    """Up to `most` observables whose gap before lies beyond tolerance and floor, in the order of `observables`.
+
+    The largest gaps by their rms over tolerance and floor, as many of each unit; at least one, also where all agree.
+    `before` and `after` are (C, d) means over the runs of configurations, `floor` (C, d) one standard deviation of such
+    a mean; NaN where a configuration has none.
+    """
+    scale = np.hypot(np.array([item.tolerance for item in observables]), floor)
+    known = np.isfinite(before) & np.isfinite(scale) & (scale > 0)
+    ratio = np.divide(before, scale, out=np.zeros_like(before), where=known)
+    score = np.sqrt((ratio**2).sum(axis=0) / np.maximum(known.sum(axis=0), 1))
+    order = [int(i) for i in np.argsort(-score, kind="stable") if known[:, i].any()]
+    order = [i for place, i in enumerate(order) if score[i] >= 1 or place == 0]
+    units = dict.fromkeys(observables[i].unit for i in order)
+    share = -(-most // max(len(units), 1))
+    chosen = [i for unit in units for i in [i for i in order if observables[i].unit == unit][:share]]
+    return tuple(
+        ResidualPicture(
+            item.name,
+            item.stage,
+            item.unit,
+            item.tolerance,
+            before[:, i],
+            None if after is None else after[:, i],
+            floor[:, i],
+        )
+        for i, item in ((i, observables[i]) for i in sorted(chosen)[:most])
+    )
 
 
-def _curves(gap: GapTable, stage: Stage, effects: tuple[Effect, ...]) -> Iterator[CurvePicture]:
-    """Of the configuration where the stage's gap is largest."""
-    worst = _worst(gap, stage.name)
-    if worst is None:
+def _curves(gap: GapTable, stage: Stage, effects: Sequence[Effect]) -> Iterator[CurvePicture]:
+    """Of the configuration whose observables of the stage lie furthest beyond tolerance and floor, if any."""
+    columns = gap.columns(stage.name)
+    scale = np.sqrt(gap.tolerance[columns] ** 2 + gap.floor_variance[:, columns])
+    ratio = np.nan_to_num(gap.mean[:, columns] / scale) ** 2
+    if not ratio.any():
         return
-    runs = np.flatnonzero(gap.record.configuration_of == gap.rows[worst])
-    label = gap.record.configurations[gap.rows[worst]].label
+    worst = gap.rows[int(np.argmax(ratio.sum(axis=1)))]
+    runs = np.flatnonzero(gap.record.configuration_of == worst)
+    label = gap.record.configurations[worst].label
     if isinstance(stage, ContactStage):
         yield from _pulse(stage, effects, runs, label)
     elif isinstance(stage, PlateStage):
         yield from _spectra(stage, effects, runs, label)
 
 
-def _worst(gap: GapTable, stage: str) -> int | None:
-    """The row whose observables of a stage lie furthest beyond tolerance and floor; None where it has none."""
-    own = gap.columns(stage)
-    scale = np.sqrt(gap.tolerance[own] ** 2 + gap.floor_variance[:, own])
-    ratio = np.nan_to_num(gap.mean[:, own] / scale) ** 2
-    return int(np.argmax(ratio.sum(axis=1))) if ratio.any() else None
-
-
-def _pulse(
-    stage: ContactStage, effects: tuple[Effect, ...], runs: NDArray[np.intp], label: str
-) -> Iterator[CurvePicture]:
-    before = pulse_residuals(stage)
-    known = runs[np.isfinite(before.measured[runs] + before.simulated[runs]).all(axis=1)]
+def _pulse(stage: ContactStage, effects: Sequence[Effect], runs: Rows, label: str) -> Iterator[CurvePicture]:
+    pulses = pulse_residuals(stage)
+    known = runs[np.isfinite(pulses.measured[runs] + pulses.simulated[runs]).all(axis=1)]
     if not known.size:
         return
-    later = None
+    curves = [pulses.measured[known].mean(axis=0), pulses.simulated[known].mean(axis=0)]
     if effects:  # a pulse that has grown comes on a longer clock
-        after = pulse_residuals(stage, at_rows(effects, stage.record.configuration_of))
-        later = np.interp(before.time_s, after.time_s, after.simulated[known].mean(axis=0), left=0.0, right=0.0)
-    measured, nominal = before.measured[known].mean(axis=0), before.simulated[known].mean(axis=0)
-    near = _near_contact(measured)
-    x = before.time_s[near] - before.time_s[near.start]
-    shown = None if later is None else later[near]
-    yield CurvePicture(f"force, {label}", "time", "s", "force", "N", x, measured[near], nominal[near], shown)
-
-
-def _near_contact(force_n: Floats) -> slice:
-    """The samples (n,) of a pulse, with half its length on either side."""
-    pressed = np.flatnonzero(force_n > _PRESSED * force_n.max())
+        later = pulse_residuals(stage, at_rows(effects, stage.record.configuration_of))
+        curves.append(np.interp(pulses.time_s, later.time_s, later.simulated[known].mean(axis=0), left=0.0, right=0.0))
+    # the samples of the pulse, with half its length on either side
+    pressed = np.flatnonzero(curves[0] > _PRESSED * curves[0].max())
     margin = max(1, pressed.size // 2)
-    return slice(max(0, int(pressed[0]) - margin), int(pressed[-1]) + margin + 1)
+    near = slice(max(0, int(pressed[0]) - margin), int(pressed[-1]) + margin + 1)
+    x = pulses.time_s[near] - pulses.time_s[near.start]
+    yield CurvePicture(f"force, {label}", "time", "s", "force", "N", x, *(curve[near] for curve in curves))
 
 
-def _spectra(
-    stage: PlateStage, effects: tuple[Effect, ...], runs: NDArray[np.intp], label: str
-) -> Iterator[CurvePicture]:
-    before = plate_residuals(stage)
-    after = plate_residuals(stage, effects).simulated_db if effects else None
-    for i, channel in enumerate(before.channels[:_CHANNELS]):
-        known = runs[np.isfinite(before.gap_db[runs, i]).all(axis=1)]
-        if not known.size:
-            continue
-        levels = (before.measured_db, before.simulated_db, after)
-        measured, nominal, later = (None if each is None else _m_s2(each[known, i]) for each in levels)
-        assert measured is not None and nominal is not None
-        title, lines = f"{channel.replace('_', ' ')}, {label}", before.frequency_hz
-        name = "shock response spectrum"
-        yield CurvePicture(title, "natural frequency", "Hz", name, "m/s2", lines, measured, nominal, later, True)
-
-
-def _m_s2(level_db: Floats) -> Floats:
-    """Mean of levels (n, f) as accelerations (f,)."""
-    return np.asarray(10 ** (level_db.mean(axis=0) / 20))
+def _spectra(stage: PlateStage, effects: Sequence[Effect], runs: Rows, label: str) -> Iterator[CurvePicture]:
+    spectra = stage.columns.spectra
+    records = [stage.signals.acceleration, stage.records(), *([stage.records(effects)] if effects else [])]
+    levels = [spectra.levels_db(accelerations[:, :_CHANNELS]) for accelerations in records]
+    for i, channel in enumerate(stage.signals.channels[:_CHANNELS]):
+        known = runs[np.isfinite(levels[0][runs, i] - levels[1][runs, i]).all(axis=1)]
+        if known.size:
+            curves = [10 ** (level[known, i].mean(axis=0) / 20) for level in levels]  # mean levels as accelerations
+            after = curves[2] if effects else None
+            title, y_name = f"{channel.replace('_', ' ')}, {label}", "shock response spectrum"
+            x = spectra.lines_hz
+            yield CurvePicture(
+                title, "natural frequency", "Hz", y_name, "m/s2", x, curves[0], curves[1], after, logarithmic=True
+            )

@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from .observables.base import Observable
-
-Floats = NDArray[np.float64]
+from .record import Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,41 +47,3 @@ class Pictures:
     configurations: tuple[str, ...] = ()
     residuals: tuple[ResidualPicture, ...] = ()
     curves: tuple[CurvePicture, ...] = ()
-
-
-def residual_pictures(
-    observables: Sequence[Observable], before: Floats, after: Floats | None, floor: Floats, most: int = 6
-) -> tuple[ResidualPicture, ...]:
-    """Up to `most` observables whose gap before lies beyond tolerance and floor, in the order of `observables`.
-
-    The largest gaps, as many of each unit; at least one, also where all agree. `before` and `after` are
-    (C, d) means over the runs of configurations, `floor` (C, d) one standard deviation of such a mean; NaN where a
-    configuration has none.
-    """
-    return tuple(
-        ResidualPicture(
-            observables[i].name,
-            observables[i].stage,
-            observables[i].unit,
-            observables[i].tolerance,
-            before[:, i],
-            None if after is None else after[:, i],
-            floor[:, i],
-        )
-        for i in _chosen(observables, before, floor, most)
-    )
-
-
-def _chosen(observables: Sequence[Observable], gap: Floats, floor: Floats, most: int) -> list[int]:
-    """By falling rms over tolerance and floor, only the first below one; of each unit no more than its share."""
-    tolerance = np.array([each.tolerance for each in observables])
-    scale = np.hypot(tolerance, floor)
-    known = np.isfinite(gap) & np.isfinite(scale) & (scale > 0)
-    ratio = np.divide(gap, scale, out=np.zeros_like(gap), where=known)
-    score = np.sqrt((ratio**2).sum(axis=0) / np.maximum(known.sum(axis=0), 1))
-    order = [int(i) for i in np.argsort(-score, kind="stable") if known[:, i].any()]
-    order = [i for place, i in enumerate(order) if score[i] >= 1 or place == 0]
-    units = dict.fromkeys(observables[i].unit for i in order)
-    share = -(-most // max(len(units), 1))
-    kept = [i for unit in units for i in [each for each in order if observables[each].unit == unit][:share]]
-    return sorted(kept)[:most]

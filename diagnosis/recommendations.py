@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from ..twin.effects import catalogue
-from .labels import EFFECT_NAMES, effect_check, effect_subject, with_labels
+from .labels import EFFECT_SUBJECTS, effect_check, effect_subject, with_labels
 from .number_format import listed, number, percent
 from .summary import (
     MOST,
@@ -33,18 +33,19 @@ _AT_LIMIT = 0.01
 _MOST_STEPS = 5
 
 #: What would show the cause of an error of a stage that no effect explains, and which runs.
-_STAGE_MEASUREMENTS = {
-    "gun": "the pressure behind the projectile and the velocity at two places along the barrel",
-    "contact": "the indentation after the hit and the force with a second sensor",
-    "plate": "the acceleration at more places, and the supports' motion",
+_STAGE_EXPERIMENTS = {
+    "gun": (
+        "the pressure behind the projectile and the velocity at two places along the barrel",
+        "the lowest and at the highest tank pressure with one projectile",
+    ),
+    "contact": (
+        "the indentation after the hit and the force with a second sensor",
+        "the lowest and at the highest impact velocity with one tip",
+    ),
+    "plate": ("the acceleration at more places, and the supports' motion", "two impact points with one tip"),
 }
 #: Of other channels: the plate, for those are accelerations.
 _STAGE_OF_CHANNEL = {"velocity": "gun", "force": "contact"}
-_STAGE_RUNS = {
-    "gun": "the lowest and at the highest tank pressure with one projectile",
-    "contact": "the lowest and at the highest impact velocity with one tip",
-    "plate": "two impact points with one tip",
-}
 
 
 def recommendations(verdict: Verdict) -> tuple[str, ...]:
@@ -63,9 +64,16 @@ def _steps_known(verdict: Verdict) -> Iterator[str]:
     yield _adopt_or_not(verdict)
     yield _tell_apart(verdict)
     yield from _limits(verdict)
-    if _has_large_rest(verdict):
+    if verdict.unexplained is not None and verdict.unexplained.share >= _LARGE_REST:
         yield rest_sentence(verdict)
     yield _confirm(verdict)
+    yield _repeat(verdict)
+
+
+def _steps_unknown(verdict: Verdict) -> Iterator[str]:
+    yield _nearest_sentence(verdict)
+    yield rest_sentence(verdict)
+    yield from next_experiment(verdict)
     yield _repeat(verdict)
 
 
@@ -79,53 +87,47 @@ def _adopt_or_not(verdict: Verdict) -> str:
             f"Do not adopt {set_subject(name)} yet: only {percent(max(fraction, 0.0))} of the error disappears on "
             "configurations that the fit has not seen."
         )
-    command = f"pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {name}"
+    advice = "Adopt this effect, so that predictions include it"
     if len(verdict.first.effects) > 1:
-        return f"At the settings that were fired these effects predict alike; to adopt the likeliest: {command}."
-    if "+" in name:
-        return f"Adopt these effects, so that predictions include them: {command}."
-    return f"Adopt this effect, so that predictions include it: {command}."
+        advice = "At the settings that were fired these effects predict alike; to adopt the likeliest"
+    elif "+" in name:
+        advice = "Adopt these effects, so that predictions include them"
+    return f"{advice}: pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {name}."
 
 
 def _tell_apart(verdict: Verdict) -> str:
     if verdict.next_runs:
         return run_sentence(verdict.next_runs[0])
-    group = next((group for group in named_groups(verdict) if len(group) > 1), ())
-    names = [effect.effect for effect in group] or [
-        name for name in verdict.first.effects if len(verdict.first.effects) > 1
-    ]
-    checks = list(dict.fromkeys(filter(None, (effect_check(part) for name in names for part in name.split("+")))))
-    if not checks:
-        return ""
-    subjects = listed([set_subject(name, _WITH) for name in names], "or")
-    return f"These runs cannot tell whether {subjects} acts; to decide, measure {listed(checks[:2], 'or')}."
+    groups = [tuple(effect.effect for effect in group) for group in named_groups(verdict)]
+    names = next((group for group in (*groups, verdict.first.effects) if len(group) > 1), ())
+    checks = _checks(part for name in names for part in name.split("+"))
+    subjects = listed([set_subject(name, "with") for name in names], "or")
+    return f"These runs cannot tell whether {subjects} acts; to decide, measure {checks}." if checks else ""
+
+
+def _checks(effects: Iterable[str]) -> str:
+    """The first two measurements that show one of the effects by itself; "" where none is known."""
+    return listed(list(dict.fromkeys(filter(None, map(effect_check, effects))))[:2], "or")
 
 
 def run_sentence(run: NextRun) -> str:
     """The next experiment in a sentence; one that cannot decide says so, and what to measure instead."""
-    settings = listed([f"{key} = {_level(value)}" for key, value in run.settings.items()])
+    levels = {key: value if isinstance(value, str) else number(value) for key, value in run.settings.items()}
+    settings = listed([f"{key} = {level}" for key, level in levels.items()])
     runs = "1 run" if run.runs_needed == 1 else f"{run.runs_needed} runs"
     match = re.match(r"separates (\S+) from (\S+)( only to )?", run.why)
     if match is None:
-        return f"Fire {runs} at {settings}: this {_with_subjects(run.why)}."
-    one, other = match[1].split("+"), match[2].split("+")
-    pair = f"{set_subject(match[1], _WITH)} from {set_subject(match[2], _WITH)}"
+        ids = "|".join(map(re.escape, EFFECT_SUBJECTS))
+        why = re.sub(ids, lambda identity: effect_subject(identity[0]), run.why)
+        return f"Fire {runs} at {settings}: this {why}."
+    # "and" between effects that act together would be read with what stands beside it
+    pair = f"{set_subject(match[1], 'with')} from {set_subject(match[2], 'with')}"
     if not match[3]:
         return f"Fire {runs} at {settings}: this separates {pair}."
-    apart = [name for name in (*one, *other) if (name in one) != (name in other)]
-    checks = listed(list(filter(None, map(effect_check, apart)))[:2], "or")
+    first, second = match[1].split("+"), match[2].split("+")
+    checks = _checks(name for name in (*first, *second) if (name in first) != (name in second))
     instead = f"; measure {checks} instead" if checks else ""
     return f"Even {runs} at {settings} would not separate {pair}{instead}."
-
-
-#: Between effects that act together, where "and" would be read with what stands beside it.
-_WITH = "with"
-
-
-def _with_subjects(text: str) -> str:
-    """Plain names in the place of ids."""
-    ids = "|".join(re.escape(name) for name in EFFECT_NAMES)
-    return re.sub(ids, lambda match: effect_subject(match[0]), text)
 
 
 def _limits(verdict: Verdict) -> Iterator[str]:
@@ -141,11 +143,9 @@ def _limits(verdict: Verdict) -> Iterator[str]:
 
 
 def _fitted(verdict: Verdict) -> Iterator[tuple[str, Fitted]]:
-    named = [effect for effect in verdict.effects if effect.named]
-    for effect in named:
-        for parameter in effect.parameters:
-            yield effect.effect, parameter
-    if named:
+    """Parameters with their effects: of the named effects, or of the first cause where none is named."""
+    if any(effect.named for effect in verdict.effects):
+        yield from ((effect.effect, item) for effect in verdict.effects if effect.named for item in effect.parameters)
         return
     first = verdict.first.effects[0]
     for parameter in verdict.first.parameters:
@@ -158,23 +158,21 @@ def limit_of(identity: str, parameter: Fitted) -> float | None:
 
     None where it lies inside, and at the value that switches the effect off.
     """
-    kind = catalogue().get(identity)
-    known = {} if kind is None else {item.name: item for item in kind.parameters()}
-    item = known.get(_parameter_name(parameter))
-    if item is None:
-        return None
-    ends = [*(item.likely or ()), item.low, item.high]
-    return next((e for e in ends if e != item.off and abs(parameter.value - e) <= _AT_LIMIT * abs(e)), None)
+    items = catalogue()[identity].parameters() if identity in catalogue() else ()
+    ends = [
+        end
+        for item in items
+        if item.name == _parameter_name(parameter)
+        for end in (*(item.likely or ()), item.low, item.high)
+        if end != item.off
+    ]
+    return next((end for end in ends if abs(parameter.value - end) <= _AT_LIMIT * abs(end)), None)
 
 
 def _parameter_name(parameter: Fitted) -> str:
     """Without the effect before it ("gun.valve_flow.loss_coefficient") and its owner after it ("loss [PLA]")."""
     match = re.match(r"(?:[a-z]+\.[a-z_]+\.)?([A-Za-z]\w*)", parameter.name)
     return match[1] if match else parameter.name
-
-
-def _has_large_rest(verdict: Verdict) -> bool:
-    return verdict.unexplained is not None and verdict.unexplained.share >= _LARGE_REST
 
 
 def _confirm(verdict: Verdict) -> str:
@@ -193,34 +191,26 @@ def _repeat(verdict: Verdict) -> str:
     )
 
 
-def _steps_unknown(verdict: Verdict) -> Iterator[str]:
-    yield _nearest_sentence(verdict)
-    yield rest_sentence(verdict)
-    yield from next_experiment(verdict)
-    yield _repeat(verdict)
-
-
 def _nearest_sentence(verdict: Verdict) -> str:
     """What the nearest effects take away held out, each by itself and all of the path together."""
     nearest = nearest_effects(verdict)
     if nearest:
         first, *others = nearest
-        told = (
+        sentence = (
             f"The nearest effect is {effect_subject(first.effect)}, which takes {percent(first.held_out_gain)} of the "
             "error away on configurations that it was not fitted to"
         )
-        more = listed([f"{effect_subject(other.effect)} {percent(other.held_out_gain)}" for other in others])
-        together = ""
+        if others:
+            gains = listed([f"{effect_subject(effect.effect)} {percent(effect.held_out_gain)}" for effect in others])
+            sentence = f"{sentence}, {gains}"
         if len(verdict.path) > 1 and verdict.path[-1].fraction >= WORTH_SAYING:
-            together = f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
-        return f"{told}{', ' + more if more else ''}{together}."
+            sentence += f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
+        return f"{sentence}."
     if verdict.effects:
         return "No effect of the catalogue takes anything away on configurations that it was not fitted to."
-    others_listed = [cause for cause in verdict.causes if cause.effects[0] not in (NONE, UNKNOWN)][:NEAREST]
-    if not others_listed:
-        return ""
-    names = [f"{set_subject(cause.effects[0])} ({percent(cause.probability)})" for cause in others_listed]
-    return f"The nearest answer of the catalogue is {listed(names, 'or')}."
+    causes = [cause for cause in verdict.causes if cause.effects[0] not in (NONE, UNKNOWN)][:NEAREST]
+    names = [f"{set_subject(cause.effects[0])} ({percent(cause.probability)})" for cause in causes]
+    return f"The nearest answer of the catalogue is {listed(names, 'or')}." if names else ""
 
 
 def rest_sentence(verdict: Verdict) -> str:
@@ -232,30 +222,19 @@ def rest_sentence(verdict: Verdict) -> str:
         places.append(f"in {stage_name(stages[0].name)}")
     if where.factors:
         places.append(f"where {where.factors[0].rule}")
-    windows = [window for window in where.time if _is_of_main_stage(verdict, window.channel)]
-    bands = [band for band in where.frequency if _is_of_main_stage(verdict, band.channel)]
-    if windows:
-        window = windows[0]
-        places.append(f"in the {_channel(window.channel)} from {_ms(window.from_s)} to {_ms(window.to_s)} ms")
-    if bands:
-        band = bands[0]
-        places.append(f"in the {_channel(band.channel)} from {number(band.from_hz)} to {number(band.to_hz)} Hz")
-    told = f"The error is largest {listed(places)}." if places else ""
+    windows = [(window.channel, 1e3 * window.from_s, 1e3 * window.to_s, "ms") for window in where.time]
+    bands = [(band.channel, band.from_hz, band.to_hz, "Hz") for band in where.frequency]
+    for ranges in (windows, bands):
+        for channel, low, high, unit in [row for row in ranges if _is_of_main_stage(verdict, row[0])][:1]:
+            places.append(f"in the {channel.replace('_', ' ')} from {number(low)} to {number(high)} {unit}")
+    largest = f"The error is largest {listed(places)}." if places else ""
     drift = f"It changes while the campaign goes on: {with_labels(where.drift[0])}." if where.drift else ""
-    return " ".join(filter(None, (told, drift)))
+    return " ".join(filter(None, (largest, drift)))
 
 
 def _is_of_main_stage(verdict: Verdict, channel: str) -> bool:
     """Whether a channel shows the stage where most of the error arises: a window elsewhere would mislead."""
     return not verdict.where.stage or _STAGE_OF_CHANNEL.get(channel, "plate") == _main_stage(verdict)
-
-
-def _channel(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def _ms(seconds: float) -> str:
-    return number(1e3 * seconds)
 
 
 def next_experiment(verdict: Verdict) -> tuple[str, ...]:
@@ -267,8 +246,8 @@ def next_experiment(verdict: Verdict) -> tuple[str, ...]:
         return runs
     if is_agreement(verdict):
         return ("No experiment is needed: model and measurement agree.",)
-    told = _tell_apart(verdict)
-    return tuple(filter(None, (told or "No run is needed to tell causes apart.", _confirm(verdict))))
+    separation = _tell_apart(verdict) or "No run is needed to tell causes apart."
+    return tuple(filter(None, (separation, _confirm(verdict))))
 
 
 def _separating_runs(verdict: Verdict) -> str:
@@ -278,14 +257,12 @@ def _separating_runs(verdict: Verdict) -> str:
             f"Fire three repetitions of two settings where {verdict.where.factors[0].rule} and of two where this does "
             "not hold, with all other settings the same: this shows whether that setting makes the error."
         )
-    return (
-        f"Fire three repetitions at {_STAGE_RUNS[_main_stage(verdict)]} and with all other settings the same: this "
-        "shows how the error grows."
-    )
+    _, runs = _STAGE_EXPERIMENTS[_main_stage(verdict)]
+    return f"Fire three repetitions at {runs} and with all other settings the same: this shows how the error grows."
 
 
 def _telling_measurement(verdict: Verdict) -> str:
-    further = _STAGE_MEASUREMENTS[_main_stage(verdict)]
+    further, _ = _STAGE_EXPERIMENTS[_main_stage(verdict)]
     nearest = next(iter(nearest_effects(verdict)), None)
     if nearest is None or not effect_check(nearest.effect):
         return f"Measure {further}: this shows causes that the recorded channels cannot show."
@@ -299,8 +276,4 @@ def _main_stage(verdict: Verdict) -> str:
     """Where most of the error arises; else the first stage that was simulated."""
     named = [stage.name for stage in sorted(verdict.where.stage, key=lambda stage: -stage.share)]
     simulated = [part.split(":")[0].strip() for part in verdict.simulator.split("|")]
-    return next((name for name in (*named, *simulated) if name in _STAGE_MEASUREMENTS), "contact")
-
-
-def _level(value: str | float) -> str:
-    return value if isinstance(value, str) else number(value)
+    return next((name for name in (*named, *simulated) if name in _STAGE_EXPERIMENTS), "contact")

@@ -39,17 +39,17 @@ def is_unknown(verdict: Verdict) -> bool:
 
 def _sentences(verdict: Verdict) -> Iterator[str]:
     yield _size_and_stage(verdict)
+    shares = _shares(verdict)
     if is_agreement(verdict):
         yield f"No effect is needed to explain it ({percent(verdict.first.probability)})."
-        return
-    if is_unknown(verdict):
+    elif is_unknown(verdict):
         yield _unknown(verdict)
-    shares = _shares(verdict)
-    if shares:
-        yield shares
-    elif not is_unknown(verdict):
-        yield _by_cause(verdict.first)
-    if not is_unknown(verdict) and (fraction := held_out_fraction(verdict)) is not None:
+        yield from filter(None, [shares])
+    else:
+        yield shares or _by_cause(verdict.first)
+        fraction = held_out_fraction(verdict)
+        if fraction is None:
+            return
         part = percent(fraction) if fraction >= WORTH_SAYING else "none"
         yield f"On configurations that the fit has not seen, {part} of the error above the noise disappears."
 
@@ -90,9 +90,10 @@ def _shares(verdict: Verdict) -> str:
     groups = named_groups(verdict)
     if not groups:
         return ""
-    first, *others = groups
-    parts = [f"{_sentence_start(_group_subject(first))} {_verb(first)} {_group_share(first, ' of it')}"]
-    parts += [f"{_group_subject(group)} {_group_share(group)}" for group in others]
+    subjects = [_group_subject(group) for group in groups]
+    verb = "causes" if len(groups[0]) == 1 else "together cause"
+    parts = [f"{subjects[0][:1].upper()}{subjects[0][1:]} {verb} {_group_share(groups[0], ' of it')}"]
+    parts += [f"{subject} {_group_share(group)}" for subject, group in zip(subjects[1:], groups[1:], strict=True)]
     members = {effect.effect for group in groups for effect in group}
     rest = sum(effect.share for effect in verdict.effects if effect.effect not in members)
     ends = []
@@ -108,14 +109,10 @@ def named_groups(verdict: Verdict) -> list[tuple[EffectShare, ...]]:
     acts, but the data cannot say which."""
     groups: list[tuple[EffectShare, ...]] = []
     for effect in verdict.effects:
-        if not effect.named or any(effect in group for group in groups):
-            continue
-        alike = [
-            other
-            for other in verdict.effects
-            if effect.credible_set is not None and other.credible_set == effect.credible_set and other != effect
-        ]
-        groups.append((effect, *alike))
+        if effect.named and not any(effect in group for group in groups):
+            number = effect.credible_set
+            alike = [item for item in verdict.effects if item.credible_set == number and item != effect]
+            groups.append((effect, *alike) if number is not None else (effect,))
     return sorted(groups, key=lambda group: -sum(effect.share for effect in group))
 
 
@@ -124,10 +121,6 @@ def _group_subject(group: Sequence[EffectShare]) -> str:
     if len(names) > NEAREST:
         names = [*names[:NEAREST], f"{len(names) - NEAREST} more"]
     return names[0] if len(names) == 1 else f"{listed(names, 'or')} (the data cannot say which)"
-
-
-def _verb(group: Sequence[EffectShare]) -> str:
-    return "causes" if len(group) == 1 else "together cause"
 
 
 def _group_share(group: Sequence[EffectShare], of_what: str = "") -> str:
@@ -143,15 +136,15 @@ def _unexplained_share(unexplained: Unexplained) -> str:
 def _by_cause(cause: Cause) -> str:
     """Of a verdict without shares."""
     probability = percent(cause.probability)
-    subjects = [set_subject(name) for name in cause.effects]
-    if len(subjects) > 1:
-        subjects = [set_subject(name, "with") for name in cause.effects]
-        told = f"{listed(subjects, 'or')}; these runs cannot tell which (together {probability})"
-        return f"Most probably it is {told}." if cause.probability >= _PROBABLE else f"The likeliest cause is {told}."
+    if len(cause.effects) > 1:
+        subjects = listed([set_subject(name, "with") for name in cause.effects], "or")
+        start = "Most probably it" if cause.probability >= _PROBABLE else "The likeliest cause"
+        return f"{start} is {subjects}; these runs cannot tell which (together {probability})."
+    subject = set_subject(cause.effects[0])
     if cause.probability < _PROBABLE:
-        return f"No cause stands out; the likeliest is {subjects[0]} ({probability})."
+        return f"No cause stands out; the likeliest is {subject} ({probability})."
     verb = "cause it together" if "+" in cause.effects[0] else "causes it"
-    return f"Most probably {subjects[0]} {verb} ({probability})."
+    return f"Most probably {subject} {verb} ({probability})."
 
 
 def set_subject(name: str, last: str = "and") -> str:
@@ -163,12 +156,11 @@ def _unknown(verdict: Verdict) -> str:
     probability = f"(unknown: {percent(verdict.first.probability)})"
     if named_groups(verdict):
         return f"The effects of the catalogue explain only a part of it {probability}."
-    told = f"No effect of the catalogue explains it {probability}"
-    if verdict.unexplained is None:
-        return f"{told}."
-    nearest = nearest_effects(verdict)
-    near = f"; {effect_subject(nearest[0].effect)} comes nearest" if nearest else ""
-    return f"{told}: {_unexplained_share(verdict.unexplained)} of it remains unexplained{near}."
+    rest = ""
+    if verdict.unexplained is not None:
+        rest = f": {_unexplained_share(verdict.unexplained)} of it remains unexplained"
+        rest += "".join(f"; {effect_subject(effect.effect)} comes nearest" for effect in nearest_effects(verdict)[:1])
+    return f"No effect of the catalogue explains it {probability}{rest}."
 
 
 def held_out_fraction(verdict: Verdict) -> float | None:
@@ -176,15 +168,11 @@ def held_out_fraction(verdict: Verdict) -> float | None:
     if verdict.path:
         return verdict.path[-1].fraction
     first = set("+".join(verdict.first.effects).split("+"))
-    own = [entry for entry in verdict.shrinkage if set("+".join(entry.effects).split("+")) & first]
-    return next((entry.fraction for entry in own if entry.fraction is not None), None)
+    entries = [entry for entry in verdict.shrinkage if set("+".join(entry.effects).split("+")) & first]
+    return next((entry.fraction for entry in entries if entry.fraction is not None), None)
 
 
 def nearest_effects(verdict: Verdict) -> tuple[EffectShare, ...]:
     """Up to three effects that take most away on configurations that they were not fitted to, the largest first."""
     helpful = [effect for effect in verdict.effects if effect.held_out_gain >= WORTH_SAYING]
     return tuple(sorted(helpful, key=lambda effect: -effect.held_out_gain)[:NEAREST])
-
-
-def _sentence_start(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any
 
 from ..twin.effects import Effect
@@ -202,41 +202,26 @@ class Verdict:
 
     def as_json(self) -> dict[str, Any]:
         """The report as scripts read it."""
-        return {
-            "campaign": self.campaign,
-            "simulator": self.simulator,
-            "gap": asdict(self.gap),
-            "where": _plain(asdict(self.where)),
-            "causes": [_cause(cause) for cause in self.causes],
-            "shrinkage": [_plain(asdict(entry)) for entry in self.shrinkage],
-            "effects": [_effect_share(each) for each in self.effects],
-            "unexplained": None if self.unexplained is None else _plain(asdict(self.unexplained)),
-            "path": [asdict(step) for step in self.path],
-            "next_runs": [_plain(asdict(run)) for run in self.next_runs],
-            "assumptions": list(self.assumptions),
-            "seconds": self.seconds,
-        }
-
-
-def _cause(cause: Cause) -> dict[str, Any]:
-    entry: dict[str, Any] = {"effects": list(cause.effects), "probability": cause.probability}
-    if cause.parameters:
-        entry["parameters"] = [_plain(asdict(parameter)) for parameter in cause.parameters]
-    if len(cause.split) > 1:
-        entry["split"] = list(cause.split)
-    return entry
-
-
-def _effect_share(effect: EffectShare) -> dict[str, Any]:
-    table: dict[str, Any] = _plain(asdict(effect))
-    del table["named"]  # scripts read it from `causes`
-    return table
+        names = ("campaign", "simulator", "gap", "where", "causes", "shrinkage", "effects", "unexplained", "path")
+        table = {name: _plain(getattr(self, name)) for name in (*names, "next_runs", "assumptions", "seconds")}
+        for effect in table["effects"]:
+            del effect["named"]  # scripts read it from `causes`
+        return table
 
 
 def _plain(value: Any) -> Any:
-    """Tuples as lists, so that what is stored and what is written are one."""
+    """Records and tuples as JSON has them, so that what is stored and what is written are one."""
+    if isinstance(value, Cause):
+        table: dict[str, Any] = {"effects": list(value.effects), "probability": value.probability}
+        if value.parameters:
+            table["parameters"] = _plain(value.parameters)
+        if len(value.split) > 1:
+            table["split"] = list(value.split)
+        return table
+    if is_dataclass(value):
+        return {item.name: _plain(getattr(value, item.name)) for item in fields(value)}
     if isinstance(value, Mapping):
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
+        return [_plain(item) for item in value]
     return value

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...twin.effects import Effect
+from ...twin.sensors.chain import SensorChain
+from ...twin.sensors.effect import SensorEffect
 from ..record import CampaignRecord, Series
 
 Floats = NDArray[np.float64]
@@ -52,10 +54,13 @@ class Stage(ABC):
 
     #: gun, contact or plate.
     name: ClassVar[str]
+    #: Sentences for the report: what was taken for granted.
+    assumptions: tuple[str, ...] = ()
 
     def __init__(self, record: CampaignRecord) -> None:
         self.record = record
         self._residuals: Floats | None = None
+        self._nuisances: dict[str, Floats] = {}
 
     @property
     @abstractmethod
@@ -86,9 +91,9 @@ class Stage(ABC):
         With `upstream` given that instead, which is true and passes no sensor. NaN where there is no answer.
         """
 
-    @abstractmethod
-    def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:
-        """What it hands to the next stage, for each run; the plate's is not asked for."""
+    def output(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Upstream:  # noqa: ARG002
+        """What it hands to the next stage, for each run. Raises `ValueError` for the last stage."""
+        raise ValueError(f"the {self.name} is the last stage: nothing takes what it gives")
 
     @abstractmethod
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
@@ -100,7 +105,7 @@ class Stage(ABC):
 
     def nuisances(self) -> dict[str, Floats]:
         """(C, d) by name: what one standard deviation of a nominal parameter that is declared uncertain does."""
-        return {}
+        return dict(self._nuisances)
 
     def residuals(self) -> Floats:
         """(R, d): measured less simulated. Reckoned once, and not to be written to."""
@@ -108,3 +113,24 @@ class Stage(ABC):
             self._residuals = np.asarray(self.measured() - self.simulated())
             self._residuals.flags.writeable = False
         return self._residuals
+
+    def median_runs(self, values: Floats) -> NDArray[np.intp]:
+        """(C,): the run of each configuration with the lower median of `values` (R,); -1 where all are NaN."""
+        rows = np.full(len(self.record.configurations), -1)
+        for configuration in range(len(rows)):
+            known = np.flatnonzero((self.record.configuration_of == configuration) & np.isfinite(values))
+            if known.size:
+                rows[configuration] = known[np.argsort(values[known], kind="stable")[(known.size - 1) // 2]]
+        return rows
+
+
+def sensor_chain(effects: Iterable[Effect]) -> SensorChain:
+    """The effects of the sensors as a chain; of other stages none."""
+    return SensorChain.of(effect for effect in effects if isinstance(effect, SensorEffect))
+
+
+def changes_reading(kind: type[Effect], *hooks: str) -> bool:
+    """Whether an effect is one of a sensor and changes what one of the hooks of `SensorEffect` gives."""
+    return issubclass(kind, SensorEffect) and any(
+        getattr(kind, hook) is not getattr(SensorEffect, hook) for hook in hooks
+    )

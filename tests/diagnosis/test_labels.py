@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 from pyroshock.diagnosis.labels import (
-    EFFECT_NAMES,
+    EFFECT_CHECKS,
+    EFFECT_SUBJECTS,
     effect_check,
     effect_subject,
     observable_label,
@@ -17,11 +18,11 @@ from support.records.plate_records import played
 
 
 def test_names_are_those_of_the_catalogue() -> None:
-    assert set(EFFECT_NAMES) == set(catalogue())
+    assert set(EFFECT_SUBJECTS) == set(EFFECT_CHECKS) == set(catalogue())
 
 
 def test_no_two_effects_share_a_name() -> None:
-    assert len({name.subject for name in EFFECT_NAMES.values()}) == len(EFFECT_NAMES)
+    assert len(set(EFFECT_SUBJECTS.values())) == len(EFFECT_SUBJECTS)
 
 
 @pytest.mark.parametrize("identity", list(catalogue()))

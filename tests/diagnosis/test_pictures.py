@@ -8,8 +8,7 @@ from pyroshock.diagnosis.observables.base import Observable
 from pyroshock.diagnosis.observables.contact.stage import ContactStage
 from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.diagnosis.observables.plate.stage import PlateStage
-from pyroshock.diagnosis.plot_builder import pictures_of
-from pyroshock.diagnosis.plot_data import residual_pictures
+from pyroshock.diagnosis.plot_builder import pictures_of, residual_pictures
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.nominal import muzzle_velocity

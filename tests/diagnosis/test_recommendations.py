@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from pyroshock.diagnosis.labels import EFFECT_NAMES
+from pyroshock.diagnosis.labels import effect_check
 from pyroshock.diagnosis.recommendations import limit_of, next_experiment, recommendations, rest_sentence
 from pyroshock.diagnosis.verdict import Cause, Fitted, NextRun, StageShare, Unexplained, Verdict, Where
 from support.records import verdicts
@@ -71,7 +71,7 @@ def test_run_that_cannot_decide_says_what_to_measure_instead() -> None:
     assert line.startswith(
         "Even 30 runs at tank_pressure_bar = 0.9 would not separate the flow resistance of the valve"
     )
-    assert EFFECT_NAMES["gun.valve_flow"].check in line
+    assert effect_check("gun.valve_flow") in line
 
 
 def test_measurement_instead_of_a_run_is_of_what_two_sets_do_not_share() -> None:
@@ -93,7 +93,7 @@ def test_run_with_a_reason_of_its_own_keeps_it() -> None:
 def test_group_without_a_run_is_told_apart_by_a_measurement() -> None:
     (line, *_) = next_experiment(verdicts.verdict(next_runs=()))
     assert line.startswith("These runs cannot tell whether the compliance of the insulating layer or the plate that")
-    assert EFFECT_NAMES["contact.layer_compliance"].check in line
+    assert effect_check("contact.layer_compliance") in line
 
 
 def test_large_rest_says_where_it_lies() -> None:

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.polynomial.legendre import legval
 
-from ...record import Series
+from ...record import Floats, Series
 from ..base import Observable
-from .time_frame import PLACES, Floats, Framed, framed, level_crossings
+from .time_frame import PLACES, framed, interpolated, level_crossings
 
 #: Level of the peak between which a pulse's shape is taken; the tails below it are mostly noise.
 _LEVEL = 0.1
@@ -24,35 +24,25 @@ _PHASES = (np.arange(32) + 0.5) / 32
 #: Fixed shape functions, orthonormal over the phases: skew, fatness, and two finer ones.
 _SHAPES = np.stack([np.sqrt(2 * k + 1) * legval(2 * _PHASES - 1, np.eye(5)[k]) for k in (1, 2, 3, 4)]) / len(_PHASES)
 
-#: Name, unit, tolerance, floor. The tolerance is the stated one of a peak force, 3 %, for amplitude and time alike.
-#: The floors are those of sensors, not of hands: load cells are linear within 1 % of a reading, and their calibration
-#: is as good (ISO 7626-5, data sheets of impact hammers); a width is a time at a level, so it takes the same error of
-#: the level over the slope of the pulse there, half of it; shares of the peak likewise.
-_COLUMNS = (
-    ("ln_peak", "1", 0.03, 0.010),
-    ("ln_impulse", "1", 0.03, 0.010),
-    ("ln_width_half", "1", 0.03, 0.005),
-    ("ln_width_tenth", "1", 0.03, 0.007),
-    ("rise_share", "1", 0.02, 0.005),
-    ("skew", "1", 0.02, 0.005),
-    ("fatness", "1", 0.02, 0.005),
-    ("shape_3", "1", 0.02, 0.005),
-    ("shape_4", "1", 0.02, 0.005),
-    ("after_share", "1", 0.03, 0.005),
+_HEIGHT, _LENGTH = ("height",), ("length",)
+#: Name, tolerance, floor, parts: what is wrong with a height or a length is wrong with all that is made of it. The
+#: tolerance is the stated one of a peak force, 3 %, for amplitude and time alike. The floors are those of sensors, not
+#: of hands: load cells are linear within 1 % of a reading, and their calibration is as good (ISO 7626-5, data sheets of
+#: impact hammers); a width is a time at a level, so it takes the same error of the level over the slope of the pulse
+#: there, half of it; shares of the peak likewise.
+_COLUMNS: tuple[tuple[str, float, float, tuple[str, ...]], ...] = (
+    ("ln_peak", 0.03, 0.010, _HEIGHT),
+    ("ln_impulse", 0.03, 0.010, _HEIGHT + _LENGTH),
+    ("ln_width_half", 0.03, 0.005, _LENGTH),
+    ("ln_width_tenth", 0.03, 0.007, _LENGTH),
+    *((name, 0.02, 0.005, ()) for name in ("rise_share", "skew", "fatness", "shape_3", "shape_4")),
+    ("after_share", 0.03, 0.005, ()),
 )
-
-#: What is wrong with a height or a length is wrong with all that is made of it.
-_PARTS = {
-    "ln_peak": ("height",),
-    "ln_impulse": ("height", "length"),
-    "ln_width_half": ("length",),
-    "ln_width_tenth": ("length",),
-}
 OBSERVABLES = tuple(
-    Observable(name, "contact", "force", unit, tolerance, floor, detail=name not in _PARTS, parts=_PARTS.get(name, ()))
-    for name, unit, tolerance, floor in _COLUMNS
+    Observable(name, "contact", "force", "1", tolerance, floor, detail=not parts, parts=parts)
+    for name, tolerance, floor, parts in _COLUMNS
 )
-NAMES = tuple(one.name for one in OBSERVABLES)
+NAMES = tuple(item.name for item in OBSERVABLES)
 
 
 def series_features(series: Series) -> Floats:
@@ -80,30 +70,27 @@ def features(force_n: Floats, step_s: float, width_s: float | None = None) -> Fl
     tenth, against Legendre's polynomials of order 1 to 4: order 0 is told by peak, impulse and width. `after_share` is
     the impulse after the contact over that of the frame.
     """
-    return _features(framed(force_n, step_s, width_s))
-
-
-def _features(frame: Framed) -> Floats:
-    force = np.nan_to_num(frame.force_n)
+    frame, frame_width_s = framed(force_n, step_s, width_s)
+    force = np.nan_to_num(frame)
     with np.errstate(invalid="ignore", divide="ignore"):
         peak = _peak(force)
         low, high = level_crossings(force, _LEVEL)
         first, last = level_crossings(force, 0.5)
         unit = PLACES[1] - PLACES[0]
-        width = (high - low) * unit * frame.width_s
-        found = np.column_stack(
+        shape = _clipped(force, low[:, None] + (high - low)[:, None] * _PHASES) / peak[:, None]
+        values = np.column_stack(
             [
                 np.log(peak),
-                np.log(_impulse(force, low, high) * unit * frame.width_s),
-                np.log((last - first) * unit * frame.width_s),
-                np.log(width),
+                np.log(_impulse(force, low, high) * unit * frame_width_s),
+                np.log((last - first) * unit * frame_width_s),
+                np.log((high - low) * unit * frame_width_s),
                 (_apex(force, peak) - low) / (high - low),
-                _between(force, low, high) / peak[:, None] @ _SHAPES.T,
+                shape @ _SHAPES.T,
                 force[:, PLACES > _AFTER].sum(axis=1) / force.sum(axis=1),
             ]
         )
-    found[~np.isfinite(found).all(axis=1) | np.isnan(frame.force_n).any(axis=1)] = np.nan
-    return np.asarray(found)
+    values[~np.isfinite(values).all(axis=1) | np.isnan(frame).any(axis=1)] = np.nan
+    return np.asarray(values)
 
 
 def _peak(force: Floats) -> Floats:
@@ -124,18 +111,10 @@ def _impulse(force: Floats, low: Floats, high: Floats) -> Floats:
     """Sum of the force in steps, both ends to a fraction of a step."""
     beyond = _BEYOND * (high - low)
     total = np.concatenate([np.zeros((len(force), 1)), np.cumsum((force[:, 1:] + force[:, :-1]) / 2, axis=1)], axis=1)
-    return np.asarray(_interpolated(total, (high + beyond)[:, None]) - _interpolated(total, (low - beyond)[:, None]))[
-        :, 0
-    ]
+    ends = _clipped(total, np.stack([low - beyond, high + beyond], axis=1))
+    return np.asarray(ends[:, 1] - ends[:, 0])
 
 
-def _between(force: Floats, low: Floats, high: Floats) -> Floats:
-    return _interpolated(force, low[:, None] + (high - low)[:, None] * _PHASES)
-
-
-def _interpolated(values: Floats, place: Floats) -> Floats:
-    last = values.shape[1] - 1
-    place = np.clip(place, 0.0, last)
-    left = np.minimum(place.astype(np.intp), last - 1)
-    rows = np.arange(len(values))[:, None]
-    return np.asarray(values[rows, left] + (place - left) * (values[rows, left + 1] - values[rows, left]))
+def _clipped(values: Floats, place: Floats) -> Floats:
+    """As `interpolated`, with the first and the last value outside of the points."""
+    return interpolated(values, np.clip(place, 0.0, values.shape[1] - 1))

@@ -17,8 +17,8 @@ from ....twin.contact.effect import ContactEffect
 from ....twin.setting import Setting
 from ...record import CampaignRecord, Run
 from ..base import Floats
-from .force_histories import PLACES, Courses, law_courses
-from .rows import Rows
+from ..batching import Rows
+from .force_histories import PLACES, ForceHistories, law_histories
 from .site import impactor_mass_kg, layers
 from .stage import ContactStage
 
@@ -45,7 +45,9 @@ class RegisteredContactStage(ContactStage):
         plate_mass_kg: float | None = None,
     ) -> None:
         super().__init__(record, uncertain)
-        if plate_mass_kg is None and _PLATE_MASS in _predictors(contact):
+        # a law is not registered, and asks for nothing more
+        predictors = getattr(getattr(contact, "registered", None), "predictors", ())
+        if plate_mass_kg is None and any(predictor.name == _PLATE_MASS for predictor in predictors):
             raise ValueError(
                 f"{contact.label} asks for the plate's mass, which a record does not tell: give plate_mass_kg"
             )
@@ -57,31 +59,24 @@ class RegisteredContactStage(ContactStage):
         label = self.contact.label
         return label if label.startswith("models:") else f"contact:{label}"
 
-    def courses(self, rows: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats) -> Courses:
-        base = self._asked(rows, velocity_m_s)
+    def histories(self, rows: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats) -> ForceHistories:
+        base = self._answers(rows, velocity_m_s)
         if not effects:
             return base
         sites = self.sites.take(rows)
-        return corrected(base, law_courses(sites, (), velocity_m_s), law_courses(sites, effects, velocity_m_s))
+        return corrected(base, law_histories(sites, (), velocity_m_s), law_histories(sites, effects, velocity_m_s))
 
-    def _asked(self, rows: Rows, velocity_m_s: Floats) -> Courses:
+    def _answers(self, rows: Rows, velocity_m_s: Floats) -> ForceHistories:
         """The model's own answers; each setting and velocity is asked once."""
-        found = Courses.none(len(rows))
+        histories = ForceHistories.none(len(rows))
         known = np.flatnonzero(velocity_m_s > 0)
-        asked, places = np.unique(np.stack([rows[known], velocity_m_s[known]]), axis=1, return_inverse=True)
-        if not asked.shape[1]:
-            return found
-        each = [self.settings[int(row)] for row in asked[0]]
-        pulses = self.contact.pulses(strikes.Strikes(each, asked[1]))
-        compression, force = tabulated(pulses)
-        found.compression_time_s[known], found.force_n[known] = compression[places], force[places]
-        return found
-
-
-def _predictors(contact: strikes.ContactStage) -> list[str]:
-    """Names of what a registered model is asked with; a law has none."""
-    registered = getattr(contact, "registered", None)
-    return [predictor.name for predictor in registered.predictors] if registered is not None else []
+        cases, places = np.unique(np.stack([rows[known], velocity_m_s[known]]), axis=1, return_inverse=True)
+        if not cases.shape[1]:
+            return histories
+        settings = [self.settings[int(row)] for row in cases[0]]
+        compression, force = tabulated(self.contact.pulses(strikes.Strikes(settings, cases[1])))
+        histories.compression_time_s[known], histories.force_n[known] = compression[places], force[places]
+        return histories
 
 
 def tabulated(pulses: strikes.Pulses) -> tuple[Floats, Floats]:
@@ -95,19 +90,19 @@ def tabulated(pulses: strikes.Pulses) -> tuple[Floats, Floats]:
     dense = np.linspace(0.0, 1.0, 1001)
     force = Akima1DInterpolator(phase, pulses.force_n, axis=1)(dense)
     compression = dense[np.argmax(force, axis=1)] * pulses.contact_time_s
-    asked = PLACES * (compression / pulses.contact_time_s)[:, None]
-    rows = [np.interp(each, dense, values, right=0.0) for each, values in zip(asked, force, strict=True)]
+    phases = PLACES * (compression / pulses.contact_time_s)[:, None]
+    rows = [np.interp(places, dense, values, right=0.0) for places, values in zip(phases, force, strict=True)]
     return np.asarray(compression), np.maximum(np.array(rows), 0.0)
 
 
-def corrected(base: Courses, without: Courses, with_effects: Courses) -> Courses:
+def corrected(base: ForceHistories, without: ForceHistories, with_effects: ForceHistories) -> ForceHistories:
     """Pulses of `base` as the law changes from `without` to `with_effects`, all of n contacts."""
-    peak, before, after = (one.force_n.max(axis=1, keepdims=True) for one in (base, without, with_effects))
+    peak, before, after = (item.force_n.max(axis=1, keepdims=True) for item in (base, without, with_effects))
     shape = base.force_n / peak + with_effects.force_n / after - without.force_n / before
     shape = np.maximum(shape, 0.0)
     shape /= shape.max(axis=1, keepdims=True)
     time = base.compression_time_s * with_effects.compression_time_s / without.compression_time_s
-    return Courses(shape * peak * after / before, time)
+    return ForceHistories(shape * peak * after / before, time)
 
 
 def _setting(record: CampaignRecord, run: Run, plate_mass_kg: float) -> Setting:

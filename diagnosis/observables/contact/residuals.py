@@ -6,18 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....twin.effects import Effect
 from ....twin.sensors.chain import SensorChain
-from ...record import Series
+from ...record import Floats, Series
 from .features import zeroed
-from .force_histories import Courses
-from .rows import split, taken
-from .stage import ContactStage
+from .force_histories import ForceHistories
+from .stage import ContactStage, split_effects
 from .time_frame import level_crossings
-
-Floats = NDArray[np.float64]
 
 #: Room before the alignment and behind it, in the longest width at half the peak; and the most samples for it.
 _BEFORE, _AFTER, _MOST = 1.0, 2.0, 2048
@@ -55,35 +51,36 @@ def pulse_residuals(stage: ContactStage, effects: Sequence[Effect] = ()) -> Puls
     In steps of the finest record, or of 1/2048 of the whole where that is less. Raises `ValueError` where no run has
     both force and velocity.
     """
-    contact, chain = split(effects)
+    contact, chain = split_effects(effects)
     rows = np.arange(len(stage.sites))
-    courses = stage.courses(rows, contact, stage.entering_m_s(rows, chain))
+    histories = stage.histories(rows, contact, stage.entering_m_s(rows, chain))
     recorded = [None if run.force is None else zeroed(run.force) for run in stage.record.runs]
-    own = [_simulated(courses, int(row), chain) for row in rows]
-    widths = [_width(one) for pair in zip(recorded, own, strict=True) if None not in pair for one in pair]
+    simulated = [_simulated(histories, int(row), chain) for row in rows]
+    pairs = [(record, pulse) for record, pulse in zip(recorded, simulated, strict=True) if record and pulse]
+    widths = [_width(series) for pair in pairs for series in pair]
     if not widths:
         raise ValueError(f"{stage.record.name}: no run has both a recorded force and a velocity")
     step = max(float(stage.step_s.min()), (_BEFORE + _AFTER) * max(widths) / _MOST)
     time = _steps(_BEFORE * max(widths), _AFTER * max(widths), step)
-    return PulseResiduals(time, *(np.array([_aligned(one, time) for one in each]) for each in (recorded, own)))
+    return PulseResiduals(
+        time, *(np.array([_aligned(pulse, time) for pulse in pulses]) for pulses in (recorded, simulated))
+    )
 
 
-def _simulated(courses: Courses, row: int, chain: SensorChain) -> Series | None:
+def _simulated(histories: ForceHistories, row: int, chain: SensorChain) -> Series | None:
     """As the force channel shows it, 24 steps to a compression, with room for what a sensor adds."""
-    step = float(courses.compression_time_s[row]) / 24
+    step = float(histories.compression_time_s[row]) / 24
     if np.isnan(step):
         return None
-    time, one = _steps(12 * step, 191 * step, step), np.array([row])
-    seen = SensorChain(tuple(taken(effect, one) for effect in chain.effects))
-    return Series(seen.measured_force_n(courses.at(one, time), step)[0], 1 / step, float(time[0]))
+    time = _steps(12 * step, 191 * step, step)
+    return Series(histories.measured(np.array([row]), time, step, chain)[0], 1 / step, float(time[0]))
 
 
 def _steps(before_s: float, after_s: float, step_s: float) -> Floats:
     return np.arange(-round(before_s / step_s), round(after_s / step_s) + 1, dtype=np.float64) * step_s
 
 
-def _width(series: Series | None) -> float:
-    assert series is not None
+def _width(series: Series) -> float:
     first, last = level_crossings(series.values[None], 0.5)
     return float(last[0] - first[0]) / series.sampling_rate_hz
 

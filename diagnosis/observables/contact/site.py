@@ -13,13 +13,12 @@ from ....twin.contact.impact import solve
 from ....twin.contact.impacts import Impacts, plate_impedance
 from ....twin.contact.pulse import ContactPulse
 from ....twin.materials import Material
-from ...record import CampaignRecord, Configuration, Run
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.intp]
+from ...record import CampaignRecord, Configuration, Factor, Floats, Run
+from ..batching import Rows
 
 #: Of each contact's own time: peak and times are within 1e-6 of the solver's full steps.
 _STEPS = 32
+_OF_MATERIAL = ("youngs_modulus_pa", "poisson_ratio", "density_kg_m3", "yield_strength_pa")
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,19 +63,12 @@ def sites_of(record: CampaignRecord) -> Sites:
 
 def _row(record: CampaignRecord, configuration: Configuration, run: Run) -> dict[str, float | bool | None]:
     tip, plate, anvil = layers(record, configuration)
-    target = anvil or plate
     elastic = (plate.youngs_modulus_pa, plate.poisson_ratio, plate.density_kg_m3, record.plate_thickness_m)
     return {
-        "impactor_radius_m": float(_factor(configuration, "tip_radius")),
-        "impactor_youngs_modulus_pa": tip.youngs_modulus_pa,
-        "impactor_poisson_ratio": tip.poisson_ratio,
-        "impactor_density_kg_m3": tip.density_kg_m3,
+        **{f"impactor_{name}": getattr(tip, name) for name in _OF_MATERIAL},
+        **{f"target_{name}": getattr(anvil or plate, name) for name in _OF_MATERIAL},
+        "impactor_radius_m": float(_stated(configuration, "tip_radius", configuration.factors.get("tip_radius"))),
         "impactor_mass_kg": impactor_mass_kg(record, run),
-        "impactor_yield_strength_pa": tip.yield_strength_pa,
-        "target_youngs_modulus_pa": target.youngs_modulus_pa,
-        "target_poisson_ratio": target.poisson_ratio,
-        "target_density_kg_m3": target.density_kg_m3,
-        "target_yield_strength_pa": target.yield_strength_pa,
         "plate_thickness_m": record.plate_thickness_m,
         "insulated": configuration.factors.get("insulator", "none") != "none",
         "impedance": float(plate_impedance(*(np.array(value) for value in elastic))),
@@ -85,11 +77,19 @@ def _row(record: CampaignRecord, configuration: Configuration, run: Run) -> dict
 
 def layers(record: CampaignRecord, configuration: Configuration) -> tuple[Material, Material, Material | None]:
     """Tip, plate and anvil, None without one. Raises `ValueError` as `sites_of`."""
-    tip = _material(record, "tip_material", _factor(configuration, "tip_material"))
-    plate = _material(record, "plate_material", _plate_material(record, configuration))
-    bare = configuration.factors.get("anvil_material", "none") == "none"
-    anvil = None if bare else _material(record, "anvil_material", _factor(configuration, "anvil_material"))
-    return tip, plate, anvil
+    factors = {**configuration.factors, "plate_material": record.plate_material_of(configuration)}
+    names = ["tip_material", "plate_material"]
+    if factors.get("anvil_material", "none") != "none":
+        names.append("anvil_material")
+    materials = []
+    for name in names:
+        word = str(_stated(configuration, name, factors.get(name)))
+        if word not in record.materials:
+            known = ", ".join(record.materials) or "none"
+            raise ValueError(f"{name} = {word!r}: no such material in the record; there are: {known}")
+        materials.append(record.materials[word])
+    tip, plate, *anvil = materials
+    return tip, plate, anvil[0] if anvil else None
 
 
 def impactor_mass_kg(record: CampaignRecord, run: Run) -> float:
@@ -102,27 +102,10 @@ def impactor_mass_kg(record: CampaignRecord, run: Run) -> float:
     return float(mass)
 
 
-def _factor(configuration: Configuration, name: str) -> str | float:
-    if name not in configuration.factors:
+def _stated(configuration: Configuration, name: str, value: Factor | None) -> Factor:
+    if value is None:
+        elsewhere = ", or as material in [bench.plate]" if name == "plate_material" else ""
         raise ValueError(
-            f"configuration {configuration.label!r} has no {name}: give it as a column of the table of runs"
+            f"configuration {configuration.label!r} has no {name}: give it as a column of the table of runs{elsewhere}"
         )
-    return configuration.factors[name]
-
-
-def _plate_material(record: CampaignRecord, configuration: Configuration) -> str:
-    material = record.plate_material_of(configuration)
-    if material is None:
-        raise ValueError(
-            f"configuration {configuration.label!r} has no plate_material: give it as a column of the table of runs, "
-            "or as material in [bench.plate]"
-        )
-    return material
-
-
-def _material(record: CampaignRecord, factor: str, value: str | float) -> Material:
-    word = str(value)
-    if word not in record.materials:
-        known = ", ".join(record.materials) or "none"
-        raise ValueError(f"{factor} = {word!r}: no such material in the record; there are: {known}")
-    return record.materials[word]
+    return value

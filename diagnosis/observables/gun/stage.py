@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields, replace
 from typing import ClassVar, cast
 
 import numpy as np
@@ -11,17 +12,18 @@ from ....twin.effects import Effect, catalogue
 from ....twin.gun.bench import GunBench
 from ....twin.gun.effect import GunEffect
 from ....twin.gun.shots import gun_velocity
-from ....twin.sensors.chain import SensorChain
-from ....twin.sensors.effect import SensorEffect
 from ...record import CampaignRecord
-from ..base import Floats, Observable, Stage, Upstream
-from ..batching import by_kinds, stacked
-from .uncertain_settings import gun_nuisances
+from ..base import Floats, Observable, Stage, Upstream, changes_reading, sensor_chain
+from ..batching import at_rows, by_kinds, stacked
 
 #: 1 % of velocity counts as agreement; the scatter where no run states its uncertainty.
 TOLERANCE, ASSUMED_FLOOR = 0.01, 0.01
 #: Velocities that are compared within a hundredth need no more than five digits.
 _COARSER = 30.0
+#: What each shot is read off with.
+READINGS = ("tank_pressure_pa", "bullet_mass_kg")
+#: Of a standard deviation: small enough for a derivative, large enough for its digits.
+_STEP = 1e-3
 
 
 class GunStage(Stage):
@@ -46,11 +48,8 @@ class GunStage(Stage):
         self.mass_kg = _numbers([run.bullet_mass_kg for run in record.runs])
         self.velocity_m_s = _numbers([run.velocity_m_s for run in record.runs])
         self.travel_m = _numbers([run.travel_m or self.bench.travel_m for run in record.runs])
-        self.usual_pressure_pa, self.usual_mass_kg = self._usual(self.pressure_pa), self._usual(self.mass_kg)
-        self.usual_travel_m = self._usual(self.travel_m)
-        self._nuisances = gun_nuisances(
-            self.bench, self.usual_pressure_pa, self.usual_mass_kg, self.usual_travel_m, self.uncertain
-        )
+        self._medians = tuple(map(self._median, (self.pressure_pa, self.mass_kg, self.travel_m)))
+        self._nuisances = self._derivatives()
 
     @property
     def simulator(self) -> str:
@@ -82,59 +81,86 @@ class GunStage(Stage):
         return cast(Sequence[float], velocity.tolist())
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
-        c = self.usual_pressure_pa.size
-        found = np.zeros((len(sets), c))
-        usual = self._shown((), self.usual_pressure_pa, self.usual_mass_kg, self.usual_travel_m)
-        acting = [[each for each in effects if acts_on_gun(type(each))] for effects in sets]
+        c = len(self.record.configurations)
+        changes = np.zeros((len(sets), c))
+        nominal = self._shown((), *self._medians)
+        acting = [[effect for effect in effects if acts_on_gun(type(effect))] for effects in sets]
         for rows in by_kinds(acting):
             effects = stacked([acting[row] for row in rows], c)
-            medians = (self.usual_pressure_pa, self.usual_mass_kg, self.usual_travel_m)
-            pressure, mass, travel = (np.tile(values, len(rows)) for values in medians)
+            pressure, mass, travel = (np.tile(values, len(rows)) for values in self._medians)
             shown = self._shown(effects, self._true_pressure(effects, pressure), mass, travel)
-            found[rows] = shown.reshape(len(rows), c) - usual
-        return found[:, :, None]
+            changes[rows] = shown.reshape(len(rows), c) - nominal
+        return changes[:, :, None]
 
-    def nuisances(self) -> dict[str, Floats]:
-        return dict(self._nuisances)
-
-    def _usual(self, values: Floats) -> Floats:
+    def _median(self, values: Floats) -> Floats:
         """(C,): medians over the runs of each configuration; NaN without any."""
-        of = self.record.configuration_of
-        groups = [values[(of == c) & np.isfinite(values)] for c in range(len(self.record.configurations))]
+        rows = self.record.configuration_of
+        groups = [values[(rows == c) & np.isfinite(values)] for c in range(len(self.record.configurations))]
         return np.array([float(np.median(group)) if group.size else np.nan for group in groups])
 
     def _true_pressure(self, effects: Sequence[Effect], reading_pa: Floats, upstream: Upstream | None = None) -> Floats:
         """`upstream` is the true pressure of each run, where it is known."""
         if upstream is not None:
             return np.asarray(upstream, dtype=np.float64)
-        return _chain(effects).true_pressure_pa(reading_pa)
+        return sensor_chain(effects).true_pressure_pa(reading_pa)
 
     def _shown(self, effects: Sequence[Effect], pressure_pa: Floats, mass_kg: Floats, travel_m: Floats) -> Floats:
         """ln of what the velocity measurement shows."""
-        return _logarithms(_chain(effects).measured_velocity_m_s(self._fired(effects, pressure_pa, mass_kg, travel_m)))
+        velocity = self._fired(effects, pressure_pa, mass_kg, travel_m)
+        return _logarithms(sensor_chain(effects).measured_velocity_m_s(velocity))
 
     def _fired(self, effects: Sequence[Effect], pressure_pa: Floats, mass_kg: Floats, travel_m: Floats) -> Floats:
         """True velocities; NaN for a shot that stays in the barrel, or of which pressure or mass is not known."""
-        gun = [each for each in effects if isinstance(each, GunEffect)]
+        gun = tuple(effect for effect in effects if isinstance(effect, GunEffect))
         velocity = np.full(pressure_pa.shape, np.nan)
         rows = np.flatnonzero((pressure_pa >= 0) & np.isfinite(pressure_pa) & (mass_kg > 0) & np.isfinite(mass_kg))
         if rows.size:
-            some = [each.take(rows) for each in gun] if rows.size < pressure_pa.size else gun
-            shots = gun_velocity(self.bench, pressure_pa[rows], mass_kg[rows], some, _COARSER, travel_m=travel_m[rows])
+            gun = at_rows(gun, rows) if rows.size < pressure_pa.size else gun
+            shots = gun_velocity(self.bench, pressure_pa[rows], mass_kg[rows], gun, _COARSER, travel_m=travel_m[rows])
             velocity[rows] = np.where(shots.left, shots.velocity_m_s, np.nan)
         return velocity
+
+    def _derivatives(self) -> dict[str, Floats]:
+        """(C, 1) by name: ln velocity's derivative times one standard deviation, at the medians of configurations.
+
+        Central differences; one-sided where the other side is no gun, as above an efficiency of one. NaN where the
+        nominal shot stays in the barrel.
+        """
+        known = (*(item.name for item in fields(GunBench)), *READINGS)
+        derivatives = {}
+        for name, sd in self.uncertain.items():
+            if name not in known:
+                raise ValueError(f"no uncertain setting {name!r} of the gun; there are: {', '.join(known)}")
+            if not (np.isfinite(sd) and sd >= 0):
+                raise ValueError(f"uncertain {name} = {sd!r}: expected a standard deviation, not negative")
+            if sd > 0:
+                sides = [(sign, self._logarithm_beside(name, sign * _STEP * sd)) for sign in (1.0, -1.0, 0.0)]
+                (a, high), (b, low), *_ = [(sign, values) for sign, values in sides if values is not None]
+                derivatives[name] = np.asarray((high - low) / ((a - b) * _STEP))[:, None]
+        return derivatives
+
+    def _logarithm_beside(self, name: str, step: float) -> Floats | None:
+        """ln velocity (C,) with one setting moved; None where that is no gun."""
+        (pressure, mass, travel), bench = self._medians, self.bench
+        if name == "tank_pressure_pa":
+            pressure = pressure + step
+        elif name == "bullet_mass_kg":
+            mass = mass + step
+        else:
+            travel = travel + step if name == "travel_m" else travel
+            try:
+                bench = replace(bench, **{name: getattr(bench, name) + step})
+            except ValueError:
+                return None
+        velocity = np.full(pressure.shape, np.nan)
+        good = (pressure >= 0) & (mass > 0) & (travel > 0)
+        velocity[good] = gun_velocity(bench, pressure[good], mass[good], travel_m=travel[good]).velocity_m_s
+        return _logarithms(velocity)
 
 
 def acts_on_gun(kind: type[Effect]) -> bool:
     """Whether an effect changes the muzzle velocity that a bench shows for a pressure that it shows."""
-    if issubclass(kind, SensorEffect):
-        hooks = ("true_pressure_pa", "measured_velocity_m_s")
-        return any(getattr(kind, hook) is not getattr(SensorEffect, hook) for hook in hooks)
-    return issubclass(kind, GunEffect)
-
-
-def _chain(effects: Sequence[Effect]) -> SensorChain:
-    return SensorChain.of(each for each in effects if isinstance(each, SensorEffect))
+    return issubclass(kind, GunEffect) or changes_reading(kind, "true_pressure_pa", "measured_velocity_m_s")
 
 
 def _numbers(values: Sequence[float | None]) -> Floats:

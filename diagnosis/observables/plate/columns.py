@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -10,8 +11,7 @@ from ...record import Floats
 from ..base import Observable
 from .modes import MeasuredModes
 from .signals import PlateSignals
-from .spectra import Spectra
-from .window import RingingWindow
+from .spectra import RingingWindow, Spectra
 
 #: Tolerances and floors. 0.5 dB of a spectrum is what the field calls agreement, and 6 % of an amplitude. 0.2 % of a
 #: frequency is 0.4 % of a modulus. Damping is seldom known to 10 %. A rest is a share of the largest acceleration.
@@ -56,58 +56,49 @@ class Columns:
     frequency_hz: Floats
 
     def observables(self) -> tuple[Observable, ...]:
-        found = list(mode_observables(self.frequency_hz, self._ringing_s))
+        ringing_s = self._seconds(self.signals.ringing, self.signals.acceleration.shape[2])
+        columns = list(mode_observables(self.frequency_hz, ringing_s))
+        windows_s = [self._seconds(*window) for window in self.spectra.windows]
         for row, channel in enumerate(self.signals.channels):
-            found += [self._line(channel, f) for f in self.spectra.lines_hz]
-            found += [self._level(channel, f) for f in self.frequency_hz[self.modes.clear[row]]]
-            found += [self._rest(channel, part) for part in self.spectra.windows]
-            delay = Observable(f"{channel} delay", "plate", channel, "1", _DELAY, _DELAY_FLOOR, detail=True)
-            found += [delay] * self._late[row]
-        return tuple(found)
+            modes_hz = self.frequency_hz[self.modes.clear[row]]
+            # name, unit, tolerance, floor, and as far as there are: frequency, window, whether it is a detail
+            kinds: list[tuple[Any, ...]] = [
+                *((f"spectrum at {f:.4g} Hz", "dB", _SRS, _SRS_FLOOR, float(f)) for f in self.spectra.lines_hz),
+                *(
+                    (f"ln amplitude of the mode at {f:.4g} Hz", "1", _LEVEL, _LEVEL_FLOOR, float(f), ringing_s)
+                    for f in modes_hz
+                ),
+                *(
+                    (f"rest from {a * 1e3:.3g} to {b * 1e3:.3g} ms", "1", _REST, _REST_FLOOR, None, (a, b), True)
+                    for a, b in windows_s
+                ),
+                *([("delay", "1", _DELAY, _DELAY_FLOOR, None, None, True)] * self._shows_delay(row)),
+            ]
+            columns += [Observable(f"{channel} {kind[0]}", "plate", channel, *kind[1:]) for kind in kinds]
+        return tuple(columns)
 
-    def laid(
-        self,
-        frequency: Floats,
-        damping: Floats,
-        level: Floats,
-        lines_db: Floats,
-        rests: Floats,
-        delay_s: Floats,
+    def table(
+        self, frequency: Floats, damping: Floats, level: Floats, lines_db: Floats, rests: Floats, delay_s: Floats
     ) -> Floats:
         """(R, d) of (R, K), (R, K), (R, S, K), (R, S, f), (R, S, windows) and (R, S)."""
         parts = [frequency, damping]
         for row in range(len(self.signals.channels)):
             parts += [lines_db[:, row], level[:, row, self.modes.clear[row]], rests[:, row]]
-            parts += [delay_s[:, row, None] / self.signals.contact_s] * self._late[row]
+            if self._shows_delay(row):
+                parts.append(delay_s[:, row, None] / self.signals.contact_s)
         return np.concatenate(parts, axis=1)
 
-    def told(self, delay_s: Floats) -> Floats:
-        """Delays (R, S) as measured; NaN where they cannot be."""
-        return np.where(np.abs(delay_s) < _MOST_DELAY * self.signals.contact_s, delay_s, np.nan)
+    def measured(self) -> Floats:
+        """(R, d): as the records show them."""
+        modes, acceleration = self.modes, self.signals.acceleration
+        delay = np.where(np.abs(modes.delay) < _MOST_DELAY * self.signals.contact_s, modes.delay, np.nan)
+        lines_db, rests = self.spectra.levels_db(acceleration), self.spectra.rests(acceleration)
+        return self.table(modes.frequency, modes.damping, modes.level, lines_db, rests, delay)
 
-    def seconds(self, window: tuple[int, int]) -> tuple[float, float]:
-        """A window in samples on the clock of the contact."""
+    def _shows_delay(self, row: int) -> bool:
+        return bool(np.any(self.modes.weight[row] > 0))
+
+    def _seconds(self, begin: int, end: int) -> tuple[float, float]:
+        """Samples on the clock of the contact."""
         first = float(np.nanmedian(self.signals.first_s))
-        return first + window[0] * self.signals.step_s, first + window[1] * self.signals.step_s
-
-    @property
-    def _late(self) -> list[int]:
-        """1 for a channel that shows a delay."""
-        return [int(np.any(weight > 0)) for weight in self.modes.weight]
-
-    @property
-    def _ringing_s(self) -> tuple[float, float]:
-        return self.seconds((self.signals.ringing, self.signals.acceleration.shape[2]))
-
-    def _line(self, channel: str, f: float) -> Observable:
-        name = f"{channel} spectrum at {f:.4g} Hz"
-        return Observable(name, "plate", channel, "dB", _SRS, _SRS_FLOOR, float(f))
-
-    def _level(self, channel: str, f: float) -> Observable:
-        name = f"{channel} ln amplitude of the mode at {f:.4g} Hz"
-        return Observable(name, "plate", channel, "1", _LEVEL, _LEVEL_FLOOR, float(f), self._ringing_s)
-
-    def _rest(self, channel: str, window: tuple[int, int]) -> Observable:
-        begin, end = self.seconds(window)
-        name = f"{channel} rest from {begin * 1e3:.3g} to {end * 1e3:.3g} ms"
-        return Observable(name, "plate", channel, "1", _REST, _REST_FLOOR, None, (begin, end), detail=True)
+        return first + begin * self.signals.step_s, first + end * self.signals.step_s

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....twin.effects import Effect
-from ....twin.sensors.chain import SensorChain
 from ....twin.sensors.effect import SensorEffect
 from ....twin.sensors.effects.force_bandwidth import ForceBandwidth
 from ....twin.sensors.effects.force_gain import ForceGain
 from ...record import Floats, Series
+from ..base import changes_reading, sensor_chain
 
 #: A contact is over when its force stays below this share of its peak.
 _OVER = 0.02
@@ -28,16 +30,29 @@ _AROUND, _FADE = 8, 16
 
 def contact(force: Series) -> Series:
     """The force with its noise before and after the contact faded out."""
-    values = np.abs(force.values)
-    acting = np.flatnonzero(values > _OVER * values.max(initial=0.0))
+    acting = _acting(force)
     if not acting.size:
-        return Series(np.zeros_like(force.values), force.sampling_rate_hz, force.start_s)
-    # from the peak outwards, so that a spike of noise far from it is no contact
-    first, last = _run_of(acting, int(np.argmax(values)))
-    place = np.arange(values.size)
-    away = np.maximum(np.maximum(first - place, place - last) - _AROUND, 0)
+        return replace(force, values=np.zeros_like(force.values))
+    # from the peak outwards, with gaps of `_AROUND` at most, so that a spike of noise far from it is no contact
+    parts = np.split(acting, np.flatnonzero(np.diff(acting) > _AROUND) + 1)
+    peak = int(np.argmax(np.abs(force.values)))
+    part = next(part for part in parts if part[-1] >= peak)
+    place = np.arange(force.values.size)
+    away = np.maximum(np.maximum(part[0] - place, place - part[-1]) - _AROUND, 0)
     fade = 0.5 * (1 + np.cos(np.pi * np.minimum(away / _FADE, 1.0)))
-    return Series(force.values * fade, force.sampling_rate_hz, force.start_s)
+    return replace(force, values=force.values * fade)
+
+
+def end_of(force: Series) -> float:
+    """When the contact is over, s on the clock of the record."""
+    acting = _acting(force)
+    return float(force.time_s[acting[-1]]) if acting.size else force.start_s
+
+
+def _acting(force: Series) -> NDArray[np.intp]:
+    """The samples at which a force acts."""
+    values = np.abs(force.values)
+    return np.flatnonzero(values > _OVER * values.max(initial=0.0))
 
 
 def true_force(reading: Series, effects: Sequence[Effect]) -> Series:
@@ -46,39 +61,26 @@ def true_force(reading: Series, effects: Sequence[Effect]) -> Series:
     Other effects on the force than gain and low pass are undone by going back and forth, which closes in on the force
     where an effect changes it by less than itself.
     """
-    acting = SensorChain.of(item for item in effects if acts_on_force(type(item))).effects
-    if not acting:
-        return reading
-    step = 1 / reading.sampling_rate_hz
+    acting = sensor_chain(effect for effect in effects if changes_reading(type(effect), "measured_force_n")).effects
     values = reading.values
-    for each in reversed(acting):
-        values = _undone(each, values, step)
-    return Series(np.asarray(values), reading.sampling_rate_hz, reading.start_s)
-
-
-def acts_on_force(kind: type[Effect]) -> bool:
-    """Whether an effect changes what the force channel shows."""
-    return issubclass(kind, SensorEffect) and kind.measured_force_n is not SensorEffect.measured_force_n
+    for effect in reversed(acting):
+        values = _undone(effect, values, 1 / reading.sampling_rate_hz)
+    return replace(reading, values=values) if acting else reading
 
 
 def _undone(effect: SensorEffect, reading: Floats, step_s: float) -> Floats:
     if isinstance(effect, ForceGain):
         return np.asarray(reading / effect.gain)
-    if isinstance(effect, ForceBandwidth):
-        return _unfiltered(effect, reading, step_s)
+    if isinstance(effect, ForceBandwidth):  # both differential equations of the low passes, read from right to left
+        seconds = float(np.asarray(effect.corner_period_s)) / (2 * np.pi)
+        if seconds > 0:
+            rate = _slope(reading) / step_s
+            reading = reading + np.sqrt(2) * seconds * rate + seconds**2 * _slope(rate) / step_s
+        return np.asarray(reading + effect.time_constant_s * _slope(reading) / step_s)
     force = reading
     for _ in range(_ROUNDS):
         force = force + reading - effect.measured_force_n(force, step_s)
     return force
-
-
-def _unfiltered(effect: ForceBandwidth, reading: Floats, step_s: float) -> Floats:
-    """Both differential equations of the low passes, read from right to left."""
-    seconds = float(np.asarray(effect.corner_period_s)) / (2 * np.pi)
-    if seconds > 0:
-        rate = _slope(reading) / step_s
-        reading = reading + np.sqrt(2) * seconds * rate + seconds**2 * _slope(rate) / step_s
-    return np.asarray(reading + effect.time_constant_s * _slope(reading) / step_s)
 
 
 def _slope(values: Floats) -> Floats:
@@ -95,14 +97,10 @@ def on_clock(force: Series, first_s: float, step_s: float, samples: int) -> Floa
     if step_s * force.sampling_rate_hz <= 1 + 1e-9:
         return np.asarray(sampled)
     impulse = float(force.values.sum()) / force.sampling_rate_hz
-    got = float(sampled.sum()) * step_s
-    if impulse > 0 and abs(got / impulse - 1) < _NEAR:
-        return np.asarray(sampled * (impulse / got))
-    return _gathered(force, first_s, step_s, samples)
-
-
-def _gathered(force: Series, first_s: float, step_s: float, samples: int) -> Floats:
-    """A contact of hardly a sample: each of its values is shared out between the two samples around it."""
+    sampled_impulse = float(sampled.sum()) * step_s
+    if impulse > 0 and abs(sampled_impulse / impulse - 1) < _NEAR:
+        return np.asarray(sampled * (impulse / sampled_impulse))
+    # a contact of hardly a sample: each of its values is shared out between the two samples around it
     place = (force.time_s - first_s) / step_s
     left = np.floor(place).astype(np.intp)
     out = np.zeros(samples)
@@ -110,18 +108,3 @@ def _gathered(force: Series, first_s: float, step_s: float, samples: int) -> Flo
         good = (index >= 0) & (index < samples)
         np.add.at(out, index[good], (weight * force.values)[good] / (step_s * force.sampling_rate_hz))
     return out
-
-
-def end_of(force: Series) -> float:
-    """When the contact is over, s on the clock of the record."""
-    values = np.abs(force.values)
-    acting = np.flatnonzero(values > _OVER * values.max(initial=0.0))
-    return float(force.time_s[acting[-1]]) if acting.size else force.start_s
-
-
-def _run_of(acting: np.ndarray[tuple[int], np.dtype[np.intp]], peak: int) -> tuple[int, int]:
-    """First and last of the samples that follow one another, with gaps of `_AROUND` at most, about the peak."""
-    cuts = np.flatnonzero(np.diff(acting) > _AROUND)
-    starts, ends = np.r_[acting[0], acting[cuts + 1]], np.r_[acting[cuts], acting[-1]]
-    at = int(np.searchsorted(ends, peak))
-    return int(starts[at]), int(ends[at])

@@ -1,8 +1,9 @@
-"""A campaign's accelerations as one block, each run on its own clock, cut to one length."""
+"""A campaign's accelerations as one block of one rate and length, each run on its own clock."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -10,132 +11,190 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....twin.plate.modal import ModalPlate
-from ...record import CampaignRecord, Floats, Run, Series
-from .delay import centres_s, durations_s
+from ...record import CampaignRecord, Factor, Floats, Run, Series
 from .force import contact, end_of
+from .ringing import force_centre_s, force_duration_s
 
 #: Kept before contact begins; its mean is what a channel shows at rest.
 _BEFORE_S, _REST_SAMPLES = 1e-3, 16
-#: Longer records are cut: by then a plate is silent, and every diagnosis would wait for it.
-_MOST_SAMPLES = 16384
-#: A run that is shorter than this share of the usual one is left out.
-_SHORT = 0.5
-#: Samples between the end of the longest contact and the ringing that modes are read from.
+#: Where no force says when a contact ends: soft tips stay on a plate for some milliseconds (thesis, Fig. 4.6).
+_CONTACT_S = 5e-3
+#: Longer records are cut: by then a plate is silent, and every diagnosis would wait for it. A run below this share of
+#: the usual length is left out.
+_MOST_SAMPLES, _SHORT = 16384, 0.5
+#: Samples between the end of a contact and the ringing that modes are read from.
 _CLEAR = 4
+#: The factor that says where a run hits the plate.
+_POINT = "impact_position"
 
 
 @dataclass(frozen=True, eq=False)
-class PlateSignals:
-    """Of R runs and S channels.
+class AccelerationBlock:
+    """Of R runs and S channels: `acceleration` (R, S, n), NaN for what was not measured.
 
-    `acceleration` (R, S, n), NaN for what was not measured; sample k of run r is at `first_s[r]` + k `step_s`, contact
-    begins at 0 s. `force`: each run's contact as read, None where there is none. `ringing`: the sample from which every
-    plate rings freely.
+    Sample k of run r is at `first_s[r]` + k `step_s`; contact begins at 0 s. `first_s` is NaN for a run without any.
     """
 
     acceleration: Floats
-    force: tuple[Series | None, ...]
     channels: tuple[str, ...]
     first_s: Floats
-    step_s: float
-    ringing: int
-    assumptions: tuple[str, ...]
+    rate_hz: float
 
     @property
-    def rate_hz(self) -> float:
-        return 1 / self.step_s
-
-    @cached_property
-    def centre_s(self) -> Floats:
-        """(R,): about when each force acts."""
-        return centres_s(self.force)
-
-    @cached_property
-    def contact_s(self) -> float:
-        """The usual contact time."""
-        return float(np.nanmedian(durations_s(self.force)))
+    def step_s(self) -> float:
+        return 1 / self.rate_hz
 
     @property
     def good(self) -> NDArray[np.bool_]:
         """(R, S): what was measured."""
         return np.asarray(np.isfinite(self.acceleration[:, :, 0]))
 
+    @property
+    def window_s(self) -> tuple[float, float]:
+        """The usual stretch of time."""
+        begin = float(np.nanmedian(self.first_s))
+        return begin, begin + self.acceleration.shape[2] / self.rate_hz
+
     @classmethod
-    def of(cls, record: CampaignRecord, plate: ModalPlate) -> PlateSignals:
+    def of(cls, channels: tuple[str, ...], series: Sequence[Mapping[str, Series]]) -> AccelerationBlock:
+        """Of the series of each run by channel, at their most frequent rate.
+
+        Series of other rates are left out, and runs that are much shorter than usual.
+        """
+        rates, counts = np.unique([s.sampling_rate_hz for run in series for s in run.values()], return_counts=True)
+        rate = float(rates[np.argmax(counts)])
+        runs = [
+            {name: s for name, s in run.items() if math.isclose(s.sampling_rate_hz, rate, rel_tol=1e-6)}
+            for run in series
+        ]
+        lengths = np.array([min((s.values.size for s in run.values()), default=0) for run in runs])
+        used = lengths >= max(_SHORT * float(np.median(lengths[lengths > 0])), 1)
+        samples = min(_MOST_SAMPLES, int(lengths[used].min()))
+        block = np.full((len(runs), len(channels), samples), np.nan)
+        first_s = np.full(len(runs), np.nan)
+        for row in np.flatnonzero(used):
+            for name, s in runs[row].items():
+                block[row, channels.index(name)] = s.values[:samples]
+                first_s[row] = s.start_s
+        return cls(block, channels, first_s, rate)
+
+
+def ringdown_block(record: CampaignRecord, used: NDArray[np.bool_]) -> AccelerationBlock:
+    """From the end of each contact on, of the runs that are `used` (R,), where it is numbers and not silent.
+
+    Raises `ValueError` where none of them has an acceleration.
+    """
+    channels = tuple(dict.fromkeys(name for run in record.runs for name in run.accelerations))
+    series = [_after_contact(run) if use else {} for run, use in zip(record.runs, used, strict=True)]
+    if not any(series):
+        raise ValueError("no run has an acceleration of the plate that goes on after the contact")
+    return AccelerationBlock.of(channels, series)
+
+
+def _after_contact(run: Run) -> dict[str, Series]:
+    over = _CONTACT_S if run.force is None or not np.any(run.force.values) else end_of(contact(run.force))
+    ends = {
+        name: _from_sample(series, max(0, math.ceil((over - series.start_s) * series.sampling_rate_hz)) + _CLEAR)
+        for name, series in run.accelerations.items()
+    }
+    return {
+        name: series
+        for name, series in ends.items()
+        if series.values.size and np.isfinite(series.values).all() and np.ptp(series.values) > 0
+    }
+
+
+def _from_sample(series: Series, first: int, rest: float = 0.0) -> Series:
+    """A series from a sample on, less a level."""
+    rate = series.sampling_rate_hz
+    return Series(series.values[first:] - rest, rate, series.start_s + first / rate)
+
+
+@dataclass(frozen=True, eq=False)
+class PlateSignals(AccelerationBlock):
+    """Accelerations from just before contact on, and forces, of R runs and S channels.
+
+    `force`: each run's contact as read, None where there is none. `ringing`: the sample from which every plate rings
+    freely. `assumptions` are sentences for the report.
+    """
+
+    force: tuple[Series | None, ...]
+    ringing: int
+    assumptions: tuple[str, ...]
+
+    @cached_property
+    def centre_s(self) -> Floats:
+        """(R,): about when each force acts."""
+        return np.array([force_centre_s(force) for force in self.force])
+
+    @cached_property
+    def contact_s(self) -> float:
+        """The usual contact time."""
+        return float(np.nanmedian([force_duration_s(force) for force in self.force]))
+
+    @classmethod
+    def of_record(cls, record: CampaignRecord, plate: ModalPlate) -> PlateSignals:
         """Raises `ValueError` where no run has both a force and an acceleration at a sensor of the plate."""
         channels = tuple(name for name in plate.sensors if any(name in run.accelerations for run in record.runs))
-        usable = [run for run in record.runs if _usable(run, channels)]
-        if not usable:
+        series = [_before_contact(run, channels) for run in record.runs]
+        if not any(series):
             raise ValueError(
                 f"campaign {record.name!r}: no run has a force and an acceleration at one of the plate's sensors "
                 f"({', '.join(plate.sensors)}); name the channels as the modal table does"
             )
-        rate = _usual([_rate(run, channels) for run in usable])
-        usable = [run for run in usable if math.isclose(_rate(run, channels), rate, rel_tol=1e-6)]
-        lengths = {id(run): min(_room(run.accelerations[name]) for name in channels if name in run.accelerations)
-                   for run in usable}  # fmt: skip
-        least = _SHORT * float(np.median(list(lengths.values())))
-        kept = [run for run in usable if lengths[id(run)] >= least]
-        samples = min(_MOST_SAMPLES, *(lengths[id(run)] for run in kept))
-        chosen = {id(run) for run in kept}
-        rows = [_row(run, channels, samples) if id(run) in chosen else None for run in record.runs]
-        forces = tuple(contact(run.force) if run.force is not None else None for run in record.runs)
-        over = max(end_of(f) for f, row in zip(forces, rows, strict=True) if row is not None and f is not None)
-        first = np.array([np.nan if row is None else row[1] for row in rows])
-        blank = np.full((len(channels), samples), np.nan)
-        left_out = sum(run.force is not None and bool(run.accelerations) for run in record.runs) - len(kept)
+        block = AccelerationBlock.of(channels, series)
+        used = np.isfinite(block.first_s)
+        forces = [contact(run.force) if use and run.force else None for run, use in zip(record.runs, used, strict=True)]
+        over = max(end_of(force) for force in forces if force is not None)
+        assumptions = [f"accelerations are compared over {block.acceleration.shape[2] / block.rate_hz * 1e3:.3g} ms"]
+        left_out = sum(run.force is not None and bool(run.accelerations) for run in record.runs) - int(used.sum())
+        if left_out:
+            assumptions.append(
+                f"{left_out} runs whose accelerations are too short or of another rate have no part in the plate"
+            )
         return cls(
-            acceleration=np.array([blank if row is None else row[0] for row in rows]),
-            force=tuple(None if row is None else f for f, row in zip(forces, rows, strict=True)),
-            channels=channels,
-            first_s=first,
-            step_s=1 / rate,
-            ringing=math.ceil((over - np.nanmin(first)) * rate) + _CLEAR,
-            assumptions=_told(left_out, samples / rate),
+            **vars(block),
+            force=tuple(forces),
+            ringing=math.ceil((over - np.nanmin(block.first_s)) * block.rate_hz) + _CLEAR,
+            assumptions=tuple(assumptions),
         )
 
 
-def _usable(run: Run, channels: tuple[str, ...]) -> bool:
-    measured = [run.accelerations[name] for name in channels if name in run.accelerations]
-    return run.force is not None and bool(np.any(run.force.values)) and bool(measured)
+def _before_contact(run: Run, channels: Sequence[str]) -> dict[str, Series]:
+    """By channel from just before contact on, less the level at rest; none without a force."""
+    if run.force is None or not np.any(run.force.values):
+        return {}
+    series = {}
+    for name in channels:
+        if (record := run.accelerations.get(name)) is not None:
+            begin = max(0, math.ceil((-_BEFORE_S - record.start_s) * record.sampling_rate_hz - 1e-6))
+            before = record.values[: max(0, math.floor(-record.start_s * record.sampling_rate_hz))]
+            rest = float(before.mean()) if before.size - begin >= _REST_SAMPLES else 0.0
+            series[name] = _from_sample(record, begin, rest)
+    return series
 
 
-def _rate(run: Run, channels: tuple[str, ...]) -> float:
-    return next(run.accelerations[name].sampling_rate_hz for name in channels if name in run.accelerations)
+def impact_points(record: CampaignRecord, plate: ModalPlate) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The impact point of every run by its name on the plate, and what is taken for granted of them.
+
+    A plate with one point is hit there. Raises `ValueError` for a position that a plate with several has not.
+    """
+    names = [_point_name(configuration.factors.get(_POINT)) for configuration in record.configurations]
+    first = plate.impact_points[0]
+    if len(plate.impact_points) == 1:
+        others = sorted({name for name in names if name is not None} - {first})
+        note = f"impact positions {', '.join(others)} are taken for {first}: the plate has shapes at no other"
+        return (first,) * len(record.runs), (note,) if others else ()
+    for configuration, name in zip(record.configurations, names, strict=True):
+        if name is not None and name not in plate.impact_points:
+            raise ValueError(
+                f"{configuration.label}: {_POINT} {name!r} is not on the plate; it has {', '.join(plate.impact_points)}"
+            )
+    missing = f"where no {_POINT} is stated the plate is taken to be hit at {first}"
+    return tuple(names[run.configuration] or first for run in record.runs), (missing,) if None in names else ()
 
 
-def _usual(rates: list[float]) -> float:
-    values, counts = np.unique(rates, return_counts=True)
-    return float(values[np.argmax(counts)])
-
-
-def _begin(series: Series) -> int:
-    """The first sample that is kept."""
-    return max(0, math.ceil((-_BEFORE_S - series.start_s) * series.sampling_rate_hz - 1e-6))
-
-
-def _room(series: Series) -> int:
-    return int(series.values.size - _begin(series))
-
-
-def _row(run: Run, channels: tuple[str, ...], samples: int) -> tuple[Floats, float]:
-    out = np.full((len(channels), samples), np.nan)
-    first = 0.0
-    for row, name in enumerate(channels):
-        if (series := run.accelerations.get(name)) is not None:
-            begin = _begin(series)
-            first = series.start_s + begin / series.sampling_rate_hz
-            out[row] = series.values[begin : begin + samples] - _rest(series, begin)
-    return out, first
-
-
-def _rest(series: Series, begin: int) -> float:
-    before = series.values[: max(0, math.floor(-series.start_s * series.sampling_rate_hz))]
-    return float(before.mean()) if before.size - begin >= _REST_SAMPLES else 0.0
-
-
-def _told(left_out: int, seconds: float) -> tuple[str, ...]:
-    told = [f"accelerations are compared over {seconds * 1e3:.3g} ms"]
-    if left_out:
-        told.append(f"{left_out} runs whose accelerations are too short or of another rate have no part in the plate")
-    return tuple(told)
+def _point_name(factor: Factor | None) -> str | None:
+    if factor is None or factor == "":
+        return None
+    return factor if isinstance(factor, str) else f"#{factor:g}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,12 +19,12 @@ from ....twin.sensors.effect import SensorEffect
 from ....twin.sensors.effects.acceleration_gain import AccelerationGain
 from ....twin.sensors.effects.mount_resonance import MountResonance
 from ...record import Floats, Series
+from ..base import changes_reading
 from .columns import Columns
-from .delay import delays_s
 from .force import on_clock
+from .modes import Reading, read_simulated
 from .poles import Basis, Poles
-from .ringing import levels, phases
-from .runs import Reading, read_simulated
+from .ringing import delays_s, levels, phases
 
 #: Modes that an effect lifts to here are dropped: above half the sampling rate there is no answer.
 _MOST_OF_RATE = 0.499
@@ -35,8 +35,8 @@ _CLOSED = (AccelerationGain, MountResonance)
 
 
 @dataclass(frozen=True, eq=False)
-class Played:
-    """Runs to be played: true forces, None where there is none, the impact points, and when each run's clock begins.
+class SimulatedRuns:
+    """Runs to be simulated: true forces, None where there is none, impact points, and when each run's clock begins.
 
     `read` are the forces as they were read, and `centre_s` is about when they act: delays are counted from them.
     """
@@ -47,141 +47,133 @@ class Played:
     first_s: Floats
     centre_s: Floats
 
-    def at(self, rows: NDArray[np.intp]) -> Played:
-        picked = [int(row) for row in rows]
-        forces, read = (tuple(each[row] for row in picked) for each in (self.forces, self.read))
-        points = tuple(self.points[row] for row in picked)
-        return Played(forces, read, points, self.first_s[picked], self.centre_s[picked])
+    def at(self, rows: NDArray[np.intp]) -> SimulatedRuns:
+        forces, read = (tuple(values[row] for row in rows) for values in (self.forces, self.read))
+        points = tuple(self.points[row] for row in rows)
+        return SimulatedRuns(forces, read, points, self.first_s[rows], self.centre_s[rows])
 
-    def same(self, other: Played) -> bool:
+    def same(self, runs: SimulatedRuns) -> bool:
         """Whether the same forces act at the same points."""
         return (
-            len(self.forces) == len(other.forces)
-            and all(one is two for one, two in zip(self.forces, other.forces, strict=True))
-            and self.points == other.points
-            and np.array_equal(self.first_s, other.first_s, equal_nan=True)
+            len(self.forces) == len(runs.forces)
+            and all(a is b for a, b in zip(self.forces, runs.forces, strict=True))
+            and self.points == runs.points
+            and np.array_equal(self.first_s, runs.first_s, equal_nan=True)
         )
 
 
 @dataclass(frozen=True)
-class Acting:
+class ActiveEffects:
     """Effects sorted by what they act on: the plate, and what its accelerometers show."""
 
     on_plate: tuple[PlateEffect, ...]
     on_channels: tuple[SensorEffect, ...]
 
     @classmethod
-    def of(cls, effects: Sequence[Effect]) -> Acting:
-        return cls(
-            tuple(each for each in effects if isinstance(each, PlateEffect)),
-            tuple(each for each in effects if isinstance(each, SensorEffect) and acts_on_acceleration(type(each))),
-        )
+    def of(cls, effects: Sequence[Effect]) -> ActiveEffects:
+        sensors = (effect for effect in effects if isinstance(effect, SensorEffect))
+        on_channels = tuple(item for item in sensors if changes_reading(type(item), "measured_acceleration_m_s2"))
+        return cls(tuple(effect for effect in effects if isinstance(effect, PlateEffect)), on_channels)
 
-    @property
-    def open(self) -> bool:
-        """Whether a mode's amplitude has to be read from the simulated record."""
-        return any(not isinstance(each, _CLOSED) for each in self.on_channels)
+    def shown(self, accelerations: Floats, step_s: float) -> Floats:
+        """What the channels show of accelerations (R, S, n)."""
+        return SensorChain.of(self.on_channels).measured_acceleration_m_s2(accelerations, step_s)
 
 
-@dataclass(frozen=True, eq=False)
 class Simulation:
     """The nominal plate, read as `columns` say."""
 
-    nominal: ModalPlate
-    columns: Columns
-    _responses: dict[str, PlateResponse] = field(default_factory=dict, init=False, repr=False)
-    # of the last runs that the nominal plate was asked for: effects of sensors leave what it feels as it is
-    _felt_before: dict[str, tuple[Played, Floats]] = field(default_factory=dict, init=False, repr=False)
-    _plain: dict[str, tuple[Floats, Reading]] = field(default_factory=dict, init=False, repr=False)
+    def __init__(self, nominal: ModalPlate, columns: Columns) -> None:
+        self.nominal, self.columns = nominal, columns
+        self._responses: dict[str, PlateResponse] = {}
+        # the last runs on the nominal plate, its accelerations and their reading: effects of sensors leave them as is
+        self._nominal_runs: tuple[SimulatedRuns, Floats] | None = None
+        self._nominal_reading: Reading | None = None
 
-    def observed(self, played: Played, acting: Acting) -> Floats:
+    def observed(self, runs: SimulatedRuns, effects: ActiveEffects) -> Floats:
         """(R, d): observables of the plate under effects; NaN where there is no force."""
-        plate = with_effects(self.nominal, acting.on_plate)
+        plate = with_effects(self.nominal, effects.on_plate)
         signals, modes = self.columns.signals, self.columns.modes.modes
-        felt = self._felt(plate, played)
-        shown = SensorChain.of(acting.on_channels).measured_acceleration_m_s2(felt, signals.step_s)
-        at = played.first_s + self.columns.window.start_s
-        level = levels(plate, modes, played.points, signals.channels, played.forces, at, acting.on_channels)
-        there = np.where(np.isfinite(shown[:, 0, :1]), 0.0, np.nan)
-        frequency = np.log(plate.frequency_hz[modes]) + there
-        damping = np.log(np.maximum(plate.damping_ratio[modes], _LEAST_RATIO)) + there
+        accelerations = self._accelerations(plate, runs)
+        shown = effects.shown(accelerations, signals.step_s)
+        at = runs.first_s + self.columns.window.start_s
+        level = levels(plate, modes, runs.points, signals.channels, runs.forces, at, effects.on_channels)
+        simulated = np.where(np.isfinite(shown[:, 0, :1]), 0.0, np.nan)
+        frequency = np.log(plate.frequency_hz[modes]) + simulated
+        damping = np.log(np.maximum(plate.damping_ratio[modes], _LEAST_RATIO)) + simulated
         level = np.log(np.maximum(level, _LEAST_LEVEL))
-        if acting.open and modes.size:
-            more = self._read_off(plate, felt, shown, acting)
-            frequency, damping, level = frequency + more[0], damping + more[1], level + more[2]
+        if modes.size and not all(isinstance(effect, _CLOSED) for effect in effects.on_channels):
+            change = self._read_changes(plate, accelerations, shown, effects)
+            frequency, damping, level = frequency + change[0], damping + change[1], level + change[2]
         spectra = self.columns.spectra
-        delay = self._delays(plate, played, acting)
-        return self.columns.laid(frequency, damping, level, spectra.levels_db(shown), spectra.rests(shown), delay)
+        delay = self._delays(plate, runs, effects)
+        return self.columns.table(frequency, damping, level, spectra.levels_db(shown), spectra.rests(shown), delay)
 
-    def accelerations(self, played: Played, acting: Acting) -> Floats:
+    def accelerations(self, runs: SimulatedRuns, effects: ActiveEffects) -> Floats:
         """(R, S, n) as the channels show them; NaN where there is no force."""
-        felt = self._felt(with_effects(self.nominal, acting.on_plate), played)
-        return SensorChain.of(acting.on_channels).measured_acceleration_m_s2(felt, self.columns.signals.step_s)
+        accelerations = self._accelerations(with_effects(self.nominal, effects.on_plate), runs)
+        return effects.shown(accelerations, self.columns.signals.step_s)
 
-    def _felt(self, plate: ModalPlate, played: Played) -> Floats:
-        known = self._felt_before.get("felt") if plate is self.nominal else None
-        if known is not None and known[0].same(played):
-            return known[1]
+    def _accelerations(self, plate: ModalPlate, runs: SimulatedRuns) -> Floats:
+        """(R, S, n): what the sensors feel."""
+        nominal = plate is self.nominal
+        if nominal and self._nominal_runs is not None and self._nominal_runs[0].same(runs):
+            return self._nominal_runs[1]
         signals = self.columns.signals
         samples = signals.acceleration.shape[2]
-        out = np.full((len(played.forces), len(signals.channels), samples), np.nan)
-        for point in sorted(set(played.points)):
-            rows = [r for r, force in enumerate(played.forces) if force is not None and played.points[r] == point]
+        accelerations = np.full((len(runs.forces), len(signals.channels), samples), np.nan)
+        for point in sorted(set(runs.points)):
+            rows = [r for r, force in enumerate(runs.forces) if force is not None and runs.points[r] == point]
             if rows:
-                response = self._response(plate, point)
-                out[rows] = response.accelerations(_driving(played.at(np.array(rows)), signals.step_s, samples))
-        if plate is self.nominal:
-            out.flags.writeable = False
-            self._felt_before["felt"] = played, out
-        return out
+                driving = _driving(runs.at(np.array(rows)), signals.step_s, samples)
+                accelerations[rows] = self._response(plate, point).accelerations(driving)
+        if nominal:
+            accelerations.flags.writeable = False
+            self._nominal_runs, self._nominal_reading = (runs, accelerations), None
+        return accelerations
 
     def _response(self, plate: ModalPlate, point: str) -> PlateResponse:
-        signals = self.columns.signals
         if plate is self.nominal and point in self._responses:
             return self._responses[point]
-        kept = kept_below(plate, _MOST_OF_RATE * signals.rate_hz)
+        signals = self.columns.signals
+        audible = kept_below(plate, _MOST_OF_RATE * signals.rate_hz)
         samples = signals.acceleration.shape[2]
-        found = PlateResponse.of(kept, point, signals.channels, signals.step_s, samples)
+        response = PlateResponse.of(audible, point, signals.channels, signals.step_s, samples)
         if plate is self.nominal:
-            self._responses[point] = found
-        return found
+            self._responses[point] = response
+        return response
 
-    def _delays(self, plate: ModalPlate, played: Played, acting: Acting) -> Floats:
+    def _delays(self, plate: ModalPlate, runs: SimulatedRuns, effects: ActiveEffects) -> Floats:
         """(R, S)."""
         modes, channels = self.columns.modes, len(self.columns.signals.channels)
         frequency, damping = plate.frequency_hz[modes.modes], plate.damping_ratio[modes.modes]
-        angle = phases(frequency, damping, played.forces, played.centre_s, acting.on_channels)
-        angle = angle - phases(frequency, damping, played.read, played.centre_s)
+        angle = phases(frequency, damping, runs.forces, runs.centre_s, effects.on_channels)
+        angle = angle - phases(frequency, damping, runs.read, runs.centre_s)
         omega = np.broadcast_to(2 * np.pi * frequency, angle.shape)
         return delays_s(np.repeat(angle[:, None], channels, axis=1), omega, modes.weight)
 
-    def _read_off(
-        self, plate: ModalPlate, felt: Floats, shown: Floats, acting: Acting
-    ) -> tuple[Floats, Floats, Floats]:
-        """What effects without a closed form add to the readings of the compared modes."""
-        signals, modes = self.columns.signals, self.columns.modes
-        closed = SensorChain.of(each for each in acting.on_channels if isinstance(each, _CLOSED))
-        plain = closed.measured_acceleration_m_s2(felt, signals.step_s)
+    def _read_changes(
+        self, plate: ModalPlate, accelerations: Floats, shown: Floats, effects: ActiveEffects
+    ) -> list[Floats]:
+        """What effects without a closed form add to frequency, damping and level of the compared modes, as read."""
+        modes = self.columns.modes
+        closed = ActiveEffects((), tuple(effect for effect in effects.on_channels if isinstance(effect, _CLOSED)))
+        plain = closed.shown(accelerations, self.columns.signals.step_s)
         basis = self._nominal_basis if plate is self.nominal else self._basis(plate)
-        after, before = self._reading(basis, shown), self._plain_reading(basis, plain)
-        at = np.searchsorted(modes.ringing, modes.modes)
-        pairs = zip((after.frequency, after.damping, after.level), (before.frequency, before.damping, before.level),
-                    strict=True)  # fmt: skip
-        frequency, damping, level = (one[..., at] - other[..., at] for one, other in pairs)
-        return frequency, damping, level
+        after, before = self._reading(basis, shown), self._reading(basis, plain)
+        lines = np.searchsorted(modes.ringing, modes.modes)
+        names = ("frequency", "damping", "level")
+        return [getattr(after, name)[..., lines] - getattr(before, name)[..., lines] for name in names]
 
     def _reading(self, basis: Basis, shown: Floats) -> Reading:
-        return read_simulated(basis, self.columns.window.cut(shown))
-
-    def _plain_reading(self, basis: Basis, plain: Floats) -> Reading:
-        """Kept for accelerations that are kept themselves."""
-        known = self._plain.get("felt")
-        if known is not None and known[0] is plain:
-            return known[1]
-        found = self._reading(basis, plain)
-        if "felt" in self._felt_before and self._felt_before["felt"][1] is plain:
-            self._plain["felt"] = plain, found
-        return found
+        """That of the accelerations of the nominal plate is kept with them."""
+        nominal = self._nominal_runs is not None and shown is self._nominal_runs[1]
+        if nominal and self._nominal_reading is not None:
+            return self._nominal_reading
+        reading = read_simulated(basis, self.columns.window.cut(shown))
+        if nominal:
+            self._nominal_reading = reading
+        return reading
 
     def _basis(self, plate: ModalPlate) -> Basis:
         window, rows = self.columns.window, self.columns.modes.ringing
@@ -193,16 +185,9 @@ class Simulation:
         return self._basis(self.nominal)
 
 
-def acts_on_acceleration(kind: type[Effect]) -> bool:
-    """Whether an effect changes what an accelerometer's channel shows."""
-    if not issubclass(kind, SensorEffect):
-        return False
-    return kind.measured_acceleration_m_s2 is not SensorEffect.measured_acceleration_m_s2
-
-
-def _driving(played: Played, step_s: float, samples: int) -> Floats:
-    """(R, p) up to the last force of any run."""
-    given = [force for force in played.forces if force is not None]
-    ends = [f.time_s[-1] - first for f, first in zip(given, played.first_s, strict=True)]
-    room = int(np.clip(np.ceil(max(ends) / step_s) + 2, 2, samples))
-    return np.array([on_clock(f, first, step_s, room) for f, first in zip(given, played.first_s, strict=True)])
+def _driving(runs: SimulatedRuns, step_s: float, samples: int) -> Floats:
+    """(R, p): the forces up to the last force of any run, all of which have one."""
+    forces = [(force, first) for force, first in zip(runs.forces, runs.first_s, strict=True) if force is not None]
+    last = max(force.time_s[-1] - first for force, first in forces)
+    length = int(np.clip(np.ceil(last / step_s) + 2, 2, samples))
+    return np.array([on_clock(force, first, step_s, length) for force, first in forces])

@@ -1,4 +1,4 @@
-"""What is read from an acceleration alone, measured or simulated: spectrum lines and what it rests at afterwards."""
+"""How accelerations are read, measured or simulated: the ringing, spectrum lines and what a channel rests at."""
 
 from __future__ import annotations
 
@@ -18,6 +18,60 @@ _RATE, _CYCLES = 0.1, 3.0
 #: Periods of the lowest mode that a window needs to see the level under the ringing; shares of the ringing it spans.
 _PERIODS = 5.0
 _HALVES, _WHOLE = ((0.0, 0.5), (0.5, 1.0)), ((0.0, 1.0),)
+#: Samples to a cycle of the highest mode that are kept at least; attenuation of what is beyond, dB.
+_PER_CYCLE, _ATTENUATION = 4.0, 70.0
+#: From here on, over the highest mode, nothing is left.
+_STEEP = 1.2
+
+
+@dataclass(frozen=True, eq=False)
+class RingingWindow:
+    """The part of a record in which a plate rings freely, at no higher rate than the modes that are looked for need.
+
+    Samples from `first` to before `last`, every `factor`-th, of records that `taps` have filtered; none for None.
+    """
+
+    first: int
+    last: int
+    factor: int
+    rate_hz: float
+    taps: Floats | None
+
+    @classmethod
+    def of(cls, ringing: int, samples: int, rate_hz: float, highest_hz: float) -> RingingWindow:
+        """For records of so many samples that ring freely from sample `ringing` on."""
+        from scipy.signal import firwin, kaiser_beta, kaiserord
+
+        factor = int(rate_hz / (_PER_CYCLE * highest_hz))
+        if factor < 2:
+            return cls(ringing, samples, 1, rate_hz, None)
+        stop = min(rate_hz / factor - highest_hz, _STEEP * highest_hz)
+        count = kaiserord(_ATTENUATION, 2 * (stop - highest_hz) / rate_hz)[0] | 1
+        middle = 0.5 * (stop + highest_hz)
+        taps = firwin(count, middle, window=("kaiser", kaiser_beta(_ATTENUATION)), fs=rate_hz)
+        return cls(ringing + count // 2, samples - count // 2, factor, rate_hz, np.asarray(taps))
+
+    @property
+    def start_s(self) -> float:
+        """From a record's first sample."""
+        return self.first / self.rate_hz
+
+    @property
+    def step_s(self) -> float:
+        return self.factor / self.rate_hz
+
+    @property
+    def samples(self) -> int:
+        return max(0, -(-(self.last - self.first) // self.factor))
+
+    def cut(self, acceleration: Floats) -> Floats:
+        """(..., samples) of (..., n). The filter is even: it delays nothing, and leaves modes below as they are."""
+        from scipy.signal import fftconvolve
+
+        if self.taps is not None:
+            taps = self.taps.reshape((1,) * (acceleration.ndim - 1) + (-1,))
+            acceleration = np.asarray(fftconvolve(acceleration, taps, mode="same", axes=-1))
+        return acceleration[..., self.first : self.last : self.factor]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,18 +92,23 @@ class Spectra:
         lines = low * 2 ** (np.arange(count) / PER_OCTAVE)
         periods = (samples - ringing) / rate_hz * float(modes.min())
         parts = _HALVES if periods >= 2 * _PERIODS else _WHOLE if periods >= _PERIODS else ()
-        at = [tuple(ringing + round(share * (samples - ringing)) for share in part) for part in parts]
-        return cls(lines, rate_hz, tuple((first, last) for first, last in at))
+        return cls(
+            lines,
+            rate_hz,
+            tuple(
+                (ringing + round(a * (samples - ringing)), ringing + round(b * (samples - ringing))) for a, b in parts
+            ),
+        )
 
     def levels_db(self, acceleration: Floats) -> Floats:
         """(..., f): maximax in dB over 1 m/s2, NaN for records that are not numbers or silent."""
         flat = acceleration.reshape(-1, acceleration.shape[-1])
-        out = np.full((len(flat), self.lines_hz.size), np.nan)
+        levels = np.full((len(flat), self.lines_hz.size), np.nan)
         good = np.isfinite(flat).all(axis=1) & (np.ptp(flat, axis=1) > 0)
         if good.any() and self.lines_hz.size:
-            found = shock_response_spectrum(flat[good], self.rate_hz, self.lines_hz, q=Q, threads=2)
-            out[good] = 20 * np.log10(found.maximax)
-        return out.reshape(*acceleration.shape[:-1], -1)
+            spectrum = shock_response_spectrum(flat[good], self.rate_hz, self.lines_hz, q=Q, threads=2)
+            levels[good] = 20 * np.log10(spectrum.maximax)
+        return levels.reshape(*acceleration.shape[:-1], -1)
 
     def rests(self, acceleration: Floats) -> Floats:
         """(..., windows): the level under the ringing over the largest acceleration.
@@ -57,10 +116,8 @@ class Spectra:
         Blackman's window lets modes of five periods in it through by less than 1e-4.
         """
         size = np.abs(acceleration).max(axis=-1)
-        out = [acceleration[..., a:b] @ _weights(b - a) / np.where(size > 0, size, np.nan) for a, b in self.windows]
-        return np.stack(out, axis=-1) if out else np.zeros((*acceleration.shape[:-1], 0))
-
-
-def _weights(samples: int) -> Floats:
-    window = np.blackman(samples)
-    return np.asarray(window / window.sum())
+        rests = np.zeros((*acceleration.shape[:-1], len(self.windows)))
+        for i, (begin, end) in enumerate(self.windows):
+            weights = np.blackman(end - begin)
+            rests[..., i] = acceleration[..., begin:end] @ (weights / weights.sum()) / np.where(size > 0, size, np.nan)
+        return rests

@@ -117,7 +117,7 @@ def test_sets_at_once_are_those_one_by_one(nominal: PlateStage) -> None:
 
 @pytest.mark.parametrize("planted", PLANTED, ids=lambda each: each.id)
 def test_changes_are_differences_of_simulations(nominal: PlateStage, planted: Effect) -> None:
-    rows, _ = nominal.usual()
+    rows, _ = nominal.representative
     expected = nominal.simulated([planted])[rows] - nominal.simulated()[rows]
     assert nominal.changes([[planted]])[0] == pytest.approx(expected, abs=1e-9)
 
@@ -267,3 +267,12 @@ def _resampled(force: Series | None, finer: float) -> Series:
 
 def _without(run: Run, channel: str) -> Run:
     return replace(run, accelerations={name: each for name, each in run.accelerations.items() if name != channel})
+
+
+def test_simulated_records_under_the_true_effect_are_the_measured_ones() -> None:
+    gain = effect("sensor.acceleration_gain", gain=10 ** (4 / 20))
+    stage = PlateStage(played([gain]))
+    measured = stage.signals.acceleration
+    assert np.abs(measured - stage.records([gain])).max() < 0.03 * np.abs(measured).max()
+    levels = [stage.columns.spectra.levels_db(records) for records in (measured, stage.records())]
+    assert levels[0] - levels[1] == pytest.approx(4.0, abs=0.15)

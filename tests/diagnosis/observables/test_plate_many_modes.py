@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pyroshock.diagnosis.observables.plate.spectra import RingingWindow
 from pyroshock.diagnosis.observables.plate.stage import PlateStage
-from pyroshock.diagnosis.observables.plate.window import RingingWindow
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.modal import ModalPlate
 from support.records.plate_records import RATE_HZ, played

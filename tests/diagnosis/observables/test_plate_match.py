@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from pyroshock.diagnosis.observables.plate.candidate_plates import tried_plates
-from pyroshock.diagnosis.observables.plate.match import Lines, matched
+from pyroshock.diagnosis.observables.plate.match import Lines, candidate_plates, matched
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.effect import PlateEffect
 from pyroshock.twin.plate.modal import ModalPlate
@@ -18,7 +17,7 @@ def lines(table: ModalPlate) -> Lines:
 def of_changed(name: str, **parameters: float) -> np.ndarray:
     change = effect(name, **parameters)
     assert isinstance(change, PlateEffect)
-    return matched(lines(change.apply(plate())), [lines(each) for each in tried_plates(plate())])
+    return matched(lines(change.apply(plate())), [lines(each) for each in candidate_plates(plate())])
 
 
 def test_same_plate_is_itself() -> None:
@@ -37,7 +36,7 @@ def test_modes_are_named_though_they_passed_their_neighbours_place() -> None:
     )
     moved = effect("plate.stiffness", frequency_factor=1.07)
     assert isinstance(moved, PlateEffect)
-    found = matched(lines(moved.apply(close)), [lines(each) for each in tried_plates(close)])
+    found = matched(lines(moved.apply(close)), [lines(each) for each in candidate_plates(close)])
     assert np.array_equal(found, np.arange(10))
 
 
