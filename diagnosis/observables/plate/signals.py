@@ -152,6 +152,11 @@ class PlateSignals(AccelerationBlock):
             assumptions.append(
                 f"{left_out} runs whose accelerations are too short or of another rate have no part in the plate"
             )
+        other_rate = sum(len(run) for run, use in zip(series, used, strict=True) if use) - int(block.good.sum())
+        if other_rate:
+            assumptions.append(
+                f"{other_rate} accelerations of another sampling rate than {block.rate_hz:g} Hz are left out"
+            )
         return cls(
             **vars(block),
             force=tuple(forces),

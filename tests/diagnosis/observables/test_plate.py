@@ -175,6 +175,18 @@ def test_missing_channel_leaves_the_other() -> None:
     assert np.isfinite(stage.measured()[2, of_first]).any()
 
 
+def test_channel_of_another_rate_is_left_out_and_told() -> None:
+    """In one run of the record; a sample of it would stand at another time than the other channel's."""
+    record = played()
+    first = record.runs[0]
+    slow = first.accelerations["acceleration_2"]
+    half = Series(slow.values[::2], slow.sampling_rate_hz / 2, slow.start_s)
+    changed = replace(first, accelerations={**first.accelerations, "acceleration_2": half})
+    stage = PlateStage(replace(record, runs=(changed, *record.runs[1:])))
+    told = f"1 accelerations of another sampling rate than {slow.sampling_rate_hz:g} Hz are left out"
+    assert told in stage.assumptions
+
+
 def test_dropped_modes_are_told() -> None:
     stage = PlateStage(played(rate_hz=10_000.0))
     assert "1 modes of the plate above 4500 Hz are left out: records end there" in stage.assumptions
