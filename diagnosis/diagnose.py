@@ -45,7 +45,7 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
     from .conclusion import conclude
     from .inference.shares import gap_shares
     from .localisation.stages import stage_notes
-    from .localise import where
+    from .localise import localise_gap
     from .next_runs import next_runs
     from .plot_builder import pictures_of
 
@@ -64,7 +64,7 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
     entries = tuple(entry for entry, _ in held)
     conclusion = conclude(posterior, shares, held[0][1] if held else None, options.unknown_map)
     tell(4, _STEPS, "where")
-    place = where(gap, stages, rng) if options.where else Where()
+    place = localise_gap(gap, stages, rng) if options.where else Where()
     tell(5, _STEPS, "next experiment")
     planned = next_runs(posterior, stages, conclusion.causes, rng) if options.plan else ()
     tell(_STEPS, _STEPS, "done")
