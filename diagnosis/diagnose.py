@@ -97,13 +97,13 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
 def _held_out(
     posterior: Posterior, stages: Sequence[Stage], options: Options, rng: np.random.Generator
 ) -> list[tuple[Shrinkage, HeldOut]]:
-    from .gap_reduction.measure import measured
+    from .gap_reduction.measure import measure_reduction
     from .inference.held_out import fit_fold
 
     def fit(rows: NDArray[np.intp]) -> FoldFit:
         return fit_fold(posterior.library, rows)
 
-    return measured(stages, fit, rng, posterior.metric.scales(posterior.gap), options.draw)
+    return measure_reduction(stages, fit, rng, posterior.metric.scales(posterior.gap), options.draw)
 
 
 def _kinds(options: Options, stages: Sequence[Stage]) -> list[type[Effect]]:
