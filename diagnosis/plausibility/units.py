@@ -104,7 +104,7 @@ def _of_stage(record: CampaignRecord, stage: Stage) -> Iterator[tuple[LogGap, Fi
             continue
         if undone is None:
             undone = list(_undone_at_entrance(record, stage, measured))
-        suspicions = [*_at_exit(table, concerned, channel), *_of_clock(table, concerned)]
+        suspicions = list(_shifted(table, concerned))
         for entrance, mistake, remaining in undone:
             rest = _log_gap(remaining, concerned)
             suspicions.append(Suspicion(entrance, mistake, gap.centre - rest.centre, rest))
@@ -121,15 +121,13 @@ def _columns(place: int, item: Observable) -> Iterator[_Column]:
         yield from (_Column(place, item.channel, kind, 1.0) for kind in kinds)
 
 
-def _at_exit(table: Floats, columns: Sequence[_Column], channel: str) -> Iterator[Suspicion]:
+def _shifted(table: Floats, columns: Sequence[_Column]) -> Iterator[Suspicion]:
+    """Mistakes of the channel at the exit, and of the clock: a rate that reads too high shortens pulses by as much."""
+    channel = columns[0].channel
     for factor, mistake in mistakes(channel.split("_")[0]):
         shift = math.log(factor)
         rest = _log_gap(table, columns, [shift if column.scales else 0.0 for column in columns])
         yield Suspicion(channel, mistake, shift, rest)
-
-
-def _of_clock(table: Floats, columns: Sequence[_Column]) -> Iterator[Suspicion]:
-    """A sampling rate that reads too high shortens pulses by as much."""
     times = [column for column in columns if column.kind == "time"]
     for factor, mistake in mistakes("clock") if times else ():
         shift = -math.log(factor)

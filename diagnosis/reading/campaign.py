@@ -16,7 +16,7 @@ from ...schema.materials import Material as StoredMaterial
 from ..record import CampaignRecord, Run
 from .assumptions import assumptions
 from .impacts import Hit, read_hits
-from .quality_exclusions import count_set_aside, read_exclusions, refuse_no_number
+from .quality_exclusions import count_set_aside, read_exclusions
 from .series import HitSeries, read_series
 from .settings import read_settings, travel_m
 
@@ -35,11 +35,12 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
     hits = read_hits(session, campaign)
     if not hits:
         raise ValueError(f"campaign {name!r} holds no run; ingest its folder first: pyroshock ingest FOLDER")
-    refuse_no_number(session, campaign.id)
+    exclusions = read_exclusions(session, campaign.id)
     settings = read_settings(session, [hit.configuration_id for hit in hits])
     materials, bench = stored_materials(session), campaign.plate
     travels = [travel_m(configuration) for configuration in settings.configurations]
-    series = _series(session, campaign, hits, settings.rows, most_runs_per_configuration)
+    chosen, ringing = _chosen(hits, settings.rows, most_runs_per_configuration)
+    series = read_series(session, hits, chosen, ringing, exclusions)
     modes = session.get_one(ModalTable, bench.modal_table_id) if bench and bench.modal_table_id is not None else None
     material = session.get_one(StoredMaterial, bench.material_id) if bench and bench.material_id is not None else None
     record = CampaignRecord(
@@ -61,17 +62,13 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
     return replace(record, assumptions=(*settings.notes, *notes, *assumptions(campaign, record, hits, series)))
 
 
-def _series(session: Session, campaign: Campaign, hits: Sequence[Hit], rows: Sequence[int], most: int) -> HitSeries:
-    """Of some runs of each configuration; of a recording without any pulse its first hit may be used."""
-    pulsed = {hit.recording_id for hit in hits if hit.has_pulse}
-    first: dict[int, int] = {}
-    for place, hit in enumerate(hits):
-        if hit.recording_id is not None and hit.recording_id not in pulsed:
-            first.setdefault(hit.recording_id, place)
+def _chosen(hits: Sequence[Hit], rows: Sequence[int], most: int) -> tuple[list[int], list[int]]:
+    """Places of some hits with a pulse of each configuration, and of some first hits of recordings without any."""
+    used = {None, *(hit.recording_id for hit in hits if hit.has_pulse)}
+    first = {hit.recording_id: i for i, hit in reversed([*enumerate(hits)]) if hit.recording_id not in used}
     alone = set(first.values())
     chosen = evenly_chosen([row if hit.has_pulse else None for hit, row in zip(hits, rows, strict=True)], most)
-    ringing = evenly_chosen([row if i in alone else None for i, row in enumerate(rows)], most)
-    return read_series(session, hits, chosen, ringing, read_exclusions(session, campaign.id))
+    return chosen, evenly_chosen([row if i in alone else None for i, row in enumerate(rows)], most)
 
 
 def evenly_chosen(groups: Sequence[int | None], most: int) -> list[int]:

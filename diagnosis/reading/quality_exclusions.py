@@ -48,7 +48,7 @@ class QualityExclusions:
 
 
 def read_exclusions(session: Session, campaign_id: int) -> QualityExclusions:
-    """Of all recordings of a campaign."""
+    """Of all recordings of a campaign. Raises `ValueError` for a channel without a finite number in any of them."""
     finding, channel = QualityFinding, RecordedChannel
     # Outside of contacts a cut top leaves the pulse whole, but not a record that rings there.
     outside = and_(finding.check.in_(_CUT_TOPS), finding.severity == "warning")
@@ -58,52 +58,42 @@ def read_exclusions(session: Session, campaign_id: int) -> QualityExclusions:
         .join(Recording, finding.recording_id == Recording.id)
         .outerjoin(channel, finding.channel_id == channel.id)
         .where(Recording.campaign_id == campaign_id)
-        .where(or_(finding.severity == "reject", finding.check == "double-hit", outside))
+        .where(or_(finding.severity == "reject", finding.check.in_(("double-hit", "dropouts")), outside))
     )
     rejected: set[tuple[int, int | None, str | None]] = set()
     double: set[int] = set()
     rails: dict[tuple[int, str], tuple[float, ...]] = {}
+    empty: set[tuple[str, int]] = set()
     for recording, impact, name, check, severity, evidence in session.execute(query):
+        if check == "dropouts" and evidence.get("kind") == "nan" and evidence.get("share") == 1.0:
+            empty.add((name, recording))
         if severity == "reject":
             rejected.add((recording, impact, name))
         elif check == "double-hit":
             double.add(impact)
-        else:
+        elif check in _CUT_TOPS:
             rails[recording, name] = (*rails.get((recording, name), ()), float(evidence["level"]))
+    _refuse_empty(session, campaign_id, Counter(name for name, _ in empty))
     return QualityExclusions(frozenset(rejected), frozenset(double), rails)
+
+
+def _refuse_empty(session: Session, campaign_id: int, empty: Mapping[str, int]) -> None:
+    channels = (
+        select(RecordedChannel.name, func.count())
+        .join(Recording, RecordedChannel.recording_id == Recording.id)
+        .where(Recording.campaign_id == campaign_id, RecordedChannel.quantity.in_(_READ))
+        .group_by(RecordedChannel.name)
+        .order_by(RecordedChannel.name)
+    )
+    for name, count in session.execute(channels):
+        if empty.get(name) == count:
+            raise ValueError(
+                f"channel {name} holds no number in any of its {count} recordings: mend these, or take "
+                f"[channels.{name}] out of campaign.toml, and ingest anew"
+            )
 
 
 def count_set_aside(session: Session, campaign_id: int) -> int:
     """Recordings that could not be read; their rows of the table hold no hit."""
     set_aside = (Recording.campaign_id == campaign_id, Recording.status == SET_ASIDE)
     return session.scalar(select(func.count()).select_from(Recording).where(*set_aside)) or 0
-
-
-def refuse_no_number(session: Session, campaign_id: int) -> None:
-    """Raises `ValueError` for a channel that holds no finite number in any of its recordings."""
-    finding, channel = QualityFinding, RecordedChannel
-    channels = (
-        select(channel.name, func.count())
-        .join(Recording, channel.recording_id == Recording.id)
-        .where(Recording.campaign_id == campaign_id, channel.quantity.in_(_READ))
-        .group_by(channel.name)
-        .order_by(channel.name)
-    )
-    dropouts = (
-        select(channel.name, finding.recording_id, finding.evidence)
-        .join(Recording, finding.recording_id == Recording.id)
-        .join(channel, finding.channel_id == channel.id)
-        .where(Recording.campaign_id == campaign_id, finding.check == "dropouts")
-    )
-    empty = {
-        (name, recording)
-        for name, recording, evidence in session.execute(dropouts)
-        if evidence.get("kind") == "nan" and evidence.get("share") == 1.0
-    }
-    recordings = Counter(name for name, _ in empty)
-    for name, count in session.execute(channels):
-        if recordings[name] == count:
-            raise ValueError(
-                f"channel {name} holds no number in any of its {count} recordings: mend these, or take "
-                f"[channels.{name}] out of campaign.toml, and ingest anew"
-            )

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from sqlalchemy import select
@@ -59,29 +59,51 @@ def read_series(
     no pulse, where no force was recorded that could have shown one."""
     result, clear_s = HitSeries(len(chosen)), clear_times(hits)
     channels = _channels(session, sorted({hits[i].recording_id or 0 for i in (*chosen, *ringing)}))
-    for i in (*chosen, *ringing):
+    for i in chosen:
         hit, rows = hits[i], channels.get(hits[i].recording_id or 0, [])
+        result.double_hits += hit.impact_id in exclusions.double_hits
+        after = min(_RINGING_S, clear_s[i])
+        cuts = {}
+        for row in _on_plate(rows, result):
+            rest = max(_REST_S, _REST_SAMPLES / row.sampling_rate_hz)
+            cuts[row.name] = _cut(session, row, hit.start_s or 0.0, rest, after)
+        result.rejected.update(_add_accelerations(result, i, hit, cuts, exclusions))
         cells = [row for row in rows if row.quantity == "force"]
-        if i not in clear_s and cells:
-            continue
-        accelerations = [row for row in rows if row.quantity == "acceleration"]
-        result.of_impactor |= {row.name for row in accelerations if not _is_on_plate(row)}
-        on_plate = [row for row in accelerations if _is_on_plate(row)]
-        if i in clear_s:
-            result.double_hits += hit.impact_id in exclusions.double_hits
-            cuts = _cut_accelerations(session, on_plate, hit, clear_s[i])
-            rejected = {name for name in cuts if exclusions.rejects(hit, name)}
-            _add_force(session, result, i, hit, cells, clear_s[i], exclusions)
-        else:
-            cuts = _cut_ringing(session, [row for row in on_plate if not exclusions.rejects(hit, row.name)])
-            rejected = set()
-        rejected |= {name for name, cut in cuts.items() if exclusions.cut_top(hit, name, cut.values)}
-        if len(cuts) > len(rejected):
-            result.accelerations[i] = {name: cut for name, cut in cuts.items() if name not in rejected}
-            result.without_force += i not in clear_s
-        if i in clear_s:
-            result.rejected.update(rejected)
+        result.force_cells = max(result.force_cells, len(cells))
+        rejected = [row.name for row in cells if exclusions.rejects(hit, row.name)]
+        result.rejected.update(rejected)
+        if cells and not rejected:  # a sum lacks what one cell of its array lacks
+            force = _contact_force(session, cells, hit, clear_s[i])
+            result.turned += _pulls(force)
+            result.force[i] = replace(force, values=-force.values) if _pulls(force) else force
+    for i in ringing:
+        hit, rows = hits[i], channels.get(hits[i].recording_id or 0, [])
+        if not any(row.quantity == "force" for row in rows):
+            good = [row for row in _on_plate(rows, result) if not exclusions.rejects(hit, row.name)]
+            _add_accelerations(result, i, hit, _cut_ringing(session, good), exclusions)
+            result.without_force += i in result.accelerations
     return result
+
+
+def _on_plate(rows: Sequence[RecordedChannel], result: HitSeries) -> list[RecordedChannel]:
+    """Accelerometers that do not ride on the impactor; those that do are noted in `result`."""
+    accelerations = [row for row in rows if row.quantity == "acceleration"]
+    riding = {row.name for row in accelerations if (row.position or "").lower() in IMPACTOR_POSITIONS}
+    result.of_impactor |= riding
+    return [row for row in accelerations if row.name not in riding]
+
+
+def _add_accelerations(
+    result: HitSeries, place: int, hit: Hit, cuts: Mapping[str, Series], exclusions: QualityExclusions
+) -> list[str]:
+    """Adds those that no quality check rejects; gives the names of the others."""
+    recorded = {name: cut for name, cut in cuts.items() if cut.values.size}
+    rejected = [
+        n for n, cut in recorded.items() if exclusions.rejects(hit, n) or exclusions.cut_top(hit, n, cut.values)
+    ]
+    if len(rejected) < len(recorded):
+        result.accelerations[place] = {name: cut for name, cut in recorded.items() if name not in rejected}
+    return rejected
 
 
 def clear_times(hits: Sequence[Hit]) -> dict[int, float]:
@@ -111,47 +133,18 @@ def _channels(session: Session, recordings: Sequence[int]) -> dict[int, list[Rec
     return channels
 
 
-def _is_on_plate(row: RecordedChannel) -> bool:
-    """Whether an accelerometer does not ride on the impactor."""
-    return (row.position or "").lower() not in IMPACTOR_POSITIONS
-
-
-def _add_force(
-    session: Session,
-    result: HitSeries,
-    place: int,
-    hit: Hit,
-    cells: Sequence[RecordedChannel],
-    clear_s: float,
-    exclusions: QualityExclusions,
-) -> None:
-    """The contact force, compression positive; the cells of an array are summed."""
-    result.force_cells = max(result.force_cells, len(cells))
-    rejected = [row.name for row in cells if exclusions.rejects(hit, row.name)]
-    result.rejected.update(rejected)
-    if rejected or not cells:  # a sum lacks what one cell of its array lacks
-        return
+def _contact_force(session: Session, cells: Sequence[RecordedChannel], hit: Hit, clear_s: float) -> Series:
+    """As recorded; the cells of an array are summed."""
     duration, rest = hit.contact_time_s or 0.0, _REST_SAMPLES / cells[0].sampling_rate_hz
     before, after = max(_FORCE_BEFORE * duration, rest), min(_FORCE_AFTER * duration, clear_s)
     cuts = [_cut(session, row, hit.start_s or 0.0, before, after) for row in cells]
-    force = Series(np.sum([cut.values for cut in cuts], axis=0), cuts[0].sampling_rate_hz, cuts[0].start_s)
-    if force.values.size and float(force.values.max()) - force.rest < force.rest - float(force.values.min()):
-        force = Series(-force.values, force.sampling_rate_hz, force.start_s)
-        result.turned += 1
-    result.force[place] = force
+    return replace(cuts[0], values=np.sum([cut.values for cut in cuts], axis=0))
 
 
-def _cut_accelerations(
-    session: Session, rows: Iterable[RecordedChannel], hit: Hit, clear_s: float
-) -> dict[str, Series]:
-    """By channel, as recorded."""
-    cuts = {}
-    for row in rows:
-        before = max(_REST_S, _REST_SAMPLES / row.sampling_rate_hz)
-        cut = _cut(session, row, hit.start_s or 0.0, before, min(_RINGING_S, clear_s))
-        if cut.values.size:
-            cuts[row.name] = cut
-    return cuts
+def _pulls(force: Series) -> bool:
+    """Whether it shows compression as negative."""
+    x = force.values
+    return bool(x.size) and float(x.max()) - force.rest < force.rest - float(x.min())
 
 
 def _cut_ringing(session: Session, rows: Iterable[RecordedChannel]) -> dict[str, Series]:
