@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,8 +65,7 @@ def corner(configurations: Sequence[Configuration], rows: Rows, size: Floats) ->
     return Split(f"corner: {' and '.join(texts)}", (rows[inside],))
 
 
-@dataclass(frozen=True, eq=False)
-class _End:
+class _End(NamedTuple):
     """One end of a factor, `influence` being how closely the gap goes with the factor."""
 
     text: str

@@ -165,12 +165,13 @@ def _levels(held: HeldOut, correction: Floats) -> dict[str, Pair]:
     before, after = (table[np.isfinite(table)] for table in tables)
     if not before.size:
         return {}
-    return {
-        "dB, median": (float(np.median(before)), float(np.median(after))),
-        "dB, 95th percentile": (float(np.quantile(before, 0.95)), float(np.quantile(after, 0.95))),
-        "share of lines within 3 dB": (float(np.mean(before <= 3)), float(np.mean(after <= 3))),
-        "share of lines within 6 dB": (float(np.mean(before <= 6)), float(np.mean(after <= 6))),
+    figures: dict[str, Callable[[Floats], np.floating]] = {
+        "dB, median": np.median,
+        "dB, 95th percentile": lambda levels: np.quantile(levels, 0.95),
+        "share of lines within 3 dB": lambda levels: np.mean(levels <= 3),
+        "share of lines within 6 dB": lambda levels: np.mean(levels <= 6),
     }
+    return {name: (float(figure(before)), float(figure(after))) for name, figure in figures.items()}
 
 
 def _pulse_ratings(stages: Sequence[Stage], held: HeldOut) -> dict[str, Pair]:

@@ -121,10 +121,11 @@ def _confounded(
 
 def _levels(values: Sequence[Factor | None]) -> Floats:
     """(C, k): what a factor explains in least squares: ranks of numbers, and one column for each other level."""
+    from scipy.stats import rankdata
+
     if all(isinstance(value, int | float) for value in values):
-        numbers, group = np.unique(np.array(values, dtype=np.float64), return_inverse=True)
-        ranks = np.cumsum(np.bincount(group)) - 0.5 * np.bincount(group)
-        return ranks[group][:, None] if numbers.size > 1 else np.zeros((len(values), 0))
+        ranks = rankdata(np.array(values, dtype=np.float64))[:, None]
+        return ranks if np.ptp(ranks) > 0 else np.zeros((len(values), 0))
     words = [str(value) for value in values]
     return np.array([[word == level for level in dict.fromkeys(words)] for word in words], dtype=np.float64)
 

@@ -52,10 +52,10 @@ def factor_regions(
         columns = [i for i, item in enumerate(observables) if item.stage == stage]
         items = [observables[i] for i in columns]
         tables.append(_StageGaps.of(residual[:, columns], configuration, len(configurations), items))
-    largest = max((table.size for table in tables), default=0.0)
+    sizes = [table.rms(np.ones(len(table.rows), dtype=bool)) for table in tables]
     searches: list[_Search] = []
-    for table in tables:
-        if table.size > 0 and table.size >= 0.5 * largest and len(table.rows) >= _FEWEST:
+    for table, size in zip(tables, sizes, strict=True):
+        if size > 0 and size >= 0.5 * max(sizes) and len(table.rows) >= _FEWEST:
             candidates = rules([configurations[i] for i in table.rows], least=max(2, len(table.rows) // 10))
             searches += _search(table, candidates, rng, permutations) if candidates else []
     return _regions(searches) if searches else ()
@@ -90,20 +90,15 @@ class _StageGaps:
         square = (self.tolerances[inside] ** 2 - self.noise[inside])[np.isfinite(self.tolerances[inside])]
         return float(np.sqrt(max(0.0, float(square.mean())))) if square.size else 0.0
 
-    @property
-    def size(self) -> float:
-        """`rms` of all."""
-        return self.rms(np.ones(len(self.rows), dtype=bool))
-
-    def holds_gap(self, rule: Rule) -> bool:
-        inside, outside = self.rms(rule.inside), self.rms(~rule.inside)
-        return inside > _SMALL and outside < _OUTSIDE * inside and outside < max(_NEAR, _FAR_BELOW * inside)
-
     def excess(self, inside: NDArray[np.bool_]) -> float:
         """Rms gap inside less that outside, in floors."""
         squares = [float(np.nanmean(self.floors[part] ** 2)) - 1 for part in (inside, ~inside)]
         within, outside = np.sqrt(np.maximum(squares, 0.0))
         return float(within - outside)
+
+
+#: The best rule by one score of a stage, the stage's gaps, and the p-value of the search for the rule.
+_Search = tuple[Rule | None, _StageGaps, float]
 
 
 def _scores(white: Floats) -> Floats:
@@ -113,15 +108,6 @@ def _scores(white: Floats) -> Floats:
     direction = np.linalg.svd(white, full_matrices=False)[2][:1].T
     size = np.log(np.mean(white**2, axis=1, keepdims=True) + 0.25)
     return np.concatenate([np.arcsinh(white @ direction), size], axis=1)
-
-
-@dataclass(frozen=True, eq=False)
-class _Search:
-    """One score of one stage: its best rule, and the p-value of the search for it."""
-
-    rule: Rule | None
-    table: _StageGaps
-    p_value: float
 
 
 def _search(
@@ -139,7 +125,7 @@ def _search(
         count += np.array([permuted[family].max(axis=0) for family in families]) >= largest
     p_values = (1 + count) / (1 + permutations)
     return [
-        _Search(_best_rule([candidates[i] for i in family], observed[family, q], table), table, float(p_values[at, q]))
+        (_best_rule([candidates[i] for i in family], observed[family, q], table), table, float(p_values[at, q]))
         for at, family in enumerate(families)
         for q in range(table.scores.shape[1])
     ]
@@ -178,12 +164,15 @@ def _regions(searches: Sequence[_Search]) -> tuple[Region, ...]:
     """By rising p; of equals first the one that leaves less of the gap outside, then the smaller one."""
     from scipy.stats import false_discovery_control
 
-    corrected = false_discovery_control([search.p_value for search in searches])
+    corrected = false_discovery_control([p_value for _, _, p_value in searches])
     best: dict[str, tuple[tuple[float, float, int], Region]] = {}
     for i in np.argsort(corrected, kind="stable"):
-        rule, table, p_value = searches[i].rule, searches[i].table, float(corrected[i])
-        if p_value <= _LEVEL and rule is not None and table.holds_gap(rule):
-            order = (p_value, round(table.rms(~rule.inside), 1), int(rule.inside.sum()))
+        (rule, table, _), p_value = searches[i], float(corrected[i])
+        if p_value > _LEVEL or rule is None:
+            continue
+        inside, outside = table.rms(rule.inside), table.rms(~rule.inside)
+        if inside > _SMALL and outside < _OUTSIDE * inside and outside < max(_NEAR, _FAR_BELOW * inside):
+            order = (p_value, round(outside, 1), int(rule.inside.sum()))
             for text in (rule.text, *rule.same):
                 best.setdefault(text, (order, Region(text, table.excess(rule.inside), p_value)))
     return tuple(region for _, region in sorted(best.values(), key=lambda entry: entry[0]))

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import combinations, permutations
+from functools import cache
+from itertools import permutations
 
 import numpy as np
 
@@ -97,13 +98,13 @@ def shapley(value: Callable[[frozenset[int]], Floats], players: int) -> Floats:
 
     Shapley, A value for n-person games, Annals of Mathematics Studies 28 (1953) 307.
     """
-    coalitions = [frozenset(members) for n in range(players + 1) for members in combinations(range(players), n)]
-    values = {coalition: value(coalition) for coalition in coalitions}
-    gains: list[list[Floats]] = [[] for _ in range(players)]
-    for order in permutations(range(players)):
+    worth = cache(value)
+    orders = list(permutations(range(players)))
+    gains = np.zeros((len(orders), players, *worth(frozenset()).shape))
+    for gain, order in zip(gains, orders, strict=True):
         for place, player in enumerate(order):
-            gains[player].append(values[frozenset(order[: place + 1])] - values[frozenset(order[:place])])
-    return np.asarray(np.mean(gains, axis=1))
+            gain[player] = worth(frozenset(order[: place + 1])) - worth(frozenset(order[:place]))
+    return np.asarray(gains.mean(axis=0))
 
 
 def _worth(link: Link, last: int, record: CampaignRecord) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_opening, find_objects, label
 
 from ..verdict import Band, TimeWindow
 from .means import Floats, Rows
@@ -93,9 +94,7 @@ def spans(
     member = np.eye(int(configuration.max(initial=-1)) + 1)[:, configuration]
     pairs = ((member @ known) ** 2 - member @ known).sum(axis=0)
     if not pairs.any():
-        beyond = np.sqrt(np.mean(values**2, axis=0)) > tolerance
-        wide = np.convolve(beyond, np.ones(_SHORTEST), mode="same") >= _SHORTEST
-        return _merged(np.convolve(wide, np.ones(_SHORTEST), mode="same") > 0)
+        return _stretches(binary_opening(np.sqrt(np.mean(values**2, axis=0)) > tolerance, np.ones(_SHORTEST)))
     pairs = np.maximum(pairs, 1.0)
     product = _products(values, member) / pairs
     signs = rng.choice([-1.0, 1.0], size=(flips, len(values)))
@@ -105,7 +104,7 @@ def spans(
     while (window := _strongest(product, chance, windows, tolerance)) is not None:
         taken |= _trimmed(window, product, tolerance)
         windows = windows * ~taken
-    return _merged(taken)
+    return _stretches(taken)
 
 
 def _dyadic_windows(samples: int) -> Floats:
@@ -150,6 +149,6 @@ def _trimmed(window: NDArray[np.bool_], product: Floats, tolerance: float) -> ND
     return trimmed & window
 
 
-def _merged(taken: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], taken, [False])).astype(int)))
-    return tuple((int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True))
+def _stretches(taken: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:
+    """First and last sample of each."""
+    return tuple((samples.start, samples.stop - 1) for (samples,) in find_objects(label(taken)[0]))
