@@ -45,7 +45,7 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
     from .conclusion import conclude
     from .inference.shares import gap_shares
     from .localisation.stages import stage_notes
-    from .localise import where
+    from .localise import localise_gap
     from .next_runs import next_runs
     from .plot_builder import pictures_of
 
@@ -64,7 +64,7 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
     entries = tuple(entry for entry, _ in held)
     conclusion = conclude(posterior, shares, held[0][1] if held else None, options.unknown_map)
     tell(4, _STEPS, "where")
-    place = where(gap, stages, rng) if options.where else Where()
+    place = localise_gap(gap, stages, rng) if options.where else Where()
     tell(5, _STEPS, "next experiment")
     planned = next_runs(posterior, stages, conclusion.causes, rng) if options.plan else ()
     tell(_STEPS, _STEPS, "done")
@@ -97,13 +97,13 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
 def _held_out(
     posterior: Posterior, stages: Sequence[Stage], options: Options, rng: np.random.Generator
 ) -> list[tuple[Shrinkage, HeldOut]]:
-    from .gap_reduction.measure import measured
+    from .gap_reduction.measure import measure_reduction
     from .inference.held_out import fit_fold
 
     def fit(rows: NDArray[np.intp]) -> FoldFit:
         return fit_fold(posterior.library, rows)
 
-    return measured(stages, fit, rng, posterior.metric.scales(posterior.gap), options.draw)
+    return measure_reduction(stages, fit, rng, posterior.metric.scales(posterior.gap), options.draw)
 
 
 def _kinds(options: Options, stages: Sequence[Stage]) -> list[type[Effect]]:

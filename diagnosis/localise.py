@@ -8,16 +8,15 @@ import numpy as np
 
 from .gap import GapTable
 from .localisation.drift import drift
-from .localisation.factors import factor_regions
+from .localisation.factor_regions import factor_regions
 from .localisation.stages import stage_shares
 from .localisation.windows import amplitude_residual_db, frequency_bands, time_windows
 from .observables.base import Stage
 from .observables.contact.stage import ContactStage
-from .observables.plate.stage import PlateStage
 from .verdict import Band, TimeWindow, Where
 
 
-def where(gap: GapTable, stages: Sequence[Stage], rng: np.random.Generator) -> Where:
+def localise_gap(gap: GapTable, stages: Sequence[Stage], rng: np.random.Generator) -> Where:
     """By stage, factors, time, frequency, order of runs."""
     of = gap.record.configuration_of
     order = np.array([run.order for run in gap.record.runs])
@@ -26,7 +25,7 @@ def where(gap: GapTable, stages: Sequence[Stage], rng: np.random.Generator) -> W
         stage=stage_shares(stages, rng),
         factors=factor_regions(gap.residuals, of, gap.record.configurations, gap.observables, rng),
         time=time,
-        frequency=(*frequency, *_of_spectra(gap, stages, rng)),
+        frequency=(*frequency, *_of_spectra(gap, rng)),
         drift=drift(gap.residuals, of, order, gap.observables, rng, configurations=gap.record.configurations),
     )
 
@@ -34,30 +33,27 @@ def where(gap: GapTable, stages: Sequence[Stage], rng: np.random.Generator) -> W
 def _of_pulses(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[tuple[TimeWindow, ...], tuple[Band, ...]]:
     from .observables.contact.residuals import pulse_residuals
 
-    for stage in stages:
-        if isinstance(stage, ContactStage):
-            pulses, of = pulse_residuals(stage), stage.record.configuration_of
-            known = np.isfinite(pulses.measured).all(axis=1) & np.isfinite(pulses.simulated).all(axis=1)
-            windows = time_windows(
-                pulses.time_s, pulses.measured[known], pulses.simulated[known], of[known], "force", rng
-            )
-            lines, level = amplitude_residual_db(
-                pulses.frequency_hz, pulses.measured_spectrum_n_s[known], pulses.simulated_spectrum_n_s[known]
-            )
-            bands = frequency_bands(lines, level, of[known], "force", rng) if lines.size else ()
-            return windows, bands
-    return (), ()
+    stage = next((stage for stage in stages if isinstance(stage, ContactStage)), None)
+    if stage is None:
+        return (), ()
+    pulses = pulse_residuals(stage)
+    known = np.isfinite(pulses.measured).all(axis=1) & np.isfinite(pulses.simulated).all(axis=1)
+    of = stage.record.configuration_of[known]
+    windows = time_windows(pulses.time_s, pulses.measured[known], pulses.simulated[known], of, "force", rng)
+    lines, level = amplitude_residual_db(
+        pulses.frequency_hz, pulses.measured_spectrum_n_s[known], pulses.simulated_spectrum_n_s[known]
+    )
+    return windows, frequency_bands(lines, level, of, "force", rng) if lines.size else ()
 
 
-def _of_spectra(gap: GapTable, stages: Sequence[Stage], rng: np.random.Generator) -> tuple[Band, ...]:
+def _of_spectra(gap: GapTable, rng: np.random.Generator) -> tuple[Band, ...]:
     """Bands of the shock response spectra, by channel."""
-    found: list[Band] = []
-    if any(isinstance(stage, PlateStage) for stage in stages):
-        lines = [i for i, item in enumerate(gap.observables) if item.unit == "dB" and item.frequency_hz is not None]
-        for channel in dict.fromkeys(gap.observables[i].channel for i in lines):
-            own = [i for i in lines if gap.observables[i].channel == channel]
-            frequency = np.array([gap.observables[i].frequency_hz for i in own], dtype=np.float64)
-            known = np.isfinite(gap.residuals[:, own]).all(axis=1)
-            of = gap.record.configuration_of[known]
-            found += frequency_bands(frequency, gap.residuals[known][:, own], of, channel, rng)
-    return tuple(found)
+    bands: list[Band] = []
+    lines = [i for i, item in enumerate(gap.observables) if item.unit == "dB" and item.frequency_hz is not None]
+    for channel in dict.fromkeys(gap.observables[i].channel for i in lines):
+        columns = [i for i in lines if gap.observables[i].channel == channel]
+        frequency = np.array([gap.observables[i].frequency_hz for i in columns], dtype=np.float64)
+        known = np.isfinite(gap.residuals[:, columns]).all(axis=1)
+        of = gap.record.configuration_of[known]
+        bands += frequency_bands(frequency, gap.residuals[known][:, columns], of, channel, rng)
+    return tuple(bands)

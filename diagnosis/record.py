@@ -28,6 +28,12 @@ class Series:
     def time_s(self) -> Floats:
         return np.asarray(self.start_s + np.arange(self.values.size) / self.sampling_rate_hz)
 
+    @property
+    def rest(self) -> float:
+        """Median of the samples before contact; 0 where there are none."""
+        before = self.values[self.time_s < 0]
+        return float(np.median(before)) if before.size else 0.0
+
 
 @dataclass(frozen=True)
 class Configuration:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..diagnosis.chain import stages_of
 from ..diagnosis.gap import GapTable
 from ..diagnosis.gap_reduction.interval import fraction
-from ..diagnosis.gap_reduction.measure import measured
+from ..diagnosis.gap_reduction.measure import measure_reduction
 from ..diagnosis.gap_size import Metric
 from ..diagnosis.inference.held_out import fit_fold
 from ..diagnosis.inference.model_search import search
@@ -80,7 +80,7 @@ def _best(case: Case, stages: Sequence[Stage], gap: GapTable, options: Options) 
     together = [fit for fit in library.fits.values() if set(fit.effects) == set(problem.effects)]
     right = max(together, key=library.log_joint)
     scales, rng = Metric.of(gap).scales(gap), np.random.default_rng(options.seed)
-    entries = measured(stages, lambda rows: fit_fold(library, rows, only=[right]), rng, scales, pulses=False)
+    entries = measure_reduction(stages, lambda rows: fit_fold(library, rows, only=[right]), rng, scales, pulses=False)
     held = next(asdict(entry) for entry, _ in entries if entry.held_out_by == "configuration")
     return {"fraction": held["fraction"], "before": held["before"], "after": held["after"]}
 

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..localisation.means import Floats, Rows
 from ..localisation.rules import column_of, short_between
 from ..record import Configuration
 
-Floats = NDArray[np.float64]
-Rows = NDArray[np.intp]
-
 #: Folds by configuration; with fewer configurations each is held out alone.
-FOLDS = 5
+_FOLDS = 5
 #: The part of the configurations that makes a corner, and the part beyond which it is cut down by another factor.
 _CORNER, _LARGE = 0.25, 0.4
 #: Configurations on either side.
@@ -34,10 +33,9 @@ class Split:
         return np.concatenate(self.folds)
 
 
-def by_configuration(rows: Rows, rng: np.random.Generator, folds: int = FOLDS) -> Split:
+def by_configuration(rows: Rows, rng: np.random.Generator) -> Split:
     """These configurations in turn, spread at random over the folds."""
-    shuffled = rng.permutation(rows)
-    parts = np.array_split(shuffled, min(folds, len(rows)))
+    parts = np.array_split(rng.permutation(rows), min(_FOLDS, len(rows)))
     return Split("configuration", tuple(np.sort(part) for part in parts))
 
 
@@ -49,32 +47,30 @@ def corner(configurations: Sequence[Configuration], rows: Rows, size: Floats) ->
     together with the end of the next factor. None where no number varies, or too few configurations would be left.
     """
     names = dict.fromkeys(name for row in rows for name in configurations[row].factors)
-    tables = {name: [configurations[row].factors.get(name) for row in rows] for name in names}
-    numbers = {
-        k: np.array(v, dtype=np.float64) for k, v in tables.items() if all(isinstance(x, int | float) for x in v)
-    }
-    ends = [_end(name, values, size[rows]) for name, values in numbers.items() if len(np.unique(values)) > 1]
-    ends.sort(key=lambda each: -each.influence)
-    chosen = ends[:1]
-    for other in ends[1:]:
-        if np.mean(_inside(chosen)) > _LARGE and _inside([*chosen, other]).sum() >= _LEAST:
-            chosen.append(other)
-    if not chosen or not _LEAST <= _inside(chosen).sum() <= min(len(rows) // 2, len(rows) - _LEAST):
+    ends = []
+    for name in names:
+        values = [configurations[row].factors.get(name) for row in rows]
+        if all(isinstance(value, int | float) for value in values) and len(set(values)) > 1:
+            ends.append(_end(name, np.array(values, dtype=np.float64), size[rows]))
+    if not ends:
         return None
-    return Split(f"corner: {' and '.join(each.text for each in chosen)}", (rows[_inside(chosen)],))
+    ends.sort(key=lambda end: -end.influence)
+    texts, inside = [ends[0].text], ends[0].inside
+    for end in ends[1:]:
+        if np.mean(inside) > _LARGE and (inside & end.inside).sum() >= _LEAST:
+            texts.append(end.text)
+            inside = inside & end.inside
+    if not _LEAST <= inside.sum() <= min(len(rows) // 2, len(rows) - _LEAST):
+        return None
+    return Split(f"corner: {' and '.join(texts)}", (rows[inside],))
 
 
-@dataclass(frozen=True, eq=False)
-class _End:
+class _End(NamedTuple):
     """One end of a factor, `influence` being how closely the gap goes with the factor."""
 
     text: str
     inside: NDArray[np.bool_]
     influence: float
-
-
-def _inside(ends: Sequence[_End]) -> NDArray[np.bool_]:
-    return np.asarray(np.all([each.inside for each in ends], axis=0))
 
 
 def _end(name: str, values: Floats, size: Floats) -> _End:
@@ -83,9 +79,8 @@ def _end(name: str, values: Floats, size: Floats) -> _End:
     levels = np.unique(values)
     correlation = np.corrcoef(rankdata(values), rankdata(size))[0, 1] if np.ptp(size) > 0 else 0.0
     above = [values > level for level in levels[:-1]]
-    candidates = above if correlation >= 0 else [~each for each in above]
-    at = int(np.argmin([abs(np.mean(each) - _CORNER) for each in candidates]))
+    candidates = above if correlation >= 0 else [~part for part in above]
+    place = int(np.argmin([abs(np.mean(part) - _CORNER) for part in candidates]))
     column, unit = column_of(name)
-    edge = short_between(levels[at] / unit, levels[at + 1] / unit)
-    text = f"{column} {'>' if correlation >= 0 else '<='} {edge:g}"
-    return _End(text, candidates[at], abs(float(correlation)))
+    edge = short_between(levels[place] / unit, levels[place + 1] / unit)
+    return _End(f"{column} {'>' if correlation >= 0 else '<='} {edge:g}", candidates[place], abs(float(correlation)))

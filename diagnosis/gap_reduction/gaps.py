@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..localisation.means import Floats, Means, floors, tolerances
+from ..localisation.means import Floats, Means, Rows, floors, tolerances
 from ..observables.base import Observable, Stage
 
 
@@ -35,22 +35,22 @@ class Gaps:
         An infinite scale leaves an observable out. Raises `ValueError` where nothing can be compared.
         """
         record = stages[0].record
-        observables = tuple(item for stage in stages for item in stage.observables)
         given = scales or {}
         scale = np.concatenate([given.get(stage.name, tolerances(stage.observables)) for stage in stages])
         used = np.isfinite(scale)
         residuals = np.concatenate([stage.residuals() for stage in stages], axis=1)[:, used] / scale[used]
-        kept = tuple(item for item, use in zip(observables, used, strict=True) if use)
-        cells = len(record.configurations)
-        means = Means.of(residuals, record.configuration_of, cells, floors(kept) / scale[used])
+        items = [item for stage in stages for item in stage.observables]
+        observables = tuple(items[i] for i in np.flatnonzero(used))
+        floor = floors(observables) / scale[used]
+        means = Means.of(residuals, record.configuration_of, len(record.configurations), floor)
         if not np.isfinite(means.mean).any():
             raise ValueError(f"campaign {record.name}: no run has both a measured and a simulated value to compare")
-        chance = _chance(residuals, record.configuration_of, means)
+        chance = _chance(residuals - means.mean[record.configuration_of], means)
         freedom = int(np.isfinite(residuals).any(axis=1).sum() - np.isfinite(means.mean).any(axis=1).sum())
-        return cls(kept, scale, means.mean, means.variance, chance, freedom)
+        return cls(observables, scale, means.mean, means.variance, chance, freedom)
 
     @property
-    def rows(self) -> NDArray[np.intp]:
+    def rows(self) -> Rows:
         """Configurations that have a gap at all."""
         return np.flatnonzero(np.isfinite(self.mean).any(axis=1))
 
@@ -70,7 +70,7 @@ class Gaps:
         return _over_observables(np.where(np.isfinite(self.mean), self.variance, np.nan))
 
     @property
-    def floor_unsure(self) -> float:
+    def floor_error(self) -> float:
         """Relative standard deviation of `floor`, from the number of repetitions that measured it."""
         ratio = self.chance[self.rows] / np.maximum(self.floor[self.rows], 1e-300)
         return float(np.median(ratio) / np.sqrt(self.freedom)) if self.freedom > 0 else 0.0
@@ -87,12 +87,12 @@ def _mean_count(known: NDArray[np.bool_]) -> float:
     return float(count[count > 0].mean()) if count.any() else 1.0
 
 
-def _chance(residuals: Floats, configuration: NDArray[np.intp], means: Means) -> Floats:
+def _chance(deviation: Floats, means: Means) -> Floats:
     """sqrt(2 tr(S^2)) / d of the mean's covariance S: observables that scatter together average out less."""
-    away = np.nan_to_num(residuals - means.mean[configuration])
-    norm = np.maximum(np.linalg.norm(away, axis=0), 1e-300)
-    correlation = (away / norm).T @ (away / norm)
+    values = np.nan_to_num(deviation)
+    values = values / np.maximum(np.linalg.norm(values, axis=0), 1e-300)
+    correlation = values.T @ values
     np.fill_diagonal(correlation, 1.0)
-    sigma = np.sqrt(np.nan_to_num(means.variance))
-    trace = np.einsum("ci,ij,cj->c", sigma**2, correlation**2, sigma**2)
+    variance = np.nan_to_num(means.variance)
+    trace = np.einsum("ci,ij,cj->c", variance, correlation**2, variance)
     return np.asarray(np.sqrt(2 * trace) / _mean_count(np.isfinite(means.mean)))

@@ -1,4 +1,4 @@
-"""The rating of a simulated against a measured record after ISO/TS 18571:2014, from 0 to 1.
+"""ISO/TS 18571 ratings of the force pulses, before and after a correction: from 0 to 1 for a perfect simulation.
 
 Written from the specification's formulas. `objective-rating-metrics` (TU Graz) is a peer for the tests and no
 dependency: it brings seaborn, shapely and others along.
@@ -6,11 +6,24 @@ dependency: it brings seaborn, shapely and others along.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 
-from ..localisation.means import Floats
-from .time_warping import warped
+from ...twin.effects import Effect
+from ..localisation.means import Floats, Rows
+from ..observables.base import Stage
+from ..observables.batching import at_rows
+from ..observables.contact.residuals import pulse_residuals
+from ..observables.contact.stage import ContactStage
 
+#: Samples to which a pulse is brought: its rating needs its shape, not its rate.
+_SAMPLES = 256
+#: A pulse and its surroundings: from before its rise to where the longest one has died out.
+_QUIET = 0.01
 #: Inner and outer corridor as parts of the largest measured value; the largest shift and the warping's window as parts
 #: of the record; the errors of magnitude and slope at which their scores are 0.
 _INNER, _OUTER, _SHIFT, _WINDOW, _MAGNITUDE, _SLOPE = 0.05, 0.50, 0.20, 0.10, 0.50, 2.0
@@ -20,16 +33,62 @@ _SMOOTH = 9
 _CONSTANT = 1e-12
 
 
+def pulse_ratings(
+    stages: Sequence[Stage], folds: Sequence[Rows], chosen: Sequence[Sequence[Effect]]
+) -> tuple[float, float] | None:
+    """Mean ratings over one run of each held-out configuration; None without measured pulses.
+
+    Records are aligned at half their peak, so that the rating is of size and shape and no trigger counts.
+    """
+    contact = next((stage for stage in stages if isinstance(stage, ContactStage)), None)
+    if contact is None:
+        return None
+    pairs: list[tuple[float, float]] = []
+    for held, effects in zip(folds, chosen, strict=True):
+        shown = [effect for effect in effects if effect.id in contact.shows]
+        before = _ratings(contact, held, ())
+        pairs += zip(before, _ratings(contact, held, shown) if shown else before, strict=True)
+    rated = [pair for pair in pairs if np.isfinite(pair).all()]
+    return (float(np.mean([pair[0] for pair in rated])), float(np.mean([pair[1] for pair in rated]))) if rated else None
+
+
+def _ratings(stage: ContactStage, held: Rows, effects: Sequence[Effect]) -> list[float]:
+    """Of each held-out configuration that has a pulse: of its first run with a force and a velocity."""
+    runs = stage.record.runs
+    usable = [i for i, run in enumerate(runs) if run.force is not None and run.velocity_m_s]
+    rows = sorted({runs[i].configuration: i for i in reversed(usable) if runs[i].configuration in held}.values())
+    if type(stage) is ContactStage and rows:  # a physical stage is cut down to these runs, a learned one is not
+        stage = ContactStage(replace(stage.record, runs=tuple(runs[i] for i in rows)))
+        rows = list(range(len(rows)))
+    if not rows:
+        return []
+    pulses = pulse_residuals(stage, at_rows(effects, stage.record.configuration_of))
+    return [_aligned_rating(pulses.measured[row], pulses.simulated[row]) for row in rows]
+
+
+def _aligned_rating(measured: Floats, simulated: Floats) -> float:
+    """Of the stretch that is not quiet; NaN where there is none."""
+    if not (np.isfinite(measured).all() and np.isfinite(simulated).all()):
+        return float("nan")
+    size = np.maximum(np.abs(measured), np.abs(simulated))
+    loud = np.flatnonzero(size > _QUIET * size.max())
+    if loud.size < 2:
+        return float("nan")
+    place = np.linspace(loud[0], loud[-1], _SAMPLES)
+    samples = np.arange(measured.size)
+    return rating(np.interp(place, samples, measured), np.interp(place, samples, simulated))
+
+
 def rating(measured: Floats, simulated: Floats) -> float:
     """Of two records (n,) at the same even steps. Raises `ValueError` for different lengths or a constant record."""
     if measured.shape != simulated.shape or len(measured) <= 2 * _SMOOTH:
         raise ValueError(f"records of {len(measured)} and {len(simulated)} samples: give two of one length, above 18")
     if not (np.ptp(measured) > 0 and np.ptp(simulated) > 0):
         raise ValueError("a constant record cannot be rated: nothing was measured, or nothing simulated")
-    shift = _best_shift(measured, simulated)
-    x, y = _shifted(measured, simulated, shift)
-    scores = [_corridor(measured, simulated), _phase(shift, len(measured)), _magnitude(x, y), _slope(x, y)]
-    return float(_WEIGHTS @ scores)
+    shift, count = _best_shift(measured, simulated), len(measured)
+    x, y = measured[max(0, -shift) : count - max(0, shift)], simulated[max(0, shift) : count - max(0, -shift)]
+    phase = max(0.0, 1.0 - abs(shift) / (_SHIFT * count))
+    return float(_WEIGHTS @ [_corridor(measured, simulated), phase, _magnitude(x, y), _slope(x, y)])
 
 
 def _corridor(measured: Floats, simulated: Floats) -> float:
@@ -47,30 +106,20 @@ def _best_shift(measured: Floats, simulated: Floats) -> int:
 
 
 def _correlations(first: Floats, late: Floats, most: int) -> Floats:
-    """(most + 1,): correlation of the first n - k samples of one with the last n - k of the other.
+    """(most + 1,): correlation of the first n - k samples of `first` with the last n - k of `late`.
 
     Minus infinity where either of these is constant: a force that rests for part of its record has no phase there.
     """
     x, y = first - first.mean(), late - late.mean()
-    left = len(x) - np.arange(most + 1)
-    sums = [np.cumsum(each)[left - 1] for each in (x, y[::-1], x**2, y[::-1] ** 2)]
+    count = len(x) - np.arange(most + 1)
+    sums = [np.cumsum(values)[count - 1] for values in (x, y[::-1], x**2, y[::-1] ** 2)]
     product = np.correlate(y, x, "full")[len(x) - 1 : len(x) + most]
-    covariance = product - sums[0] * sums[1] / left
-    squares = np.array([sums[2] - sums[0] ** 2 / left, sums[3] - sums[1] ** 2 / left])
+    covariance = product - sums[0] * sums[1] / count
+    squares = np.array([sums[2] - sums[0] ** 2 / count, sums[3] - sums[1] ** 2 / count])
     # What cancellation leaves of a constant stretch is below this share of the whole record's square.
     constant = (squares <= _CONSTANT * squares[:, :1]).any(axis=0)
     size = np.sqrt(np.prod(np.where(constant, 1.0, squares), axis=0))
     return np.where(constant, -np.inf, covariance / size)
-
-
-def _shifted(measured: Floats, simulated: Floats, shift: int) -> tuple[Floats, Floats]:
-    if shift >= 0:
-        return measured[: len(measured) - shift], simulated[shift:]
-    return measured[-shift:], simulated[:shift]
-
-
-def _phase(shift: int, samples: int) -> float:
-    return max(0.0, 1.0 - abs(shift) / (_SHIFT * samples))
 
 
 def _magnitude(measured: Floats, simulated: Floats) -> float:
@@ -97,3 +146,32 @@ def _smooth_slope(values: Floats) -> Floats:
     for i in range(half):
         smooth[i], smooth[-1 - i] = slope[: 2 * i + 1].mean(), slope[-2 * i - 1 :].mean()
     return np.asarray(smooth)
+
+
+@njit(cache=True)
+def warped(x: Floats, y: Floats, window: int) -> NDArray[np.int64]:
+    """(k, 2): pairs of samples of x and y on the path of the least sum of squared differences.
+
+    Steps of one sample in x, in y or in both, all of one weight, and at most `window` samples apart (Sakoe and Chiba,
+    IEEE Trans. ASSP 26 (1978) 43).
+    """
+    n, m = len(x), len(y)
+    cost = np.full((n + 1, m + 1), np.inf)
+    cost[0, 0] = 0.0
+    for i in range(1, n + 1):
+        for j in range(max(1, i - window), min(m, i + window) + 1):
+            least = min(cost[i - 1, j - 1], cost[i - 1, j], cost[i, j - 1])
+            cost[i, j] = (x[i - 1] - y[j - 1]) ** 2 + least
+    path = np.empty((n + m, 2), dtype=np.int64)
+    i, j, length = n, m, 0
+    while i > 0 and j > 0:
+        path[length, 0], path[length, 1] = i - 1, j - 1
+        length += 1
+        above, left, both = cost[i - 1, j], cost[i, j - 1], cost[i - 1, j - 1]
+        if both <= above and both <= left:
+            i, j = i - 1, j - 1
+        elif above <= left:
+            i -= 1
+        else:
+            j -= 1
+    return path[:length][::-1]

@@ -1,4 +1,4 @@
-"""Shrinkage, honestly: everything is chosen inside the fold, and the noise floor cannot be removed."""
+"""Gap reduction on held-out configurations: everything is chosen inside the fold, and the noise floor cannot go."""
 
 from __future__ import annotations
 
@@ -8,31 +8,29 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...twin.effects import Effect
 from ..inference.held_out import FoldFit
-from ..localisation.means import Floats
+from ..localisation.means import Floats, Rows
 from ..observables.base import Stage
 from ..verdict import Shrinkage
 from .folds import Split, by_configuration, corner
 from .gaps import Gaps
-from .interval import Unsure, fraction, fraction_interval
-from .stage_metrics import further
+from .interval import fraction, fraction_interval
 
-Rows = NDArray[np.intp]
+Pair = tuple[float, float]
 #: The entry of `Shrinkage.more` with what goes when the learned discrepancy corrects the rest.
 CORRECTED = "with the learned discrepancy"
 
 
-def shrinkage(
+def measure_reduction(
     stages: Sequence[Stage],
     fit: Callable[[Rows], FoldFit],
     rng: np.random.Generator,
     scales: Mapping[str, Floats] | None = None,
     pulses: bool = True,
-) -> tuple[Shrinkage, ...]:
-    """Held out by configuration in five folds, and once a corner of the factor space, where there is one.
+) -> list[tuple[Shrinkage, HeldOut]]:
+    """Held out by configuration in five folds, and once a corner of the factor space, where there is one; with what
+    each fold fitted.
 
     `fit` chooses and fits effects on training configurations (rows of the record). `before` and `after` are rms over
     held-out configurations and observables of mean residuals over `scales` (d,) by stage (tolerances where none is
@@ -41,24 +39,13 @@ def shrinkage(
     shrink. Negative: the effects made it worse. `effects` are those that most folds chose. `pulses`: whether force
     pulses are rated after ISO 18571, which costs their simulation.
     """
-    return tuple(entry for entry, _ in measured(stages, fit, rng, scales, pulses))
-
-
-def measured(
-    stages: Sequence[Stage],
-    fit: Callable[[Rows], FoldFit],
-    rng: np.random.Generator,
-    scales: Mapping[str, Floats] | None = None,
-    pulses: bool = True,
-) -> list[tuple[Shrinkage, HeldOut]]:
-    """The same with what each fold fitted."""
     gaps = Gaps.of(stages, scales)
     if len(gaps.rows) < 2:
         return []
     at_corner = corner(stages[0].record.configurations, gaps.rows, np.sqrt(gaps.squares()))
     splits = [by_configuration(gaps.rows, rng), *([] if at_corner is None else [at_corner])]
-    held = [HeldOut.of(gaps, split, fit) for split in splits]
-    return [(_entry(stages, gaps, own, _training_spread(gaps, own, held[0]), rng, pulses), own) for own in held]
+    results = [HeldOut.of(gaps, split, fit) for split in splits]
+    return [(_entry(stages, held, results[0], rng, pulses), held) for held in results]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,9 +64,14 @@ class HeldOut:
         return cls(gaps, split, folds, gaps.over_scale(np.array([fold.averaged for fold in folds])))
 
     @property
-    def chosen(self) -> tuple[tuple[Effect, ...], ...]:
-        """The likeliest effects of each fold, as it fitted them."""
-        return tuple(fold.likeliest for fold in self.folds)
+    def chosen(self) -> tuple[tuple[str, ...], ...]:
+        """Ids of the likeliest effects of each fold."""
+        return tuple(tuple(effect.id for effect in fold.likeliest) for fold in self.folds)
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """What most folds chose."""
+        return Counter(self.chosen).most_common(1)[0][0]
 
     def unseen(self, tables: Floats) -> Floats:
         """(C, D): of tables (k, C, D), each configuration's by the fold that has not seen it; else 0."""
@@ -97,64 +89,97 @@ class HeldOut:
         """The same with the learned discrepancy."""
         return self.unseen(self.gaps.over_scale(np.array([fold.corrected for fold in self.folds])))
 
-    @property
-    def effects(self) -> tuple[str, ...]:
-        """What most folds chose."""
-        return Counter(_ids(effects) for effects in self.chosen).most_common(1)[0][0]
-
     def squares(self, correction: Floats | float = 0.0) -> Floats:
         """(n,): mean squared gap of each held-out configuration."""
         return self.gaps.squares(correction)[self.split.held_out]
 
     @property
+    def floor(self) -> Floats:
+        """(n,): what the scatter alone gives to `squares`."""
+        return self.gaps.floor[self.split.held_out]
+
+    @property
     def is_gap(self) -> bool:
         """Whether the gap is two standard errors of the scatter above the scatter's part: else none to shrink."""
-        rows = self.split.held_out
-        chance = float(np.sqrt((self.gaps.chance[rows] ** 2).sum()) / len(rows))
-        return bool(self.squares().mean() - self.gaps.floor[rows].mean() > 2 * chance)
+        chance = self.gaps.chance[self.split.held_out]
+        return bool((self.squares() - self.floor).mean() > 2 * np.sqrt((chance**2).sum()) / len(chance))
 
     def fraction(self, correction: Floats) -> float:
         """Of the reducible gap, that a correction (C, D) takes away where it is held out."""
-        rows = self.split.held_out
-        return _share(self.squares(), self.squares(correction), self.gaps.floor[rows])
+        means = (squares.mean() for squares in (self.squares(), self.squares(correction), self.floor))
+        return float(fraction(*means))
 
 
-def _entry(
-    stages: Sequence[Stage], gaps: Gaps, held: HeldOut, training: float, rng: np.random.Generator, pulses: bool
-) -> Shrinkage:
-    rows, correction = held.split.held_out, held.correction
-    before, after, floor = (each[rows] for each in (gaps.squares(), gaps.squares(correction), gaps.floor))
-    unsure = Unsure(gaps.floor_unsure, training)
+def _entry(stages: Sequence[Stage], held: HeldOut, folds: HeldOut, rng: np.random.Generator, pulses: bool) -> Shrinkage:
+    correction = held.correction
+    before, after, corrected = (held.squares(table) for table in (0.0, correction, held.corrected))
+    spread = _training_spread(held, folds)
+    interval = fraction_interval(before, after, held.floor, rng, held.gaps.floor_error, spread) if held.is_gap else None
+    more = {
+        CORRECTED: (float(np.sqrt(before.mean())), float(np.sqrt(corrected.mean()))),
+        **_by_stage(held, correction),
+        **_levels(held, correction),
+        **(_pulse_ratings(stages, held) if pulses else {}),
+    }
     return Shrinkage(
         effects=held.effects,
         held_out_by=held.split.name,
         before=float(np.sqrt(before.mean())),
         after=float(np.sqrt(after.mean())),
-        fraction=_share(before, after, floor) if held.is_gap else None,
-        ci90=fraction_interval(before, after, floor, rng, unsure) if held.is_gap else None,
-        more={
-            CORRECTED: (float(np.sqrt(before.mean())), float(np.sqrt(held.squares(held.corrected).mean()))),
-            **further(stages, gaps, held.split, held.chosen, correction, pulses),
-        },
+        fraction=held.fraction(correction) if held.is_gap else None,
+        ci90=interval,
+        more=more,
     )
 
 
-def _share(before: Floats, after: Floats, floor: Floats) -> float:
-    return float(fraction(*(np.array(each.mean()) for each in (before, after, floor))))
-
-
-def _training_spread(gaps: Gaps, held: HeldOut, folds: HeldOut) -> float:
+def _training_spread(held: HeldOut, folds: HeldOut) -> float:
     """Standard deviation of the fraction by the choice of training configurations: a jackknife over the folds.
 
     Over folds that chose the same effects; a fold that chose another one has its say in the fraction itself.
     """
-    rows = held.split.held_out
-    alike = [t for each, t in zip(folds.chosen, folds.corrections, strict=True) if _ids(each) == held.effects]
-    shares = [_share(gaps.squares()[rows], gaps.squares(table)[rows], gaps.floor[rows]) for table in alike]
-    if len(shares) < 2 or not np.isfinite(shares).all():
+    pairs = zip(folds.chosen, folds.corrections, strict=True)
+    fractions = [held.fraction(table) for chosen, table in pairs if chosen == held.effects]
+    if len(fractions) < 2 or not np.isfinite(fractions).all():
         return 0.0
-    return float(np.sqrt((len(shares) - 1) * np.var(shares)))
+    return float(np.sqrt((len(fractions) - 1) * np.var(fractions)))
 
 
-def _ids(effects: Sequence[Effect]) -> tuple[str, ...]:
-    return tuple(effect.id for effect in effects)
+def _by_stage(held: HeldOut, correction: Floats) -> dict[str, Pair]:
+    """The same rms as the whole, of each stage alone."""
+    names = np.array([item.stage for item in held.gaps.observables])
+    before = held.gaps.mean[held.split.held_out]
+    after = before - correction[held.split.held_out]
+    return {
+        f"rms of {name}": (_rms(before[:, names == name]), _rms(after[:, names == name]))
+        for name in dict.fromkeys(names.tolist())
+        if np.isfinite(before[:, names == name]).any()
+    }
+
+
+def _levels(held: HeldOut, correction: Floats) -> dict[str, Pair]:
+    """Of lines of spectra, in dB: median and 95th percentile of the deviation, and the shares within 3 and 6 dB."""
+    gaps, rows = held.gaps, held.split.held_out
+    lines = np.flatnonzero([item.unit == "dB" and item.frequency_hz is not None for item in gaps.observables])
+    scale = gaps.scale[np.isfinite(gaps.scale)][lines]
+    tables = [np.abs(table[np.ix_(rows, lines)] * scale) for table in (gaps.mean, gaps.mean - correction)]
+    before, after = (table[np.isfinite(table)] for table in tables)
+    if not before.size:
+        return {}
+    figures: dict[str, Callable[[Floats], np.floating]] = {
+        "dB, median": np.median,
+        "dB, 95th percentile": lambda levels: np.quantile(levels, 0.95),
+        "share of lines within 3 dB": lambda levels: np.mean(levels <= 3),
+        "share of lines within 6 dB": lambda levels: np.mean(levels <= 6),
+    }
+    return {name: (float(figure(before)), float(figure(after))) for name, figure in figures.items()}
+
+
+def _pulse_ratings(stages: Sequence[Stage], held: HeldOut) -> dict[str, Pair]:
+    from .iso18571 import pulse_ratings
+
+    ratings = pulse_ratings(stages, held.split.folds, [fold.likeliest for fold in held.folds])
+    return {} if ratings is None else {"ISO 18571 rating of the force": ratings}
+
+
+def _rms(values: Floats) -> float:
+    return float(np.sqrt(np.nanmean(values**2)))

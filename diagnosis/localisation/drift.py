@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..gap import means
 from ..observables.base import Observable
 from ..record import Configuration, Factor
-from .means import Floats, Means
+from .means import Floats, Rows
 from .rules import column_of
 
-Rows = NDArray[np.intp]
-
 PERMUTATIONS = 999
-LEVEL = 0.05
+_LEVEL = 0.05
 #: A drift over the campaign below this part of the tolerance is not worth a sentence.
 _SMALL = 0.5
 #: Repetitions are spread over a campaign where this share of the variance of the order lies within configurations.
@@ -31,33 +29,16 @@ _FEWEST = 5
 _DRIFT = "from the first run to the last"
 _REPETITION = "from a setting's first repetition to its last"
 _CONFOUNDED = (
-    "from the first run to the last, and {factors} changed in the same order: order of runs and {factors} cannot be "
-    "told apart before some levels are run again"
+    ", and {factors} changed in the same order: order of runs and {factors} cannot be told apart before some levels "
+    "are run again"
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Trend:
+class _Trend(NamedTuple):
     """Of d observables: `slope` (d,) for each step of the order, and `p_value` (d,) of as steep ones by chance."""
 
     slope: Floats
     p_value: Floats
-
-    @classmethod
-    def of(
-        cls, residual: Floats, order: Floats, group: Rows, rng: np.random.Generator, permutations: int
-    ) -> Trend | None:
-        """Over residuals (n, d) and places (n,), less the means of their groups; places are permuted within these.
-
-        p is of the steepest of all observables, corrected for that choice. None where nothing can be permuted.
-        """
-        away, time = _centred(residual, group), _centred(order[:, None], group)[:, 0]
-        values = np.nan_to_num(away)
-        if not np.abs(time[values.any(axis=1)]).max(initial=0.0) > 1e-9 * np.abs(order).max():
-            return None
-        observed = np.abs(_correlation(values, time))
-        top = np.array([np.abs(_correlation(values, time[_within(group, rng)])).max() for _ in range(permutations)])
-        return cls(_slope(away, time), (1 + (top[:, None] >= observed).sum(axis=0)) / (1 + permutations))
 
 
 def drift(
@@ -67,7 +48,6 @@ def drift(
     observables: Sequence[Observable],
     rng: np.random.Generator,
     permutations: int = PERMUTATIONS,
-    level: float = LEVEL,
     configurations: Sequence[Configuration] = (),
 ) -> tuple[str, ...]:
     """A sentence for each stage whose residuals (R, d) have a trend over the order of runs; () where there is none.
@@ -80,29 +60,44 @@ def drift(
     it: a trend that is not there without a factor is the order's or the factor's, and is not called a drift.
     """
     known = np.isfinite(residual).any(axis=1)
-    place = order.astype(np.float64)
-    if known.sum() < 2 or not np.ptp(place[known]) > 0:
+    place, of = order[known].astype(np.float64), configuration[known]
+    if known.sum() < 2 or not np.ptp(place) > 0:
         return ()
-    trend = Trend.of(residual[known], place[known], configuration[known], rng, permutations)
-    if _spread(place[known], configuration[known]) >= _SPREAD:
-        return () if trend is None else _sentences(trend, float(np.ptp(place[known])), _DRIFT, observables, level)
-    found: tuple[str, ...] = ()
-    if trend is not None:
-        found = _sentences(trend, _block(place[known], configuration[known]), _REPETITION, observables, level)
-    means = Means.of(residual, configuration, len(configurations)).mean if configurations else residual[:0]
-    rows = np.flatnonzero(np.isfinite(means).any(axis=1))
+    trend = _trend(residual[known], place, of, rng, permutations)
+    within = _centred(place[:, None], of)
+    if (within**2).sum() / ((place - place.mean()) ** 2).sum() >= _SPREAD:
+        return _sentences(trend, float(np.ptp(place)), _DRIFT, "", observables)
+    stretches = [float(np.ptp(place[of == c])) for c in np.unique(of)]
+    block = float(np.median([stretch for stretch in stretches if stretch > 0])) if any(stretches) else 0.0
+    sentences = _sentences(trend, block, _REPETITION, "", observables)
+    mean = means(residual, configuration, len(configurations))[0] if configurations else residual[:0]
+    rows = np.flatnonzero(np.isfinite(mean).any(axis=1))
     if rows.size < _FEWEST:
-        return found
-    at = Means.of(place[:, None], configuration, len(configurations)).mean[rows, 0]
-    trend = Trend.of(means[rows], at, np.zeros(rows.size, dtype=np.intp), rng, permutations)
-    if trend is None or trend.p_value.min() > level:
-        return found
-    steepest = int(np.argmin(trend.p_value))
-    beside = _confounded(
-        means[rows][:, steepest], at, [configurations[int(row)] for row in rows], rng, permutations, level
-    )
-    what = _CONFOUNDED.format(factors=" and ".join(beside)) if beside else _DRIFT
-    return found + _sentences(trend, float(np.ptp(at)), what, observables, level)
+        return sentences
+    place = means(order[:, None].astype(np.float64), configuration, len(configurations))[0][rows, 0]
+    trend = _trend(mean[rows], place, np.zeros(rows.size, dtype=np.intp), rng, permutations)
+    if trend is None or trend.p_value.min() > _LEVEL:
+        return sentences
+    steepest = mean[rows, int(np.argmin(trend.p_value))]
+    factors = _confounded(steepest, place, [configurations[int(row)] for row in rows], rng, permutations)
+    confounded = _CONFOUNDED.format(factors=" and ".join(factors)) if factors else ""
+    return sentences + _sentences(trend, float(np.ptp(place)), _DRIFT, confounded, observables)
+
+
+def _trend(residual: Floats, order: Floats, group: Rows, rng: np.random.Generator, permutations: int) -> _Trend | None:
+    """Over residuals (n, d) and places (n,), less the means of their groups; places are permuted within these.
+
+    p is of the steepest of all observables, corrected for that choice. None where nothing can be permuted.
+    """
+    deviation, time = _centred(residual, group), _centred(order[:, None], group)[:, 0]
+    values = np.nan_to_num(deviation)
+    if not np.abs(time[values.any(axis=1)]).max(initial=0.0) > 1e-9 * np.abs(order).max():
+        return None
+    observed = np.abs(_correlation(values, time))
+    steepest = [np.abs(_correlation(values, time[_within(group, rng)])).max() for _ in range(permutations)]
+    p_value = (1 + (np.array(steepest)[:, None] >= observed).sum(axis=0)) / (1 + permutations)
+    weight = np.maximum((np.isfinite(deviation) * time[:, None] ** 2).sum(axis=0), 1e-300)
+    return _Trend(time @ values / weight, p_value)
 
 
 def _confounded(
@@ -111,25 +106,26 @@ def _confounded(
     configurations: Sequence[Configuration],
     rng: np.random.Generator,
     permutations: int,
-    level: float,
 ) -> list[str]:
     """Columns of the factors without which means (C,) of one observable have no trend over places (C,)."""
-    found = []
-    for name in dict.fromkeys(name for each in configurations for name in each.factors):
-        left = _without(_levels([each.factors.get(name) for each in configurations]), mean, place)
-        if left is not None:
-            trend = Trend.of(*left, rng, permutations)
-            if trend is None or trend.p_value[0] > level:
-                found.append(column_of(name)[0])
-    return found
+    columns = []
+    for name in dict.fromkeys(name for configuration in configurations for name in configuration.factors):
+        levels = _levels([configuration.factors.get(name) for configuration in configurations])
+        unexplained = _without(levels, mean, place)
+        if unexplained is not None:
+            trend = _trend(*unexplained, rng, permutations)
+            if trend is None or trend.p_value[0] > _LEVEL:
+                columns.append(column_of(name)[0])
+    return columns
 
 
 def _levels(values: Sequence[Factor | None]) -> Floats:
     """(C, k): what a factor explains in least squares: ranks of numbers, and one column for each other level."""
+    from scipy.stats import rankdata
+
     if all(isinstance(value, int | float) for value in values):
-        numbers, group = np.unique(np.array(values, dtype=np.float64), return_inverse=True)
-        ranks = np.cumsum(np.bincount(group)) - 0.5 * np.bincount(group)
-        return ranks[group][:, None] if numbers.size > 1 else np.zeros((len(values), 0))
+        ranks = rankdata(np.array(values, dtype=np.float64))[:, None]
+        return ranks if np.ptp(ranks) > 0 else np.zeros((len(values), 0))
     words = [str(value) for value in values]
     return np.array([[word == level for level in dict.fromkeys(words)] for word in words], dtype=np.float64)
 
@@ -143,87 +139,60 @@ def _without(levels: Floats, mean: Floats, place: Floats) -> tuple[Floats, Float
     if levels.shape[1] == 0 or freedom < 1:
         return None
     known = np.isfinite(mean)
-    left = np.full(count, np.nan)
-    left[known] = _residual(base[known], mean[known])
-    off = _residual(base, place)
-    unexplained = (off @ off / freedom) / (np.var(place) * count / (count - 1))
+    mean_rest = np.full(count, np.nan)
+    mean_rest[known] = _residual(base[known], mean[known])
+    place_rest = _residual(base, place)
+    unexplained = (place_rest @ place_rest / freedom) / np.var(place, ddof=1)
     if 1 - unexplained < _EXPLAINED:
         return None
     if unexplained < _NOTHING:
-        off = np.zeros(count)
-    _, group = np.unique(levels, axis=0, return_inverse=True)
-    return left[:, None], off, (group.reshape(-1) if levels.shape[1] > 1 else np.zeros(count)).astype(np.intp)
+        place_rest = np.zeros(count)
+    group = np.zeros(count, dtype=np.intp)
+    if levels.shape[1] > 1:
+        group = np.unique(levels, axis=0, return_inverse=True)[1].reshape(-1)
+    return mean_rest[:, None], place_rest, group
 
 
 def _residual(base: Floats, values: Floats) -> Floats:
     return np.asarray(values - base @ np.linalg.lstsq(base, values, rcond=None)[0])
 
 
-def _spread(order: Floats, configuration: Rows) -> float:
-    """Share of the variance of the order that lies within configurations."""
-    inside = _centred(order[:, None], configuration)
-    return float((inside**2).sum() / ((order - order.mean()) ** 2).sum())
-
-
-def _block(order: Floats, configuration: Rows) -> float:
-    """The usual stretch of the order that the runs of a configuration take."""
-    stretches = [float(np.ptp(order[configuration == c])) for c in np.unique(configuration)]
-    return float(np.median([stretch for stretch in stretches if stretch > 0]))
-
-
 def _sentences(
-    trend: Trend, span: float, stretch: str, observables: Sequence[Observable], level: float
+    trend: _Trend | None, span: float, stretch: str, confounded: str, observables: Sequence[Observable]
 ) -> tuple[str, ...]:
+    """Of each stage the surest, then largest change that is beyond chance and worth a sentence."""
+    if trend is None:
+        return ()
     change = trend.slope * span
     size = np.abs(change) / np.array([item.tolerance for item in observables])
-    found = []
-    for stage in dict.fromkeys(item.stage for item in observables):
-        rows = [
-            i
-            for i, item in enumerate(observables)
-            if item.stage == stage and trend.p_value[i] <= level and size[i] > _SMALL
-        ]
-        if rows:
-            best = min(rows, key=lambda i: (trend.p_value[i], -size[i]))
-            found.append(_sentence(observables[best], change[best], trend.p_value[best], stretch))
-    return tuple(found)
-
-
-def _sentence(item: Observable, change: float, p_value: float, stretch: str) -> str:
-    unit = "" if item.unit == "1" else f" {item.unit}"
-    verb = "rises" if change > 0 else "falls"
-    where, _, more = stretch.partition(", ")
-    tail = f", {more}" if more else ""
-    return (
-        f"{item.stage}: measured less simulated {item.name} {verb} by {abs(change):.2g}{unit} "
-        f"{where} (p = {p_value:.2g}){tail}"
-    )
+    sentences = []
+    worthy = [i for i in range(len(observables)) if trend.p_value[i] <= _LEVEL and size[i] > _SMALL]
+    for stage in dict.fromkeys(observables[i].stage for i in worthy):
+        rows = [i for i in worthy if observables[i].stage == stage]
+        best = min(rows, key=lambda i: (trend.p_value[i], -size[i]))
+        item = observables[best]
+        unit = "" if item.unit == "1" else f" {item.unit}"
+        verb = "rises" if change[best] > 0 else "falls"
+        sentences.append(
+            f"{stage}: measured less simulated {item.name} {verb} by {abs(change[best]):.2g}{unit} {stretch} "
+            f"(p = {trend.p_value[best]:.2g}){confounded}"
+        )
+    return tuple(sentences)
 
 
 def _centred(values: Floats, group: Rows) -> Floats:
-    centred = np.array(values, dtype=np.float64)
-    for c in np.unique(group):
-        rows = group == c
-        known = np.isfinite(centred[rows])
-        mean = np.where(known, centred[rows], 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-        centred[rows] -= mean
-    return centred
+    """Less the means of their groups."""
+    mean, _ = means(values, group, int(group.max()) + 1)
+    return np.asarray(values - mean[group])
 
 
 def _within(group: Rows, rng: np.random.Generator) -> Rows:
     """A permutation that keeps groups."""
-    shuffled = np.lexsort((rng.random(len(group)), group))
-    found = np.empty(len(group), dtype=np.intp)
-    found[np.argsort(group, kind="stable")] = shuffled
-    return found
+    permutation = np.empty(len(group), dtype=np.intp)
+    permutation[np.argsort(group, kind="stable")] = np.lexsort((rng.random(len(group)), group))
+    return permutation
 
 
 def _correlation(values: Floats, time: Floats) -> Floats:
     norm = np.linalg.norm(values, axis=0) * np.linalg.norm(time)
     return np.asarray(time @ values / np.maximum(norm, 1e-300))
-
-
-def _slope(away: Floats, time: Floats) -> Floats:
-    known = np.isfinite(away)
-    weight = np.maximum((known * time[:, None] ** 2).sum(axis=0), 1e-300)
-    return np.asarray(time @ np.nan_to_num(away) / weight)

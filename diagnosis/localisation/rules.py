@@ -41,16 +41,21 @@ def rules(configurations: Sequence[Configuration], least: int = 2) -> tuple[Rule
     Rules that hold for the same configurations are one: the first, and simplest, stands for them, and names those on
     other factors.
     """
-    single = _conditions(configurations)
-    found: dict[bytes, Rule] = {}
-    for rule in [*single, *(_both(a, b) for a, b in combinations(single, 2))]:
+    names = dict.fromkeys(name for configuration in configurations for name in configuration.factors)
+    single = [rule for name in names for rule in _conditions(name, configurations)]
+    pairs = [
+        Rule(f"{first.text}{_AND}{second.text}", 2, first.inside & second.inside)
+        for first, second in combinations(single, 2)
+    ]
+    distinct: dict[bytes, Rule] = {}
+    for rule in [*single, *pairs]:
         size, key = int(rule.inside.sum()), rule.inside.tobytes()
         if not least <= size <= len(configurations) - least:
             continue
-        first = found.setdefault(key, rule)
+        first = distinct.setdefault(key, rule)
         if rule.conditions == 1 and _column(rule.text) not in map(_column, (first.text, *first.same)):
-            found[key] = replace(first, same=(*first.same, rule.text))
-    return tuple(found.values())
+            distinct[key] = replace(first, same=(*first.same, rule.text))
+    return tuple(distinct.values())
 
 
 def _column(text: str) -> str:
@@ -74,10 +79,10 @@ def _split(text: str, columns: Iterable[str]) -> list[str]:
 
 
 def _holds(condition: str, named: Mapping[str, tuple[Factor, float]]) -> bool:
-    found = re.fullmatch(r"(.+?) (=|!=|>|<=) (.*)", condition, re.DOTALL)
-    if found is None:
+    match = re.fullmatch(r"(.+?) (=|!=|>|<=) (.*)", condition, re.DOTALL)
+    if match is None:
         raise ValueError(f"{condition!r} is no rule: expected 'factor = level' or 'factor > number'")
-    column, sign, level = found.groups()
+    column, sign, level = match.groups()
     if column not in named:
         raise LookupError(f"no factor {column!r}; there are: {', '.join(named)}")
     value, unit = named[column]
@@ -86,48 +91,27 @@ def _holds(condition: str, named: Mapping[str, tuple[Factor, float]]) -> bool:
     return (float(value) / unit > float(level)) == (sign == ">")
 
 
-def _conditions(configurations: Sequence[Configuration]) -> list[Rule]:
-    names = dict.fromkeys(name for each in configurations for name in each.factors)
-    found: list[Rule] = []
-    for name in names:
-        values = [each.factors.get(name) for each in configurations]
-        if all(isinstance(value, int | float) for value in values):
-            found += _thresholds(name, np.array(values, dtype=np.float64))
-        else:
-            found += _levels(name, values)
-    return found
-
-
-def _thresholds(name: str, values: NDArray[np.float64]) -> list[Rule]:
+def _conditions(name: str, configurations: Sequence[Configuration]) -> list[Rule]:
+    """Rules of one condition on a factor: thresholds where all its values are numbers, else levels."""
+    values = [configuration.factors.get(name) for configuration in configurations]
     column, unit = column_of(name)
-    levels = np.unique(values)
-    found = []
-    for low, high in pairwise(levels):
-        number = short_between(low / unit, high / unit)
-        above = values / unit > number
-        found += [Rule(f"{column} > {_number(number)}", 1, above), Rule(f"{column} <= {_number(number)}", 1, ~above)]
-    return found
-
-
-def _levels(name: str, values: Sequence[Factor | None]) -> list[Rule]:
-    column, unit = column_of(name)
+    if all(isinstance(value, int | float) for value in values):
+        numbers = np.array(values, dtype=np.float64)
+        thresholds = [short_between(low / unit, high / unit) for low, high in pairwise(np.unique(numbers))]
+        return [
+            Rule(f"{column} {sign} {number:.12g}", 1, (numbers / unit > number) == (sign == ">"))
+            for number in thresholds
+            for sign in (">", "<=")
+        ]
     words = np.array(["" if value is None else _word(value, unit) for value in values])
     levels = [word for word in dict.fromkeys(words.tolist()) if word]
-    found = [Rule(f"{column} = {level}", 1, words == level) for level in levels]
-    return found + [Rule(f"{column} != {level}", 1, words != level) for level in levels if len(levels) > 2]
+    equal = [Rule(f"{column} = {level}", 1, words == level) for level in levels]
+    return equal + [Rule(f"{column} != {level}", 1, words != level) for level in levels if len(levels) > 2]
 
 
 def _word(value: Factor, unit: float) -> str:
-    return value if isinstance(value, str) else _number(value / unit)
-
-
-def _number(value: float) -> str:
-    """With the digits in which levels of the store differ."""
-    return f"{value:.12g}"
-
-
-def _both(one: Rule, other: Rule) -> Rule:
-    return Rule(f"{one.text}{_AND}{other.text}", 2, one.inside & other.inside)
+    """A number with the digits in which levels of the store differ."""
+    return value if isinstance(value, str) else f"{value / unit:.12g}"
 
 
 def short_between(low: float, high: float) -> float:

@@ -1,39 +1,40 @@
-"""In which stage the gap arises."""
+"""In which stage the gap arises: measured interfaces take the place of simulated ones, stage by stage."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Self
+from functools import cache
+from itertools import permutations
 
 import numpy as np
 
-from ..observables.base import Stage
+from ..observables.base import Observable, Stage, Upstream
+from ..record import CampaignRecord
 from ..verdict import StageShare
-from .interfaces import Chain, Link, chain_of, notes_of
-from .means import Floats, Means, floors, tolerances
-from .shapley import shapley
+from .means import Floats, Means, floors, mean_square, tolerances
 
-RESAMPLES = 2000
+_RESAMPLES = 2000
+#: Relative step of the velocity in finite differences.
+_STEP = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Squares:
-    """Squared gaps (C,) of each configuration, in tolerances, the noise taken off: of links (S, C)."""
+class Link:
+    """One stage, or several whose interfaces were not measured. `parts` (S, R, d): what each of the S links of the
+    chain adds to the free-running residual at this link's exit; zero for links further down. `own` (R, d) is its
+    residual given its measured entrance, the part of its own. `floor` (R, d) is the scatter of a run of `own` that the
+    sensors at its entrance and its exit allow.
+    """
 
-    worth: Floats
+    name: str
+    observables: tuple[Observable, ...]
+    parts: Floats
     own: Floats
-
-    @classmethod
-    def of(cls, chain: Chain) -> Self:
-        weight = 1.0 / len(chain.links)
-        worth = np.sum([weight * _worth(link, chain) for link in chain.links], axis=0)
-        return cls(np.asarray(worth), np.array([_own(link, chain) for link in chain.links]))
+    floor: Floats
 
 
-def stage_shares(
-    stages: Sequence[Stage], rng: np.random.Generator, resamples: int = RESAMPLES
-) -> tuple[StageShare, ...]:
+def stage_shares(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[StageShare, ...]:
     """The stages by falling own gap: the first is where the cause acts.
 
     `own` is what decides, since a stage that is given its measured entrance cannot be blamed for another's cause: the
@@ -42,68 +43,139 @@ def stage_shares(
     tolerances at every measured exit (each exit counts the same, the scatter taken off), and exact Shapley values share
     it among the stages that get replaced by what was measured. The exits on the way count beside the last one because
     errors that cancel at the end (a gain of the sensor between two stages) would otherwise be nobody's.
-    Shares are clipped at zero and sum to one. The intervals resample configurations; (0, 1) where there are not two.
+    Shares are clipped at zero and sum to one. The 90 % intervals draw whole configurations with replacement; (0, 1)
+    where there are not two. Raises as `chain_of`.
     """
-    chain = chain_of(stages)
-    squares = Squares.of(chain)
-    share = _shares(squares.worth.sum(axis=1)[:, None], squares.own.sum(axis=1)[:, None])[:, 0]
-    low, high = _interval(squares, rng, resamples)
-    own = np.sqrt(np.maximum(np.nanmean(squares.own, axis=1), 0.0))
-    found = [
+    links, record = chain_of(stages), stages[0].record
+    worth = np.mean([_worth(link, place, record) for place, link in enumerate(links)], axis=0)
+    own = np.array([_square(k.own, k, record, np.sqrt(np.mean(k.floor**2, axis=0))) for k in links])
+    share = _shares(worth.sum(axis=1), own.sum(axis=1))
+    low, high, cells = np.zeros(len(links)), np.ones(len(links)), len(record.configurations)
+    if cells > 1:
+        drawn = rng.multinomial(cells, np.full(cells, 1 / cells), size=_RESAMPLES).T.astype(np.float64)
+        low, high = np.quantile(_shares(worth @ drawn, own @ drawn), [0.05, 0.95], axis=1)
+    size = np.sqrt(np.maximum(own.mean(axis=1), 0.0))
+    entries = [
         StageShare(
-            link.name, float(share[i]), (float(min(low[i], share[i])), float(max(high[i], share[i]))), float(own[i])
+            link.name, float(share[i]), (float(min(low[i], share[i])), float(max(high[i], share[i]))), float(size[i])
         )
-        for i, link in enumerate(chain.links)
+        for i, link in enumerate(links)
     ]
-    return tuple(sorted(found, key=lambda each: (each.own, each.share), reverse=True))
+    return tuple(sorted(entries, key=lambda entry: (entry.own, entry.share), reverse=True))
 
 
 def stage_notes(stages: Sequence[Stage]) -> tuple[str, ...]:
-    """Sentences on stages that could not be told apart. Raises as `chain_of`."""
-    return notes_of(stages)
+    """Sentences on stages that have no measured exit of their own. Raises as `chain_of`."""
+    return tuple(
+        f"nothing was measured between {_name(group)}: their gaps are told as one"
+        for group in _groups(stages)
+        if len(group) > 1
+    )
 
 
-def _worth(link: Link, chain: Chain) -> Floats:
-    """(S, C): Shapley values of the squared gap at one exit.
+def chain_of(stages: Sequence[Stage]) -> tuple[Link, ...]:
+    """Links in the order of the bench, of stages in theirs: gun, contact, plate.
+
+    With y measured at an exit, and s_k simulated there by all stages from the measured entrance of link k on,
+    link i adds s_(i+1) - s_i, and the last one y - s_i. Velocities and pulses are compared as logarithms and spectra
+    in dB, so that the parts of a small gap add up as causes do.
+    Raises `ValueError` without stages, or where none has a measured exit.
+    """
+    groups = _groups(stages)
+    simulated = [_from_entrance(groups[start:]) for start in range(len(groups))]
+    links = []
+    for k, group in enumerate(groups):
+        exits = [*(simulated[start][k - start] for start in range(k + 1)), np.asarray(group[-1].measured())]
+        parts = np.zeros((len(groups), *exits[0].shape))
+        parts[: k + 1] = np.diff(np.array(exits), axis=0)
+        floor = _floor(group, [stage for before in groups[:k] for stage in before])
+        links.append(Link(_name(group), group[-1].observables, parts, parts[k], floor))
+    return tuple(links)
+
+
+def shapley(value: Callable[[frozenset[int]], Floats], players: int) -> Floats:
+    """(players, ...): each player's mean gain over all orders of joining; `value` of each of the 2^S coalitions.
+
+    Shapley, A value for n-person games, Annals of Mathematics Studies 28 (1953) 307.
+    """
+    worth = cache(value)
+    orders = list(permutations(range(players)))
+    gains = np.zeros((len(orders), players, *worth(frozenset()).shape))
+    for gain, order in zip(gains, orders, strict=True):
+        for place, player in enumerate(order):
+            gain[player] = worth(frozenset(order[: place + 1])) - worth(frozenset(order[:place]))
+    return np.asarray(gains.mean(axis=0))
+
+
+def _worth(link: Link, last: int, record: CampaignRecord) -> Floats:
+    """(S, C): Shapley values of the squared gap at the exit of the link at the place `last`.
 
     Errors of the velocity at an entrance stand in two parts with opposite signs and not in their sum: they average out
     of Shapley values. The scatter at the exit stands in the last part alone.
     """
-    last = chain.links.index(link)
 
     def loss(replaced: frozenset[int]) -> Floats:
-        left = [i for i in range(len(link.parts)) if i not in replaced]
-        values = link.parts[left].sum(axis=0)
-        floor = floors(link.observables) if last in left else 0.0
-        return -_square(values, link, chain, floor)
+        simulated = [i for i in range(len(link.parts)) if i not in replaced]
+        floor = floors(link.observables) if last in simulated else 0.0
+        return -_square(link.parts[simulated].sum(axis=0), link, record, floor)
 
     return shapley(loss, len(link.parts))
 
 
-def _own(link: Link, chain: Chain) -> Floats:
-    """(C,)"""
-    return _square(link.own, link, chain, np.sqrt(np.mean(link.floor**2, axis=0)))
-
-
-def _square(values: Floats, link: Link, chain: Chain, floor: Floats | float) -> Floats:
-    means = Means.of(values, chain.configuration, chain.configurations, floor)
-    square = (means.mean**2 - means.variance) / tolerances(link.observables) ** 2
-    known = np.isfinite(square)
-    return np.asarray(np.where(known, square, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1))
+def _square(values: Floats, link: Link, record: CampaignRecord, floor: Floats | float) -> Floats:
+    """(C,): mean squared gap of values (R, d) in tolerances, the noise taken off."""
+    means = Means.of(values, record.configuration_of, len(record.configurations), floor)
+    return mean_square((means.mean**2 - means.variance) / tolerances(link.observables) ** 2)
 
 
 def _shares(worth: Floats, own: Floats) -> Floats:
-    """(S, B) from sums over configurations. Where the chain has no gap left by the scatter, own gaps are shared."""
+    """(S, ...) from sums over configurations. Where the chain has no gap left by the scatter, own gaps are shared."""
     gains, alone = np.maximum(worth, 0.0), np.maximum(own, 0.0)
     gains = np.where(gains.sum(axis=0) > 0, gains, np.where(alone.sum(axis=0) > 0, alone, 1.0))
     return np.asarray(gains / gains.sum(axis=0))
 
 
-def _interval(squares: Squares, rng: np.random.Generator, resamples: int) -> tuple[Floats, Floats]:
-    """Low and high (S,) of 90 %, whole configurations drawn with replacement."""
-    links, cells = squares.worth.shape
-    if cells < 2:
-        return np.zeros(links), np.ones(links)
-    drawn = rng.multinomial(cells, np.full(cells, 1 / cells), size=resamples).T.astype(np.float64)
-    low, high = np.quantile(_shares(squares.worth @ drawn, squares.own @ drawn), [0.05, 0.95], axis=1)
-    return np.asarray(low), np.asarray(high)
+def _groups(stages: Sequence[Stage]) -> list[tuple[Stage, ...]]:
+    """Stages up to the next one whose exit was measured belong together."""
+    groups: list[tuple[Stage, ...]] = []
+    waiting: tuple[Stage, ...] = ()
+    for stage in stages:
+        waiting = (*waiting, stage)
+        if np.isfinite(stage.measured()).any():
+            groups.append(waiting)
+            waiting = ()
+    if not groups:
+        raise ValueError(f"none of {', '.join(s.name for s in stages) or 'no stages'} has a measured exit to compare")
+    return groups
+
+
+def _from_entrance(groups: Sequence[Sequence[Stage]]) -> list[Floats]:
+    """What every group's exit would show, from the measured entrance of the first one on."""
+    exits: list[Floats] = []
+    upstream: Upstream | None = None
+    for group in groups:
+        for stage in group:
+            if stage is group[-1]:
+                exits.append(np.asarray(stage.simulated((), upstream)))
+            if stage is not groups[-1][-1]:
+                upstream = stage.output((), upstream)
+    return exits
+
+
+def _floor(group: Sequence[Stage], before: Sequence[Stage]) -> Floats:
+    """(R, d): standard deviation of one run that the sensors at exit and entrance allow, J Sigma J' of the velocity."""
+    stage, runs = group[0], group[0].record.runs
+    sheet = floors(group[-1].observables)
+    if stage.name != "contact" or len(group) > 1:
+        return np.tile(sheet, (len(runs), 1))
+    velocities = np.array([run.velocity_m_s or np.nan for run in runs])
+    faster = stage.simulated((), (velocities * (1 + _STEP)).tolist())
+    slope = (faster - stage.simulated((), velocities.tolist())) / _STEP
+    assumed = next((item.floor for first in before for item in first.observables if item.channel == "velocity"), 0.0)
+    known = [(run.velocity_u_m_s, run.velocity_m_s) for run in runs]
+    relative = np.array([u / v if u and v else assumed for u, v in known])
+    return np.asarray(np.hypot(sheet, np.nan_to_num(slope) * relative[:, None]))
+
+
+def _name(group: Sequence[Stage]) -> str:
+    return " and ".join(stage.name for stage in group)

@@ -1,8 +1,31 @@
-"""Mistakes of labels and units, told before a diagnosis: no physics may be made to explain them."""
+"""Mistakes of labels and units, reported before a diagnosis: no physics may be made to explain them."""
 
 from __future__ import annotations
 
-from .finding import Finding, ImplausibleRecordError
-from .verdict import check, implausible
+from collections.abc import Sequence
+
+from ..observables.base import Stage
+from ..record import CampaignRecord
+from .channels import channel_findings, tensile_force
+from .settings import setting_findings
+from .unit_factors import Finding, ImplausibleRecordError
+from .units import absolute_pressure, unit_findings
 
 __all__ = ["Finding", "ImplausibleRecordError", "check", "implausible"]
+
+
+def implausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[Finding, ...]:
+    """Likely mistakes of labels and units in a record, refusals first; `stages` are its nominal ones."""
+    findings = [*setting_findings(record), *tensile_force(record)]
+    if not findings:
+        findings = [*unit_findings(record, stages), *channel_findings(record), *absolute_pressure(record, stages)]
+    return tuple(sorted(findings, key=lambda finding: finding.severity != "refuse"))
+
+
+def check(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[Finding, ...]:
+    """What is worth naming. Raises `ImplausibleRecordError` for a record that cannot be what it says."""
+    findings = implausible(record, stages)
+    refusals = [finding.message for finding in findings if finding.severity == "refuse"]
+    if refusals:
+        raise ImplausibleRecordError(f"campaign {record.name!r}: {'; '.join(refusals)}")
+    return findings

@@ -1,59 +1,142 @@
-"""Accelerometers with the wrong sign, in each other's place, or in another unit than the modal table's."""
+"""Force and accelerometers with the wrong sign, in each other's place, or in another unit than the modal table's.
+
+Accelerometers are compared with the plate over the first millisecond of their records: so early, neither damping nor a
+few per cent of stiffness have moved the record far, and a correlation knows no unit.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
-from ..record import CampaignRecord
-from .finding import Finding
-from .first_millisecond import EarlyFits, early_fits
-from .levels import Gap
-from .mistakes import mistakes
-from .suspicion import Suspicion, fitting, unit_finding
+from ...twin.plate.modal import ModalPlate
+from ...twin.plate.respond import kept_below, respond
+from ..record import CampaignRecord, Floats, Run, Series
+from .unit_factors import Finding, LogGap, Suspicion, fitting, mistakes, unit_finding
 
+#: From the start of contact on; longer where the force takes longer, to so many times its rise.
+EARLY_S, RISES = 1e-3, 2.0
+#: Share of the sampling rate up to which the plate's modes are asked.
+_BELOW = 0.45
 #: Below this a sign is wrong (a force that its filter delays reaches -0.5 against a right one). Two channels are
 #: swapped where each fits the other better by `_BETTER`, and `_WELL`.
 _REVERSED, _BETTER, _WELL = -0.8, 0.3, 0.6
 #: Gains (nats) of channels that differ by less may have the force in common.
 _ALIKE = 0.05
+#: A load cell and its filter ring to a third of the peak at worst (measured: 3 %); an accelerometer's record swings.
+_MOST_PULL = 0.5
+
+
+def tensile_force(record: CampaignRecord) -> list[Finding]:
+    """A refusal where the force falls as far below its rest as a contact cannot: the channel is another sensor's."""
+    shares = [_pull(run.force) for run in record.runs if run.force is not None and run.force.values.size]
+    if not shares or np.median(shares) < _MOST_PULL:
+        return []
+    message = (
+        f"force pulls {float(np.median(shares)):.0%} as much as it pushes, which no contact does: is it another "
+        "sensor's channel? check the names in [channels.*] of campaign.toml"
+    )
+    return [Finding("refuse", "force", message)]
+
+
+def _pull(force: Series) -> float:
+    push = float(force.values.max()) - force.rest
+    return (force.rest - float(force.values.min())) / push if push > 0 else 0.0
 
 
 def channel_findings(record: CampaignRecord) -> list[Finding]:
-    """What early fits tell; nothing where the plate or the force is not known."""
+    """What the first millisecond tells of accelerometers; nothing where the plate or the force is not known."""
     fits = early_fits(record)
     if fits is None:
         return []
-    swapped = _swapped(fits)
-    return swapped or [*_reversed(fits), *_gains(fits)]
+    return list(_swapped(fits)) or [*_reversed(fits), *_gains(fits)]
 
 
-def _reversed(fits: EarlyFits) -> list[Finding]:
-    found = []
+@dataclass(frozen=True, eq=False)
+class EarlyFits:
+    """k channels that are the plate's sensors, in C configurations that have them and the force.
+
+    `correlation` (k, k): medians over configurations, each channel's record (rows) with each sensor's simulation
+    (columns). `log_gain` (C, k): logarithm of how much of its own simulation a record holds, whatever its sign.
+    """
+
+    names: tuple[str, ...]
+    correlation: Floats
+    log_gain: Floats
+
+
+def early_fits(record: CampaignRecord) -> EarlyFits | None:
+    """None where the plate is not known, or no run has both force and accelerations."""
+    plate = record.plate
+    if plate is None:
+        return None
+    names = tuple(name for name in plate.sensors if any(name in run.accelerations for run in record.runs))
+    fits = [_early_fit(plate, run, names, point) for run, point in _typical(record, names)] if names else []
+    if not fits:
+        return None
+    correlation, log_gain = (np.array(values) for values in zip(*fits, strict=True))
+    return EarlyFits(names, np.median(correlation, axis=0), log_gain)
+
+
+def _typical(record: CampaignRecord, names: tuple[str, ...]) -> Iterator[tuple[Run, str]]:
+    """A run of each configuration that shows everything, and where it hit."""
+    for c, configuration in enumerate(record.configurations):
+        usable = [
+            run
+            for run in record.runs
+            if run.configuration == c and run.force is not None and all(name in run.accelerations for name in names)
+        ]
+        if usable:
+            yield usable[len(usable) // 2], str(configuration.factors.get("impact_position", ""))
+
+
+def _early_fit(plate: ModalPlate, run: Run, names: tuple[str, ...], point: str) -> tuple[Floats, Floats]:
+    """(k, k) correlations and (k,) logarithms of gains."""
+    assert run.force is not None
+    rise = run.force.time_s[np.argmax(run.force.values)] if run.force.values.size else 0.0
+    rate = run.accelerations[names[0]].sampling_rate_hz
+    time = np.arange(round(max(EARLY_S, RISES * float(rise)) * rate)) / rate
+    place = point if point in plate.impact_points else plate.impact_points[0]
+    simulated = respond(kept_below(plate, _BELOW * rate), _at(run.force, time), 1 / rate, place, names)
+    measured = np.array([_at(run.accelerations[name], time) for name in names])
+    products = measured @ simulated.T
+    sizes = np.linalg.norm(measured, axis=1), np.linalg.norm(simulated, axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        correlation = np.nan_to_num(products / np.outer(*sizes))
+        log_gain = np.log(np.abs(np.diag(products)) / sizes[1] ** 2)
+    return correlation, log_gain
+
+
+def _at(series: Series, time_s: Floats) -> Floats:
+    """At other instants, less its rest before contact; nothing beyond its ends."""
+    return np.interp(time_s, series.time_s, series.values - series.rest, left=0.0, right=0.0)
+
+
+def _reversed(fits: EarlyFits) -> Iterator[Finding]:
     for name, fit in zip(fits.names, np.diag(fits.correlation), strict=True):
         if fit <= _REVERSED:
             message = (
                 f"{name} begins with the sign opposite to the plate's (correlation {fit:.2f}): is its axis or polarity "
                 f"reversed? turn shape_{name} in the modal table, or its sensitivity in campaign.toml"
             )
-            found.append(Finding("refuse", name, message))
-    return found
+            yield Finding("refuse", name, message)
 
 
-def _swapped(fits: EarlyFits) -> list[Finding]:
-    found, size = [], np.abs(fits.correlation)
-    for i, first in enumerate(fits.names):
-        for j in range(i + 1, len(fits.names)):
-            crossed, own = (size[i, j] + size[j, i]) / 2, (size[i, i] + size[j, j]) / 2
-            if min(size[i, j], size[j, i]) >= _WELL and crossed >= own + _BETTER:
-                message = (
-                    f"{first} and {fits.names[j]} fit each other's place on the plate (correlation {crossed:.2f}) "
-                    f"better than their own ({own:.2f}): are they swapped? check [channels.*] in campaign.toml and the "
-                    "columns of the modal table"
-                )
-                found.append(Finding("refuse", first, message))
-    return found
+def _swapped(fits: EarlyFits) -> Iterator[Finding]:
+    size = np.abs(fits.correlation)
+    for i, j in combinations(range(len(fits.names)), 2):
+        crossed, straight = (size[i, j] + size[j, i]) / 2, (size[i, i] + size[j, j]) / 2
+        if min(size[i, j], size[j, i]) >= _WELL and crossed >= straight + _BETTER:
+            message = (
+                f"{fits.names[i]} and {fits.names[j]} fit each other's place on the plate (correlation {crossed:.2f}) "
+                f"better than their own ({straight:.2f}): are they swapped? check [channels.*] in campaign.toml and "
+                "the columns of the modal table"
+            )
+            yield Finding("refuse", fits.names[i], message)
 
 
 def _gains(fits: EarlyFits) -> list[Finding]:
@@ -67,16 +150,10 @@ def _gains(fits: EarlyFits) -> list[Finding]:
 
 def _gain(fits: EarlyFits, rows: list[int], channel: str, *, with_force: bool) -> list[Finding]:
     gains = fits.log_gain[:, rows]
-    now = Gap.of(gains, gains)
-    tried = [_tried(fits, rows, channel, mistake.reads, mistake.what, 1) for mistake in mistakes("acceleration")]
+    shifts = [(channel, mistake, math.log(factor)) for factor, mistake in mistakes("acceleration")]
     if with_force:
-        tried += [_tried(fits, rows, "force", mistake.reads, mistake.what, -1) for mistake in mistakes("force")]
-    suspects = fitting([one for one in tried if one is not None])
-    return [unit_finding(channel, "plate", now, suspects)] if now and suspects else []
-
-
-def _tried(fits: EarlyFits, rows: list[int], channel: str, reads: float, what: str, side: int) -> Suspicion | None:
-    shift = side * math.log(reads)
-    gains = fits.log_gain[:, rows] - shift
-    left = Gap.of(gains, gains)
-    return Suspicion(channel, what, shift, left) if left else None
+        shifts += [("force", mistake, -math.log(factor)) for factor, mistake in mistakes("force")]
+    suspects = fitting(
+        Suspicion(name, mistake, shift, LogGap.of(gains - shift, gains - shift)) for name, mistake, shift in shifts
+    )
+    return [unit_finding(channel, "plate", LogGap.of(gains, gains), suspects)] if suspects else []

@@ -9,46 +9,43 @@ import numpy as np
 from ...schema.campaigns import Campaign
 from ..record import CampaignRecord
 from .impacts import Hit
-from .records import Records
+from .series import HitSeries
 from .settings import TRAVEL
 
 
-def assumptions(campaign: Campaign, record: CampaignRecord, hits: Sequence[Hit], series: Records) -> tuple[str, ...]:
+def assumptions(campaign: Campaign, record: CampaignRecord, hits: Sequence[Hit], series: HitSeries) -> Iterator[str]:
     """In the order of the chain: pressure, velocity, force, acceleration, plate."""
-    return (
-        *_pressure(hits),
-        *_travel(record),
-        *_velocity(hits),
-        *_force(hits, series),
-        *_acceleration(series),
-        *_bench(campaign, record),
-    )
+    yield from _gun(record, hits)
+    yield from _velocity(hits)
+    yield from _force(hits, series)
+    for channel in sorted(series.of_impactor):
+        yield f"{channel} rides on the impactor: it says nothing of the plate"
+    if campaign.plate is None or campaign.plate.thickness_m is None:
+        yield f"plate: {record.plate_thickness_m * 1e3:g} mm thick, since campaign.toml gives no thickness"
+    if record.plate is not None and len(record.plate.impact_points) == 1:
+        point = record.plate.impact_points[0]
+        others = {str(c.factors.get("impact_position", point)) for c in record.configurations} - {point}
+        if others:
+            yield f"plate: hits at {', '.join(sorted(others))} too, and the modal table knows {point} alone"
 
 
-def _pressure(hits: Sequence[Hit]) -> Iterator[str]:
-    shots = [hit for hit in hits if hit.set_pressure_pa is not None]
-    recorded = [hit for hit in shots if hit.recorded_pressure_pa is not None]
-    if not shots:
-        return
-    if not recorded:
+def _gun(record: CampaignRecord, hits: Sequence[Hit]) -> Iterator[str]:
+    pressures = [(h.set_pressure_pa, h.recorded_pressure_pa) for h in hits if h.set_pressure_pa is not None]
+    ratios = [recorded / (nominal or 1.0) for nominal, recorded in pressures if recorded is not None]
+    if ratios:
+        yield (
+            f"tank pressure: as recorded in {len(ratios)} of {len(pressures)} shots, in the median "
+            f"{float(np.median(ratios)) - 1:+.1%} from the set one; gauge"
+        )
+    elif pressures:
         yield "tank pressure: the set one, since none was recorded; gauge"
-        return
-    ratios = [(hit.recorded_pressure_pa or 0.0) / (hit.set_pressure_pa or 1.0) for hit in recorded]
-    yield (
-        f"tank pressure: as recorded in {len(recorded)} of {len(shots)} shots, in the median "
-        f"{float(np.median(ratios)) - 1:+.1%} from the set one; gauge"
-    )
-
-
-def _travel(record: CampaignRecord) -> Iterator[str]:
-    own = [run.travel_m for run in record.runs if run.travel_m is not None]
-    if not own or record.gun is None:
-        return
-    columns = [name for name in TRAVEL if any(name in each.factors for each in record.configurations)]
-    yield (
-        f"travel to the vent holes: {min(own) * 1e3:g} to {max(own) * 1e3:g} mm, as the column {columns[0]} has it for "
-        f"{len(own)} of {len(record.runs)} runs; [bench.gun] has {record.gun.travel_m * 1e3:g} mm"
-    )
+    travels = [run.travel_m for run in record.runs if run.travel_m is not None]
+    if travels and record.gun is not None:
+        column = next(name for name in TRAVEL if any(name in c.factors for c in record.configurations))
+        yield (
+            f"travel to the vent holes: {min(travels) * 1e3:g} to {max(travels) * 1e3:g} mm, as the column {column} "
+            f"has it for {len(travels)} of {len(record.runs)} runs; [bench.gun] has {record.gun.travel_m * 1e3:g} mm"
+        )
 
 
 def _velocity(hits: Sequence[Hit]) -> Iterator[str]:
@@ -68,39 +65,23 @@ def _velocity(hits: Sequence[Hit]) -> Iterator[str]:
         yield f"{missing} of {len(hits)} runs have no measured velocity"
 
 
-def _force(hits: Sequence[Hit], series: Records) -> Iterator[str]:
+def _force(hits: Sequence[Hit], series: HitSeries) -> Iterator[str]:
     pulses = sum(hit.has_pulse for hit in hits)
-    alone = len(series.rung_alone)
-    if alone:
-        yield (
-            f"no force was recorded with {alone} of {len(hits)} hits: their accelerations are used from where they "
-            "begin to ring"
-        )
     silent = sum(hit.recording_id is not None and not hit.has_pulse for hit in hits)
-    if silent and not alone:
+    if series.without_force:
+        yield (
+            f"no force was recorded with {series.without_force} of {len(hits)} hits: their accelerations are used from "
+            "where they begin to ring"
+        )
+    elif silent:
         yield f"no contact force in the recordings of {silent} of {len(hits)} hits: what else they hold is not used"
     if series.chosen < pulses:
         yield f"series of {series.chosen} of {pulses} hits are used, evenly chosen in each configuration"
-    if series.cells > 1:
-        yield f"contact force: the sum of {series.cells} force channels"
+    if series.force_cells > 1:
+        yield f"contact force: the sum of {series.force_cells} force channels"
     if series.turned:
-        yield f"force shows compression as negative in {len(series.turned)} of {series.chosen} hits, and was turned"
+        yield f"force shows compression as negative in {series.turned} of {series.chosen} hits, and was turned"
     if series.double_hits:
-        yield f"{len(series.double_hits)} of {series.chosen} hits are followed by a second touch"
+        yield f"{series.double_hits} of {series.chosen} hits are followed by a second touch"
     for channel, count in sorted(series.rejected.items()):
         yield f"{channel}: left out in {count} of {series.chosen} hits, since quality checks reject it there"
-
-
-def _acceleration(series: Records) -> Iterator[str]:
-    for channel in sorted(series.of_impactor):
-        yield f"{channel} rides on the impactor: it says nothing of the plate"
-
-
-def _bench(campaign: Campaign, record: CampaignRecord) -> Iterator[str]:
-    if campaign.plate is None or campaign.plate.thickness_m is None:
-        yield f"plate: {record.plate_thickness_m * 1e3:g} mm thick, since campaign.toml gives no thickness"
-    if record.plate is not None and len(record.plate.impact_points) == 1:
-        point = record.plate.impact_points[0]
-        others = {str(each.factors.get("impact_position", point)) for each in record.configurations} - {point}
-        if others:
-            yield f"plate: hits at {', '.join(sorted(others))} too, and the modal table knows {point} alone"

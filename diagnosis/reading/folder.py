@@ -11,8 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from ...schema.session import Store, Writer, make_engine, open_store
-from ...twin.gun.bench import GunBench
-from ...twin.plate.modal import ModalPlate
 from ..record import CampaignRecord
 from .campaign import read_campaign
 
@@ -21,14 +19,7 @@ IN_MEMORY_BYTES = 256 * 2**20
 _WRITER = Writer("diagnose", "temporary")
 
 
-def read_folder(
-    path: Path,
-    *,
-    plate: ModalPlate | None = None,
-    gun: GunBench | None = None,
-    hammer_mass_kg: float | None = None,
-    most_runs_per_configuration: int = 10,
-) -> CampaignRecord:
+def read_folder(path: Path) -> CampaignRecord:
     """The campaign in the folder `path`, as `read_campaign` gives it. Leaves nothing behind.
 
     Raises `IngestError` for a folder that the ingest refuses.
@@ -36,23 +27,12 @@ def read_folder(
     from ...ingest.load import ingest_folder
 
     path = Path(path)
-    large = _size(path) > IN_MEMORY_BYTES
+    sizes = (file.stat().st_size for file in path.rglob("*") if file.is_file()) if path.is_dir() else ()
+    large = sum(sizes) > IN_MEMORY_BYTES
     with _store_in_file() if large else _store_in_memory() as store:
         report = ingest_folder(store, path, jobs=None if large else 1)
         with store.reading() as session:
-            record = read_campaign(
-                session,
-                report.campaign,
-                plate=plate,
-                gun=gun,
-                hammer_mass_kg=hammer_mass_kg,
-                most_runs_per_configuration=most_runs_per_configuration,
-            )
-    return record
-
-
-def _size(folder: Path) -> int:
-    return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file()) if folder.is_dir() else 0
+            return read_campaign(session, report.campaign)
 
 
 @contextmanager
@@ -69,10 +49,10 @@ def _store_in_memory() -> Iterator[Store]:
     """One engine serves all folders of a thread, so that its statements are compiled once; each begins anew."""
     engine = _engine(os.getpid())
     try:
-        _restore(engine, _empty())
+        _connection(engine).deserialize(_empty())
         yield Store(engine, _WRITER)
     finally:
-        _restore(engine, _empty())
+        _connection(engine).deserialize(_empty())
 
 
 @cache
@@ -90,16 +70,12 @@ def _empty() -> bytes:
     engine = make_engine("sqlite:///:memory:")
     metadata.create_all(engine)
     seed_materials(Store(engine, _WRITER))
-    content: bytes = _driver(engine).serialize()
+    content: bytes = _connection(engine).serialize()
     engine.dispose()
     return content
 
 
-def _restore(engine: Any, content: bytes) -> None:
-    _driver(engine).deserialize(content)
-
-
-def _driver(engine: Any) -> Any:
+def _connection(engine: Any) -> Any:
     """SQLite's own connection of this thread, which the pool keeps for as long as the thread lives."""
     with engine.connect() as connection:
         return connection.connection.driver_connection

@@ -40,41 +40,27 @@ class Hit:
         return self.recording_id is not None and self.start_s is not None
 
 
-_PULSE = (Pulse.start_s, Pulse.contact_time_s)
-_IMPACT_SPEED = (Impact.impact_velocity_m_s, Impact.impact_velocity_u_m_s, Impact.velocity_source)
-_SHOT_SPEED = (Shot.measured_velocity_m_s, Shot.measured_velocity_u_m_s, Shot.velocity_source)
-
-
 def read_hits(session: Session, campaign: Campaign) -> tuple[Hit, ...]:
     """All of a campaign by run, then repetition."""
-    query = _shots(campaign.id) if campaign.kind == "gun" else _impacts(campaign.id)
-    make = _shot if campaign.kind == "gun" else _impact
-    return tuple(make(tuple(row)) for row in session.execute(query))
-
-
-def _impacts(campaign: int) -> Any:
-    keys = (Impact.run, Impact.repetition, Impact.configuration_id, Impact.recording_id, Impact.id)
-    query = select(*keys, *_IMPACT_SPEED, *_PULSE)
+    table: Any = Shot if campaign.kind == "gun" else Impact
+    speed = (Impact.impact_velocity_m_s, Impact.impact_velocity_u_m_s, Impact.velocity_source)
+    pulse = (Pulse.start_s, Pulse.contact_time_s)
+    keys = (table.run, table.repetition, table.configuration_id, table.recording_id)
+    if campaign.kind == "gun":
+        muzzle = (Shot.measured_velocity_m_s, Shot.measured_velocity_u_m_s, Shot.velocity_source)
+        settings = (Shot.tank_pressure_pa, Shot.recorded_pressure_pa, Shot.bullet_mass_kg)
+        query: Any = select(*keys, Shot.impact_id, *muzzle, *pulse, *settings, *speed).select_from(Shot)
+        query = query.outerjoin(Impact, Shot.impact_id == Impact.id)
+    else:
+        query = select(*keys, Impact.id, *speed, *pulse)
     query = query.outerjoin(Pulse, and_(Pulse.impact_id == Impact.id, Pulse.current))
-    return query.where(Impact.campaign_id == campaign).order_by(Impact.run, Impact.repetition)
+    query = query.where(table.campaign_id == campaign.id).order_by(table.run, table.repetition)
+    return tuple(_hit(tuple(row)) for row in session.execute(query))
 
 
-def _shots(campaign: int) -> Any:
-    keys = (Shot.run, Shot.repetition, Shot.configuration_id, Shot.recording_id, Shot.impact_id)
-    own = (Shot.tank_pressure_pa, Shot.recorded_pressure_pa, Shot.bullet_mass_kg)
-    query = select(*keys, *_SHOT_SPEED, *_PULSE, *own, *_IMPACT_SPEED).select_from(Shot)
-    query = query.outerjoin(Impact, Shot.impact_id == Impact.id)
-    query = query.outerjoin(Pulse, and_(Pulse.impact_id == Impact.id, Pulse.current))
-    return query.where(Shot.campaign_id == campaign).order_by(Shot.run, Shot.repetition)
-
-
-def _impact(row: tuple[Any, ...]) -> Hit:
-    return Hit(*row)
-
-
-def _shot(row: tuple[Any, ...]) -> Hit:
-    """What was measured at the muzzle goes before what was measured at the plate."""
-    keys, muzzle, rest, plate = row[:5], row[5:8], row[8:13], row[13:]
-    if muzzle[0] is None and plate[0] is not None:
-        muzzle = (plate[0], plate[1], "integrated" if plate[2] == "integrated" else "impact")
-    return Hit(*keys, *muzzle, *rest)
+def _hit(row: tuple[Any, ...]) -> Hit:
+    """What was measured at the muzzle goes before what was measured at the plate, which ends a shot's row."""
+    keys, velocity, rest, at_plate = row[:5], row[5:8], row[8:13], row[13:]
+    if at_plate and velocity[0] is None and at_plate[0] is not None:
+        velocity = (at_plate[0], at_plate[1], "integrated" if at_plate[2] == "integrated" else "impact")
+    return Hit(*keys, *velocity, *rest)

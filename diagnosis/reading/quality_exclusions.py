@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from sqlalchemy import and_, func, or_, select
 from sqlalchemy.orm import Session
@@ -14,21 +14,22 @@ from ...schema.recordings import SET_ASIDE, RecordedChannel, Recording
 from ..record import Floats
 from .impacts import Hit
 
-Place = tuple[int, int | None, str | None]
-
 _CUT_TOPS = ("clipping", "saturation")
 #: A sample from this share of a rail's level on is at the rail.
 _AT_RAIL = 0.999
+#: Quantities that a diagnosis reads: pressure and displacement for the gun, the others for contact and plate.
+_READ = ("force", "acceleration", "pressure", "displacement")
 
 
 @dataclass(frozen=True)
-class Doubts:
-    """(recording, impact, channel) of each finding; an impact or channel of None stands for all of them.
+class QualityExclusions:
+    """`rejected`: (recording, impact, channel) of each finding; an impact or channel of None stands for all of them.
 
-    `rails`: by recording and channel, levels (SI) at which tops are cut somewhere outside of contacts.
+    `double_hits`: impacts. `rails`: by recording and channel, levels (SI) at which tops are cut somewhere outside of
+    contacts.
     """
 
-    rejected: frozenset[Place]
+    rejected: frozenset[tuple[int, int | None, str | None]]
     double_hits: frozenset[int]
     rails: Mapping[tuple[int, str], tuple[float, ...]]
 
@@ -46,47 +47,37 @@ class Doubts:
         return any(x.max(initial=0.0) >= _AT_RAIL * level for x, level in upright)
 
 
-def read_doubts(session: Session, campaign_id: int) -> Doubts:
-    """Of all recordings of a campaign."""
-    rejected: set[Place] = set()
-    double: set[int] = set()
-    rails: dict[tuple[int, str], tuple[float, ...]] = {}
-    for recording, impact, channel, check, severity, evidence in session.execute(_findings(campaign_id)):
-        if severity == "reject":
-            rejected.add((recording, impact, channel))
-        elif check == "double-hit":
-            double.add(impact)
-        else:
-            rails[recording, channel] = (*rails.get((recording, channel), ()), float(evidence["level"]))
-    return Doubts(frozenset(rejected), frozenset(double), rails)
-
-
-def count_set_aside(session: Session, campaign_id: int) -> int:
-    """Recordings that could not be read; their rows of the table hold no hit."""
-    mine = (Recording.campaign_id == campaign_id, Recording.status == SET_ASIDE)
-    return session.scalar(select(func.count()).select_from(Recording).where(*mine)) or 0
-
-
-def _findings(campaign_id: int) -> Any:
+def read_exclusions(session: Session, campaign_id: int) -> QualityExclusions:
+    """Of all recordings of a campaign. Raises `ValueError` for a channel without a finite number in any of them."""
     finding, channel = QualityFinding, RecordedChannel
     # Outside of contacts a cut top leaves the pulse whole, but not a record that rings there.
     outside = and_(finding.check.in_(_CUT_TOPS), finding.severity == "warning")
     columns = (finding.recording_id, finding.impact_id, channel.name, finding.check, finding.severity, finding.evidence)
-    return (
+    query = (
         select(*columns)
         .join(Recording, finding.recording_id == Recording.id)
         .outerjoin(channel, finding.channel_id == channel.id)
         .where(Recording.campaign_id == campaign_id)
-        .where(or_(finding.severity == "reject", finding.check == "double-hit", outside))
+        .where(or_(finding.severity == "reject", finding.check.in_(("double-hit", "dropouts")), outside))
     )
+    rejected: set[tuple[int, int | None, str | None]] = set()
+    double: set[int] = set()
+    rails: dict[tuple[int, str], tuple[float, ...]] = {}
+    empty: set[tuple[str, int]] = set()
+    for recording, impact, name, check, severity, evidence in session.execute(query):
+        if check == "dropouts" and evidence.get("kind") == "nan" and evidence.get("share") == 1.0:
+            empty.add((name, recording))
+        if severity == "reject":
+            rejected.add((recording, impact, name))
+        elif check == "double-hit":
+            double.add(impact)
+        elif check in _CUT_TOPS:
+            rails[recording, name] = (*rails.get((recording, name), ()), float(evidence["level"]))
+    _refuse_empty(session, campaign_id, Counter(name for name, _ in empty))
+    return QualityExclusions(frozenset(rejected), frozenset(double), rails)
 
 
-#: Quantities that a diagnosis reads: pressure and displacement for the gun, the others for contact and plate.
-_READ = ("force", "acceleration", "pressure", "displacement")
-
-
-def refuse_no_number(session: Session, campaign_id: int) -> None:
-    """Raises `ValueError` for a channel that holds no finite number in any of its recordings."""
+def _refuse_empty(session: Session, campaign_id: int, empty: Mapping[str, int]) -> None:
     channels = (
         select(RecordedChannel.name, func.count())
         .join(Recording, RecordedChannel.recording_id == Recording.id)
@@ -94,20 +85,15 @@ def refuse_no_number(session: Session, campaign_id: int) -> None:
         .group_by(RecordedChannel.name)
         .order_by(RecordedChannel.name)
     )
-    finding, channel = QualityFinding, RecordedChannel
-    dropouts = (
-        select(channel.name, finding.recording_id, finding.evidence)
-        .join(Recording, finding.recording_id == Recording.id)
-        .join(channel, finding.channel_id == channel.id)
-        .where(Recording.campaign_id == campaign_id, finding.check == "dropouts")
-    )
-    empty: dict[str, set[int]] = {}
-    for name, recording, evidence in session.execute(dropouts):
-        if evidence.get("kind") == "nan" and evidence.get("share") == 1.0:
-            empty.setdefault(name, set()).add(recording)
     for name, count in session.execute(channels):
-        if len(empty.get(name, ())) == count:
+        if empty.get(name) == count:
             raise ValueError(
                 f"channel {name} holds no number in any of its {count} recordings: mend these, or take "
                 f"[channels.{name}] out of campaign.toml, and ingest anew"
             )
+
+
+def count_set_aside(session: Session, campaign_id: int) -> int:
+    """Recordings that could not be read; their rows of the table hold no hit."""
+    set_aside = (Recording.campaign_id == campaign_id, Recording.status == SET_ASIDE)
+    return session.scalar(select(func.count()).select_from(Recording).where(*set_aside)) or 0

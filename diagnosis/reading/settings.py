@@ -13,17 +13,17 @@ from ...schema.campaigns import ConfigurationLevel, FactorLevel
 from ...schema.campaigns import Factor as FactorRow
 from ...schema.columns import BY_NAME
 from ..record import Configuration, Factor
-from .notes import note_columns
 
 #: Columns of a projectile's own travel to the vent holes, and their units in m.
 TRAVEL = {"travel_m": 1.0, "travel_mm": 1e-3}
-
-Factors = Mapping[str, Factor]
-_AT_ONCE = 500  # SQLite allows a limited number of variables
+#: A column is a note when so many of its runs differ in it; below so many runs nobody can tell.
+_DIFFERENT, _RUNS = 0.8, 6
+#: Beginnings of the names of what is read and not set; other numbers may be a design without repetitions.
+_CONDITIONS = ("time", "date", "hour", "temperature", "humidity", "ambient", "order", "sequence", "index")
 
 
 @dataclass(frozen=True)
-class Grouped:
+class Settings:
     """The configurations of a campaign in the order of their first runs, and the row of each run's.
 
     `notes` are sentences on columns that are no settings.
@@ -34,51 +34,60 @@ class Grouped:
     notes: tuple[str, ...]
 
 
-def grouped_by_setting(session: Session, keys: Sequence[int]) -> Grouped:
-    """Runs by the store's `keys` of their configurations. Those that differ in notes alone are one."""
+def read_settings(session: Session, keys: Sequence[int]) -> Settings:
+    """Of runs by the store's `keys` of their configurations. Those that differ in notes alone are one."""
     stored = read_factors(session, list(dict.fromkeys(keys)))
     notes = note_columns([stored[key] for key in keys])
-    runs = [{name: value for name, value in stored[key].items() if name not in notes} for key in keys]
-    settings = [tuple(sorted(run.items())) for run in runs]
-    row_of = {setting: row for row, setting in enumerate(dict.fromkeys(settings))}
-    said = tuple(f"{name}: a note on each run, and not a setting" for name in notes)
-    return Grouped(labelled([dict(setting) for setting in row_of]), tuple(row_of[each] for each in settings), said)
+    runs = [tuple(sorted((name, x) for name, x in stored[key].items() if name not in notes)) for key in keys]
+    row_of = {setting: row for row, setting in enumerate(dict.fromkeys(runs))}
+    sentences = tuple(f"{name}: a note on each run, and not a setting" for name in notes)
+    return Settings(_labelled([dict(setting) for setting in row_of]), tuple(row_of[run] for run in runs), sentences)
 
 
 def read_factors(session: Session, keys: Sequence[int]) -> dict[int, dict[str, Factor]]:
     """Factors of each configuration by its key: a number in SI where the level is one."""
-    found: dict[int, dict[str, Factor]] = {key: {} for key in keys}
+    factors: dict[int, dict[str, Factor]] = {key: {} for key in keys}
     query = (
         select(ConfigurationLevel.configuration_id, FactorRow.name, FactorLevel.label, FactorLevel.number)
         .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
         .join(FactorRow, FactorLevel.factor_id == FactorRow.id)
         .order_by(FactorRow.id)
     )
-    for i in range(0, len(keys), _AT_ONCE):
-        some = query.where(ConfigurationLevel.configuration_id.in_(keys[i : i + _AT_ONCE]))
-        for key, name, label, number in session.execute(some):
-            found[key][name] = label if number is None else number
-    return found
+    for i in range(0, len(keys), 500):  # SQLite allows a limited number of variables
+        part = query.where(ConfigurationLevel.configuration_id.in_(keys[i : i + 500]))
+        for key, name, label, number in session.execute(part):
+            factors[key][name] = label if number is None else number
+    return factors
 
 
-def labelled(factors: Sequence[Factors]) -> tuple[Configuration, ...]:
+def note_columns(runs: Sequence[Mapping[str, Factor]]) -> tuple[str, ...]:
+    """Columns of a table of runs that are no settings: remarks, and what was read off a thermometer or a clock.
+
+    Of the factors of each run the free ones that are a text or a condition of its own in nearly every run.
+    """
+    free = dict.fromkeys(name for run in runs for name in run if name not in BY_NAME)
+    return tuple(name for name in free if _is_note(name, [run[name] for run in runs if name in run]))
+
+
+def _is_note(name: str, values: Sequence[Factor]) -> bool:
+    if len(values) < _RUNS or len(set(values)) < _DIFFERENT * len(values):
+        return False
+    return name.lower().startswith(_CONDITIONS) or any(isinstance(value, str) for value in values)
+
+
+def _labelled(settings: Sequence[Mapping[str, Factor]]) -> tuple[Configuration, ...]:
     """Configurations in this order. A label names what varies; two that read the same are numbered."""
-    varying = [name for name in _names(factors) if len({each.get(name) for each in factors}) > 1]
-    texts = [_label(each, varying) for each in factors]
-    twice = {text for text, count in Counter(texts).items() if count > 1}
+    names = dict.fromkeys(name for factors in settings for name in factors)
+    varying = [name for name in names if len({factors.get(name) for factors in settings}) > 1]
+    texts = [
+        ", ".join(_part(name, factors[name]) for name in varying if name in factors) or "the one setting"
+        for factors in settings
+    ]
+    count = Counter(texts)
     return tuple(
-        Configuration(f"{text} ({i})" if text in twice else text, dict(each))
-        for i, (text, each) in enumerate(zip(texts, factors, strict=True), 1)
+        Configuration(f"{text} ({i})" if count[text] > 1 else text, dict(factors))
+        for i, (text, factors) in enumerate(zip(texts, settings, strict=True), 1)
     )
-
-
-def _names(factors: Sequence[Factors]) -> list[str]:
-    return list(dict.fromkeys(name for each in factors for name in each))
-
-
-def _label(factors: Factors, varying: Sequence[str]) -> str:
-    parts = [_part(name, factors[name]) for name in varying if name in factors]
-    return ", ".join(parts) or "the one setting"
 
 
 def _part(name: str, value: Factor) -> str:
@@ -94,11 +103,10 @@ def travel_m(configuration: Configuration) -> float | None:
 
     Raises `ValueError` for a column that is not a positive number.
     """
-    for name, unit in TRAVEL.items():
-        value = configuration.factors.get(name)
-        if value is None:
-            continue
-        if isinstance(value, str) or not value > 0:
-            raise ValueError(f"{name} is {value!r} at {configuration.label}: expected a number above 0")
-        return value * unit
-    return None
+    name = next((name for name in TRAVEL if configuration.factors.get(name) is not None), None)
+    if name is None:
+        return None
+    value = configuration.factors[name]
+    if isinstance(value, str) or not value > 0:
+        raise ValueError(f"{name} is {value!r} at {configuration.label}: expected a number above 0")
+    return value * TRAVEL[name]

@@ -6,8 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.gap_reduction.iso18571 import rating
-from pyroshock.diagnosis.gap_reduction.time_warping import warped
+from pyroshock.diagnosis.gap_reduction.iso18571 import rating, warped
 
 TIME = np.arange(200) / 200
 PULSE = np.sin(np.pi * TIME) ** 2

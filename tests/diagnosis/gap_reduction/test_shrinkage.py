@@ -10,8 +10,8 @@ import pytest
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.gap_reduction.folds import by_configuration, corner
 from pyroshock.diagnosis.gap_reduction.gaps import Gaps
-from pyroshock.diagnosis.gap_reduction.interval import Unsure, fraction, fraction_interval
-from pyroshock.diagnosis.gap_reduction.measure import CORRECTED, shrinkage
+from pyroshock.diagnosis.gap_reduction.interval import fraction, fraction_interval
+from pyroshock.diagnosis.gap_reduction.measure import CORRECTED, measure_reduction
 from pyroshock.diagnosis.inference.held_out import fit_fold
 from pyroshock.diagnosis.inference.model_search import search
 from pyroshock.diagnosis.inference.problem import InferenceProblem
@@ -34,6 +34,11 @@ _BACKGROUND = Scatter(background=(0.005, 0.015, 0.25))
 
 def _toy(effects, seed=0, **other):
     return stages_of(campaign(effects, np.random.default_rng(seed), **other))
+
+
+def shrinkage(*arguments, **options):
+    """The entries of the report alone."""
+    return [entry for entry, _ in measure_reduction(*arguments, **options)]
 
 
 def oracle(stages, kinds, rng, scales=None):
@@ -173,7 +178,7 @@ def test_interval_widens_with_what_is_unsure() -> None:
     rng = np.random.default_rng(0)
     squares = 9 + rng.random(12), 1 + rng.random(12), np.ones(12)
     plain = fraction_interval(*squares, np.random.default_rng(1))
-    wider = fraction_interval(*squares, np.random.default_rng(1), Unsure(training=0.1))
+    wider = fraction_interval(*squares, np.random.default_rng(1), training_error=0.1)
     assert plain is not None and wider is not None
     assert wider[0] < plain[0] < plain[1] < wider[1] <= 1.0
 

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.localisation.factors import factor_regions
-from pyroshock.diagnosis.localisation.search import benjamini_hochberg
+from pyroshock.diagnosis.localisation.factor_regions import factor_regions
 from pyroshock.diagnosis.verdict import Region
 from support.records.toy_bench import Scatter, ToyLayer, ToyLoss, ToyMass, campaign, stages_of
 
@@ -108,31 +107,6 @@ def test_too_few_configurations_are_no_region() -> None:
     stage = stages_of(record)[1]
     residual = np.where(record.configuration_of[:, None] < 3, stage.residuals(), np.nan)
     assert factor_regions(residual, record.configuration_of, record.configurations, stage.observables, rng) == ()
-
-
-def test_corrected_p_values_are_those_of_the_paper() -> None:
-    """Benjamini and Hochberg (1995), section 3.2: the first four of fifteen are rejected at 0.05."""
-    p_values = np.array(
-        [
-            0.0001,
-            0.0004,
-            0.0019,
-            0.0095,
-            0.0201,
-            0.0278,
-            0.0298,
-            0.0344,
-            0.0459,
-            0.3240,
-            0.4262,
-            0.5719,
-            0.6528,
-            0.7590,
-            1.0,
-        ]
-    )
-    assert (benjamini_hochberg(p_values) <= 0.05).sum() == 4
-    assert (benjamini_hochberg(p_values[::-1]) <= 0.05).sum() == 4
 
 
 @pytest.mark.bench

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.diagnosis.localisation.drift import drift
-from pyroshock.diagnosis.localisation.spans import spans
-from pyroshock.diagnosis.localisation.windows import amplitude_residual_db, frequency_bands, time_windows
+from pyroshock.diagnosis.localisation.windows import amplitude_residual_db, frequency_bands, spans, time_windows
 from support.records.toy_bench import Scatter, ToyGun, campaign, stages_of
 
 CONFIGURATION = np.repeat(np.arange(12), 3)

@@ -6,9 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.localisation.interfaces import chain_of
-from pyroshock.diagnosis.localisation.shapley import shapley
-from pyroshock.diagnosis.localisation.stages import stage_notes, stage_shares
+from pyroshock.diagnosis.localisation.stages import chain_of, shapley, stage_notes, stage_shares
 from support.records.toy_bench import (
     Design,
     Scatter,
@@ -118,7 +116,7 @@ def test_parts_add_up_to_the_free_running_gap() -> None:
     stages = stages_of(campaign((ToyLoss(0.1), ToyDamping(1.0)), np.random.default_rng(0)))
     gun, contact, plate = stages
     free = plate.simulated((), contact.output((), gun.output()))
-    assert np.allclose(chain_of(stages).links[-1].parts.sum(axis=0), plate.measured() - free)
+    assert np.allclose(chain_of(stages)[-1].parts.sum(axis=0), plate.measured() - free)
 
 
 def test_shapley_of_a_square_is_the_product_with_the_sum() -> None:

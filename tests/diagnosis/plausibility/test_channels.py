@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.diagnosis.plausibility import Finding, implausible
-from pyroshock.diagnosis.plausibility.first_millisecond import early_fits
+from pyroshock.diagnosis.plausibility.channels import early_fits
 from pyroshock.diagnosis.record import CampaignRecord, Series
 from support.records.plate_folders import CHANNELS, plate_record, small_plate
 

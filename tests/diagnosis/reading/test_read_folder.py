@@ -111,10 +111,8 @@ def test_the_plate_is_the_measured_table(tmp_path: Path) -> None:
     np.testing.assert_array_equal(plate.frequency_hz, small_plate().frequency_hz)
 
 
-def test_a_plate_of_the_caller_s_stands_in_where_the_campaign_has_none(tmp_path: Path) -> None:
-    given = small_plate()
-    assert read_folder(hammer_campaign(tmp_path / "c"), plate=given).plate is given
-    assert read_folder(hammer_campaign(tmp_path / "d")).plate is None
+def test_a_campaign_without_a_modal_table_has_no_plate(tmp_path: Path) -> None:
+    assert read_folder(hammer_campaign(tmp_path / "c")).plate is None
 
 
 def test_a_gun_s_table_alone_gives_its_velocities(tmp_path: Path) -> None:

@@ -1,0 +1,135 @@
+"""Mistakes of unit that laboratories make (factors of NIST SP 811), and when a gap is taken for one of them."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ..record import Floats
+
+Severity = Literal["name", "refuse"]
+
+_POUND_FORCE_N, _GRAVITY_M_S2, _FOOT_M, _MILE_KM = 4.4482216, 9.80665, 0.3048, 1.609344
+#: By quantity the unit of its columns, and others with what they read per truth: one may be taken for the other.
+_UNITS: dict[str, tuple[str, dict[str, float]]] = {
+    "force": ("N", {"kN": 1e-3, "lbf": 1 / _POUND_FORCE_N, "kgf": 1 / _GRAVITY_M_S2}),
+    "acceleration": ("m/s2", {"g": 1 / _GRAVITY_M_S2, "mm/s2": 1e3, "cm/s2": 1e2, "ft/s2": 1 / _FOOT_M}),
+    "velocity": ("m/s", {"km/h": 3.6, "ft/s": 1 / _FOOT_M, "mph": 3.6 / _MILE_KM, "cm/s": 1e2, "mm/s": 1e3}),
+    "pressure": ("bar", {"psi": 14.503774, "kPa": 1e2, "mbar": 1e3, "Pa": 1e5, "MPa": 1e-1}),
+    "clock": ("Hz", {"kHz": 1e-3}),
+}
+#: A conditioner's switch that nobody wrote down.
+_AMPLIFIED = {"force": (10.0, 100.0), "acceleration": (10.0, 100.0)}
+_REMEDY = {
+    "force": "correct its unit or sensitivity in campaign.toml",
+    "acceleration": "correct its unit or sensitivity in campaign.toml",
+    "velocity": "correct its column in runs.csv, or the laser's channel in campaign.toml",
+    "tank": "correct tank_pressure_bar in runs.csv, or the transducer's channel in campaign.toml",
+    "sampling": "correct the rate that the recordings state in hertz",
+}
+
+#: A gap below this (nats) is not looked into: physics explains a factor of 1.9.
+WORTH_A_LOOK = math.log(1.9)
+#: Factors from here on are refused when they fit within `_FIT`, the same within `_SAME` in all configurations.
+_REFUSED_FROM, _FIT, _SAME = math.log(3.0), math.log(1.05), 0.10
+#: Factors beyond any physics of a bench are refused by their order of magnitude.
+_BEYOND_PHYSICS, ORDER = math.log(20.0), math.log(2.5)
+#: What is only named fits within `_NEAR`, a factor below that within `_NEAR_SMALL`: losses come on top of it.
+_NEAR, _NEAR_SMALL, _NEAR_SAME = 0.25, 0.10, 0.20
+#: So many mistakes are named where several fit.
+_NAMED = 3
+#: A robust standard deviation is this times the median absolute deviation (normal noise).
+_MAD_TO_SIGMA = 1.4826
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A likely mistake. `message` names the thing, its value and the next step, in one line.
+
+    `name`: worth a look, and said in the report. `refuse`: the record is not what it says, and is not diagnosed.
+    """
+
+    severity: Severity
+    channel: str  # "force", "velocity", "tank_pressure", "acceleration_1", or a setting's name
+    message: str
+
+
+class ImplausibleRecordError(ValueError):
+    """A campaign's record cannot be what it says; the message names channel, ratio, likely mistake and next step."""
+
+
+def mistakes(quantity: str) -> Iterator[tuple[float, str]]:
+    """Readings over the truth, each with the mistake that makes them; those of a quantity, in both directions."""
+    unit, factors = _UNITS.get(quantity, ("", {}))
+    for name, factor in factors.items():
+        yield factor, f"values in {name} where {unit} is declared"
+        yield 1 / factor, f"values in {unit} where {name} is declared"
+    for gain in _AMPLIFIED.get(quantity, ()):
+        yield gain, f"an amplifier's gain of {gain:g} that is not divided out"
+        yield 1 / gain, f"a gain of {gain:g} divided out that the amplifier does not have"
+
+
+@dataclass(frozen=True)
+class LogGap:
+    """A gap in nats: its centre over configurations, its scatter about that, its root mean square; NaN for none."""
+
+    centre: float
+    scatter: float
+    rms: float
+
+    @classmethod
+    def of(cls, nats: Floats, decisive: Floats) -> LogGap:
+        """Of all logarithms (C, k); centre and scatter of the `decisive` ones (C, j)."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # a configuration without any has no mean
+            means = np.nanmean(decisive, axis=1)
+        means = means[np.isfinite(means)]
+        if means.size == 0:
+            return cls(math.nan, math.nan, math.nan)
+        centre = float(np.median(means))
+        scatter = _MAD_TO_SIGMA * float(np.median(np.abs(means - centre)))
+        return cls(centre, scatter, float(np.sqrt(np.nanmean(nats**2))))
+
+
+@dataclass(frozen=True)
+class Suspicion:
+    """A mistake that would explain a gap. `shift`, in nats, is what it does to the reading."""
+
+    channel: str
+    mistake: str
+    shift: float
+    remaining: LogGap
+
+    @property
+    def severity(self) -> Severity | None:
+        """None where it does not fit well enough to be said."""
+        size, off, scatter = abs(self.shift), abs(self.remaining.centre), self.remaining.scatter
+        if size >= _BEYOND_PHYSICS and off <= ORDER:
+            return "refuse"
+        if size >= _REFUSED_FROM and off <= _FIT and scatter <= _SAME:
+            return "refuse"
+        near = _NEAR if size >= _REFUSED_FROM else _NEAR_SMALL
+        return "name" if size >= WORTH_A_LOOK and off <= near and scatter <= _NEAR_SAME else None
+
+
+def fitting(suspicions: Iterable[Suspicion]) -> list[Suspicion]:
+    """Those that fit, least remaining gap first; with a refusal among them only refusals."""
+    fits = sorted((item for item in suspicions if item.severity), key=lambda item: item.remaining.rms)
+    return [item for item in fits if item.severity == "refuse"] or fits
+
+
+def unit_finding(reading: str, stage: str, gap: LogGap, suspects: Sequence[Suspicion]) -> Finding:
+    """`reading` is off by `gap` from what `stage` gives; `suspects` fit, the likeliest first, all of one severity."""
+    first = suspects[0]
+    texts = list(dict.fromkeys(f"{suspect.channel}: {suspect.mistake}" for suspect in suspects))[:_NAMED]
+    remedy = next(text for beginning, text in _REMEDY.items() if first.channel.startswith(beginning))
+    message = (
+        f"{reading} is {math.exp(gap.centre):.3g} times what the {stage} can give ({gap.scatter:.0%} scatter between "
+        f"configurations), which a wrong unit does and physics hardly: is it {', or '.join(texts)}? {remedy}"
+    )
+    return Finding(first.severity or "name", first.channel, message)
