@@ -22,15 +22,14 @@ _STEP = 0.01
 @dataclass(frozen=True, eq=False)
 class Link:
     """One stage, or several whose interfaces were not measured. `parts` (S, R, d): what each of the S links of the
-    chain adds to the free-running residual at this link's exit; zero for links further down. `own` (R, d) is its
-    residual given its measured entrance, the part of its own. `floor` (R, d) is the scatter of a run of `own` that the
-    sensors at its entrance and its exit allow.
+    chain adds to the free-running residual at this link's exit; zero for links further down. Its own part is its
+    residual given its measured entrance. `floor` (d,): the scatter of a run of that which the sensors at its entrance
+    and its exit allow.
     """
 
     name: str
     observables: tuple[Observable, ...]
     parts: Floats
-    own: Floats
     floor: Floats
 
 
@@ -48,7 +47,7 @@ def stage_shares(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[Sta
     """
     links, record = chain_of(stages), stages[0].record
     worth = np.mean([_worth(link, place, record) for place, link in enumerate(links)], axis=0)
-    own = np.array([_square(k.own, k, record, np.sqrt(np.mean(k.floor**2, axis=0))) for k in links])
+    own = np.array([_square(link.parts[i], link, record, link.floor) for i, link in enumerate(links)])
     share = _shares(worth.sum(axis=1), own.sum(axis=1))
     low, high, cells = np.zeros(len(links)), np.ones(len(links)), len(record.configurations)
     if cells > 1:
@@ -89,7 +88,7 @@ def chain_of(stages: Sequence[Stage]) -> tuple[Link, ...]:
         parts = np.zeros((len(groups), *exits[0].shape))
         parts[: k + 1] = np.diff(np.array(exits), axis=0)
         floor = _floor(group, [stage for before in groups[:k] for stage in before])
-        links.append(Link(_name(group), group[-1].observables, parts, parts[k], floor))
+        links.append(Link(_name(group), group[-1].observables, parts, floor))
     return tuple(links)
 
 
@@ -163,18 +162,18 @@ def _from_entrance(groups: Sequence[Sequence[Stage]]) -> list[Floats]:
 
 
 def _floor(group: Sequence[Stage], before: Sequence[Stage]) -> Floats:
-    """(R, d): standard deviation of one run that the sensors at exit and entrance allow, J Sigma J' of the velocity."""
+    """(d,): standard deviation of a run that the sensors at exit and entrance allow, J Sigma J' of the velocity."""
     stage, runs = group[0], group[0].record.runs
     sheet = floors(group[-1].observables)
     if stage.name != "contact" or len(group) > 1:
-        return np.tile(sheet, (len(runs), 1))
+        return sheet
     velocities = np.array([run.velocity_m_s or np.nan for run in runs])
     faster = stage.simulated((), (velocities * (1 + _STEP)).tolist())
     slope = (faster - stage.simulated((), velocities.tolist())) / _STEP
     assumed = next((item.floor for first in before for item in first.observables if item.channel == "velocity"), 0.0)
     known = [(run.velocity_u_m_s, run.velocity_m_s) for run in runs]
     relative = np.array([u / v if u and v else assumed for u, v in known])
-    return np.asarray(np.hypot(sheet, np.nan_to_num(slope) * relative[:, None]))
+    return np.asarray(np.sqrt(sheet**2 + np.mean((np.nan_to_num(slope) * relative[:, None]) ** 2, axis=0)))
 
 
 def _name(group: Sequence[Stage]) -> str:

@@ -94,7 +94,8 @@ def spans(
     member = np.eye(int(configuration.max(initial=-1)) + 1)[:, configuration]
     pairs = ((member @ known) ** 2 - member @ known).sum(axis=0)
     if not pairs.any():
-        return _stretches(binary_opening(np.sqrt(np.mean(values**2, axis=0)) > tolerance, np.ones(_SHORTEST)))
+        beyond = np.sqrt(np.mean(values**2, axis=0)) > tolerance
+        return _stretches(binary_opening(beyond, np.ones(_SHORTEST, dtype=bool)))
     pairs = np.maximum(pairs, 1.0)
     product = _products(values, member) / pairs
     signs = rng.choice([-1.0, 1.0], size=(flips, len(values)))

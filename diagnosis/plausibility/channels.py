@@ -19,7 +19,7 @@ from ..record import CampaignRecord, Floats, Run, Series
 from .unit_factors import Finding, LogGap, Suspicion, fitting, mistakes, unit_finding
 
 #: From the start of contact on; longer where the force takes longer, to so many times its rise.
-EARLY_S, RISES = 1e-3, 2.0
+_EARLY_S, _RISES = 1e-3, 2.0
 #: Share of the sampling rate up to which the plate's modes are asked.
 _BELOW = 0.45
 #: Below this a sign is wrong (a force that its filter delays reaches -0.5 against a right one). Two channels are
@@ -99,7 +99,7 @@ def _early_fit(plate: ModalPlate, run: Run, names: tuple[str, ...], point: str) 
     assert run.force is not None
     rise = run.force.time_s[np.argmax(run.force.values)] if run.force.values.size else 0.0
     rate = run.accelerations[names[0]].sampling_rate_hz
-    time = np.arange(round(max(EARLY_S, RISES * float(rise)) * rate)) / rate
+    time = np.arange(round(max(_EARLY_S, _RISES * float(rise)) * rate)) / rate
     place = point if point in plate.impact_points else plate.impact_points[0]
     simulated = respond(kept_below(plate, _BELOW * rate), _at(run.force, time), 1 / rate, place, names)
     measured = np.array([_at(run.accelerations[name], time) for name in names])

@@ -29,24 +29,22 @@ def read_folder(path: Path) -> CampaignRecord:
     path = Path(path)
     sizes = (file.stat().st_size for file in path.rglob("*") if file.is_file()) if path.is_dir() else ()
     large = sum(sizes) > IN_MEMORY_BYTES
-    with _store_in_file() if large else _store_in_memory() as store:
+    with _temporary_store(in_file=large) as store:
         report = ingest_folder(store, path, jobs=None if large else 1)
         with store.reading() as session:
             return read_campaign(session, report.campaign)
 
 
 @contextmanager
-def _store_in_file() -> Iterator[Store]:
-    with (
-        tempfile.TemporaryDirectory(prefix="pyroshock-") as folder,
-        open_store(f"sqlite:///{folder}/campaign.db", _WRITER, create=True) as store,
-    ):
-        yield store
-
-
-@contextmanager
-def _store_in_memory() -> Iterator[Store]:
-    """One engine serves all folders of a thread, so that its statements are compiled once; each begins anew."""
+def _temporary_store(*, in_file: bool) -> Iterator[Store]:
+    """In memory one engine serves all folders of a thread: its statements are compiled once, and each begins anew."""
+    if in_file:
+        with (
+            tempfile.TemporaryDirectory(prefix="pyroshock-") as folder,
+            open_store(f"sqlite:///{folder}/campaign.db", _WRITER, create=True) as store,
+        ):
+            yield store
+        return
     engine = _engine(os.getpid())
     try:
         _connection(engine).deserialize(_empty())
