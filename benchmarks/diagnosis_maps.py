@@ -119,6 +119,15 @@ def temper(rows: Sequence[dict[str, Any]]) -> dict[float, float]:
     return {power: float(np.mean([_log_probability(row, power) for row in used])) for power in _TEMPERS}
 
 
+def _none_probability(row: dict[str, Any]) -> float:
+    """Of the sets that are within tolerance."""
+    from pyroshock.diagnosis.inference.model_search import TEMPER
+
+    joint = np.array([evidence + prior for _, evidence, prior, _ in row["sets"]])
+    weights = np.exp(TEMPER * (joint - joint.max()))
+    return float(weights[np.array([within for *_, within in row["sets"]])].sum() / weights.sum())
+
+
 def _log_probability(row: dict[str, Any], power: float) -> float:
     joint = np.array([evidence + prior for _, evidence, prior, _ in row["sets"]])
     weights = np.exp(power * (joint - joint.max()))
@@ -133,7 +142,7 @@ def unknown_map(rows: Sequence[dict[str, Any]]) -> Floats:
     from pyroshock.diagnosis.unknown_probability import features
 
     used = [row for row in rows if row["beyond_noise"] and row["odds"] is not None]
-    x = np.array([features(row["odds"], row["fraction"], row["left"]) for row in used])
+    x = np.array([features(row["odds"], row["fraction"], row["left"], _none_probability(row)) for row in used])
     y = np.array([float(row["truth"] == ["unknown"]) for row in used])
     theta = _MEAN.copy()
     for _ in range(100):

@@ -46,7 +46,9 @@ def conclude(posterior: Posterior, shares: GapShares, held: HeldOut | None, unkn
     """`held` is what was held out by configuration; None where there are too few configurations."""
     gains = _held_out_gains(posterior, held)
     named = _named(posterior, shares, gains)
-    p_unknown = unknown(posterior.log_odds_unknown, *_held_out_figures(posterior, held)) if _large(posterior) else 0.0
+    p_unknown = 0.0
+    if _large(posterior):
+        p_unknown = unknown(posterior.log_odds_unknown, *_held_out_figures(posterior, held), posterior.none_probability)
     listed = _listed_sets(posterior, [name for name in named if shares.share[name] >= _LEAST_LISTED])
     causes = _causes(posterior, p_unknown, *listed)
     path = _path(posterior, held, named)

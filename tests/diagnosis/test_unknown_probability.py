@@ -59,3 +59,15 @@ def test_logit_is_the_stated_sum():
 def test_fraction_that_makes_it_far_worse_weighs_as_half():
     """A gap that is ten times as large is no further from an explanation than one that is half as large again."""
     assert UnknownMap()(0.0, -10.0, 1.0) == UnknownMap()(0.0, -0.5, 1.0)
+
+
+@MAPS
+@given(odds=ODDS, fraction=FRACTIONS, left=LEFT)
+def test_where_no_effect_acts_the_fraction_says_nothing(probability, odds, fraction, left):
+    assert probability(odds, fraction, left, 1.0) == pytest.approx(probability(odds, 0.5, left))
+
+
+def test_fraction_counts_as_far_as_an_effect_is_likely():
+    p = UnknownMap(0.2, 0.4, 6.0, 1.5)(3.0, 0.8, 2.0, 0.25)
+    expected = 0.2 + 0.4 * np.arcsinh(1.5) + 0.75 * 6.0 * (0.5 - 0.8) + 1.5 * np.log(2.0)
+    assert np.log(p / (1 - p)) == pytest.approx(expected)

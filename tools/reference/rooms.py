@@ -47,13 +47,13 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "tune.space", "tune.goal", "tune.forward", "tune.tuner", "tune.probability", "tune.search",
     ),
     "diagnosis": (
-        "diagnose", "options", "record", "reading.campaign", "reading.folder", "plausibility.verdict",
-        "plausibility.finding", "chain", "observables.base", "observables.gun.stage",
+        "diagnose", "options", "record", "reading.campaign", "reading.folder", "plausibility",
+        "plausibility.unit_factors", "chain", "observables.base", "observables.gun.stage",
         "observables.contact.stage", "observables.contact.registered_model", "observables.plate.stage", "gap",
         "gap_size", "noise", "inference.problem", "inference.effect_laws",
         "inference.model_search", "inference.posterior", "inference.held_out", "inference.shares", "conclusion",
         "unknown_probability", "next_runs", "verdict", "verdict_json", "gap_reduction.measure",
-        "gap_reduction.iso18571", "localisation.shapley",
+        "gap_reduction.iso18571", "localisation.stages",
     ),
     "validation": (
         "blind_check", "report", "cases.case", "cases.draw", "cases.record", "cases.sealing",
