@@ -268,7 +268,7 @@ def rates(time: float, state: Floats, f: Floats) -> Floats:
         ahead = shock_pressure(f[AMBIENT], v / math.sqrt(GAMMA * GAS_CONSTANT * f[WALL_K]))
     if f[COLUMN] > 0:
         mass += density * f[AREA] * max(f[TRAVEL] - x, 0.0)
-        ahead += density * v * abs(v) / 2
+        ahead = max(ahead + density * v * abs(v) / 2, 0.0)  # a trial step may go backwards faster than sound
     leak = _leak(breech, ahead, f)
     rate[2] -= leak
     rate[3] -= leak * CP * breech[1] + pressure * f[AREA] * v

@@ -57,6 +57,14 @@ def test_losses_slow_the_shot(effect: str, split: str) -> None:
     assert shot({effect: 1.0}, split) < shot({}) * (1 - 1e-4)
 
 
+def test_step_backwards_faster_than_sound_meets_no_pressure_below_vacuum() -> None:
+    """An integrator tries such steps where the atmosphere nearly stops a shot."""
+    acting = {"gun.back_pressure": 1.0, "gun.blow_by": 0.4, "gun.valve_flow": 0.4}
+    figures = law._figures(GUN, acting, "development", BULLET)
+    exhausted, backwards = [3e-3, 600.0, 6e-4, -211.0, 0.0, 0.0], [-0.47, -597.0]
+    assert np.isfinite(law.rates(0.3, np.array(exhausted + backwards), figures)).all()
+
+
 def test_fast_relaxation_makes_the_expansion_isothermal() -> None:
     assert shot({"gun.heat_exchange": 3e4}, "sealed") == pytest.approx(expanded(1.0), rel=1e-3)
 
