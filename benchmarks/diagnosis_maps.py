@@ -125,15 +125,15 @@ def _none_probability(row: dict[str, Any]) -> float:
 
     joint = np.array([evidence + prior for _, evidence, prior, _ in row["sets"]])
     weights = np.exp(TEMPER * (joint - joint.max()))
-    return float(weights[np.array([within for *_, within in row["sets"]])].sum() / weights.sum())
+    return float(weights @ [within for *_, within in row["sets"]] / weights.sum())
 
 
 def _log_probability(row: dict[str, Any], power: float) -> float:
     joint = np.array([evidence + prior for _, evidence, prior, _ in row["sets"]])
     weights = np.exp(power * (joint - joint.max()))
     true = frozenset() if row["truth"] == ["none"] else frozenset(row["truth"])
-    same = [within if not true else not within and true == frozenset(names) for names, _, _, within in row["sets"]]
-    share = float(weights[np.array(same)].sum() / weights.sum())
+    same = [within if not true else (1 - within) * (true == frozenset(names)) for names, _, _, within in row["sets"]]
+    share = float(weights @ same / weights.sum())
     return float(np.log(_LEAST_PROBABILITY + (1 - _LEAST_PROBABILITY) * share))
 
 

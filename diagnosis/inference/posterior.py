@@ -31,6 +31,8 @@ MAJOR_LAST = 0.2
 _RARE = 5e-3
 #: Prior probability that something outside of the catalogue makes most of the gap.
 UNKNOWN_PRIOR = 0.2
+#: Draws of a set's parameters.
+_DRAWS = 400
 #: Sets beside which something unexplained is looked for.
 _BESIDE = 3
 _Z90 = 1.6449
@@ -48,6 +50,7 @@ class Posterior:
     weighted: tuple[tuple[SubsetFit, float], ...]
     unexplained: Mapping[tuple[str, ...], UnexplainedEvidence] = field(default_factory=dict)
     _rough_shares: dict[tuple[str, ...], dict[str, tuple[float, float]]] = field(default_factory=dict)
+    _within: dict[tuple[str, ...], float] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -162,15 +165,24 @@ class Posterior:
     @cached_property
     def none_probability(self) -> float:
         """Of sets that together move no stage's metric by a tolerance."""
-        return sum(weight for fit, weight in self.weighted if self.within_tolerance(fit))
+        return sum(weight * self.within_tolerance(fit) for fit, weight in self.weighted)
 
-    def within_tolerance(self, fit: SubsetFit) -> bool:
-        """Whether a set moves no stage's metric by a tolerance."""
-        for block, own in zip(self.problem.blocks, fit.change, strict=True):
-            inside = np.isin(block.observable, self.metric.columns)
-            if inside.any() and np.sqrt(np.mean(np.nan_to_num(own[inside], nan=100.0) ** 2)) > 1.0:
-                return False
-        return True
+    def within_tolerance(self, fit: SubsetFit) -> float:
+        """The probability that a set moves no stage's metric by a tolerance, over the posterior of its parameters,
+        linear about the fit."""
+        if not fit.laws:
+            return 1.0
+        if fit.key not in self._within:
+            normal = np.random.default_rng(0).standard_normal((len(fit.u), _DRAWS))
+            draws = np.linalg.solve(np.linalg.cholesky(fit.precision).T, normal)  # (p, draws)
+            within = np.ones(_DRAWS, dtype=bool)
+            for block, own, slope in zip(self.problem.blocks, fit.change, fit.jacobian, strict=True):
+                inside = np.isin(block.observable, self.metric.columns)
+                if inside.any():
+                    moved = np.nan_to_num(own[inside], nan=100.0)[:, None] + slope[inside] @ draws
+                    within &= np.mean(moved**2, axis=0) <= 1.0
+            self._within[fit.key] = float(within.mean())
+        return self._within[fit.key]
 
     def set_probabilities(self) -> dict[tuple[str, ...], float]:
         """By set of major effects (largest first), of sets that are beyond tolerance; sums to one less that of none.
@@ -178,18 +190,19 @@ class Posterior:
         table: dict[frozenset[str], float] = {}
         order: dict[frozenset[str], tuple[str, ...]] = {}
         for fit, weight in self.weighted:
-            if weight > _RARE and not self.within_tolerance(fit):
+            beyond = 1 - self.within_tolerance(fit)
+            if weight > _RARE and beyond > 0:
                 names = self.major(fit)
                 key = frozenset(names)
                 order.setdefault(key, names)
-                table[key] = table.get(key, 0.0) + weight
+                table[key] = table.get(key, 0.0) + weight * beyond
         ranked = sorted(table, key=lambda key: -table[key])
         scale = (1 - self.none_probability) / sum(table.values()) if table else 0.0
         return {order[key]: table[key] * scale for key in ranked}
 
-    def set_scores(self) -> tuple[tuple[tuple[str, ...], float, float, bool], ...]:
-        """Of every set that is not rare: its major effects, log evidence, log prior, and whether it is within
-        tolerance."""
+    def set_scores(self) -> tuple[tuple[tuple[str, ...], float, float, float], ...]:
+        """Of every set that is not rare: its major effects, log evidence, log prior, and the probability that it is
+        within tolerance."""
         return tuple(
             (self.major(fit), fit.log_evidence, self.library.log_set_prior(fit), self.within_tolerance(fit))
             for fit, weight in self.weighted

@@ -22,6 +22,7 @@ from pyroshock.diagnosis.inference.subset_fit import no_effects
 from pyroshock.diagnosis.inference.unexplained_gap import UnexplainedEvidence
 from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.twin.effects import Effect, catalogue, effect
+from scipy.stats import norm
 from support.records.gun_campaigns import gun_record
 from support.records.linear_problems import linear_problem
 from support.records.toy_bench import (
@@ -132,6 +133,18 @@ def test_gap_within_tolerance_is_none():
 
 def test_none_is_no_answer_to_a_gap_beyond_tolerance():
     assert gun_posterior(DEAD_VOLUME).none_probability < 0.01
+
+
+def test_set_near_the_tolerance_is_within_it_with_a_probability():
+    """One parameter whose posterior is normal: the mass where its response is below one tolerance."""
+    response = np.full((1, COUNT), 2.0)
+    posterior = linear_posterior(response, np.full(COUNT, 1.0), [("gun.linear_0",)])
+    (fit,) = [fit for fit in posterior.library.fits.values() if fit.laws]
+    (mean,), (spread,) = fit.u, np.sqrt(np.diag(np.linalg.inv(fit.precision)))
+    wanted = norm.cdf((0.5 - mean) / spread) - norm.cdf((-0.5 - mean) / spread)
+    assert 0.1 < wanted < 0.9
+    assert posterior.within_tolerance(fit) == pytest.approx(wanted, abs=0.08)
+    assert posterior.within_tolerance(posterior.library.fits[()]) == 1.0
 
 
 def test_no_effects_take_nothing():
