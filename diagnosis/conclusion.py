@@ -168,8 +168,7 @@ def _causes(
         first = remaining.pop(0)
         group = [first]
         for other in list(remaining):
-            alike = len(other) == len(first) and len(group) < _MOST_ALIKE
-            if alike and rest[other] >= _ALIKE * (rest[first] + rest[other]):
+            if len(group) < _MOST_ALIKE and rest[other] >= _ALIKE * (rest[first] + rest[other]):
                 group.append(other)
                 remaining.remove(other)
         entries.append(_cause(sets[first], group, [rest[names] for names in group]))

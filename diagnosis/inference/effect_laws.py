@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,8 @@ from ...twin.effects import Effect, Parameter
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
+#: By name of an owner: the level of each configuration (or mode, or sensor), and the names of the levels.
+Owners = Mapping[str, tuple[tuple[int, ...], tuple[str, ...]]]
 
 #: The ends of a likely range lie so many standard deviations from the middle of the prior.
 LIKELY_SD = 2.0
@@ -67,8 +70,9 @@ class Coordinate:
 class EffectLaw:
     """One law of an effect: the parameters that it is searched by, all others at what switches them off.
 
-    `levels` (C,) gives the level of the parameters' owner in each configuration, empty where one value serves all.
-    Each coordinate then has 1 + L numbers u: what all levels have in common, and what each has of its own.
+    `levels` gives the level of the parameters' `owner` in each configuration (C,), or in each mode (m,) or sensor (S,)
+    of the plate where it belongs to these; empty where one value serves all. Each coordinate then has 1 + L numbers u:
+    what all levels have in common, and what each has of its own.
     """
 
     kind: type[Effect]
@@ -78,6 +82,7 @@ class EffectLaw:
     log_prior: float = 0.0
     levels: tuple[int, ...] = ()
     level_names: tuple[str, ...] = ()
+    owner: str = ""
 
     @property
     def id(self) -> str:
@@ -94,15 +99,21 @@ class EffectLaw:
         return len(self.coordinates) * (1 + len(self.level_names))
 
     def values(self, u: Floats) -> dict[str, float | Floats]:
-        """Parameters by name: a number, or (C,) where levels differ."""
+        """Parameters by name: a number, or one for each of `levels`."""
         table: dict[str, float | Floats] = {}
-        for coordinate, own in zip(self.coordinates, u.reshape(len(self.coordinates), -1), strict=True):
-            if self.levels:
-                at = np.sqrt(COMMON_SHARE) * own[0] + np.sqrt(1 - COMMON_SHARE) * own[1:]
-                table[coordinate.parameter.name] = coordinate.value(at)[list(self.levels)]
-            else:
-                table[coordinate.parameter.name] = float(coordinate.value(own[0]))
+        for coordinate, at in zip(self.coordinates, (self.placing @ u).reshape(len(self.coordinates), -1), strict=True):
+            value = coordinate.value(at)
+            table[coordinate.parameter.name] = value[list(self.levels)] if self.levels else float(value[0])
         return table
+
+    @cached_property
+    def placing(self) -> Floats:
+        """(k, size): from the numbers u to the place of each coordinate in each level, coordinate by coordinate."""
+        levels = len(self.level_names)
+        if not levels:
+            return np.eye(self.size)
+        single = np.hstack([np.full((levels, 1), np.sqrt(COMMON_SHARE)), np.sqrt(1 - COMMON_SHARE) * np.eye(levels)])
+        return np.kron(np.eye(len(self.coordinates)), single)
 
     def effect(self, u: Floats) -> Effect:
         """The effect of the twin at u."""
@@ -111,7 +122,7 @@ class EffectLaw:
     @property
     def common(self) -> EffectLaw:
         """The same law with one value for all levels."""
-        return replace(self, levels=(), level_names=())
+        return replace(self, levels=(), level_names=(), owner="")
 
     def common_part(self, u: Floats) -> Floats:
         """Of its numbers u, those of the law with one value for all levels."""
@@ -155,10 +166,8 @@ class LawRanges:
     smallest: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
 
-def laws_of(
-    kind: type[Effect], ranges: LawRanges, owners: Mapping[str, tuple[tuple[int, ...], tuple[str, ...]]]
-) -> list[EffectLaw]:
-    """All laws of one effect. `owners`: by name of an owner, level of each configuration and names of the levels.
+def laws_of(kind: type[Effect], ranges: LawRanges, owners: Owners) -> list[EffectLaw]:
+    """All laws of one effect.
 
     Raises `ValueError` for an effect none of whose parameters has a likely range.
     """
@@ -213,7 +222,7 @@ def _coordinate(kind: type[Effect], item: Parameter, ranges: LawRanges) -> Coord
     return Coordinate(item, float(np.log(low * high)) / 2, float(np.log(high / low)) / 2 / LIKELY_SD, True)
 
 
-def _by_level(law: EffectLaw, owners: Mapping[str, tuple[tuple[int, ...], tuple[str, ...]]]) -> list[EffectLaw]:
+def _by_level(law: EffectLaw, owners: Owners) -> list[EffectLaw]:
     """The same law with a value for each level of its first parameter's owner, and, in contacts, of its neighbours."""
     declared = law.coordinates[0].parameter.owner
     neighbours = next((side for side in _SIDES if declared in side and law.kind.stage() == "contact"), ())
@@ -222,11 +231,11 @@ def _by_level(law: EffectLaw, owners: Mapping[str, tuple[tuple[int, ...], tuple[
         if len(names) > 1 and (owner == declared or owner in neighbours):
             prior = law.log_prior + float(np.log(BY_LEVEL if owner == declared else BY_NEIGHBOUR))
             name = f"{law.name} by {owner}"
-            split.append(EffectLaw(law.kind, name, law.coordinates, law.fixed, prior, levels, names))
+            split.append(EffectLaw(law.kind, name, law.coordinates, law.fixed, prior, levels, names, owner))
     return split
 
 
-def owners_of(configurations: Sequence[Mapping[str, Any]]) -> dict[str, tuple[tuple[int, ...], tuple[str, ...]]]:
+def owners_of(configurations: Sequence[Mapping[str, Any]]) -> Owners:
     """Levels of what parameters may belong to, from the factors of C configurations.
 
     "bullet": the projectile, told by its mass; "tip" and "face": what touches; "layer": the insulator; "plate".
@@ -238,14 +247,14 @@ def owners_of(configurations: Sequence[Mapping[str, Any]]) -> dict[str, tuple[tu
         "layer": [row.get("insulator", "none") for row in configurations],
         "plate": [row.get("plate_material", "") for row in configurations],
     }
-    found: dict[str, tuple[tuple[int, ...], tuple[str, ...]]] = {}
+    owners: dict[str, tuple[tuple[int, ...], tuple[str, ...]]] = {}
     for owner, column in columns.items():
         names = sorted({str(value) for value in column})
         if owner == "layer":
             names = [name for name in names if name != "none"]
         if len(names) > 1 and (owner != "layer" or "none" not in {str(value) for value in column}):
-            found[owner] = tuple(names.index(str(value)) for value in column), tuple(names)
-    return found
+            owners[owner] = tuple(names.index(str(value)) for value in column), tuple(names)
+    return owners
 
 
 def _face(row: Mapping[str, Any]) -> Any:

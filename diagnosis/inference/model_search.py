@@ -309,7 +309,7 @@ _NEXT_TO_NOTHING = -2.5
 
 
 def _level_addition(problem: InferenceProblem, current: SubsetFit, law: EffectLaw) -> _Move:
-    """Each level begins where its configurations fit best: at a start of the law with one value, or at nothing."""
+    """Each level begins where its cells fit best: at a start of the law with one value, or at nothing."""
     starts = law.common.starts()
     nothing = _NEXT_TO_NOTHING if law.coordinates[0].one_sided else 0.0
     places = np.array([nothing, *(u[0] for u in starts)])
@@ -318,8 +318,9 @@ def _level_addition(problem: InferenceProblem, current: SubsetFit, law: EffectLa
     for index, (block, table) in enumerate(zip(problem.blocks, problem.changes(points), strict=True)):
         variance = np.diag(covariance(block, current.contributions[index], current.errors[index]))
         weighted = residual(block, table) ** 2 / variance
+        levels = problem.cell_levels(law, block)
         for level in range(len(law.level_names)):
-            cost[:, level] += weighted[:, np.array(law.levels)[block.configuration] == level].sum(axis=1)
+            cost[:, level] += weighted[:, levels == level].sum(axis=1)
     u = law.level_start(places[cost.argmin(axis=0)])
     return _Move((*current.laws, law), np.concatenate([current.u, u]))
 

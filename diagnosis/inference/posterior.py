@@ -253,25 +253,19 @@ def _fit_neighbours(problem: InferenceProblem, library: ModelLibrary) -> None:
 
 def fitted_parameters(fit: SubsetFit, effect: str, prefix: str = "") -> tuple[Fitted, ...]:
     """Parameters of one effect of a set, those of levels by their names."""
-    spread = np.sqrt(np.maximum(np.diag(np.linalg.inv(fit.precision)), 0.0)) if len(fit.u) else np.zeros(0)
-    at, table = 0, []
-    for law, own in zip(fit.laws, fit.parts, strict=True):
-        width = spread[at : at + law.size]
-        at += law.size
+    covariance = np.linalg.inv(fit.precision)
+    last, table = 0, []
+    for law, part in zip(fit.laws, fit.parts, strict=True):
+        first, last = last, last + law.size
         if law.id != effect:
             continue
-        low, middle, high = (law.values(own + side * _Z90 * width) for side in (-1, 0, 1))
-        for coordinate in law.coordinates:
-            item = coordinate.parameter
-            for place, name in enumerate(law.level_names or ("",)):
-                first = law.levels.index(place) if law.levels else 0
-                ends = [np.atleast_1d(values[item.name])[first] for values in (low, middle, high)]
-                label = f"{prefix}{item.name}" + (f" ({name})" if name else "")
-                table.append(
-                    Fitted(
-                        label, float(ends[1]), item.unit, (float(min(ends[0], ends[2])), float(max(ends[0], ends[2])))
-                    )
-                )
+        places = law.placing @ part
+        spread = np.sqrt(np.diag(law.placing @ covariance[first:last, first:last] @ law.placing.T))
+        labels = [(coordinate, name) for coordinate in law.coordinates for name in law.level_names or ("",)]
+        for (coordinate, name), place, width in zip(labels, places, spread, strict=True):
+            low, middle, high = np.sort(coordinate.value(place + _Z90 * width * np.array([-1.0, 0.0, 1.0])))
+            label = f"{prefix}{coordinate.parameter.name}" + (f" ({name})" if name else "")
+            table.append(Fitted(label, float(middle), coordinate.parameter.unit, (float(low), float(high))))
     return tuple(table)
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...twin.effects import Effect, catalogue
 from ..gap import GapTable
 from ..observables.base import Stage
-from .effect_laws import EffectLaw, LawRanges, laws_of, owners_of
+from .effect_laws import EffectLaw, LawRanges, Owners, laws_of, owners_of
 from .joint_simulation import JointSimulator, Point, negligible_places
 from .model_error import ErrorKernels, bank
 
@@ -93,7 +93,7 @@ class InferenceProblem:
         own = [kind for kind in kinds if kind.id in shown]
         owners = owners_of([configuration.factors for configuration in gap.record.configurations])
         ranges = _ranges(stages, own)
-        laws = tuple(law for kind in own for law in laws_of(kind, ranges, _splittable(kind, owners)))
+        laws = tuple(law for kind in own for law in laws_of(kind, ranges, _owners_of_kind(kind, owners, stages)))
         blocks = tuple(StageBlock.of(gap, stage) for stage in gap.stages)
         simulator = JointSimulator(stages, laws)
         simulator.negligible = negligible_places(simulator, gap.tolerance)
@@ -122,17 +122,27 @@ class InferenceProblem:
             laws=tuple(law for law in self.laws if law.id in shown),
         )
 
+    def cell_levels(self, law: EffectLaw, block: StageBlock) -> Rows:
+        """(N,): the level of a law's owner that each cell of a stage tells of; -1 for none."""
+        stage = next(stage for stage in self.simulator.stages if stage.name == block.stage)
+        if law.owner not in stage.parts(law.kind):
+            return np.asarray(np.array(law.levels)[block.configuration])
+        levels = stage.part_of_observables(law.owner, law.level_names)
+        return np.asarray(levels[block.observable - self.gap.columns(block.stage)[0]])
+
     def changes(self, points: Sequence[Point]) -> list[Floats]:
         """By block (k, N): what each set changes, in tolerances; NaN where there is no answer."""
         table = self.simulator.changes(points, [block.stage for block in self.blocks])
         return [block.take(table) for block in self.blocks]
 
 
-def _splittable(
-    kind: type[Effect], owners: dict[str, tuple[tuple[int, ...], tuple[str, ...]]]
-) -> dict[str, tuple[tuple[int, ...], tuple[str, ...]]]:
-    """The plate's effects take numbers alone: none of their parameters differs between configurations."""
-    return {} if kind.stage() in ("plate", "sensor") else owners
+def _owners_of_kind(kind: type[Effect], owners: Owners, stages: Sequence[Stage]) -> Owners:
+    """Parameters of the plate and of its sensors differ between parts of the plate, all others between configurations.
+    What two stages show belongs to configurations in neither, since their arrays would go with different things."""
+    shown = [stage for stage in stages if kind.id in stage.shows]
+    if any(stage.name == "plate" for stage in shown):
+        return {owner: levels for stage in shown for owner, levels in stage.parts(kind).items()}
+    return owners
 
 
 def _noise(gap: GapTable, c: Rows, o: Rows) -> Floats:

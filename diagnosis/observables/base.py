@@ -103,6 +103,15 @@ class Stage(ABC):
         representative run for each configuration; the cost grows with configurations, not with runs.
         """
 
+    def parts(self, kind: type[Effect]) -> dict[str, tuple[tuple[int, ...], tuple[str, ...]]]:  # noqa: ARG002
+        """Parts of the structure from whose one to the next a parameter of an effect may differ, by what its owner is
+        called: the level of each value of the parameter's array, and the names of the levels."""
+        return {}
+
+    def part_of_observables(self, owner: str, names: Sequence[str]) -> NDArray[np.intp]:  # noqa: ARG002
+        """(d,): which of an owner's parts, by their `names`, each observable tells of; -1 for none."""
+        raise LookupError(f"the {self.name} has no parts that are called {owner!r}")
+
     def nuisances(self) -> dict[str, Floats]:
         """(C, d) by name: what one standard deviation of a nominal parameter that is declared uncertain does."""
         return dict(self._nuisances)

@@ -11,24 +11,27 @@ import numpy as np
 from ..effects import Effect, checked_effects
 from .modal import ModalPlate
 
+#: Owners of which a plate has several.
+_PARTS = ("mode band", "channel")
+
 
 @dataclass(frozen=True)
 class PlateEffect(Effect):
     """What the nominal modes of a plate leave out.
 
-    A plate is one, not a batch: a parameter is a number. Raises `ValueError` for an array. With every parameter at its
-    `off` the plate stays exactly as it is.
+    A plate is one, not a batch: a parameter is a number, or what belongs to modes or sensors an array of a value for
+    each. Raises `ValueError` for another array. With every parameter at its `off` the plate stays exactly as it is.
     """
 
     def __post_init__(self) -> None:
         super().__post_init__()
         for item in self.parameters():
-            if np.ndim(getattr(self, item.name)):
+            if np.ndim(getattr(self, item.name)) and item.owner not in _PARTS:
                 raise ValueError(f"{self.id}: {item.name} is an array; expected one number, a plate is no batch")
 
     @property
     def is_off(self) -> bool:
-        return all(getattr(self, item.name) == item.off for item in self.parameters())
+        return all(np.all(getattr(self, item.name) == item.off) for item in self.parameters())
 
     def apply(self, plate: ModalPlate) -> ModalPlate:
         """The modes of the plate under this effect, in rising order."""

@@ -254,7 +254,7 @@ def _delay(reading: Reading, signals: PlateSignals, window: RingingWindow, weigh
     angle = phases_at(reading.phase, reading.frequency, reading.damping, since_s)
     frequency, damping = (np.exp(median(values, axis=0)) for values in (reading.frequency, reading.damping))
     usual = phases(frequency, damping, signals.force, signals.centre_s)
-    return delays_s(angle - usual[:, None], 2 * np.pi * np.exp(reading.frequency), weight)
+    return delays_s(angle - usual, 2 * np.pi * np.exp(reading.frequency), weight)
 
 
 def best_modes(good: Rows, loud: Floats) -> Rows:

@@ -39,7 +39,7 @@ def levels(
     """Amplitudes (R, S, K) in m/s2 of K modes at the times `at_s` (R,), as sensors show them; NaN without a force."""
     poles = Poles.of(plate.frequency_hz[modes], plate.damping_ratio[modes])
     gain = np.abs(poles.root**2 / poles.omega * shown(poles.root, effects))
-    at_sensors = np.abs(plate.shapes[[plate.sensor(name) for name in channels]][:, modes]) * gain
+    at_sensors = np.abs(plate.shapes[[plate.sensor(name) for name in channels]][:, modes]) * gain  # (S, K)
     at_points = np.abs(plate.shape_impact[[plate.point(point) for point in points]][:, modes])
     return at_sensors * at_points[:, None] * np.abs(_transforms(forces, poles.root, at_s))[:, None]
 
@@ -51,9 +51,10 @@ def phases(
     centre_s: Floats,
     effects: Sequence[Effect] = (),
 ) -> Floats:
-    """(R, K): phases that K modes begin with at the times `centre_s` (R,), up to half turns; NaN without a force."""
+    """(R, S, K), or (R, 1, K) where all sensors show the same: phases that K modes begin with at the times `centre_s`
+    (R,), up to half turns; NaN without a force."""
     root = Poles.of(frequency_hz, damping_ratio).root
-    return np.angle(_transforms(forces, root, centre_s) * shown(root, effects))
+    return np.angle(_transforms(forces, root, centre_s)[:, None] * shown(root, effects))
 
 
 def phases_at(phase: Floats, frequency: Floats, damping: Floats, since_s: Floats) -> Floats:
@@ -67,15 +68,17 @@ def phases_at(phase: Floats, frequency: Floats, damping: Floats, since_s: Floats
 
 
 def shown(root: Complexes, effects: Sequence[Effect]) -> Complexes:
-    """What a sensor shows of accelerations exp(root t): gain, and transmissibility of its mounting."""
-    factor = np.ones_like(root)
+    """What sensors show of accelerations exp(root t), root (K,): gain, and transmissibility of the mounting. (S, K), or
+    (1, K) where all sensors show the same."""
+    factor = np.ones((1, len(root)), dtype=np.complex128)
     for effect in effects:
         if isinstance(effect, AccelerationGain):
-            factor = factor * float(effect.gain)
-        elif isinstance(effect, MountResonance) and float(effect.period_s) > 0:
-            omega = 2 * np.pi / float(effect.period_s)
-            follows = 2 * float(effect.damping_ratio) * omega * root + omega**2
-            factor = factor * follows / (root**2 + follows)
+            factor = factor * np.reshape(effect.gain, (-1, 1))
+        elif isinstance(effect, MountResonance):
+            # times the period's square: a mounting without a resonance follows the plate
+            period = np.reshape(effect.period_s, (-1, 1)) / (2 * np.pi)
+            follows = 2 * np.reshape(effect.damping_ratio, (-1, 1)) * period * root + 1
+            factor = factor * follows / ((period * root) ** 2 + follows)
     return np.asarray(factor)
 
 

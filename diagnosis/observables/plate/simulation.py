@@ -64,7 +64,8 @@ class SimulatedRuns:
 
 @dataclass(frozen=True)
 class ActiveEffects:
-    """Effects sorted by what they act on: the plate, and what its accelerometers show."""
+    """Effects sorted by what they act on: the plate, and what its accelerometers show. Parameters of the latter are
+    numbers, or (S,) by channel."""
 
     on_plate: tuple[PlateEffect, ...]
     on_channels: tuple[SensorEffect, ...]
@@ -77,7 +78,8 @@ class ActiveEffects:
 
     def shown(self, accelerations: Floats, step_s: float) -> Floats:
         """What the channels show of accelerations (R, S, n)."""
-        return SensorChain.of(self.on_channels).measured_acceleration_m_s2(accelerations, step_s)
+        by_channel = np.swapaxes(accelerations, 0, 1)  # arrays of parameters go with the first axis
+        return np.swapaxes(SensorChain.of(self.on_channels).measured_acceleration_m_s2(by_channel, step_s), 0, 1)
 
 
 class Simulation:
@@ -149,8 +151,8 @@ class Simulation:
         frequency, damping = plate.frequency_hz[modes.modes], plate.damping_ratio[modes.modes]
         angle = phases(frequency, damping, runs.forces, runs.centre_s, effects.on_channels)
         angle = angle - phases(frequency, damping, runs.read, runs.centre_s)
-        omega = np.broadcast_to(2 * np.pi * frequency, angle.shape)
-        return delays_s(np.repeat(angle[:, None], channels, axis=1), omega, modes.weight)
+        omega = np.broadcast_to(2 * np.pi * frequency, (len(angle), frequency.size))
+        return delays_s(np.broadcast_to(angle, (len(angle), channels, frequency.size)), omega, modes.weight)
 
     def _read_changes(
         self, plate: ModalPlate, accelerations: Floats, shown: Floats, effects: ActiveEffects

@@ -26,6 +26,8 @@ from .spectra import RingingWindow, Spectra
 
 #: Of a shape's usual size.
 _NODE = 0.1
+#: With fewer compared modes there are no bands of them that could differ.
+_FEWEST_IN_BANDS = 6
 
 
 class PlateStage(Stage):
@@ -70,6 +72,34 @@ class PlateStage(Stage):
     @property
     def shows(self) -> tuple[str, ...]:
         return tuple(identity for identity, kind in catalogue().items() if acts_on_plate(kind))
+
+    def parts(self, kind: type[Effect]) -> dict[str, tuple[tuple[int, ...], tuple[str, ...]]]:
+        """A value for each accelerometer, and of the plate itself for each band of its modes."""
+        if not issubclass(kind, PlateEffect):
+            channels = self.signals.channels
+            shows_acceleration = changes_reading(kind, "measured_acceleration_m_s2")
+            return {"channel": (tuple(range(len(channels))), channels)} if shows_acceleration else {}
+        sensors = self.plate.sensors
+        owners = {"channel": (tuple(range(len(sensors))), sensors)}
+        compared_hz = self.columns.frequency_hz
+        if compared_hz.size < _FEWEST_IN_BANDS:
+            return owners
+        low, high = self._band_edges_hz
+        names = (f"modes up to {low:.4g} Hz", f"modes up to {high:.4g} Hz", f"modes above {high:.4g} Hz")
+        levels = np.searchsorted((low, high), self.plate.frequency_hz)
+        return {**owners, "mode band": (tuple(levels.tolist()), names)}
+
+    def part_of_observables(self, owner: str, names: Sequence[str]) -> Rows:
+        if owner == "channel":
+            place = {name: level for level, name in enumerate(names)}
+            return np.array([place.get(item.channel, -1) for item in self.observables])
+        frequency = np.array([np.nan if o.frequency_hz is None else o.frequency_hz for o in self.observables])
+        return np.where(np.isfinite(frequency), np.searchsorted(self._band_edges_hz, frequency), -1)
+
+    @cached_property
+    def _band_edges_hz(self) -> Floats:
+        """(2,): frequencies of compared modes that part them into three bands of as many modes."""
+        return np.quantile(self.columns.frequency_hz, (1 / 3, 2 / 3), method="nearest")
 
     def measured(self) -> Floats:
         return self._measured

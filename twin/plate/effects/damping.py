@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...effects import parameter
+from ...effects import Value, parameter
 from ..effect import PlateEffect
 from ..modal import ModalPlate
 
@@ -15,11 +15,12 @@ _MOST = 0.99
 
 @dataclass(frozen=True)
 class Damping(PlateEffect):
-    """Cables, joints and the air add to what a plate loses by itself. Ratios are kept below 0.99."""
+    """Cables, joints and the air add to what a plate loses by itself. Ratios are kept below 0.99; the factor is one for
+    all modes, or (m,)."""
 
     # Bolted and hung structures lose up to some times what a bare plate does, and a table's ratios scatter by half
     # (Cremer, Heckl and Petersson, Structure-Borne Sound, 3rd ed. 2005, on losses at joints).
-    factor: float = parameter(
+    factor: Value = parameter(
         "every ratio times this", "", default=1.5, low=0.0, high=20.0, off=1.0, likely=(0.3, 6.0), owner="mode band"
     )
     # Not looked for: on ratios that are much alike it is the factor by another name.

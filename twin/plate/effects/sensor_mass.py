@@ -10,21 +10,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...effects import parameter
+from ...effects import Value, parameter
 from ..effect import PlateEffect
 from ..modal import Floats, ModalPlate
 
 
 @dataclass(frozen=True)
 class SensorMass(PlateEffect):
-    """The same mass at every sensor, solved exactly within the modes there are.
+    """A mass at every sensor, one for all or (sensors,), solved exactly within the modes there are.
 
     Modes that the plate does not list would take a part: the shift comes out too small, less so the more modes.
     Of the damping matrix the diagonal is kept (light damping). Rigid modes stay at 0 Hz.
     """
 
     # From a miniature shock accelerometer (1 g) to a triaxial one on its mounting block and cable.
-    mass_kg: float = parameter(
+    mass_kg: Value = parameter(
         "mass of each sensor", "kg", default=0.027, low=0.0, high=5.0, off=0.0, likely=(0.0, 0.3), owner="channel"
     )
 
@@ -36,7 +36,8 @@ class SensorMass(PlateEffect):
         from scipy.linalg import eigh
 
         omega = 2 * np.pi * plate.frequency_hz
-        mass = np.eye(omega.size) + self.mass_kg * plate.shapes.T @ plate.shapes
+        loads = np.broadcast_to(self.mass_kg, len(plate.shapes))
+        mass = np.eye(omega.size) + (plate.shapes.T * loads) @ plate.shapes
         squares, vectors = eigh(np.diag(omega**2), mass)
         squares[: np.count_nonzero(omega == 0)] = 0.0  # else the root of a rounding error
         loaded = np.sqrt(np.abs(squares))
