@@ -33,8 +33,8 @@ def assemble(
 ) -> Chain:
     """One chain of as many impacts as there are impactors, with this strike's scatter of hand and aim.
 
-    Strength 1 of the effects: `viscous_loss`, the relaxing fraction of the materials; `plastic_yield`, yield at
-    three times the yield strength of the softer one (at strength s, at 3/s times); `layer_compliance` and
+    Strength 1 of the effects: `viscous_loss`, the relaxing fraction of the materials; `plastic_yield`, a hardness of
+    2.8 times the yield strength of the softer one (at strength s, 2.8/s times); `layer_compliance` and
     `plate_compliance`, those of the target; `effective_mass`, +5 % for a hammer, +1 % for a projectile;
     `tip_geometry`, an exponent of 1.47. Raises `ValueError` for strengths that leave no mass or no stiffness.
     """
@@ -81,12 +81,12 @@ def _law(impactors: Sequence[Impactor], targets: Sequence[Target], effects: Effe
     if not -0.5 <= shift <= 1:
         raise ValueError(f"strength of contact.tip_geometry = {effects['contact.tip_geometry']!r}: expected -33 to 16")
     pairs = list(zip(impactors, targets, strict=True))
-    softer = _array([min(i.tip.yield_pressure_pa, t.face.yield_pressure_pa) for i, t in pairs])
+    softer = _array([min(i.tip.hardness_pa, t.face.hardness_pa) for i, t in pairs])
     strength = effects["contact.plastic_yield"]
     return ContactLaw(
         modulus_pa=1 / _array([i.tip.compliance_1_pa + t.face.compliance_1_pa for i, t in pairs]),
         radius_m=radius,
-        yield_pressure_pa=softer / strength if strength > 0 else np.full_like(radius, np.inf),
+        hardness_pa=softer / strength if strength > 0 else np.full_like(radius, np.inf),
         tip_height_m=_array([i.tip_height_m for i in impactors]),
         exponent_shift=np.full_like(radius, shift),
     )

@@ -1,8 +1,14 @@
 """Force over indentation: elastic-plastic, of a finite tip, for many contacts at once.
 
-Loading and unloading are Thornton's (J. Appl. Mech. 64 (1997) 383): Hertz up to the indentation at which the mean
-pressure reaches the yield pressure p, then a straight line of slope pi p R, back along the Hertz curve of the larger
-radius that the flattened surface has. A factor g of the indentation alone multiplies it:
+Loading is that of Zhao, Maietta and Chang (J. Tribol. 122 (2000) 86) for a ball whose hardness is H:
+
+- elastic, Hertz, up to the indentation d1 at which the mean pressure of the contact is 0.4 H;
+- elastic-plastic, from d1 to d2 = 54 d1: the contact's area grows from Hertz's pi R d to the plastic 2 pi R d along a
+  cubic in the indentation, and the mean pressure from 0.4 H to H along a straight line in its logarithm;
+- plastic beyond: 2 pi R d H.
+
+Unloading is elastic, with the contact's radius a that the loading left (Johnson, Contact Mechanics, 1985, section 6.4):
+from the force F it springs back by 3 F / (4 E* a), as 3/2 power. A factor g of the indentation alone multiplies both:
 
 - Dimitriadis et al., Biophys. J. 82 (2002) 2798, eq. 7: a bonded elastic layer of finite height is stiffer, as a
   polymer tip is against its holder; chi = sqrt(R d) / h. The figures are for an incompressible one;
@@ -22,19 +28,21 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-__all__ = ["WORN_REFERENCE", "ContactLaw"]
+__all__ = ["FULLY_PLASTIC", "ONSET_SHARE", "WORN_REFERENCE", "ContactLaw"]
 
+#: Mean pressure at which yield begins over the hardness, and d2 / d1.
+ONSET_SHARE, FULLY_PLASTIC = 0.4, 54.0
 WORN_REFERENCE = 0.1
 _SMALLEST_M = 1e-12  # a negative power of zero is not finite; here the force is none
 
 
 @dataclass(frozen=True)
 class ContactLaw:
-    """Arrays are (contacts,). A yield pressure may be infinite, and so may a tip's height."""
+    """Arrays are (contacts,). A hardness may be infinite, and so may a tip's height."""
 
     modulus_pa: Floats  # E*, of the pair
     radius_m: Floats
-    yield_pressure_pa: Floats
+    hardness_pa: Floats  # of the softer of the two
     tip_height_m: Floats
     exponent_shift: Floats
 
@@ -45,30 +53,30 @@ class ContactLaw:
 
     @cached_property
     def yield_m(self) -> Floats:
-        """Indentation at which yield begins: there the mean pressure of Hertz is the yield pressure."""
-        return np.asarray(self.radius_m * (np.pi * self.yield_pressure_pa / (2 * self.modulus_pa)) ** 2)
+        """Indentation d1 at which yield begins: there Hertz's mean pressure is 0.4 of the hardness."""
+        return np.asarray(self.radius_m * (3 * np.pi * ONSET_SHARE * self.hardness_pa / (4 * self.modulus_pa)) ** 2)
 
     @cached_property
     def plastic_slope(self) -> Floats:
-        """Force over indentation (N/m) beyond yield; 0 where there is none."""
-        finite = np.where(np.isfinite(self.yield_pressure_pa), self.yield_pressure_pa, 0.0)
-        return np.asarray(np.pi * finite * self.radius_m)
+        """Force over indentation (N/m) of the plastic contact; 0 where none yields."""
+        finite = np.where(np.isfinite(self.hardness_pa), self.hardness_pa, 0.0)
+        return np.asarray(2 * np.pi * finite * self.radius_m)
 
     def force(self, indentation_m: Floats, deepest_m: Floats) -> Floats:
         """Force (N), 0 without contact, when `deepest_m` is the deepest indentation so far."""
         top = np.maximum(indentation_m, deepest_m)
         hertz = self.stiffness * top * np.sqrt(top)
-        loading = np.where(top > self.yield_m, self._plastic_offset + self.plastic_slope * top, hertz)
-        # Going back, the radius has grown by hertz / loading, and so has the indentation that is elastic shrunk.
-        spring_back = top * loading / np.maximum(hertz, np.finfo(np.float64).tiny)
+        yielding = top > self.yield_m
+        depth = np.where(yielding, top / np.where(yielding, self.yield_m, 1.0), 1.0)
+        way = np.minimum((depth - 1) / (FULLY_PLASTIC - 1), 1.0)
+        wider = 1 + way**2 * (3 - 2 * way)
+        pressure = np.minimum(1 - (1 - ONSET_SHARE) * (1 - np.log(depth) / np.log(FULLY_PLASTIC)), 1.0)
+        loading = np.where(yielding, self.plastic_slope / 2 * top * wider * pressure, hertz)
+        # A Hertzian contact of this radius springs back by as much as it was pressed in: by 3 F / (4 E* a).
+        spring_back = top * loading / np.maximum(hertz * np.sqrt(wider), np.finfo(np.float64).tiny)
         share = np.maximum(1 - (top - indentation_m) / np.maximum(spring_back, _SMALLEST_M), 0.0)
         force = loading * share * np.sqrt(share)
         return np.asarray(force * self.correction(indentation_m) if self._corrected else force)
-
-    @cached_property
-    def _plastic_offset(self) -> Floats:
-        onset = np.where(np.isfinite(self.yield_m), self.yield_m, 0.0)
-        return np.asarray(self.stiffness * onset**1.5 - self.plastic_slope * onset)
 
     @cached_property
     def _corrected(self) -> bool:
