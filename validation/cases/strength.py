@@ -37,7 +37,7 @@ RANGES: Mapping[str, Range] = {
     "contact.layer_compliance": Range(0.0, 4.0, _BENCH),
     "contact.plate_compliance": Range(0.0, 1.5, _BENCH),
     "contact.effective_mass": Range(-8.0, 20.0, "5 % of the mass"),
-    "contact.tip_geometry": Range(-6.0, 10.0, "-0.03 of the exponent"),
+    "contact.tip_geometry": Range(-6.0, 10.0, "a fifth more radius at the apex"),
     "plate.damping": Range(-6.0, 30.0, "10 % of every ratio"),
     "plate.stiffness": Range(-8.0, 8.0, "1 % of every frequency"),
     "plate.sensor_mass": Range(0.0, 0.3, "kg"),

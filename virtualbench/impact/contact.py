@@ -12,8 +12,12 @@ from the force F it springs back by 3 F / (4 E* a), as 3/2 power. A factor g of 
 
 - Dimitriadis et al., Biophys. J. 82 (2002) 2798, eq. 7: a bonded elastic layer of finite height is stiffer, as a
   polymer tip is against its holder; chi = sqrt(R d) / h. The figures are for an incompressible one;
-- a worn tip has a smaller exponent, g = (d / d0)^(n - 3/2), with d0 a tenth of the radius: stiffer as long as the
-  indentation is shallow.
+- a tip that is no paraboloid: two terms of a power series, r^2 and r^4 of a worn tip, r^2 and r of a pointed one. Their
+  contacts add up: a term c r^n gives the depth k c a^n and the force 2 E* n / (n + 1) k c a^(n + 1) at the contact's
+  radius a, with k = 2, 8/3 and pi/2 for n = 2, 4 and 1 (Popov, Hess and Willert, Handbook of Contact Mechanics, 2019,
+  section 2.5). The shares of the terms are such that the tip has the ball's height at the radius b = 0.32 R: worn
+  (1 - w) r^2 / 2R + w r^4 / (2R b^2), pointed (1 - w) r^2 / 2R + w b r / 2R. A worn tip is stiffer as long as the
+  indentation is shallow, a pointed one softer.
 
 Since g does not depend on the path, an elastic contact loses nothing.
 """
@@ -28,12 +32,13 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-__all__ = ["FULLY_PLASTIC", "ONSET_SHARE", "WORN_REFERENCE", "ContactLaw"]
+__all__ = ["FULLY_PLASTIC", "ONSET_SHARE", "TIP_REFERENCE", "ContactLaw"]
 
 #: Mean pressure at which yield begins over the hardness, and d2 / d1.
 ONSET_SHARE, FULLY_PLASTIC = 0.4, 54.0
-WORN_REFERENCE = 0.1
-_SMALLEST_M = 1e-12  # a negative power of zero is not finite; here the force is none
+#: b^2 / R^2.
+TIP_REFERENCE = 0.1
+_SMALLEST_M = 1e-12  # the factor g divides by the depth; here the force is none
 
 
 @dataclass(frozen=True)
@@ -44,7 +49,7 @@ class ContactLaw:
     radius_m: Floats
     hardness_pa: Floats  # of the softer of the two
     tip_height_m: Floats
-    exponent_shift: Floats
+    tip_share: Floats  # w of a worn tip; less than 0: -w of a pointed one
 
     @cached_property
     def stiffness(self) -> Floats:
@@ -80,12 +85,24 @@ class ContactLaw:
 
     @cached_property
     def _corrected(self) -> bool:
-        return bool(np.any(np.isfinite(self.tip_height_m) | (self.exponent_shift != 0)))
+        return bool(np.any(np.isfinite(self.tip_height_m) | (self.tip_share != 0)))
 
     def correction(self, indentation_m: Floats) -> Floats:
-        """The factor g of finite height and worn shape."""
+        """The factor g of finite height and of the tip's shape."""
         depth = np.maximum(indentation_m, _SMALLEST_M)
         chi = np.sqrt(self.radius_m * depth) / self.tip_height_m
         finite = 1 + chi * (1.133 + chi * (1.283 + chi * (0.769 + chi * 0.0975)))
-        worn = (depth / (WORN_REFERENCE * self.radius_m)) ** self.exponent_shift
-        return np.asarray(finite * worn)
+        return np.asarray(finite * self._shape(depth / (TIP_REFERENCE * self.radius_m)))
+
+    def _shape(self, depth: Floats) -> Floats:
+        """Force over the ball's at depths in units of b^2 / R.
+
+        From the contact's area in units of pi b^2 for a worn tip, from its radius in units of b for a pointed one.
+        """
+        worn, pointed = np.maximum(self.tip_share, 0.0), np.maximum(-self.tip_share, 0.0)
+        area = 2 * depth / (1 - worn + np.sqrt((1 - worn) ** 2 + 16 / 3 * worn * depth))
+        flatter = (area / depth) ** 1.5 * (1 - worn + 8 / 5 * worn * area)
+        linear = np.pi / 4 * pointed
+        radius = 2 * depth / (linear + np.sqrt(linear**2 + 4 * (1 - pointed) * depth))
+        sharper = (1 - pointed + 3 / 4 * linear / radius) * (radius**2 / depth) ** 1.5
+        return np.asarray(np.where(self.tip_share < 0, sharper, flatter))

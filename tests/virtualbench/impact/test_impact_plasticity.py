@@ -1,4 +1,4 @@
-"""The elastic-plastic contact: the energies of its own curve, Johnson's limit, continuity."""
+"""The contact's law: energies of its own curve beyond yield, Johnson's limit, continuity, the shape of the tip."""
 
 from __future__ import annotations
 
@@ -140,3 +140,37 @@ def test_tip_of_finite_height_is_stiffer() -> None:
     tip = ContactLaw(1e9 * one, 0.01 * one, math.inf * one, 0.02 * one, 0 * one)
     depth = np.array([0.01])
     assert tip.force(depth, depth) == pytest.approx(tip.stiffness * depth**1.5 * 1.98946875)
+
+
+@pytest.mark.parametrize("share", [0.6, 0.18, -0.03, -0.3])
+@pytest.mark.parametrize("radius_m", [0.5e-3, 2e-3, 8e-3])
+def test_worn_and_pointed_tips_are_popovs_integrals(share: float, radius_m: float) -> None:
+    """Popov, Hess and Willert 2019, eq. 2.5 and 2.8: g(x) = x times the integral of f' / sqrt(x^2 - r^2), d = g(a).
+
+    F = 2 E* times the integral of d - g(x) from 0 to a.
+    """
+    ball, modulus = 0.03, 1e9
+    reach = math.sqrt(0.1) * ball
+
+    def slope(r: float) -> float:
+        if share > 0:
+            return (1 - share) * r / ball + share * 2 * r**3 / (ball * reach**2)
+        return (1 + share) * r / ball - share * reach / (2 * ball)
+
+    def profile(x: float) -> float:
+        return x * quad(lambda angle: slope(x * math.sin(angle)), 0, math.pi / 2)[0]
+
+    depth = profile(radius_m)
+    expected = 2 * modulus * quad(lambda x: depth - profile(x), 0, radius_m)[0]
+    law = ContactLaw(*(np.array([x]) for x in (modulus, ball, math.inf, math.inf, share)))
+    assert law.force(np.array([depth]), np.zeros(1))[0] == pytest.approx(expected, rel=1e-8)
+
+
+def test_tip_of_no_wear_is_a_ball() -> None:
+    one, depth = np.ones(1), np.array([1e-4])
+    near = [
+        ContactLaw(1e9 * one, 0.03 * one, math.inf * one, 0.02 * one, w * one).force(depth, depth)
+        for w in (1e-9, -1e-9)
+    ]
+    ball = ContactLaw(1e9 * one, 0.03 * one, math.inf * one, 0.02 * one, 0 * one)
+    assert near == pytest.approx(np.array([ball.force(depth, depth)] * 2), rel=1e-6)
