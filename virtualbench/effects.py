@@ -28,7 +28,7 @@ CATALOGUE: Mapping[str, str] = {
     "contact.layer_compliance": "the insulating layer as a spring in series, where there is one",
     "contact.plate_compliance": "flexural waves that the plate carries away",
     "contact.effective_mass": "another mass behind the tip than the nominal one",
-    "contact.tip_geometry": "a worn or flat tip: another force-indentation exponent",
+    "contact.tip_geometry": "a worn or pointed tip: another force over indentation",
     "plate.damping": "another modal damping than the table's",
     "plate.stiffness": "stiffness or thickness error: all frequencies scale",
     "plate.sensor_mass": "sensors load the plate where they sit",

@@ -20,19 +20,23 @@ Floats = NDArray[np.float64]
 CHANNELS = ("acceleration_1", "acceleration_2")
 #: Modes beyond the table's, and points of support.
 _UNSEEN, _SUPPORTS = 8, 8
+#: How differently modes feel an error of the modulus, which is not the same everywhere in a sheet.
+_UNEVEN = 0.4
 
 
 @dataclass(frozen=True)
 class Plate:
     """All its modes, of which the first `listed` stand in the table; `supports` (points, modes) are shapes.
 
-    `slope`: how the change of damping goes with frequency.
+    `slope`: with what power of frequency the change of damping goes. `bent` (modes,): by what share a mode feels an
+    error of the modulus more than the mean does, as it bends where the sheet is stiffer.
     """
 
     modes: PlateModes
     listed: int
     supports: Floats
     slope: float
+    bent: Floats
 
     @property
     def table(self) -> PlateModes:
@@ -52,7 +56,8 @@ def plate_of(kind: str, number: int) -> Plate:
     shapes, supports = 0.45 * rng.standard_normal((2, count)), 0.35 * rng.standard_normal((_SUPPORTS, count))
     impact = rng.choice([-1, 1], count) * rng.uniform(0.15, 0.75, count)
     modes = PlateModes(frequencies, damping, impact[None], shapes, CHANNELS)
-    return Plate(modes, listed, supports, float(rng.uniform(-0.3, 0.3)))
+    slope = float(rng.uniform(-0.3, 0.3))
+    return Plate(modes, listed, supports, slope, rng.uniform(-_UNEVEN, _UNEVEN, count))
 
 
 def first_modes(modes: PlateModes, count: int) -> PlateModes:
@@ -69,9 +74,9 @@ def first_modes(modes: PlateModes, count: int) -> PlateModes:
 def changed(plate: Plate, strengths: Mapping[str, float], laws: str = "") -> PlateModes:
     """The table's modes as they are under effects.
 
-    `plate.damping`: so many times 10 % more, a little more or less over frequency; `plate.stiffness`: per cent of all
-    frequencies; `plate.sensor_mass`: kg at each sensor; `plate.boundary`: Hz at which the rigid plate would swing
-    on the springs at its supports. Masses and springs go into an eigenproblem over all modes.
+    `plate.damping`: so many times 10 % more, with a power of frequency that is the plate's; `plate.stiffness`: per cent
+    of frequency in the mean of the modes; `plate.sensor_mass`: kg at each sensor; `plate.boundary`: Hz at which the
+    rigid plate would swing on the springs at its supports. Masses and springs go into an eigenproblem over all modes.
     """
     if laws:
         return first_modes(changed_modes(plate.modes, plate.supports, strengths, laws), plate.listed)
@@ -85,7 +90,7 @@ def changed(plate: Plate, strengths: Mapping[str, float], laws: str = "") -> Pla
     tilt = (modes.frequencies_hz / np.median(modes.frequencies_hz)) ** plate.slope
     modes = replace(
         modes,
-        frequencies_hz=modes.frequencies_hz * (1 + 0.01 * strengths.get("plate.stiffness", 0.0)),
+        frequencies_hz=modes.frequencies_hz * (1 + 0.01 * strengths.get("plate.stiffness", 0.0) * (1 + plate.bent)),
         damping=np.maximum(modes.damping * (1 + 0.1 * damping * tilt), 1e-4),
     )
     return first_modes(modes, plate.listed)

@@ -100,7 +100,7 @@ def cell_reading(pulse: Pulse, strengths: Mapping[str, float], laws: str = "") -
     strength = strengths.get("sensor.force_bandwidth", 0.0)
     if strength:
         corner = FORCE_CORNER_HZ / strength
-        room = np.zeros(int(1.5 / corner / pulse.step_s) + 1)
+        room = np.zeros(int(3.0 / corner / pulse.step_s) + 1)
         force = low_passed(np.concatenate([[0.0], force, room]), pulse.step_s, corner)
     return replace(pulse, force_n=force)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..sensors import SensorBuild, analog
 from ..sensors.chain import corner_hz
-from ..sensors.filters import anti_alias_reach
+from ..sensors.filters import anti_alias_reach, low_pass_decay_1_s
 from ..sensors.mounting import resonance_hz
 
 Floats = NDArray[np.float64]
@@ -63,7 +63,7 @@ def settling_s(sensors: Sequence[SensorBuild], effects: Mapping[str, float]) -> 
     for sensor in sensors:
         resonance, corner = resonance_hz(sensor, effects), corner_hz(sensor, effects)
         rates += [2 * np.pi * sensor.mount_damping * resonance] if resonance else []
-        rates += [2 * np.pi * corner / np.sqrt(2)] if corner else []
+        rates += [low_pass_decay_1_s(corner)] if corner else []
     return float(10 / min(rates))
 
 

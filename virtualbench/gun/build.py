@@ -51,7 +51,7 @@ class GunBuild:
     laser_position_m: float = 0.93  # assumed: the aperture next to the vents, where muzzle velocity is defined
     plate_gap_m: float = 0.010  # assumed: the tail of the shortest bullet stays in the barrel
     valve_bore_m: float = 0.050
-    valve_opening_time_s: float = 0.47  # the controller allows 0.1 s and more; tuned on the five shots of Table 3.1
+    valve_opening_time_s: float = 0.25  # the controller allows 0.1 s and more; tuned on the five shots of Table 3.1
     valve_discharge: float = 0.70  # a port of sharp edges while the ball turns: 0.6 to 0.8
     valve_critical_ratio: float = 0.35  # ISO 6358 b of ball valves: 0.2 to 0.5
     dead_volume_m3: float = 0.25e-3  # assumed: valve body and nipple, 50 mm wide and 130 mm long

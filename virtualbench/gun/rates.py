@@ -13,7 +13,7 @@ from .friction import AIR_VISCOSITY_PA_S, CREEP_M_S
 from .gas import CHOKED, COLDEST_K, CP, CRITICAL_RATIO, CV, GAMMA, GAS_CONSTANT, HOTTEST_K, LAMINAR_SHARE
 from .motion import STANDARD_DENSITY_KG_M3
 from .setting import Setting
-from .valve import DEAD_SHARE
+from .valve import DEAD_SHARE, RANGEABILITY
 
 Floats = NDArray[np.float64]
 Flow = tuple[float, float]
@@ -166,12 +166,12 @@ def _valve(time: float, tank: tuple[float, float, float], breech: tuple[float, f
 
 @njit(cache=True)
 def _open_share(turned: float) -> float:
-    apart = 1 - (turned - DEAD_SHARE) / (1 - DEAD_SHARE)
-    if apart >= 1:
+    travel = (turned - DEAD_SHARE) / (1 - DEAD_SHARE)
+    if travel <= 0:
         return 0.0
-    if apart <= 0:
+    if travel >= 1:
         return 1.0
-    return 2 / math.pi * (math.acos(apart) - apart * math.sqrt(1 - apart**2))
+    return math.expm1(travel * math.log(RANGEABILITY)) / (RANGEABILITY - 1)
 
 
 @njit(cache=True)

@@ -2,6 +2,6 @@
 
 rear mass - neck - front mass with tip - contact (and insulator) - anvil - joint - plate as a dashpot.
 
-The contact is elastic-plastic (Thornton) with relaxation (Lee and Radok); the insulator is an elastic foundation
-with retardation. None of these laws is the one that the rest of the package uses.
+The contact is elastic-plastic (Zhao, Maietta and Chang) with relaxation (Lee and Radok), of a tip that may be worn; the
+insulator is an elastic foundation with retardation. The twin has none of these laws.
 """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,9 +15,11 @@ from .contact import ContactLaw
 
 Floats = NDArray[np.float64]
 
-__all__ = ["EXPONENT_PER_STRENGTH", "assemble", "hertz_time"]
+__all__ = ["POINT_PER_STRENGTH", "WEAR_PER_STRENGTH", "assemble", "hertz_time"]
 
-EXPONENT_PER_STRENGTH = -0.03  # of `contact.tip_geometry`: a worn tip has a smaller exponent
+#: `contact.tip_geometry`: the radius at the apex of a worn tip grows by exp(0.2) with each strength, and that of a
+#: pointed one (strengths below 0) by exp(0.03), with a cone in the place of what is taken away.
+WEAR_PER_STRENGTH, POINT_PER_STRENGTH = 0.2, 0.03
 _NO_LAYER = Layer()
 
 
@@ -33,10 +36,11 @@ def assemble(
 ) -> Chain:
     """One chain of as many impacts as there are impactors, with this strike's scatter of hand and aim.
 
-    Strength 1 of the effects: `viscous_loss`, the relaxing fraction of the materials; `plastic_yield`, yield at
-    three times the yield strength of the softer one (at strength s, at 3/s times); `layer_compliance` and
+    Strength 1 of the effects: `viscous_loss`, the relaxing fraction of the materials; `plastic_yield`, a hardness of
+    2.8 times the yield strength of the softer one (at strength s, 2.8/s times); `layer_compliance` and
     `plate_compliance`, those of the target; `effective_mass`, +5 % for a hammer, +1 % for a projectile;
-    `tip_geometry`, an exponent of 1.47. Raises `ValueError` for strengths that leave no mass or no stiffness.
+    `tip_geometry`, a worn tip of 1.2 times the radius at its apex. Raises `ValueError` for a strength that
+    leaves no mass.
     """
     scatter = effects["bench.hand_scatter"] * rng.standard_normal((2, len(impactors)))
     mass = _array([i.mass_kg * (1 + effects["contact.effective_mass"] * i.mass_error) for i in impactors])
@@ -77,18 +81,17 @@ def assemble(
 
 
 def _law(impactors: Sequence[Impactor], targets: Sequence[Target], effects: Effects, radius: Floats) -> ContactLaw:
-    shift = EXPONENT_PER_STRENGTH * effects["contact.tip_geometry"]
-    if not -0.5 <= shift <= 1:
-        raise ValueError(f"strength of contact.tip_geometry = {effects['contact.tip_geometry']!r}: expected -33 to 16")
+    worn = effects["contact.tip_geometry"]
+    share = -math.expm1(-WEAR_PER_STRENGTH * worn) if worn > 0 else math.expm1(POINT_PER_STRENGTH * worn)
     pairs = list(zip(impactors, targets, strict=True))
-    softer = _array([min(i.tip.yield_pressure_pa, t.face.yield_pressure_pa) for i, t in pairs])
+    softer = _array([min(i.tip.hardness_pa, t.face.hardness_pa) for i, t in pairs])
     strength = effects["contact.plastic_yield"]
     return ContactLaw(
         modulus_pa=1 / _array([i.tip.compliance_1_pa + t.face.compliance_1_pa for i, t in pairs]),
         radius_m=radius,
-        yield_pressure_pa=softer / strength if strength > 0 else np.full_like(radius, np.inf),
+        hardness_pa=softer / strength if strength > 0 else np.full_like(radius, np.inf),
         tip_height_m=_array([i.tip_height_m for i in impactors]),
-        exponent_shift=np.full_like(radius, shift),
+        tip_share=np.full_like(radius, share),
     )
 
 

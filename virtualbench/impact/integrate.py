@@ -90,7 +90,7 @@ def _pushed_plate(chain: Chain, velocity_m_s: Floats) -> Floats:
     """How fast (1/s) the plate gives way to what pushes it: the joint of an anvil, or the contact at its stiffest."""
     law = chain.law
     deepest = velocity_m_s * np.maximum(
-        hertz_time(chain, velocity_m_s) / 2.943, np.sqrt(chain.mass_kg / np.maximum(law.plastic_slope, 1.0))
+        hertz_time(chain, velocity_m_s) / 2.943, np.sqrt(2 * chain.mass_kg / np.maximum(law.plastic_slope, 1.0))
     )
     contact = (1 + chain.relaxing) * law.correction(deepest) * 1.5 * law.stiffness * np.sqrt(deepest)
     return np.asarray(np.where(chain.joint_n_m > 0, chain.joint_n_m, contact) * chain.plate_mobility_m_n_s)

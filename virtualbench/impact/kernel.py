@@ -9,29 +9,27 @@ from numba import njit
 from numpy.typing import NDArray
 
 from .chain import Chain
-from .contact import WORN_REFERENCE
+from .contact import FULLY_PLASTIC, ONSET_SHARE, TIP_REFERENCE
 
 Floats = NDArray[np.float64]
 
 _SMALLEST_M = 1e-12
 # fmt: off
-(K, YIELD_M, OFFSET_N, SLOPE_N_M, RADIUS_M, HEIGHT_M, SHIFT, FRONT_KG, REAR_1_KG, NECK_N_M, NECK_N_S_M, ANVIL_1_KG,
- JOINT_N_M, JOINT_N_S_M, MOBILITY, RELAXING, RELAX_S, LAYER, LAYER_N_M2, SEATING_N, LIMIT_M, RETARD_S) = range(22)
+(K, YIELD_M, SLOPE_N_M, RADIUS_M, HEIGHT_M, TIP_SHARE, FRONT_KG, REAR_1_KG, NECK_N_M, NECK_N_S_M, ANVIL_1_KG,
+ JOINT_N_M, JOINT_N_S_M, MOBILITY, RELAXING, RELAX_S, LAYER, LAYER_N_M2, SEATING_N, LIMIT_M, RETARD_S) = range(21)
 # fmt: on
 
 
 def figures_of(chain: Chain) -> Floats:
-    """The figures (impacts, 22) of a chain in the order of the names above."""
+    """The figures (impacts, 21) of a chain in the order of the names above."""
     law = chain.law
-    onset = np.where(np.isfinite(law.yield_m), law.yield_m, 0.0)
     rows = (
         law.stiffness,
         law.yield_m,
-        law.stiffness * onset**1.5 - law.plastic_slope * onset,
         law.plastic_slope,
         law.radius_m,
         law.tip_height_m,
-        law.exponent_shift,
+        law.tip_share,
         chain.front_kg,
         chain.inverse_rear_1_kg,
         chain.neck_n_m,
@@ -52,19 +50,37 @@ def figures_of(chain: Chain) -> Floats:
 
 
 @njit(cache=True, error_model="numpy")
+def _shape(depth: float, share: float) -> float:
+    if share < 0:
+        linear = -math.pi / 4 * share
+        radius = 2 * depth / (linear + math.sqrt(linear**2 + 4 * (1 + share) * depth))
+        sharper: float = (1 + share + 3 / 4 * linear / radius) * (radius**2 / depth) ** 1.5
+        return sharper
+    area = 2 * depth / (1 - share + math.sqrt((1 - share) ** 2 + 16 / 3 * share * depth))
+    flatter: float = (area / depth) ** 1.5 * (1 - share + 8 / 5 * share * area)
+    return flatter
+
+
+@njit(cache=True, error_model="numpy")
 def _contact(indentation: float, deepest: float, f: Floats) -> float:
     top = max(indentation, deepest)
     hertz = f[K] * top * math.sqrt(top)
-    loading = f[OFFSET_N] + f[SLOPE_N_M] * top if top > f[YIELD_M] else hertz
-    spring_back = max(top * loading / max(hertz, 2.2250738585072014e-308), _SMALLEST_M)
+    loading, wider = hertz, 1.0
+    if top > f[YIELD_M]:
+        depth = top / f[YIELD_M]
+        way = min((depth - 1) / (FULLY_PLASTIC - 1), 1.0)
+        wider = 1 + way**2 * (3 - 2 * way)
+        pressure = min(1 - (1 - ONSET_SHARE) * (1 - math.log(depth) / math.log(FULLY_PLASTIC)), 1.0)
+        loading = f[SLOPE_N_M] / 2 * top * wider * pressure
+    spring_back = max(top * loading / max(hertz * math.sqrt(wider), 2.2250738585072014e-308), _SMALLEST_M)
     share = max(1 - (top - indentation) / spring_back, 0.0)
     force: float = loading * share * math.sqrt(share)
-    if force == 0.0 or (math.isinf(f[HEIGHT_M]) and f[SHIFT] == 0.0):
+    if force == 0.0 or (math.isinf(f[HEIGHT_M]) and f[TIP_SHARE] == 0.0):
         return force
     depth = max(indentation, _SMALLEST_M)
     chi = math.sqrt(f[RADIUS_M] * depth) / f[HEIGHT_M]
     finite = 1 + chi * (1.133 + chi * (1.283 + chi * (0.769 + chi * 0.0975)))
-    corrected: float = force * finite * (depth / (WORN_REFERENCE * f[RADIUS_M])) ** f[SHIFT]
+    corrected: float = force * finite * _shape(depth / (TIP_REFERENCE * f[RADIUS_M]), f[TIP_SHARE])
     return corrected
 
 

@@ -10,11 +10,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
-__all__ = ["MATERIALS", "YIELD_PRESSURE_RATIO", "ContactMaterial", "contact_material"]
+__all__ = ["HARDNESS_RATIO", "MATERIALS", "ContactMaterial", "contact_material"]
 
-#: Mean pressure of a fully plastic contact over the yield strength (Tabor, The Hardness of Metals, 1951). The onset
-#: at 1.6 (Davies 1949) is that of a virgin surface; one that has been struck before is hardened and has shaken down.
-YIELD_PRESSURE_RATIO = 3.0
+#: Mean pressure of a fully plastic contact over the yield strength (Tabor, The Hardness of Metals, 1951).
+HARDNESS_RATIO = 2.8
 
 
 @dataclass(frozen=True)
@@ -44,8 +43,8 @@ class ContactMaterial:
         return (1 - self.poisson_ratio**2) / self.youngs_modulus_pa
 
     @property
-    def yield_pressure_pa(self) -> float:
-        return YIELD_PRESSURE_RATIO * self.yield_strength_pa
+    def hardness_pa(self) -> float:
+        return HARDNESS_RATIO * self.yield_strength_pa
 
 
 #: The losses are assumed, of the order of loss factors near 1 kHz in Lakes, Viscoelastic Materials (2009): metals below

@@ -21,10 +21,17 @@ if TYPE_CHECKING:
 __all__ = ["assemble", "at_points", "clamped_unknowns", "deflection_rows"]
 
 
-def assemble(mesh: Mesh, material: PlateMaterial, thickness_m: float) -> tuple[Matrix, Matrix]:
-    """Stiffness (N/m, N, N m) and mass of the bare plate without supports; both (size, size), symmetric."""
-    values, gradients, weights = _quadrature(mesh)
-    stiffness = stiffness_matrices(values, gradients, weights, material, thickness_m)
+def assemble(mesh: Mesh, material: PlateMaterial, thickness_m: float, stiffer: float = 0.0) -> tuple[Matrix, Matrix]:
+    """Stiffness (N/m, N, N m) and mass of the bare plate without supports; both (size, size), symmetric.
+
+    `stiffer`: by what share the modulus is higher than the material's in the mean over the plate. It grows evenly along
+    x, and is the material's where x is farther from the centroid.
+    """
+    values, gradients, weights, x = _quadrature(mesh)
+    centre = float(np.sum(weights * x) / np.sum(weights))
+    ends = mesh.corners_m[:, 0] - centre
+    uneven = 1 + stiffer * (1 + (x - centre) / np.abs(ends).max())
+    stiffness = stiffness_matrices(values, gradients, weights * uneven, material, thickness_m)
     mass = mass_matrices(values, weights, material.density_kg_m3, thickness_m)
     return _gathered(mesh, stiffness), _gathered(mesh, mass)
 
@@ -52,8 +59,10 @@ def clamped_unknowns(nodes: NDArray[np.intp]) -> NDArray[np.intp]:
     return np.unique(UNKNOWNS * nodes[:, None] + np.arange(UNKNOWNS))
 
 
-def _quadrature(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Shape functions (q, n), their gradients (elements, q, 2, n) and weights in m^2 (elements, q), by Gauss's rule."""
+def _quadrature(
+    mesh: Mesh,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """By Gauss's rule: shape functions (q, n), gradients (elements, q, 2, n), weights in m^2 and x (elements, q)."""
     points, weights = legendre.leggauss(mesh.degree + 1)
     values, slopes = basis(mesh.degree, points)
     along_u, along_v = _products(slopes, values), _products(values, slopes)
@@ -62,12 +71,13 @@ def _quadrature(mesh: Mesh) -> tuple[NDArray[np.float64], NDArray[np.float64], N
     elements = (u.shape[0], v.shape[0], points.size, points.size)
     grid_u = np.broadcast_to(u[:, None, :, None], elements).reshape(-1)
     grid_v = np.broadcast_to(v[None, :, None, :], elements).reshape(-1)
-    _, jacobian = bilinear(mesh.corners_m, grid_u, grid_v)
+    position, jacobian = bilinear(mesh.corners_m, grid_u, grid_v)
     jacobian = jacobian.reshape(elements[0], elements[1], -1, 2, 2) / 2
     jacobian = jacobian * np.stack(np.broadcast_arrays(du[:, None], dv[None, :]), axis=-1)[:, :, None, :, None]
     jacobian = jacobian.reshape(-1, points.size**2, 2, 2)
     gradients = np.linalg.inv(jacobian) @ np.stack([along_u, along_v], axis=1)
-    return _products(values, values), gradients, np.linalg.det(jacobian) * np.outer(weights, weights).ravel()
+    areas = np.linalg.det(jacobian) * np.outer(weights, weights).ravel()
+    return _products(values, values), gradients, areas, position[:, 0].reshape(areas.shape)
 
 
 def _products(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:

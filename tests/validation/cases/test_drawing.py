@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pyroshock.validation.cases import FAMILIES, TIERS, draw_case, families
@@ -9,6 +11,7 @@ from pyroshock.validation.cases.designs import DESIGNS, design
 from pyroshock.validation.cases.record import label_of
 from pyroshock.validation.cases.strength import RANGES, shown_by, strength_for
 from pyroshock.validation.cases.unknowns import SPLITS
+from pyroshock.validation.cases.unsteady import DAMPING, FREQUENCY, SHAPE, PlateBackground
 from pyroshock.virtualbench.effects import CATALOGUE
 
 
@@ -104,6 +107,24 @@ def test_background_is_smooth_over_the_factors() -> None:
     light = [k for k, s in enumerate(plan) if s.mass_kg == plan[0].mass_kg]
     near = np.mean((values[light[0]] - values[light[1]]) ** 2)
     assert near < np.mean((values[light[0]] - values[light[-1]]) ** 2)
+
+
+def test_background_of_a_plate_has_sizes_of_its_own() -> None:
+    """Frequency, damping and shape are drawn apart from each other, and neighbouring modes are more or less alike."""
+    case = draw_case("plate", "any", np.random.default_rng(4), cause="none")
+    sizes, alike = [], []
+    for seed in range(400):
+        what = replace(case.background, seed=seed)
+        size = float(np.hypot(what.smooth, what.white))
+        plate = PlateBackground.of(replace(case, background=what))
+        rows = plate.frequency / size, plate.damping / size, plate.shapes[0] / size / 0.6
+        sizes.append([np.sqrt(np.mean(row**2)) for row in rows])
+        alike.append(plate.frequency[1:] @ plate.frequency[:-1] / (plate.frequency @ plate.frequency))
+    mean = np.sqrt(np.mean(np.square(sizes), axis=0))
+    assert np.all(mean > [low for low, _ in (FREQUENCY, DAMPING, SHAPE)])
+    assert np.all(mean < [high for _, high in (FREQUENCY, DAMPING, SHAPE)])
+    assert np.abs(np.corrcoef(np.log(sizes).T) - np.eye(3)).max() < 0.2
+    assert np.mean(alike) > 0.2
 
 
 @pytest.mark.parametrize(

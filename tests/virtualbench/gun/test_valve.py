@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
-import pytest
-from pyroshock.virtualbench.gun.valve import DEAD_SHARE, open_share, valve_moments
+from pyroshock.virtualbench.gun.valve import DEAD_SHARE, RANGEABILITY, open_share, valve_moments
 
 
 def test_port_opens_from_nothing_to_all() -> None:
@@ -15,10 +12,14 @@ def test_port_opens_from_nothing_to_all() -> None:
     assert (shares[0], open_share(DEAD_SHARE), open_share(1.0), shares[-1]) == (0.0, 0.0, 1.0, 1.0)
 
 
-def test_half_way_is_the_lens_of_two_circles() -> None:
-    """Circles of diameter 1, half a diameter apart: 2 r^2 acos(d / 2r) - d sqrt(r^2 - d^2 / 4), over pi r^2."""
-    lens = 2 * 0.25 * math.acos(0.5) - 0.5 * math.sqrt(0.25 - 0.0625)
-    assert open_share((1 + DEAD_SHARE) / 2) == pytest.approx(lens / (math.pi * 0.25))
+def test_equal_steps_of_travel_multiply_the_flow_equally() -> None:
+    """IEC 60534-2-4: R^(h - 1) of the flow, here less what it leaves at h = 0, over the span of the rest."""
+    travel = np.linspace(0, 1, 11)
+    shares = np.array([open_share(DEAD_SHARE + h * (1 - DEAD_SHARE)) for h in travel])
+    law = RANGEABILITY ** (travel - 1)
+    np.testing.assert_allclose(shares, (law - law[0]) / (1 - law[0]), atol=1e-12)
+    steps = np.diff(shares)
+    np.testing.assert_allclose(steps[1:] / steps[:-1], RANGEABILITY**0.1, rtol=1e-9)
 
 
 def test_valve_is_open_after_its_opening_time() -> None:

@@ -88,8 +88,8 @@ def test_force_bandwidth_rounds_the_pulse_off_and_delays_it():
     assert slow.max() < 0.9 * ideal.max()
     assert slow.sum() == pytest.approx(ideal.sum(), rel=1e-3)  # gain 1 at 0 Hz: the impulse stays
     centre = [float(np.arange(x.size) @ x / x.sum()) for x in (ideal, slow)]
-    # a Butterworth of order 2 delays by sqrt(2) / w0 at 0 Hz
-    assert (centre[1] - centre[0]) / FS_HZ == pytest.approx(2**0.5 / (2 * np.pi * 2e3), rel=0.01)
+    # a Butterworth of order 4 delays by 2 (sin 22.5 deg + sin 67.5 deg) / w0 at 0 Hz
+    assert (centre[1] - centre[0]) / FS_HZ == pytest.approx(2.6131 / (2 * np.pi * 2e3), rel=0.01)
 
 
 def test_mounting_brought_into_the_band_rings():
