@@ -37,7 +37,7 @@ Floats = NDArray[np.float64]
 #: Prior probability that no effect acts.
 NONE_PRIOR = 0.2
 #: Candidates of a step that are fitted; rounds of exchanges; sets within so many nats of the best are kept.
-_FITTED, _ROUNDS, WINDOW = 4, 5, 20.0
+_FITTED, _ROUNDS, WINDOW = 4, 10, 20.0
 #: Power of the posterior by which sets are weighed. The laws are not those of a real bench, so that evidence counts for
 #: less than it says (a coarsened posterior: Miller and Dunson, J. Am. Stat. Assoc. 114 (2019) 1113); learned by
 #: `benchmarks/diagnosis_maps.py`.
@@ -153,15 +153,17 @@ def search(problem: InferenceProblem, progress: Callable[[str], None] = lambda _
 def _search_stage(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
     """From no effects upwards as long as another one pays, and from all effects downwards."""
     beam = [library.best()]
+    _fit_singles(problem, library)
     gains = True
     while gains:
         before = library.log_joint(library.best())
-        fits = _fitted(problem, library, [(current, _additions(problem, current)) for current in beam])
+        fits = _fitted(problem, library, [(current, _additions(problem, library, current)) for current in beam])
+        fits += [fit for fit in library.fits.values() if len(fit.laws) == len(beam[0].laws) + 1 and fit not in fits]
         if not fits:
             break
-        beam = polished(problem, [max(fits, key=library.log_joint)])
+        beam = polished(problem, sorted(fits, key=library.log_joint, reverse=True)[:BEAM])
         library.add(beam)
-        gains = library.log_joint(beam[0]) > before
+        gains = library.log_joint(library.best()) > before
         progress(f"{'+'.join(beam[0].effects)}: {library.log_joint(beam[0]):.1f}")
     _eliminate(problem, library, progress)
 
@@ -222,10 +224,13 @@ def _exchange(problem: InferenceProblem, library: ModelLibrary, progress: Callab
     beam = [fit for fit, _ in library.weights()][:BEAM]
     for _ in range(_ROUNDS):
         moves = [
-            (current, [*_drops(current), *_exchanges(problem, current), *_additions(problem, current)])
+            (
+                current,
+                [*_drops(current), *_exchanges(problem, library, current), *_additions(problem, library, current)],
+            )
             for current in beam
         ]
-        _fitted(problem, library, moves, count=3 * _FITTED)
+        _fitted(problem, library, moves, count=5 * _FITTED)
         library.compare_backgrounds()
         library.polish()
         best = [fit for fit, _ in library.weights()][:BEAM]
@@ -291,14 +296,32 @@ class _Move:
     u: Floats
 
 
-def _additions(problem: InferenceProblem, current: SubsetFit) -> list[_Move]:
+def _fit_singles(problem: InferenceProblem, library: ModelLibrary) -> None:
+    """Every law by itself, from its best start: a law whose starts are all far off is else passed by, and where it fits
+    is another start for it beside other effects."""
+    empty = library.best()
+    moves = _additions(problem, library, empty)
+    scores, places = _screened(problem, empty, moves)
+    best: dict[str, int] = {}
+    for index in np.argsort(scores):
+        best[moves[index].laws[0].key] = int(index)
+    library.add(fit_subsets(problem, _starts(problem, [(empty, moves[i].laws, places[i]) for i in best.values()])))
+
+
+def _starts_of(library: ModelLibrary, law: EffectLaw) -> list[Floats]:
+    """Where a law may begin: its usual starts, and where it fits by itself."""
+    single = library.fits.get((law.key,))
+    return [*law.starts(), *([] if single is None else [single.u])]
+
+
+def _additions(problem: InferenceProblem, library: ModelLibrary, current: SubsetFit) -> list[_Move]:
     taken = set(current.effects)
     laws = [law for law in problem.laws if law.id not in taken]
     moves = [
         _Move((*current.laws, law), np.concatenate([current.u, u]))
         for law in laws
         if not law.levels
-        for u in law.starts()
+        for u in _starts_of(library, law)
     ]
     problem.changes([point_of(move.laws, move.u) for move in moves])  # one batch, of which levels take what they need
     return moves + [_level_addition(problem, current, law) for law in laws if law.levels]
@@ -335,7 +358,7 @@ def _without(current: SubsetFit, index: int) -> _Move:
     return _Move(laws, np.concatenate(parts) if parts else np.zeros(0))
 
 
-def _exchanges(problem: InferenceProblem, current: SubsetFit) -> list[_Move]:
+def _exchanges(problem: InferenceProblem, library: ModelLibrary, current: SubsetFit) -> list[_Move]:
     moves = []
     for index, old in enumerate(current.laws):
         rest = _without(current, index)
@@ -343,7 +366,7 @@ def _exchanges(problem: InferenceProblem, current: SubsetFit) -> list[_Move]:
         for law in problem.laws:
             if law.key == old.key or law.id in taken or (law.levels and law.id != old.id):
                 continue
-            same = [_spread(current.parts[index], old, law)] if _alike(old, law) else law.starts()
+            same = [_spread(current.parts[index], old, law)] if _alike(old, law) else _starts_of(library, law)
             moves += [_Move((*rest.laws, law), np.concatenate([rest.u, u])) for u in same]
     return moves
 
