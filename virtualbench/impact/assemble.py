@@ -36,8 +36,8 @@ def assemble(
 ) -> Chain:
     """One chain of as many impacts as there are impactors, with this strike's scatter of hand and aim.
 
-    Strength 1 of the effects: `viscous_loss`, the relaxing fraction of the materials; `plastic_yield`, a hardness of
-    2.8 times the yield strength of the softer one (at strength s, 2.8/s times); `layer_compliance` and
+    Strength 1 of the effects: `viscous_loss`, the relaxing fraction of the materials; `plastic_yield`, the hardness
+    of the softer one (at strength s, hardness over s); `layer_compliance` and
     `plate_compliance`, those of the target; `effective_mass`, +5 % for a hammer, +1 % for a projectile;
     `tip_geometry`, a worn tip of 1.2 times the radius at its apex. Raises `ValueError` for a strength that
     leaves no mass.
