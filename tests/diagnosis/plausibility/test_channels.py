@@ -55,6 +55,18 @@ def test_one_channel_in_another_unit_is_refused(factor: float, unit: str) -> Non
     assert unit in one.message
 
 
+def test_a_channel_of_any_name_in_another_unit_is_refused() -> None:
+    record = changed(times(1e3, CHANNELS[0]))
+    sides = dict(zip(CHANNELS, ("left", "right"), strict=True))
+    runs = tuple(
+        replace(run, accelerations={sides[name]: series for name, series in run.accelerations.items()})
+        for run in record.runs
+    )
+    (finding,) = implausible(replace(record, runs=runs, plate=replace(small_plate(), sensors=("left", "right"))), [])
+    assert (finding.severity, finding.channel) == ("refuse", "left")
+    assert finding.message.endswith("correct its unit or sensitivity in campaign.toml")
+
+
 def test_all_channels_off_alike_may_be_the_force() -> None:
     (one,) = found(changed(times(1e3, *CHANNELS)))
     assert one.severity == "refuse"
