@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -12,7 +13,7 @@ import numpy as np
 from ..observables.base import Observable, Stage, Upstream
 from ..record import CampaignRecord
 from ..verdict import StageShare
-from .means import Floats, Means, floors, mean_square, tolerances
+from .means import Floats, Means, floors, tolerances
 
 _RESAMPLES = 2000
 #: Relative step of the velocity in finite differences.
@@ -98,12 +99,11 @@ def shapley(value: Callable[[frozenset[int]], Floats], players: int) -> Floats:
     Shapley, A value for n-person games, Annals of Mathematics Studies 28 (1953) 307.
     """
     worth = cache(value)
-    orders = list(permutations(range(players)))
-    gains = np.zeros((len(orders), players, *worth(frozenset()).shape))
-    for gain, order in zip(gains, orders, strict=True):
+    gains = np.zeros((players, *worth(frozenset()).shape))
+    for order in permutations(range(players)):
         for place, player in enumerate(order):
-            gain[player] = worth(frozenset(order[: place + 1])) - worth(frozenset(order[:place]))
-    return np.asarray(gains.mean(axis=0))
+            gains[player] += worth(frozenset(order[: place + 1])) - worth(frozenset(order[:place]))
+    return gains / math.factorial(players)
 
 
 def _worth(link: Link, last: int, record: CampaignRecord) -> Floats:
@@ -124,7 +124,9 @@ def _worth(link: Link, last: int, record: CampaignRecord) -> Floats:
 def _square(values: Floats, link: Link, record: CampaignRecord, floor: Floats | float) -> Floats:
     """(C,): mean squared gap of values (R, d) in tolerances, the noise taken off."""
     means = Means.of(values, record.configuration_of, len(record.configurations), floor)
-    return mean_square((means.mean**2 - means.variance) / tolerances(link.observables) ** 2)
+    squares = (means.mean**2 - means.variance) / tolerances(link.observables) ** 2
+    count = np.isfinite(squares).sum(axis=1)
+    return np.asarray(np.nansum(squares, axis=1) / np.maximum(count, 1))
 
 
 def _shares(worth: Floats, own: Floats) -> Floats:
