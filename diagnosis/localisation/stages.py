@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import numpy as np
 
@@ -55,11 +55,10 @@ def stage_shares(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[Sta
         drawn = rng.multinomial(cells, np.full(cells, 1 / cells), size=_RESAMPLES).T.astype(np.float64)
         low, high = np.quantile(_shares(worth @ drawn, own @ drawn), [0.05, 0.95], axis=1)
     size = np.sqrt(np.maximum(own.mean(axis=1), 0.0))
+    rows = np.array([share, np.minimum(low, share), np.maximum(high, share), size]).T.tolist()
     entries = [
-        StageShare(
-            link.name, float(share[i]), (float(min(low[i], share[i])), float(max(high[i], share[i]))), float(size[i])
-        )
-        for i, link in enumerate(links)
+        StageShare(link.name, part, (lower, upper), own_gap)
+        for link, (part, lower, upper, own_gap) in zip(links, rows, strict=True)
     ]
     return tuple(sorted(entries, key=lambda entry: (entry.own, entry.share), reverse=True))
 
@@ -82,12 +81,19 @@ def chain_of(stages: Sequence[Stage]) -> tuple[Link, ...]:
     Raises `ValueError` without stages, or where none has a measured exit.
     """
     groups = _groups(stages)
-    simulated = [_from_entrance(groups[start:]) for start in range(len(groups))]
+    exits: list[list[Floats]] = [[] for _ in groups]
+    for start in range(len(groups)):
+        upstream: Upstream | None = None
+        for k, group in enumerate(groups[start:], start):
+            for stage in group[:-1]:
+                upstream = stage.output((), upstream)
+            exits[k].append(group[-1].simulated((), upstream))
+            if group is not groups[-1]:
+                upstream = group[-1].output((), upstream)
     links = []
     for k, group in enumerate(groups):
-        exits = [*(simulated[start][k - start] for start in range(k + 1)), np.asarray(group[-1].measured())]
-        parts = np.zeros((len(groups), *exits[0].shape))
-        parts[: k + 1] = np.diff(np.array(exits), axis=0)
+        gains = np.diff(np.array([*exits[k], group[-1].measured()]), axis=0)
+        parts = np.concatenate([gains, np.zeros((len(groups) - len(gains), *gains.shape[1:]))])
         floor = _floor(group, [stage for before in groups[:k] for stage in before])
         links.append(Link(_name(group), group[-1].observables, parts, floor))
     return tuple(links)
@@ -138,29 +144,10 @@ def _shares(worth: Floats, own: Floats) -> Floats:
 
 def _groups(stages: Sequence[Stage]) -> list[tuple[Stage, ...]]:
     """Stages up to the next one whose exit was measured belong together."""
-    groups: list[tuple[Stage, ...]] = []
-    waiting: tuple[Stage, ...] = ()
-    for stage in stages:
-        waiting = (*waiting, stage)
-        if np.isfinite(stage.measured()).any():
-            groups.append(waiting)
-            waiting = ()
-    if not groups:
+    stops = [i + 1 for i, stage in enumerate(stages) if np.isfinite(stage.measured()).any()]
+    if not stops:
         raise ValueError(f"none of {', '.join(s.name for s in stages) or 'no stages'} has a measured exit to compare")
-    return groups
-
-
-def _from_entrance(groups: Sequence[Sequence[Stage]]) -> list[Floats]:
-    """What every group's exit would show, from the measured entrance of the first one on."""
-    exits: list[Floats] = []
-    upstream: Upstream | None = None
-    for group in groups:
-        for stage in group:
-            if stage is group[-1]:
-                exits.append(np.asarray(stage.simulated((), upstream)))
-            if stage is not groups[-1][-1]:
-                upstream = stage.output((), upstream)
-    return exits
+    return [tuple(stages[first:stop]) for first, stop in pairwise([0, *stops])]
 
 
 def _floor(group: Sequence[Stage], before: Sequence[Stage]) -> Floats:

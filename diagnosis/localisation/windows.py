@@ -110,14 +110,15 @@ def spans(
 
 def _dyadic_windows(samples: int) -> Floats:
     """(W, p) of 0 and 1: all halves, quarters ... of the record, and as many in between."""
-    rows = []
-    length = samples
-    while length >= min(_SHORTEST, samples):
-        for start in range(0, samples - length + 1, max(1, length // 2)):
-            rows.append(np.zeros(samples))
-            rows[-1][start : start + length] = 1.0
-        length //= 2
-    return np.array(rows)
+    places = np.arange(samples)
+    lengths = [samples >> halvings for halvings in range(samples.bit_length())]
+    windows = [
+        (places >= start) & (places < start + length)
+        for length in lengths
+        if length >= min(_SHORTEST, samples)
+        for start in range(0, samples - length + 1, max(1, length // 2))
+    ]
+    return np.array(windows, dtype=np.float64)
 
 
 def _products(values: Floats, member: Floats) -> Floats:
