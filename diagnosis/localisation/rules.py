@@ -33,8 +33,8 @@ class Rule:
 
 def column_of(factor: str) -> tuple[str, float]:
     """A factor as the campaign's files name it, and its unit in SI: ("tank_pressure_bar", 1e5)."""
-    known = BY_NAME.get(factor)
-    return (known.column, known.scale) if known else (factor, 1.0)
+    column = BY_NAME.get(factor)
+    return (column.column, column.scale) if column else (factor, 1.0)
 
 
 def rules(configurations: Sequence[Configuration], least: int = 2) -> tuple[Rule, ...]:

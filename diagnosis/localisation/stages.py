@@ -48,17 +48,17 @@ def stage_shares(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[Sta
     """
     links, record = chain_of(stages), stages[0].record
     worth = np.mean([_worth(link, place, record) for place, link in enumerate(links)], axis=0)
-    own = np.array([_square(link.parts[i], link, record, link.floor) for i, link in enumerate(links)])
-    share = _shares(worth.sum(axis=1), own.sum(axis=1))
+    own_gap = np.array([_square(link.parts[i], link, record, link.floor) for i, link in enumerate(links)])
+    share = _shares(worth.sum(axis=1), own_gap.sum(axis=1))
     low, high, cells = np.zeros(len(links)), np.ones(len(links)), len(record.configurations)
     if cells > 1:
         drawn = rng.multinomial(cells, np.full(cells, 1 / cells), size=_RESAMPLES).T.astype(np.float64)
-        low, high = np.quantile(_shares(worth @ drawn, own @ drawn), [0.05, 0.95], axis=1)
-    size = np.sqrt(np.maximum(own.mean(axis=1), 0.0))
+        low, high = np.quantile(_shares(worth @ drawn, own_gap @ drawn), [0.05, 0.95], axis=1)
+    size = np.sqrt(np.maximum(own_gap.mean(axis=1), 0.0))
     rows = np.array([share, np.minimum(low, share), np.maximum(high, share), size]).T.tolist()
     entries = [
-        StageShare(link.name, part, (lower, upper), own_gap)
-        for link, (part, lower, upper, own_gap) in zip(links, rows, strict=True)
+        StageShare(link.name, part, (lower, upper), own)
+        for link, (part, lower, upper, own) in zip(links, rows, strict=True)
     ]
     return tuple(sorted(entries, key=lambda entry: (entry.own, entry.share), reverse=True))
 
@@ -135,10 +135,10 @@ def _square(values: Floats, link: Link, record: CampaignRecord, floor: Floats | 
     return np.asarray(np.nansum(squares, axis=1) / np.maximum(count, 1))
 
 
-def _shares(worth: Floats, own: Floats) -> Floats:
+def _shares(worth: Floats, own_gap: Floats) -> Floats:
     """(S, ...) from sums over configurations. Where the chain has no gap left by the scatter, own gaps are shared."""
-    gains, alone = np.maximum(worth, 0.0), np.maximum(own, 0.0)
-    gains = np.where(gains.sum(axis=0) > 0, gains, np.where(alone.sum(axis=0) > 0, alone, 1.0))
+    gains, own_gap = np.maximum(worth, 0.0), np.maximum(own_gap, 0.0)
+    gains = np.where(gains.sum(axis=0) > 0, gains, np.where(own_gap.sum(axis=0) > 0, own_gap, 1.0))
     return np.asarray(gains / gains.sum(axis=0))
 
 
@@ -160,8 +160,8 @@ def _floor(group: Sequence[Stage], before: Sequence[Stage]) -> Floats:
     faster = stage.simulated((), (velocities * (1 + _STEP)).tolist())
     slope = (faster - stage.simulated((), velocities.tolist())) / _STEP
     assumed = next((item.floor for first in before for item in first.observables if item.channel == "velocity"), 0.0)
-    known = [(run.velocity_u_m_s, run.velocity_m_s) for run in runs]
-    relative = np.array([u / v if u and v else assumed for u, v in known])
+    readings = [(run.velocity_u_m_s, run.velocity_m_s) for run in runs]
+    relative = np.array([u / v if u and v else assumed for u, v in readings])
     return np.asarray(np.sqrt(sheet**2 + np.mean((np.nan_to_num(slope) * relative[:, None]) ** 2, axis=0)))
 
 

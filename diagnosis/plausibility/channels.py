@@ -135,9 +135,9 @@ def _swapped(fits: EarlyFits) -> Iterator[Finding]:
 def _gains(fits: EarlyFits) -> Iterator[Finding]:
     """Of channels that fit but for their size; one finding for all where all are off alike."""
     centres = np.median(fits.log_gain, axis=0)
-    good = [i for i in range(len(fits.names)) if abs(fits.correlation[i, i]) >= _WELL and np.isfinite(centres[i])]
-    together = len(good) == len(fits.names) and np.ptp(centres) <= _ALIKE
-    for rows in [good] if together else [[i] for i in good]:
+    correlated = [i for i in range(len(fits.names)) if abs(fits.correlation[i, i]) >= _WELL and np.isfinite(centres[i])]
+    together = len(correlated) == len(fits.names) and np.ptp(centres) <= _ALIKE
+    for rows in [correlated] if together else [[i] for i in correlated]:
         channel = "acceleration" if len(rows) > 1 else fits.names[rows[0]]
         shifts = [(channel, mistake, math.log(factor)) for factor, mistake in mistakes("acceleration")]
         if together:

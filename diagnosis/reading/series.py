@@ -143,10 +143,10 @@ def _cut_ringing(session: Session, rows: Iterable[RecordedChannel]) -> dict[str,
 
 def _begin_of_loudest(values: Floats, rate_hz: float) -> int:
     """The sample from which a record (n,) stays within `_RISE_S` above a share of its largest deviation from rest."""
-    away = np.abs(np.nan_to_num(values - np.nanmedian(values)))
-    top = int(np.argmax(away))
+    deviation = np.abs(np.nan_to_num(values - np.nanmedian(values)))
+    top = int(np.argmax(deviation))
     first = max(0, top - round(_RISE_S * rate_hz))
-    return first + int(np.argmax(away[first : top + 1] > _RISE * away[top]))
+    return first + int(np.argmax(deviation[first : top + 1] > _RISE * deviation[top]))
 
 
 def _cut(session: Session, row: RecordedChannel, start_s: float, before_s: float, after_s: float) -> Series:
