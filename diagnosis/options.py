@@ -53,7 +53,7 @@ class Options:
                 raise ValueError(f"uncertain {name!r}: expected {names}, a nominal parameter of that stage")
 
     @property
-    def widened(self) -> dict[str, float]:
+    def tolerance_scale(self) -> dict[str, float]:
         """By how much each stage's tolerances are widened."""
         return {stage: value / TOLERANCES[stage] for stage, value in self.tolerances.items()}
 

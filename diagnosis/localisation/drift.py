@@ -93,8 +93,9 @@ def _trend(residual: Floats, order: Floats, group: Rows, rng: np.random.Generato
     values = np.nan_to_num(deviation)
     if not np.abs(time[values.any(axis=1)]).max(initial=0.0) > 1e-9 * np.abs(order).max():
         return _Trend(np.zeros(values.shape[1]), np.ones(values.shape[1]))
-    observed = _correlation(values, time)
-    steepest = [_correlation(values, time[_within(group, rng)]).max() for _ in range(permutations)]
+    unit = values / np.maximum(np.linalg.norm(values, axis=0), 1e-300)
+    observed = np.abs(time @ unit)
+    steepest = [np.abs(time[_within(group, rng)] @ unit).max() for _ in range(permutations)]
     p_value = (1 + (np.array(steepest)[:, None] >= observed).sum(axis=0)) / (1 + permutations)
     weight = np.maximum((np.isfinite(deviation) * time[:, None] ** 2).sum(axis=0), 1e-300)
     return _Trend(time @ values / weight, p_value)
@@ -173,9 +174,3 @@ def _within(group: Rows, rng: np.random.Generator) -> Rows:
     permutation = np.empty(len(group), dtype=np.intp)
     permutation[np.argsort(group, kind="stable")] = np.lexsort((rng.random(len(group)), group))
     return permutation
-
-
-def _correlation(values: Floats, time: Floats) -> Floats:
-    """(d,): how closely values (n, d) go with places (n,), whatever the sign."""
-    norm = np.linalg.norm(values, axis=0) * np.linalg.norm(time)
-    return np.asarray(np.abs(time @ values) / np.maximum(norm, 1e-300))
