@@ -140,13 +140,10 @@ def _best_rule(candidates: Sequence[Rule], squared_t: Floats, table: _StageGaps)
     759): otherwise chance always finds a second condition.
     """
     inside = [i for i, rule in enumerate(candidates) if table.rms(rule.inside) > table.rms(~rule.inside)]
-    single = [i for i in inside if candidates[i].conditions == 1]
     if not inside:
         return None
     best = max(inside, key=lambda i: squared_t[i])
-    if not single or best in single:
-        return candidates[best]
-    plain = max(single, key=lambda i: squared_t[i])
+    plain = max((i for i in inside if candidates[i].conditions == 1), key=lambda i: squared_t[i], default=best)
     cells = len(table.rows)
     gain = cells * np.log((1 + squared_t[best] / (cells - 2)) / (1 + squared_t[plain] / (cells - 2)))
     return candidates[best if gain > 2 * np.log(len(candidates)) + np.log(cells) else plain]

@@ -16,7 +16,7 @@ import numpy as np
 from ...twin.plate.modal import ModalPlate
 from ...twin.plate.respond import kept_below, respond
 from ..record import CampaignRecord, Floats, Run, Series
-from .unit_factors import Finding, LogGap, Suspicion, fitting, mistakes, unit_finding
+from .unit_factors import Finding, LogGap, Suspicion, mistakes, unit_finding
 
 #: From the start of contact on; longer where the force takes longer, to so many times its rise.
 _EARLY_S, _RISES = 1e-3, 2.0
@@ -143,6 +143,6 @@ def _gains(fits: EarlyFits) -> Iterator[Finding]:
         if together:
             shifts += [("force", mistake, -math.log(factor)) for factor, mistake in mistakes("force")]
         gains = fits.log_gain[:, rows]
-        suspects = fitting(Suspicion(name, mistake, shift, LogGap.of(gains - shift)) for name, mistake, shift in shifts)
-        if suspects:
-            yield unit_finding(channel, "plate", LogGap.of(gains), suspects)
+        suspicions = (Suspicion(name, mistake, shift, LogGap.of(gains - shift)) for name, mistake, shift in shifts)
+        if finding := unit_finding(channel, "plate", LogGap.of(gains), suspicions):
+            yield finding

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal, Self
 
@@ -115,14 +115,13 @@ class Suspicion:
         return "name" if size >= WORTH_A_LOOK and off <= near and scatter <= _NEAR_SAME else None
 
 
-def fitting(suspicions: Iterable[Suspicion]) -> list[Suspicion]:
-    """Those that fit, least remaining gap first; with a refusal among them only refusals."""
+def unit_finding(reading: str, stage: str, gap: LogGap, suspicions: Iterable[Suspicion]) -> Finding | None:
+    """`reading` is off by `gap` from what `stage` gives: the likeliest of the mistakes that would explain it, least
+    remaining gap first; with a refusal among them only refusals. None where no mistake fits."""
     fits = sorted((item for item in suspicions if item.severity), key=lambda item: item.remaining.rms)
-    return [item for item in fits if item.severity == "refuse"] or fits
-
-
-def unit_finding(reading: str, stage: str, gap: LogGap, suspects: Sequence[Suspicion]) -> Finding:
-    """`reading` is off by `gap` from what `stage` gives; `suspects` fit, the likeliest first, all of one severity."""
+    suspects = [item for item in fits if item.severity == "refuse"] or fits
+    if not suspects:
+        return None
     first = suspects[0]
     texts = list(dict.fromkeys(f"{suspect.channel}: {suspect.mistake}" for suspect in suspects))[:_NAMED]
     message = (

@@ -15,7 +15,7 @@ import numpy as np
 from ...twin.gun.shot import ATMOSPHERE_PA
 from ..observables.base import Stage
 from ..record import CampaignRecord, Floats
-from .unit_factors import ORDER, WORTH_A_LOOK, Finding, LogGap, Suspicion, fitting, mistakes, unit_finding
+from .unit_factors import ORDER, WORTH_A_LOOK, Finding, LogGap, Suspicion, mistakes, unit_finding
 
 #: One atmosphere is suspected where taking it off leaves a third of a gap of this size (nats), and no more than that.
 _PRESSURE_GAP, _PRESSURE_SHARE, _PRESSURE_REST = 0.15, 1 / 3, 0.05
@@ -91,8 +91,8 @@ def _stage_finding(record: CampaignRecord, stage: Stage) -> tuple[float, Finding
         simulated = stage.simulated(upstream=(_readings(record, name) / factor).tolist())
         remaining = LogGap.of(_by_configuration(record, measured - simulated)[:, columns], scaled)
         suspicions.append(Suspicion(entrance, mistake, gap.centre - remaining.centre, remaining))
-    suspects = fitting(suspicions)
-    return (gap.rms, unit_finding(channel, stage.name, gap, suspects)) if suspects else None
+    finding = unit_finding(channel, stage.name, gap, suspicions)
+    return (gap.rms, finding) if finding else None
 
 
 def _readings(record: CampaignRecord, name: str) -> Floats:
