@@ -135,7 +135,9 @@ def _explained_by(values: Sequence[Factor | None]) -> tuple[Floats, Rows]:
 
     constant = np.ones(len(values))
     if all(isinstance(value, int | float) for value in values):
-        return np.column_stack([constant, rankdata(values)]), np.zeros(len(values), dtype=np.intp)
+        return np.column_stack([constant, rankdata(np.array(values, dtype=np.float64))]), np.zeros(
+            len(values), dtype=np.intp
+        )
     levels, group = np.unique([str(value) for value in values], return_inverse=True)
     return np.column_stack([constant, np.eye(len(levels))[group]]), group
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
@@ -86,8 +87,8 @@ class _StageGaps:
     def excess(self, inside: NDArray[np.bool_]) -> float:
         """Rms gap inside less that outside, in floors."""
         squares = self.gap**2 / np.maximum(self.noise, 1e-12)
-        within, outside = (np.sqrt(max(0.0, np.nanmean(squares[part]) - 1)) for part in (inside, ~inside))
-        return float(within - outside)
+        within, outside = (math.sqrt(max(0.0, float(np.nanmean(squares[part])) - 1)) for part in (inside, ~inside))
+        return within - outside
 
     def scores(self) -> Floats:
         """(C, 2): along the main direction, and in size; both logarithmic where they are large."""
