@@ -57,8 +57,8 @@ def stage_shares(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[Sta
     size = np.sqrt(np.maximum(own_gap.mean(axis=1), 0.0))
     rows = np.array([share, np.minimum(low, share), np.maximum(high, share), size]).T.tolist()
     entries = [
-        StageShare(link.name, part, (lower, upper), own)
-        for link, (part, lower, upper, own) in zip(links, rows, strict=True)
+        StageShare(link.name, part, (lower, upper), own_size)
+        for link, (part, lower, upper, own_size) in zip(links, rows, strict=True)
     ]
     return tuple(sorted(entries, key=lambda entry: (entry.own, entry.share), reverse=True))
 

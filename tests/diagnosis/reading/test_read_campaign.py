@@ -74,9 +74,9 @@ def test_a_stored_campaign_is_read_as_its_folder(store: Store, tmp_path: Path) -
     ingest_folder(store, folder)
     with store.reading() as session:
         stored = read_campaign(session, "plate")
-    other = read_folder(folder)
-    assert stored.configurations == other.configurations
-    assert stored.assumptions == other.assumptions
+    from_folder = read_folder(folder)
+    assert stored.configurations == from_folder.configurations
+    assert stored.assumptions == from_folder.assumptions
 
 
 def test_an_unknown_campaign_is_refused_with_those_there_are(store: Store, tmp_path: Path) -> None:
@@ -89,12 +89,12 @@ def test_an_unknown_campaign_is_refused_with_those_there_are(store: Store, tmp_p
 def test_so_many_of_each_group_are_chosen_first_and_last_among_them(groups: list[int | None], most: int) -> None:
     chosen = evenly_chosen(groups, most)
     assert chosen == sorted(set(chosen))
-    for group in {each for each in groups if each is not None}:
-        members = [i for i, each in enumerate(groups) if each == group]
-        mine = [i for i in chosen if groups[i] == group]
-        assert len(mine) == min(most, len(members))
-        assert mine[0] == members[0]
-        assert most == 1 or mine[-1] == members[-1]
+    for group in {member for member in groups if member is not None}:
+        members = [i for i, member in enumerate(groups) if member == group]
+        members_chosen = [i for i in chosen if groups[i] == group]
+        assert len(members_chosen) == min(most, len(members))
+        assert members_chosen[0] == members[0]
+        assert most == 1 or members_chosen[-1] == members[-1]
     assert all(groups[i] is not None for i in chosen)
 
 
