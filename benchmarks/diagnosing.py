@@ -106,7 +106,7 @@ def _simply(folder: Path, found: Answers, forest: Forest | None) -> None:
     """The simpler ways, which share the reading, and those that weigh effects their simulation."""
     begin = time.perf_counter()
     stages, _ = stages_of(record := read_folder(folder), ASKED)
-    gap = GapTable.of(record, stages, ASKED.widened)
+    gap = GapTable.of(record, stages, ASKED.tolerance_scale)
     read = time.perf_counter() - begin
     problem = Problem.of(gap, InferenceProblem.of(gap, stages, list(catalogue().values())))
     found.seconds[READING] = time.perf_counter() - begin

@@ -53,7 +53,7 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
     rng = np.random.default_rng(options.seed)
     stages, notes = stages_of(record, options)
     notes = (*notes, *_plausible(record, stages))
-    gap = GapTable.of(record, stages, options.widened)
+    gap = GapTable.of(record, stages, options.tolerance_scale)
     tell(1, _STEPS, "effects")
     posterior = Posterior.of(gap, stages, _kinds(options, stages))
     tell(2, _STEPS, "shares")

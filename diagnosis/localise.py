@@ -12,6 +12,7 @@ from .localisation.factor_regions import factor_regions
 from .localisation.stages import stage_shares
 from .localisation.windows import amplitude_residual_db, frequency_bands, time_windows
 from .observables.base import Stage
+from .observables.contact.residuals import pulse_residuals
 from .observables.contact.stage import ContactStage
 from .verdict import Band, TimeWindow, Where
 
@@ -31,17 +32,15 @@ def localise_gap(gap: GapTable, stages: Sequence[Stage], rng: np.random.Generato
 
 
 def _of_pulses(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[tuple[TimeWindow, ...], tuple[Band, ...]]:
-    from .observables.contact.residuals import pulse_residuals
-
     stage = next((stage for stage in stages if isinstance(stage, ContactStage)), None)
     if stage is None:
         return (), ()
     pulses = pulse_residuals(stage)
-    known = np.isfinite(pulses.measured).all(axis=1) & np.isfinite(pulses.simulated).all(axis=1)
-    of = stage.record.configuration_of[known]
-    windows = time_windows(pulses.time_s, pulses.measured[known], pulses.simulated[known], of, "force", rng)
+    runs = np.isfinite(pulses.measured).all(axis=1) & np.isfinite(pulses.simulated).all(axis=1)
+    of = stage.record.configuration_of[runs]
+    windows = time_windows(pulses.time_s, pulses.measured[runs], pulses.simulated[runs], of, "force", rng)
     lines, level = amplitude_residual_db(
-        pulses.frequency_hz, pulses.measured_spectrum_n_s[known], pulses.simulated_spectrum_n_s[known]
+        pulses.frequency_hz, pulses.measured_spectrum_n_s[runs], pulses.simulated_spectrum_n_s[runs]
     )
     return windows, frequency_bands(lines, level, of, "force", rng) if lines.size else ()
 
@@ -49,11 +48,13 @@ def _of_pulses(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[tuple
 def _of_spectra(gap: GapTable, rng: np.random.Generator) -> tuple[Band, ...]:
     """Bands of the shock response spectra, by channel."""
     bands: list[Band] = []
-    lines = [i for i, item in enumerate(gap.observables) if item.unit == "dB" and item.frequency_hz is not None]
-    for channel in dict.fromkeys(gap.observables[i].channel for i in lines):
-        columns = [i for i in lines if gap.observables[i].channel == channel]
-        frequency = np.array([gap.observables[i].frequency_hz for i in columns], dtype=np.float64)
-        known = np.isfinite(gap.residuals[:, columns]).all(axis=1)
-        of = gap.record.configuration_of[known]
-        bands += frequency_bands(frequency, gap.residuals[known][:, columns], of, channel, rng)
+    lines: dict[str, dict[int, float]] = {}
+    for column, item in enumerate(gap.observables):
+        if item.unit == "dB" and item.frequency_hz is not None:
+            lines.setdefault(item.channel, {})[column] = item.frequency_hz
+    for channel, frequency_hz in lines.items():
+        levels = gap.residuals[:, list(frequency_hz)]
+        runs = np.isfinite(levels).all(axis=1)
+        of = gap.record.configuration_of[runs]
+        bands += frequency_bands(np.array([*frequency_hz.values()]), levels[runs], of, channel, rng)
     return tuple(bands)

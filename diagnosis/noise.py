@@ -51,25 +51,22 @@ class Noise:
         (Ledoit and Wolf, J. Portfolio Manag. 30 (2004) 110, with a weight that is fixed since the optimal one is itself
         uncertain with few runs). Drawn towards none, a shot that is louder as a whole would count once for each line.
         """
-        known = np.isfinite(deviations)
-        values = np.where(known, deviations, 0.0)
-        member = (np.arange(configuration.max() + 1)[:, None] == configuration).astype(np.float64)  # (C, R)
-        count = member @ known
-        freedom = (count - (count > 0)).sum(axis=0)
+        measured = np.isfinite(deviations)
+        values = np.where(measured, deviations, 0.0)
+        member = np.eye(configuration.max() + 1)[:, configuration]
+        count = member @ measured
+        freedom = np.maximum(count - 1, 0.0).sum(axis=0)
         sheet = np.array([item.floor for item in observables]) ** 2
         relative = _relative_scatter(member @ values**2, np.maximum(count - 1, 0.0), sheet)
         values = values / relative[configuration]
         squares = (values**2).sum(axis=0)
-        variance = (squares + SHEET_WEIGHT * sheet) / (freedom + SHEET_WEIGHT)
-        norm = np.sqrt(squares)
+        sigma = np.sqrt((squares + SHEET_WEIGHT * sheet) / (freedom + SHEET_WEIGHT))
         with np.errstate(invalid="ignore", divide="ignore"):
-            correlation = np.nan_to_num((values.T @ values) / np.outer(norm, norm))
+            correlation = np.nan_to_num((values.T @ values) / np.sqrt(np.outer(squares, squares)))
         np.fill_diagonal(correlation, 1.0)
         typical = float(np.median(freedom))
-        share = typical / (typical + PLAIN_WEIGHT * len(observables)) if typical > 0 else 0.0
+        share = typical / (typical + PLAIN_WEIGHT * len(observables))
         correlation = share * correlation + (1 - share) * _shared(correlation, observables, typical)
-        np.fill_diagonal(correlation, 1.0)
-        sigma = np.sqrt(variance)
         return cls(correlation * np.outer(sigma, sigma), freedom, relative)
 
 
@@ -99,23 +96,18 @@ def _relative_scatter(squares: Floats, freedom: Floats, sheet: Floats) -> Floats
 
 def _shared(correlation: Floats, observables: Sequence[Observable], freedom: float) -> Floats:
     """(D, D): mean correlation of the lines of each channel, with each other and with all else; one on the diagonal."""
-    keys = [_block(item, index) for index, item in enumerate(observables)]
+    # What is no line stands alone.
+    keys = [(o.stage, o.channel, o.unit, i if o.frequency_hz is None else -1) for i, o in enumerate(observables)]
     names = list(dict.fromkeys(keys))
     member = np.array([[key == name for name in names] for key in keys], dtype=np.float64)
     count = member.sum(axis=0)
     mean = member.T @ (correlation - np.eye(len(keys))) @ member
     mean /= np.outer(count, count) - np.diag(count) + np.diag(count == 1)
-    mean *= freedom / (freedom + PLAIN_WEIGHT * len(names)) if freedom > 0 else 0.0
+    mean *= freedom / (freedom + PLAIN_WEIGHT * len(names))
     mean[np.diag_indices(len(names))] = np.where(count == 1, 1.0, np.maximum(np.diag(mean), 0.0))
     values, vectors = np.linalg.eigh(mean)
     mean = (vectors * np.maximum(values, 0.0)) @ vectors.T
     size = np.sqrt(np.maximum(np.diag(mean), 1.0))
-    found = member @ (mean / np.outer(size, size)) @ member.T
-    np.fill_diagonal(found, 1.0)
-    return np.asarray(found)
-
-
-def _block(item: Observable, index: int) -> tuple[str, ...]:
-    """Lines and amplitudes of a channel go together; what is no line stands alone."""
-    alone = str(index) if item.frequency_hz is None else ""
-    return item.stage, item.channel, item.unit, alone
+    shared = member @ (mean / np.outer(size, size)) @ member.T
+    np.fill_diagonal(shared, 1.0)
+    return np.asarray(shared)

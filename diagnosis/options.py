@@ -49,11 +49,11 @@ class Options:
                 raise ValueError(f"tolerance of {stage} = {value!r}: expected a positive number")
         for name in self.uncertain:
             if name.partition(".")[0] not in _UNCERTAIN:
-                known = " or ".join(f"{stage}.NAME" for stage in _UNCERTAIN)
-                raise ValueError(f"uncertain {name!r}: expected {known}, a nominal parameter of that stage")
+                names = " or ".join(f"{stage}.NAME" for stage in _UNCERTAIN)
+                raise ValueError(f"uncertain {name!r}: expected {names}, a nominal parameter of that stage")
 
     @property
-    def widened(self) -> dict[str, float]:
+    def tolerance_scale(self) -> dict[str, float]:
         """By how much each stage's tolerances are widened."""
         return {stage: value / TOLERANCES[stage] for stage, value in self.tolerances.items()}
 

@@ -34,6 +34,12 @@ class Series:
         before = self.values[self.time_s < 0]
         return float(np.median(before)) if before.size else 0.0
 
+    @property
+    def excursions(self) -> tuple[float, float]:
+        """How far the samples rise above their rest, and how far they fall below it."""
+        above_rest = self.values - self.rest
+        return float(above_rest.max(initial=0.0)), float(-above_rest.min(initial=0.0))
+
 
 @dataclass(frozen=True)
 class Configuration:

@@ -71,7 +71,7 @@ def _staged(case: Case, seed: int, options: Options) -> tuple[tuple[Stage, ...],
         record_case(case, Path(place) / "campaign", seed)
         record = read_folder(Path(place) / "campaign")
     stages, _ = stages_of(record, options)
-    return stages, GapTable.of(record, stages, options.widened)
+    return stages, GapTable.of(record, stages, options.tolerance_scale)
 
 
 def _best(case: Case, stages: Sequence[Stage], gap: GapTable, options: Options) -> dict[str, Any]:

@@ -92,7 +92,7 @@ def _simply(folder: Path, options: Options) -> dict[str, Any]:
 
     record = read_folder(folder)
     stages, _ = stages_of(record, options)
-    gap = GapTable.of(record, stages, options.widened)
+    gap = GapTable.of(record, stages, options.tolerance_scale)
     problem = Problem.of(gap, InferenceProblem.of(gap, stages, list(catalogue().values())))
     simple = {name: _short(answer(problem)) for name, answer in BASELINES.items()}
     return {"simple": simple, "features": featured(problem)}
@@ -108,7 +108,7 @@ def _naive(folder: Path, options: Options) -> dict[str, Any]:
     try:
         record = read_folder(folder)
         stages, _ = stages_of(record, options)
-        return joint_ridge(stages, GapTable.of(record, stages, options.widened))
+        return joint_ridge(stages, GapTable.of(record, stages, options.tolerance_scale))
     except Exception as error:  # noqa: BLE001 - a baseline that fails must not take the answer with it
         return {"error": f"{type(error).__name__}: {error}"}
 

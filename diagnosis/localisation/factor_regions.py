@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
@@ -52,7 +53,7 @@ def factor_regions(
         columns = [i for i, item in enumerate(observables) if item.stage == stage]
         items = [observables[i] for i in columns]
         tables.append(_StageGaps.of(residual[:, columns], configuration, len(configurations), items))
-    sizes = [table.rms(np.ones(len(table.rows), dtype=bool)) for table in tables]
+    sizes = [table.rms(np.full(len(table.rows), fill_value=True)) for table in tables]
     searches: list[_Search] = []
     for table, size in zip(tables, sizes, strict=True):
         if size > 0 and size >= 0.5 * max(sizes) and len(table.rows) >= _FEWEST:
@@ -63,71 +64,63 @@ def factor_regions(
 
 @dataclass(frozen=True, eq=False)
 class _StageGaps:
-    """Mean gaps (C, d) of one stage in tolerances and in floors, of the configurations of the record that have one,
-    `rows` (C,).
+    """Mean gaps (C, d) of one stage in tolerances, and their variance (C, d), of the configurations of the record that
+    have one, `rows` (C,)."""
 
-    `noise` (C, d) is the variance of the former; `scores` (C, q) are what rules split.
-    """
-
-    tolerances: Floats
-    floors: Floats
+    gap: Floats
     noise: Floats
-    scores: Floats
     rows: Rows
 
     @classmethod
     def of(cls, residual: Floats, configuration: Rows, configurations: int, observables: Sequence[Observable]) -> Self:
         """From residuals (R, d) of runs."""
-        means = Means.of(residual, configuration, configurations, floors(observables))
+        scale = tolerances(observables)
+        means = Means.of(residual / scale, configuration, configurations, floors(observables) / scale)
         rows = np.flatnonzero(np.isfinite(means.mean).any(axis=1))
-        gap, noise = means.mean[rows] / tolerances(observables), means.variance[rows] / tolerances(observables) ** 2
-        # Half a tolerance is the noise of a simulator: else one observable that scatters little would be all there is.
-        white = np.nan_to_num(gap / np.sqrt(noise + 0.25))
-        return cls(gap, gap / np.sqrt(np.maximum(noise, 1e-12)), noise, _scores(white), rows)
+        return cls(means.mean[rows], means.variance[rows], rows)
 
     def rms(self, inside: NDArray[np.bool_]) -> float:
         """In tolerances, the scatter of the repetitions taken off; 0 where there is nothing."""
-        square = (self.tolerances[inside] ** 2 - self.noise[inside])[np.isfinite(self.tolerances[inside])]
-        return float(np.sqrt(max(0.0, float(square.mean())))) if square.size else 0.0
+        square = (self.gap**2 - self.noise)[inside]
+        return float(np.sqrt(max(0.0, float(np.nanmean(square))))) if np.isfinite(square).any() else 0.0
 
     def excess(self, inside: NDArray[np.bool_]) -> float:
         """Rms gap inside less that outside, in floors."""
-        squares = [float(np.nanmean(self.floors[part] ** 2)) - 1 for part in (inside, ~inside)]
-        within, outside = np.sqrt(np.maximum(squares, 0.0))
-        return float(within - outside)
+        squares = self.gap**2 / np.maximum(self.noise, 1e-12)
+        within, outside = (math.sqrt(max(0.0, float(np.nanmean(squares[part])) - 1)) for part in (inside, ~inside))
+        return within - outside
+
+    def scores(self) -> Floats:
+        """(C, 2): along the main direction, and in size; both logarithmic where they are large."""
+        # Half a tolerance is the noise of a simulator: else one observable that scatters little would be all there is.
+        white = np.nan_to_num(self.gap / np.sqrt(self.noise + 0.25))
+        direction = np.linalg.svd(white, full_matrices=False)[2][:1].T
+        size = np.log(np.mean(white**2, axis=1, keepdims=True) + 0.25)
+        return np.concatenate([np.arcsinh(white @ direction), size], axis=1)
 
 
 #: The best rule by one score of a stage, the stage's gaps, and the p-value of the search for the rule.
 _Search = tuple[Rule | None, _StageGaps, float]
 
 
-def _scores(white: Floats) -> Floats:
-    """(C, q): along the main direction, and in size; both logarithmic where they are large."""
-    if not white.size:
-        return np.empty((len(white), 0))
-    direction = np.linalg.svd(white, full_matrices=False)[2][:1].T
-    size = np.log(np.mean(white**2, axis=1, keepdims=True) + 0.25)
-    return np.concatenate([np.arcsinh(white @ direction), size], axis=1)
-
-
 def _search(
     table: _StageGaps, candidates: Sequence[Rule], rng: np.random.Generator, permutations: int
 ) -> list[_Search]:
     """Two for each score: among rules of one condition, which are few, and among all."""
-    masks = np.array([rule.inside for rule in candidates], dtype=np.float64)
+    scores, masks = table.scores(), np.array([rule.inside for rule in candidates], dtype=np.float64)
     single = [i for i, rule in enumerate(candidates) if rule.conditions == 1]
     families = [single, list(range(len(candidates)))] if 0 < len(single) < len(candidates) else [[*range(len(masks))]]
-    observed = _squared_t(table.scores, masks)
+    observed = _squared_t(scores, masks)
     largest = np.array([observed[family].max(axis=0) for family in families]) * (1 - 1e-9)
     count = np.zeros(largest.shape)
     for _ in range(permutations):
-        permuted = _squared_t(rng.permutation(table.scores), masks)
+        permuted = _squared_t(rng.permutation(scores), masks)
         count += np.array([permuted[family].max(axis=0) for family in families]) >= largest
     p_values = (1 + count) / (1 + permutations)
     return [
         (_best_rule([candidates[i] for i in family], observed[family, q], table), table, float(p_values[at, q]))
         for at, family in enumerate(families)
-        for q in range(table.scores.shape[1])
+        for q in range(scores.shape[1])
     ]
 
 
@@ -148,14 +141,11 @@ def _best_rule(candidates: Sequence[Rule], squared_t: Floats, table: _StageGaps)
     759): otherwise chance always finds a second condition.
     """
     inside = [i for i, rule in enumerate(candidates) if table.rms(rule.inside) > table.rms(~rule.inside)]
-    single = [i for i in inside if candidates[i].conditions == 1]
     if not inside:
         return None
     best = max(inside, key=lambda i: squared_t[i])
-    if not single or best in single:
-        return candidates[best]
-    plain = max(single, key=lambda i: squared_t[i])
-    cells = len(table.scores)
+    plain = max((i for i in inside if candidates[i].conditions == 1), key=lambda i: squared_t[i], default=best)
+    cells = len(table.rows)
     gain = cells * np.log((1 + squared_t[best] / (cells - 2)) / (1 + squared_t[plain] / (cells - 2)))
     return candidates[best if gain > 2 * np.log(len(candidates)) + np.log(cells) else plain]
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..gap import Floats, Rows, means
 from ..observables.base import Observable
 
-__all__ = ["Floats", "Means", "Rows", "floors", "mean_square", "tolerances"]
+__all__ = ["Floats", "Means", "Rows", "floors", "tolerances"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,12 +29,6 @@ class Means:
         freedom = np.maximum(count - 1, 0).sum(axis=0)
         scatter = np.where(freedom > 0, np.sqrt((deviation**2).sum(axis=0) / np.maximum(freedom, 1)), floor)
         return cls(mean, np.where(count > 0, scatter**2 / np.maximum(count, 1), np.nan))
-
-
-def mean_square(squares: Floats) -> Floats:
-    """(C,): mean over the observables of (C, d) that are finite; 0 where none is."""
-    known = np.isfinite(squares)
-    return np.asarray(np.where(known, squares, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1))
 
 
 def tolerances(observables: Sequence[Observable]) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, pairwise
 
@@ -13,26 +13,28 @@ from numpy.typing import NDArray
 from ...schema.columns import BY_NAME
 from ..record import Configuration, Factor
 
-_AND, _SIGN = " and ", " (?:=|!=|>|<=) "
+_AND, _SIGN = " and ", "(?:=|!=|>|<=)"
 
 
 @dataclass(frozen=True, eq=False)
 class Rule:
     """`inside` (C,) are the configurations that it holds for.
 
-    `same`: rules of one condition on other factors that hold for the same configurations.
+    `same`: rules of one condition on other factors that hold for the same configurations. `columns`: the factors of
+    all of these, as the campaign's files name them.
     """
 
     text: str
     conditions: int
     inside: NDArray[np.bool_]
+    columns: frozenset[str]
     same: tuple[str, ...] = ()
 
 
 def column_of(factor: str) -> tuple[str, float]:
     """A factor as the campaign's files name it, and its unit in SI: ("tank_pressure_bar", 1e5)."""
-    known = BY_NAME.get(factor)
-    return (known.column, known.scale) if known else (factor, 1.0)
+    column = BY_NAME.get(factor)
+    return (column.column, column.scale) if column else (factor, 1.0)
 
 
 def rules(configurations: Sequence[Configuration], least: int = 2) -> tuple[Rule, ...]:
@@ -44,23 +46,18 @@ def rules(configurations: Sequence[Configuration], least: int = 2) -> tuple[Rule
     names = dict.fromkeys(name for configuration in configurations for name in configuration.factors)
     single = [rule for name in names for rule in _conditions(name, configurations)]
     pairs = [
-        Rule(f"{first.text}{_AND}{second.text}", 2, first.inside & second.inside)
+        Rule(f"{first.text}{_AND}{second.text}", 2, first.inside & second.inside, first.columns | second.columns)
         for first, second in combinations(single, 2)
     ]
     distinct: dict[bytes, Rule] = {}
     for rule in [*single, *pairs]:
         size, key = int(rule.inside.sum()), rule.inside.tobytes()
-        if not least <= size <= len(configurations) - least:
-            continue
-        first = distinct.setdefault(key, rule)
-        if rule.conditions == 1 and _column(rule.text) not in map(_column, (first.text, *first.same)):
-            distinct[key] = replace(first, same=(*first.same, rule.text))
+        if least <= size <= len(configurations) - least:
+            first = distinct.setdefault(key, rule)
+            if rule.conditions == 1 and not rule.columns <= first.columns:
+                same, columns = (*first.same, rule.text), first.columns | rule.columns
+                distinct[key] = replace(first, same=same, columns=columns)
     return tuple(distinct.values())
-
-
-def _column(text: str) -> str:
-    """The factor of a rule of one condition."""
-    return re.split(_SIGN, text, maxsplit=1)[0]
 
 
 def holds(text: str, factors: Mapping[str, Factor]) -> bool:
@@ -69,17 +66,13 @@ def holds(text: str, factors: Mapping[str, Factor]) -> bool:
     Raises `ValueError` for a text that is no rule, `LookupError` for a factor that the configuration does not have.
     """
     named = {column_of(name)[0]: (value, column_of(name)[1]) for name, value in factors.items()}
-    return all(_holds(condition, named) for condition in _split(text, named))
-
-
-def _split(text: str, columns: Iterable[str]) -> list[str]:
-    """The conditions of a rule. A level may hold the word "and": only before a column and its sign does it join."""
-    heads = "|".join(re.escape(column) for column in columns)
-    return re.split(rf"{_AND}(?=(?:{heads}){_SIGN})", text) if heads else text.split(_AND)
+    # A level may hold the word "and": only before a column and its sign does it join two conditions.
+    columns = "|".join(map(re.escape, named))
+    return all(_holds(condition, named) for condition in re.split(f"{_AND}(?=(?:{columns}) {_SIGN} )", text))
 
 
 def _holds(condition: str, named: Mapping[str, tuple[Factor, float]]) -> bool:
-    match = re.fullmatch(r"(.+?) (=|!=|>|<=) (.*)", condition, re.DOTALL)
+    match = re.fullmatch(f"(.+?) ({_SIGN}) (.*)", condition, re.DOTALL)
     if match is None:
         raise ValueError(f"{condition!r} is no rule: expected 'factor = level' or 'factor > number'")
     column, sign, level = match.groups()
@@ -98,15 +91,14 @@ def _conditions(name: str, configurations: Sequence[Configuration]) -> list[Rule
     if all(isinstance(value, int | float) for value in values):
         numbers = np.array(values, dtype=np.float64)
         thresholds = [short_between(low / unit, high / unit) for low, high in pairwise(np.unique(numbers))]
-        return [
-            Rule(f"{column} {sign} {number:.12g}", 1, (numbers / unit > number) == (sign == ">"))
-            for number in thresholds
-            for sign in (">", "<=")
-        ]
-    words = np.array(["" if value is None else _word(value, unit) for value in values])
-    levels = [word for word in dict.fromkeys(words.tolist()) if word]
-    equal = [Rule(f"{column} = {level}", 1, words == level) for level in levels]
-    return equal + [Rule(f"{column} != {level}", 1, words != level) for level in levels if len(levels) > 2]
+        above = [(f"{number:.12g}", numbers / unit > number) for number in thresholds]
+        texts = [(f"{column} {sign} {number}", part == (sign == ">")) for number, part in above for sign in (">", "<=")]
+    else:
+        words = np.array(["" if value is None else _word(value, unit) for value in values])
+        levels = [word for word in dict.fromkeys(words.tolist()) if word]
+        texts = [(f"{column} = {level}", words == level) for level in levels]
+        texts += [(f"{column} != {level}", words != level) for level in levels if len(levels) > 2]
+    return [Rule(text, 1, inside, frozenset({column})) for text, inside in texts]
 
 
 def _word(value: Factor, unit: float) -> str:

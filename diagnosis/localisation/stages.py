@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import numpy as np
 
 from ..observables.base import Observable, Stage, Upstream
 from ..record import CampaignRecord
 from ..verdict import StageShare
-from .means import Floats, Means, floors, mean_square, tolerances
+from .means import Floats, Means, floors, tolerances
 
 _RESAMPLES = 2000
 #: Relative step of the velocity in finite differences.
@@ -47,18 +48,17 @@ def stage_shares(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[Sta
     """
     links, record = chain_of(stages), stages[0].record
     worth = np.mean([_worth(link, place, record) for place, link in enumerate(links)], axis=0)
-    own = np.array([_square(link.parts[i], link, record, link.floor) for i, link in enumerate(links)])
-    share = _shares(worth.sum(axis=1), own.sum(axis=1))
+    own_gap = np.array([_square(link.parts[i], link, record, link.floor) for i, link in enumerate(links)])
+    share = _shares(worth.sum(axis=1), own_gap.sum(axis=1))
     low, high, cells = np.zeros(len(links)), np.ones(len(links)), len(record.configurations)
     if cells > 1:
         drawn = rng.multinomial(cells, np.full(cells, 1 / cells), size=_RESAMPLES).T.astype(np.float64)
-        low, high = np.quantile(_shares(worth @ drawn, own @ drawn), [0.05, 0.95], axis=1)
-    size = np.sqrt(np.maximum(own.mean(axis=1), 0.0))
+        low, high = np.quantile(_shares(worth @ drawn, own_gap @ drawn), [0.05, 0.95], axis=1)
+    size = np.sqrt(np.maximum(own_gap.mean(axis=1), 0.0))
+    rows = np.array([share, np.minimum(low, share), np.maximum(high, share), size]).T.tolist()
     entries = [
-        StageShare(
-            link.name, float(share[i]), (float(min(low[i], share[i])), float(max(high[i], share[i]))), float(size[i])
-        )
-        for i, link in enumerate(links)
+        StageShare(link.name, part, (lower, upper), own_size)
+        for link, (part, lower, upper, own_size) in zip(links, rows, strict=True)
     ]
     return tuple(sorted(entries, key=lambda entry: (entry.own, entry.share), reverse=True))
 
@@ -81,12 +81,19 @@ def chain_of(stages: Sequence[Stage]) -> tuple[Link, ...]:
     Raises `ValueError` without stages, or where none has a measured exit.
     """
     groups = _groups(stages)
-    simulated = [_from_entrance(groups[start:]) for start in range(len(groups))]
+    exits: list[list[Floats]] = [[] for _ in groups]
+    for start in range(len(groups)):
+        upstream: Upstream | None = None
+        for k, group in enumerate(groups[start:], start):
+            for stage in group[:-1]:
+                upstream = stage.output((), upstream)
+            exits[k].append(group[-1].simulated((), upstream))
+            if group is not groups[-1]:
+                upstream = group[-1].output((), upstream)
     links = []
     for k, group in enumerate(groups):
-        exits = [*(simulated[start][k - start] for start in range(k + 1)), np.asarray(group[-1].measured())]
-        parts = np.zeros((len(groups), *exits[0].shape))
-        parts[: k + 1] = np.diff(np.array(exits), axis=0)
+        gains = np.diff(np.array([*exits[k], group[-1].measured()]), axis=0)
+        parts = np.concatenate([gains, np.zeros((len(groups) - len(gains), *gains.shape[1:]))])
         floor = _floor(group, [stage for before in groups[:k] for stage in before])
         links.append(Link(_name(group), group[-1].observables, parts, floor))
     return tuple(links)
@@ -98,12 +105,11 @@ def shapley(value: Callable[[frozenset[int]], Floats], players: int) -> Floats:
     Shapley, A value for n-person games, Annals of Mathematics Studies 28 (1953) 307.
     """
     worth = cache(value)
-    orders = list(permutations(range(players)))
-    gains = np.zeros((len(orders), players, *worth(frozenset()).shape))
-    for gain, order in zip(gains, orders, strict=True):
+    gains = np.zeros((players, *worth(frozenset()).shape))
+    for order in permutations(range(players)):
         for place, player in enumerate(order):
-            gain[player] = worth(frozenset(order[: place + 1])) - worth(frozenset(order[:place]))
-    return np.asarray(gains.mean(axis=0))
+            gains[player] += worth(frozenset(order[: place + 1])) - worth(frozenset(order[:place]))
+    return gains / math.factorial(players)
 
 
 def _worth(link: Link, last: int, record: CampaignRecord) -> Floats:
@@ -124,41 +130,24 @@ def _worth(link: Link, last: int, record: CampaignRecord) -> Floats:
 def _square(values: Floats, link: Link, record: CampaignRecord, floor: Floats | float) -> Floats:
     """(C,): mean squared gap of values (R, d) in tolerances, the noise taken off."""
     means = Means.of(values, record.configuration_of, len(record.configurations), floor)
-    return mean_square((means.mean**2 - means.variance) / tolerances(link.observables) ** 2)
+    squares = (means.mean**2 - means.variance) / tolerances(link.observables) ** 2
+    count = np.isfinite(squares).sum(axis=1)
+    return np.asarray(np.nansum(squares, axis=1) / np.maximum(count, 1))
 
 
-def _shares(worth: Floats, own: Floats) -> Floats:
+def _shares(worth: Floats, own_gap: Floats) -> Floats:
     """(S, ...) from sums over configurations. Where the chain has no gap left by the scatter, own gaps are shared."""
-    gains, alone = np.maximum(worth, 0.0), np.maximum(own, 0.0)
-    gains = np.where(gains.sum(axis=0) > 0, gains, np.where(alone.sum(axis=0) > 0, alone, 1.0))
+    gains, own_gap = np.maximum(worth, 0.0), np.maximum(own_gap, 0.0)
+    gains = np.where(gains.sum(axis=0) > 0, gains, np.where(own_gap.sum(axis=0) > 0, own_gap, 1.0))
     return np.asarray(gains / gains.sum(axis=0))
 
 
 def _groups(stages: Sequence[Stage]) -> list[tuple[Stage, ...]]:
     """Stages up to the next one whose exit was measured belong together."""
-    groups: list[tuple[Stage, ...]] = []
-    waiting: tuple[Stage, ...] = ()
-    for stage in stages:
-        waiting = (*waiting, stage)
-        if np.isfinite(stage.measured()).any():
-            groups.append(waiting)
-            waiting = ()
-    if not groups:
+    stops = [i + 1 for i, stage in enumerate(stages) if np.isfinite(stage.measured()).any()]
+    if not stops:
         raise ValueError(f"none of {', '.join(s.name for s in stages) or 'no stages'} has a measured exit to compare")
-    return groups
-
-
-def _from_entrance(groups: Sequence[Sequence[Stage]]) -> list[Floats]:
-    """What every group's exit would show, from the measured entrance of the first one on."""
-    exits: list[Floats] = []
-    upstream: Upstream | None = None
-    for group in groups:
-        for stage in group:
-            if stage is group[-1]:
-                exits.append(np.asarray(stage.simulated((), upstream)))
-            if stage is not groups[-1][-1]:
-                upstream = stage.output((), upstream)
-    return exits
+    return [tuple(stages[first:stop]) for first, stop in pairwise([0, *stops])]
 
 
 def _floor(group: Sequence[Stage], before: Sequence[Stage]) -> Floats:
@@ -171,8 +160,8 @@ def _floor(group: Sequence[Stage], before: Sequence[Stage]) -> Floats:
     faster = stage.simulated((), (velocities * (1 + _STEP)).tolist())
     slope = (faster - stage.simulated((), velocities.tolist())) / _STEP
     assumed = next((item.floor for first in before for item in first.observables if item.channel == "velocity"), 0.0)
-    known = [(run.velocity_u_m_s, run.velocity_m_s) for run in runs]
-    relative = np.array([u / v if u and v else assumed for u, v in known])
+    readings = [(run.velocity_u_m_s, run.velocity_m_s) for run in runs]
+    relative = np.array([u / v if u and v else assumed for u, v in readings])
     return np.asarray(np.sqrt(sheet**2 + np.mean((np.nan_to_num(slope) * relative[:, None]) ** 2, axis=0)))
 
 

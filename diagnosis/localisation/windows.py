@@ -38,11 +38,9 @@ def time_windows(
     block = -(-len(time_s) // _SAMPLES)
     starts = np.arange(0, len(time_s), block)
     averages = np.add.reduceat((measured - simulated) / peak, starts, axis=1) / np.diff([*starts, len(time_s)])
-    last_sample = len(time_s) - 1
-    return tuple(
-        TimeWindow(channel, float(time_s[a * block]), float(time_s[min((b + 1) * block, last_sample)]))
-        for a, b in spans(averages, configuration, _PULSE_TOLERANCE, rng)
-    )
+    edges = time_s[[*starts, len(time_s) - 1]]
+    stretches = spans(averages, configuration, _PULSE_TOLERANCE, rng)
+    return tuple(TimeWindow(channel, float(edges[first]), float(edges[last + 1])) for first, last in stretches)
 
 
 def frequency_bands(
@@ -89,10 +87,10 @@ def spans(
     rest searched again, as long as one is beyond chance and its gap beyond the tolerance. Windows that touch are one.
     Where no configuration was repeated chance cannot be told from a gap, and the tolerance alone decides.
     """
-    known = np.isfinite(residual)
-    values = np.where(known, residual, 0.0)
+    recorded = np.isfinite(residual)
+    values = np.where(recorded, residual, 0.0)
     member = np.eye(int(configuration.max(initial=-1)) + 1)[:, configuration]
-    pairs = ((member @ known) ** 2 - member @ known).sum(axis=0)
+    pairs = _products(recorded.astype(np.float64), member)
     if not pairs.any():
         beyond = np.sqrt(np.mean(values**2, axis=0)) > tolerance
         return _stretches(binary_opening(beyond, np.ones(_SHORTEST, dtype=bool)))
@@ -110,14 +108,15 @@ def spans(
 
 def _dyadic_windows(samples: int) -> Floats:
     """(W, p) of 0 and 1: all halves, quarters ... of the record, and as many in between."""
-    rows = []
-    length = samples
-    while length >= min(_SHORTEST, samples):
-        for start in range(0, samples - length + 1, max(1, length // 2)):
-            rows.append(np.zeros(samples))
-            rows[-1][start : start + length] = 1.0
-        length //= 2
-    return np.array(rows)
+    places = np.arange(samples)
+    lengths = [samples >> halvings for halvings in range(samples.bit_length())]
+    windows = [
+        (places >= start) & (places < start + length)
+        for length in lengths
+        if length >= min(_SHORTEST, samples)
+        for start in range(0, samples - length + 1, max(1, length // 2))
+    ]
+    return np.array(windows, dtype=np.float64)
 
 
 def _products(values: Floats, member: Floats) -> Floats:
@@ -136,18 +135,17 @@ def _strongest(product: Floats, chance: Floats, windows: Floats, tolerance: floa
     bound = np.quantile((by_chance / scatter).max(axis=1), 1 - _LEVEL)
     large = windows @ product > tolerance**2 * windows.sum(axis=1)
     observed = np.where(large & (observed > bound), observed, -np.inf)
-    best = int(np.argmax(observed))
-    return windows[best] > 0 if np.isfinite(observed[best]) else None
+    strongest = int(np.argmax(observed))
+    return windows[strongest] > 0 if np.isfinite(observed[strongest]) else None
 
 
 def _trimmed(window: NDArray[np.bool_], product: Floats, tolerance: float) -> NDArray[np.bool_]:
-    """Without its ends where there is hardly a gap; at least one sample, so that every search takes something out."""
+    """A window (p,) without its ends where there is hardly a gap; at least one sample remains, so that every search
+    takes something out."""
     gap = np.sqrt(np.maximum(product, 0.0))
     least = max(tolerance, _EDGE * float(np.sqrt(np.mean(gap[window] ** 2))))
-    inside = np.flatnonzero(window & (gap >= min(least, gap[window].max())))
-    trimmed = np.zeros_like(window)
-    trimmed[inside[0] : inside[-1] + 1] = True
-    return trimmed & window
+    large = window & (gap >= min(least, gap[window].max()))
+    return window & np.maximum.accumulate(large) & np.maximum.accumulate(large[::-1])[::-1]
 
 
 def _stretches(taken: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:

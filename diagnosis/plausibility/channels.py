@@ -16,7 +16,7 @@ import numpy as np
 from ...twin.plate.modal import ModalPlate
 from ...twin.plate.respond import kept_below, respond
 from ..record import CampaignRecord, Floats, Run, Series
-from .unit_factors import Finding, LogGap, Suspicion, fitting, mistakes, unit_finding
+from .unit_factors import Finding, LogGap, Suspicion, mistakes, unit_finding
 
 #: From the start of contact on; longer where the force takes longer, to so many times its rise.
 _EARLY_S, _RISES = 1e-3, 2.0
@@ -33,7 +33,8 @@ _MOST_PULL = 0.5
 
 def tensile_force(record: CampaignRecord) -> list[Finding]:
     """A refusal where the force falls as far below its rest as a contact cannot: the channel is another sensor's."""
-    shares = [_pull(run.force) for run in record.runs if run.force is not None and run.force.values.size]
+    excursions = [run.force.excursions for run in record.runs if run.force is not None and run.force.values.size]
+    shares = [fall / rise if rise > 0 else 0.0 for rise, fall in excursions]
     if not shares or np.median(shares) < _MOST_PULL:
         return []
     message = (
@@ -41,11 +42,6 @@ def tensile_force(record: CampaignRecord) -> list[Finding]:
         "sensor's channel? check the names in [channels.*] of campaign.toml"
     )
     return [Finding("refuse", "force", message)]
-
-
-def _pull(force: Series) -> float:
-    push = float(force.values.max()) - force.rest
-    return (force.rest - float(force.values.min())) / push if push > 0 else 0.0
 
 
 def channel_findings(record: CampaignRecord) -> list[Finding]:
@@ -75,23 +71,20 @@ def early_fits(record: CampaignRecord) -> EarlyFits | None:
     if plate is None:
         return None
     names = tuple(name for name in plate.sensors if any(name in run.accelerations for run in record.runs))
-    fits = [_early_fit(plate, run, names, point) for run, point in _typical(record, names)] if names else []
-    if not fits:
-        return None
-    correlation, log_gain = (np.array(values) for values in zip(*fits, strict=True))
-    return EarlyFits(names, np.median(correlation, axis=0), log_gain)
-
-
-def _typical(record: CampaignRecord, names: tuple[str, ...]) -> Iterator[tuple[Run, str]]:
-    """A run of each configuration that shows everything, and where it hit."""
-    for c, configuration in enumerate(record.configurations):
+    fits = []
+    for c, configuration in enumerate(record.configurations if names else ()):
         usable = [
             run
             for run in record.runs
             if run.configuration == c and run.force is not None and all(name in run.accelerations for name in names)
         ]
         if usable:
-            yield usable[len(usable) // 2], str(configuration.factors.get("impact_position", ""))
+            point = str(configuration.factors.get("impact_position", ""))
+            fits.append(_early_fit(plate, usable[len(usable) // 2], names, point))
+    if not fits:
+        return None
+    correlation, log_gain = (np.array(values) for values in zip(*fits, strict=True))
+    return EarlyFits(names, np.median(correlation, axis=0), log_gain)
 
 
 def _early_fit(plate: ModalPlate, run: Run, names: tuple[str, ...], point: str) -> tuple[Floats, Floats]:
@@ -139,21 +132,17 @@ def _swapped(fits: EarlyFits) -> Iterator[Finding]:
             yield Finding("refuse", fits.names[i], message)
 
 
-def _gains(fits: EarlyFits) -> list[Finding]:
+def _gains(fits: EarlyFits) -> Iterator[Finding]:
     """Of channels that fit but for their size; one finding for all where all are off alike."""
     centres = np.median(fits.log_gain, axis=0)
-    good = [i for i in range(len(fits.names)) if abs(fits.correlation[i, i]) >= _WELL and np.isfinite(centres[i])]
-    if len(good) == len(fits.names) and np.ptp(centres) <= _ALIKE:
-        return _gain(fits, good, "acceleration" if len(good) > 1 else fits.names[0], with_force=True)
-    return [finding for i in good for finding in _gain(fits, [i], fits.names[i], with_force=False)]
-
-
-def _gain(fits: EarlyFits, rows: list[int], channel: str, *, with_force: bool) -> list[Finding]:
-    gains = fits.log_gain[:, rows]
-    shifts = [(channel, mistake, math.log(factor)) for factor, mistake in mistakes("acceleration")]
-    if with_force:
-        shifts += [("force", mistake, -math.log(factor)) for factor, mistake in mistakes("force")]
-    suspects = fitting(
-        Suspicion(name, mistake, shift, LogGap.of(gains - shift, gains - shift)) for name, mistake, shift in shifts
-    )
-    return [unit_finding(channel, "plate", LogGap.of(gains, gains), suspects)] if suspects else []
+    correlated = [i for i in range(len(fits.names)) if abs(fits.correlation[i, i]) >= _WELL and np.isfinite(centres[i])]
+    together = len(correlated) == len(fits.names) and np.ptp(centres) <= _ALIKE
+    for rows in [correlated] if together else [[i] for i in correlated]:
+        channel = "acceleration" if len(rows) > 1 else fits.names[rows[0]]
+        shifts = [(channel, mistake, math.log(factor)) for factor, mistake in mistakes("acceleration")]
+        if together:
+            shifts += [("force", mistake, -math.log(factor)) for factor, mistake in mistakes("force")]
+        gains = fits.log_gain[:, rows]
+        suspicions = (Suspicion(name, mistake, shift, LogGap.of(gains - shift)) for name, mistake, shift in shifts)
+        if finding := unit_finding(channel, "plate", LogGap.of(gains), suspicions):
+            yield finding

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..record import Floats
 
@@ -26,12 +27,11 @@ _UNITS: dict[str, tuple[str, dict[str, float]]] = {
 #: A conditioner's switch that nobody wrote down.
 _AMPLIFIED = {"force": (10.0, 100.0), "acceleration": (10.0, 100.0)}
 _REMEDY = {
-    "force": "correct its unit or sensitivity in campaign.toml",
-    "acceleration": "correct its unit or sensitivity in campaign.toml",
     "velocity": "correct its column in runs.csv, or the laser's channel in campaign.toml",
-    "tank": "correct tank_pressure_bar in runs.csv, or the transducer's channel in campaign.toml",
-    "sampling": "correct the rate that the recordings state in hertz",
+    "tank_pressure": "correct tank_pressure_bar in runs.csv, or the transducer's channel in campaign.toml",
+    "sampling rate": "correct the rate that the recordings state in hertz",
 }
+_SENSOR_REMEDY = "correct its unit or sensitivity in campaign.toml"
 
 #: A gap below this (nats) is not looked into: physics explains a factor of 1.9.
 WORTH_A_LOOK = math.log(1.9)
@@ -43,8 +43,6 @@ _BEYOND_PHYSICS, ORDER = math.log(20.0), math.log(2.5)
 _NEAR, _NEAR_SMALL, _NEAR_SAME = 0.25, 0.10, 0.20
 #: So many mistakes are named where several fit.
 _NAMED = 3
-#: A robust standard deviation is this times the median absolute deviation (normal noise).
-_MAD_TO_SIGMA = 1.4826
 
 
 @dataclass(frozen=True)
@@ -65,7 +63,7 @@ class ImplausibleRecordError(ValueError):
 
 def mistakes(quantity: str) -> Iterator[tuple[float, str]]:
     """Readings over the truth, each with the mistake that makes them; those of a quantity, in both directions."""
-    unit, factors = _UNITS.get(quantity, ("", {}))
+    unit, factors = _UNITS[quantity]
     for name, factor in factors.items():
         yield factor, f"values in {name} where {unit} is declared"
         yield 1 / factor, f"values in {unit} where {name} is declared"
@@ -83,17 +81,18 @@ class LogGap:
     rms: float
 
     @classmethod
-    def of(cls, nats: Floats, decisive: Floats) -> LogGap:
-        """Of all logarithms (C, k); centre and scatter of the `decisive` ones (C, j)."""
+    def of(cls, nats: Floats, decisive: NDArray[np.bool_] | slice = slice(None)) -> Self:
+        """Of logarithms (C, k); centre and scatter are those of the `decisive` columns (k,)."""
+        from scipy.stats import median_abs_deviation
+
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # a configuration without any has no mean
-            means = np.nanmean(decisive, axis=1)
+            means = np.nanmean(nats[:, decisive], axis=1)
         means = means[np.isfinite(means)]
         if means.size == 0:
             return cls(math.nan, math.nan, math.nan)
-        centre = float(np.median(means))
-        scatter = _MAD_TO_SIGMA * float(np.median(np.abs(means - centre)))
-        return cls(centre, scatter, float(np.sqrt(np.nanmean(nats**2))))
+        scatter = median_abs_deviation(means, scale="normal")
+        return cls(float(np.median(means)), float(scatter), float(np.sqrt(np.nanmean(nats**2))))
 
 
 @dataclass(frozen=True)
@@ -109,27 +108,25 @@ class Suspicion:
     def severity(self) -> Severity | None:
         """None where it does not fit well enough to be said."""
         size, off, scatter = abs(self.shift), abs(self.remaining.centre), self.remaining.scatter
-        if size >= _BEYOND_PHYSICS and off <= ORDER:
-            return "refuse"
-        if size >= _REFUSED_FROM and off <= _FIT and scatter <= _SAME:
+        fits = size >= _REFUSED_FROM and off <= _FIT and scatter <= _SAME
+        if fits or (size >= _BEYOND_PHYSICS and off <= ORDER):
             return "refuse"
         near = _NEAR if size >= _REFUSED_FROM else _NEAR_SMALL
         return "name" if size >= WORTH_A_LOOK and off <= near and scatter <= _NEAR_SAME else None
 
 
-def fitting(suspicions: Iterable[Suspicion]) -> list[Suspicion]:
-    """Those that fit, least remaining gap first; with a refusal among them only refusals."""
+def unit_finding(reading: str, stage: str, gap: LogGap, suspicions: Iterable[Suspicion]) -> Finding | None:
+    """`reading` is off by `gap` from what `stage` gives: the likeliest of the mistakes that would explain it, least
+    remaining gap first; with a refusal among them only refusals. None where no mistake fits."""
     fits = sorted((item for item in suspicions if item.severity), key=lambda item: item.remaining.rms)
-    return [item for item in fits if item.severity == "refuse"] or fits
-
-
-def unit_finding(reading: str, stage: str, gap: LogGap, suspects: Sequence[Suspicion]) -> Finding:
-    """`reading` is off by `gap` from what `stage` gives; `suspects` fit, the likeliest first, all of one severity."""
+    suspects = [item for item in fits if item.severity == "refuse"] or fits
+    if not suspects:
+        return None
     first = suspects[0]
     texts = list(dict.fromkeys(f"{suspect.channel}: {suspect.mistake}" for suspect in suspects))[:_NAMED]
-    remedy = next(text for beginning, text in _REMEDY.items() if first.channel.startswith(beginning))
     message = (
         f"{reading} is {math.exp(gap.centre):.3g} times what the {stage} can give ({gap.scatter:.0%} scatter between "
-        f"configurations), which a wrong unit does and physics hardly: is it {', or '.join(texts)}? {remedy}"
+        f"configurations), which a wrong unit does and physics hardly: is it {', or '.join(texts)}? "
+        f"{_REMEDY.get(first.channel, _SENSOR_REMEDY)}"
     )
     return Finding(first.severity or "name", first.channel, message)

@@ -75,13 +75,13 @@ def _force(hits: Sequence[Hit], series: HitSeries) -> Iterator[str]:
         )
     elif silent:
         yield f"no contact force in the recordings of {silent} of {len(hits)} hits: what else they hold is not used"
-    if series.chosen < pulses:
-        yield f"series of {series.chosen} of {pulses} hits are used, evenly chosen in each configuration"
+    if series.with_pulse < pulses:
+        yield f"series of {series.with_pulse} of {pulses} hits are used, evenly chosen in each configuration"
     if series.force_cells > 1:
         yield f"contact force: the sum of {series.force_cells} force channels"
     if series.turned:
-        yield f"force shows compression as negative in {series.turned} of {series.chosen} hits, and was turned"
+        yield f"force shows compression as negative in {series.turned} of {series.with_pulse} hits, and was turned"
     if series.double_hits:
-        yield f"{series.double_hits} of {series.chosen} hits are followed by a second touch"
+        yield f"{series.double_hits} of {series.with_pulse} hits are followed by a second touch"
     for channel, count in sorted(series.rejected.items()):
-        yield f"{channel}: left out in {count} of {series.chosen} hits, since quality checks reject it there"
+        yield f"{channel}: left out in {count} of {series.with_pulse} hits, since quality checks reject it there"

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from ...dataset.stored_bench import gun_bench, modal_plate, stored_materials
@@ -13,11 +14,12 @@ from ...schema.benches import ModalTable
 from ...schema.campaigns import Campaign
 from ...schema.listings import get_campaign_id
 from ...schema.materials import Material as StoredMaterial
+from ...schema.recordings import SET_ASIDE, Recording
 from ..record import CampaignRecord, Run
 from .assumptions import assumptions
 from .impacts import Hit, read_hits
-from .quality_exclusions import count_set_aside, read_exclusions
-from .series import HitSeries, read_series
+from .quality_exclusions import read_exclusions
+from .series import read_series
 from .settings import read_settings, travel_m
 
 #: Where neither the campaign nor its caller says how thick the plate is: the thesis's.
@@ -36,18 +38,33 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
     if not hits:
         raise ValueError(f"campaign {name!r} holds no run; ingest its folder first: pyroshock ingest FOLDER")
     exclusions = read_exclusions(session, campaign.id)
-    settings = read_settings(session, [hit.configuration_id for hit in hits])
+    configurations, rows, notes = read_settings(session, [hit.configuration_id for hit in hits])
+    travels = [travel_m(configuration) for configuration in configurations]
+    with_series = _hits_with_series(hits, rows, most_runs_per_configuration)
+    series = read_series(session, hits, with_series, exclusions)
     materials, bench = stored_materials(session), campaign.plate
-    travels = [travel_m(configuration) for configuration in settings.configurations]
-    chosen, ringing = _chosen(hits, settings.rows, most_runs_per_configuration)
-    series = read_series(session, hits, chosen, ringing, exclusions)
     modes = session.get_one(ModalTable, bench.modal_table_id) if bench and bench.modal_table_id is not None else None
     material = session.get_one(StoredMaterial, bench.material_id) if bench and bench.material_id is not None else None
     record = CampaignRecord(
         name=campaign.name,
         kind=campaign.kind,
-        configurations=settings.configurations,
-        runs=tuple(_run(hit, settings.rows[i], i, series, travels[settings.rows[i]]) for i, hit in enumerate(hits)),
+        configurations=configurations,
+        runs=tuple(
+            Run(
+                configuration=row,
+                run=hit.run,
+                repetition=hit.repetition,
+                order=order,
+                tank_pressure_pa=hit.set_pressure_pa if hit.recorded_pressure_pa is None else hit.recorded_pressure_pa,
+                bullet_mass_kg=hit.bullet_mass_kg,
+                velocity_m_s=hit.velocity_m_s,
+                velocity_u_m_s=hit.velocity_u_m_s,
+                travel_m=travels[row],
+                force=series.force.get(order),
+                accelerations=series.accelerations.get(order, {}),
+            )
+            for order, (hit, row) in enumerate(zip(hits, rows, strict=True))
+        ),
         gun=gun_bench(campaign.gun) if campaign.gun else None,
         hammer_mass_kg=campaign.hammer.mass_kg if campaign.hammer else None,
         plate=modal_plate(modes) if modes else None,
@@ -57,18 +74,21 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
         # By the store's names, as factors have them, and by every spelling in lower case.
         materials={**materials, **{item.name: item for item in materials.values()}},
     )
-    unread = count_set_aside(session, campaign.id)
-    notes = [f"recordings that could not be read and are left out: {unread}"] if unread else []
-    return replace(record, assumptions=(*settings.notes, *notes, *assumptions(campaign, record, hits, series)))
+    set_aside = (Recording.campaign_id == campaign.id, Recording.status == SET_ASIDE)
+    if unread := session.scalar(select(func.count()).select_from(Recording).where(*set_aside)):
+        notes = (*notes, f"recordings that could not be read and are left out: {unread}")
+    return replace(record, assumptions=(*notes, *assumptions(campaign, record, hits, series)))
 
 
-def _chosen(hits: Sequence[Hit], rows: Sequence[int], most: int) -> tuple[list[int], list[int]]:
-    """Places of some hits with a pulse of each configuration, and of some first hits of recordings without any."""
-    used = {None, *(hit.recording_id for hit in hits if hit.has_pulse)}
-    first = {hit.recording_id: i for i, hit in reversed([*enumerate(hits)]) if hit.recording_id not in used}
-    alone = set(first.values())
-    chosen = evenly_chosen([row if hit.has_pulse else None for hit, row in zip(hits, rows, strict=True)], most)
-    return chosen, evenly_chosen([row if i in alone else None for i, row in enumerate(rows)], most)
+def _hits_with_series(hits: Sequence[Hit], rows: Sequence[int], most: int) -> list[int]:
+    """Places of some hits with a pulse of each configuration, then of some first hits of recordings without any."""
+    with_pulse = [row if hit.has_pulse else None for hit, row in zip(hits, rows, strict=True)]
+    recordings = {None, *(hit.recording_id for hit in hits if hit.has_pulse)}
+    silent: list[int | None] = []
+    for hit, row in zip(hits, rows, strict=True):
+        silent.append(None if hit.recording_id in recordings else row)
+        recordings.add(hit.recording_id)
+    return [*evenly_chosen(with_pulse, most), *evenly_chosen(silent, most)]
 
 
 def evenly_chosen(groups: Sequence[int | None], most: int) -> list[int]:
@@ -82,20 +102,3 @@ def evenly_chosen(groups: Sequence[int | None], most: int) -> list[int]:
         places = np.unique(np.linspace(0, len(members) - 1, min(most, len(members))).round().astype(int))
         chosen += [members[place] for place in places]
     return sorted(chosen)
-
-
-def _run(hit: Hit, configuration: int, order: int, series: HitSeries, travel: float | None) -> Run:
-    pressure = hit.recorded_pressure_pa
-    return Run(
-        configuration=configuration,
-        run=hit.run,
-        repetition=hit.repetition,
-        order=order,
-        tank_pressure_pa=hit.set_pressure_pa if pressure is None else pressure,
-        bullet_mass_kg=hit.bullet_mass_kg,
-        velocity_m_s=hit.velocity_m_s,
-        velocity_u_m_s=hit.velocity_u_m_s,
-        travel_m=travel,
-        force=series.force.get(order),
-        accelerations=series.accelerations.get(order, {}),
-    )

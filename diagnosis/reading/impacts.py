@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import and_, select
-from sqlalchemy.orm import Session
+from sqlalchemy import and_, case, select
+from sqlalchemy.orm import Session, outerjoin
 
 from ...schema.campaigns import Campaign
 from ...schema.impacts import Impact, Pulse
@@ -42,25 +42,25 @@ class Hit:
 
 def read_hits(session: Session, campaign: Campaign) -> tuple[Hit, ...]:
     """All of a campaign by run, then repetition."""
-    table: Any = Shot if campaign.kind == "gun" else Impact
-    speed = (Impact.impact_velocity_m_s, Impact.impact_velocity_u_m_s, Impact.velocity_source)
-    pulse = (Pulse.start_s, Pulse.contact_time_s)
-    keys = (table.run, table.repetition, table.configuration_id, table.recording_id)
+    table: Any = Impact
+    source: Any = Impact
+    velocity: list[Any] = [Impact.impact_velocity_m_s, Impact.impact_velocity_u_m_s, Impact.velocity_source]
+    settings: list[Any] = []
     if campaign.kind == "gun":
-        muzzle = (Shot.measured_velocity_m_s, Shot.measured_velocity_u_m_s, Shot.velocity_source)
-        settings = (Shot.tank_pressure_pa, Shot.recorded_pressure_pa, Shot.bullet_mass_kg)
-        query: Any = select(*keys, Shot.impact_id, *muzzle, *pulse, *settings, *speed).select_from(Shot)
-        query = query.outerjoin(Impact, Shot.impact_id == Impact.id)
-    else:
-        query = select(*keys, Impact.id, *speed, *pulse)
-    query = query.outerjoin(Pulse, and_(Pulse.impact_id == Impact.id, Pulse.current))
-    query = query.where(table.campaign_id == campaign.id).order_by(table.run, table.repetition)
-    return tuple(_hit(tuple(row)) for row in session.execute(query))
-
-
-def _hit(row: tuple[Any, ...]) -> Hit:
-    """What was measured at the muzzle goes before what was measured at the plate, which ends a shot's row."""
-    keys, velocity, rest, at_plate = row[:5], row[5:8], row[8:13], row[13:]
-    if at_plate and velocity[0] is None and at_plate[0] is not None:
-        velocity = (at_plate[0], at_plate[1], "integrated" if at_plate[2] == "integrated" else "impact")
-    return Hit(*keys, *velocity, *rest)
+        table, source = Shot, outerjoin(Shot, Impact, Shot.impact_id == Impact.id)
+        stand_in = case((Impact.velocity_source == "reported", "impact"), else_=Impact.velocity_source)
+        at_muzzle = (Shot.measured_velocity_m_s, Shot.measured_velocity_u_m_s, Shot.velocity_source)
+        velocity = [
+            case((Shot.velocity_source.is_not(None), muzzle), else_=plate)
+            for muzzle, plate in zip(at_muzzle, (*velocity[:2], stand_in), strict=True)
+        ]
+        settings = [Shot.tank_pressure_pa, Shot.recorded_pressure_pa, Shot.bullet_mass_kg]
+    keys = (table.run, table.repetition, table.configuration_id, table.recording_id, Impact.id)
+    query = (
+        select(*keys, *velocity, Pulse.start_s, Pulse.contact_time_s, *settings)
+        .select_from(source)
+        .outerjoin(Pulse, and_(Pulse.impact_id == Impact.id, Pulse.current))
+        .where(table.campaign_id == campaign.id)
+        .order_by(table.run, table.repetition)
+    )
+    return tuple(Hit(*row) for row in session.execute(query))

@@ -6,11 +6,12 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
 from sqlalchemy import and_, func, or_, select
 from sqlalchemy.orm import Session
 
 from ...schema.quality import QualityFinding
-from ...schema.recordings import SET_ASIDE, RecordedChannel, Recording
+from ...schema.recordings import RecordedChannel, Recording
 from ..record import Floats
 from .impacts import Hit
 
@@ -43,8 +44,7 @@ class QualityExclusions:
     def cut_top(self, hit: Hit, channel: str, values: Floats) -> bool:
         """Whether samples of this hit (n,) stand at a rail."""
         rails = self.rails.get((hit.recording_id or 0, channel), ())
-        upright = ((values if rail > 0 else -values, abs(rail)) for rail in rails)
-        return any(x.max(initial=0.0) >= _AT_RAIL * level for x, level in upright)
+        return any((values * np.sign(rail)).max(initial=0.0) >= _AT_RAIL * abs(rail) for rail in rails)
 
 
 def read_exclusions(session: Session, campaign_id: int) -> QualityExclusions:
@@ -63,21 +63,22 @@ def read_exclusions(session: Session, campaign_id: int) -> QualityExclusions:
     rejected: set[tuple[int, int | None, str | None]] = set()
     double: set[int] = set()
     rails: dict[tuple[int, str], tuple[float, ...]] = {}
-    empty: set[tuple[str, int]] = set()
+    empty: set[tuple[int, str]] = set()
     for recording, impact, name, check, severity, evidence in session.execute(query):
         if check == "dropouts" and evidence.get("kind") == "nan" and evidence.get("share") == 1.0:
-            empty.add((name, recording))
+            empty.add((recording, name))
         if severity == "reject":
             rejected.add((recording, impact, name))
         elif check == "double-hit":
             double.add(impact)
         elif check in _CUT_TOPS:
             rails[recording, name] = (*rails.get((recording, name), ()), float(evidence["level"]))
-    _refuse_empty(session, campaign_id, Counter(name for name, _ in empty))
+    _refuse_empty(session, campaign_id, Counter(name for _, name in empty))
     return QualityExclusions(frozenset(rejected), frozenset(double), rails)
 
 
 def _refuse_empty(session: Session, campaign_id: int, empty: Mapping[str, int]) -> None:
+    """`empty`: recordings by channel in which it has no finite number."""
     channels = (
         select(RecordedChannel.name, func.count())
         .join(Recording, RecordedChannel.recording_id == Recording.id)
@@ -91,9 +92,3 @@ def _refuse_empty(session: Session, campaign_id: int, empty: Mapping[str, int]) 
                 f"channel {name} holds no number in any of its {count} recordings: mend these, or take "
                 f"[channels.{name}] out of campaign.toml, and ingest anew"
             )
-
-
-def count_set_aside(session: Session, campaign_id: int) -> int:
-    """Recordings that could not be read; their rows of the table hold no hit."""
-    set_aside = (Recording.campaign_id == campaign_id, Recording.status == SET_ASIDE)
-    return session.scalar(select(func.count()).select_from(Recording).where(*set_aside)) or 0

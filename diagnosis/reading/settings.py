@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
@@ -22,26 +21,17 @@ _DIFFERENT, _RUNS = 0.8, 6
 _CONDITIONS = ("time", "date", "hour", "temperature", "humidity", "ambient", "order", "sequence", "index")
 
 
-@dataclass(frozen=True)
-class Settings:
-    """The configurations of a campaign in the order of their first runs, and the row of each run's.
-
-    `notes` are sentences on columns that are no settings.
-    """
-
-    configurations: tuple[Configuration, ...]
-    rows: tuple[int, ...]
-    notes: tuple[str, ...]
-
-
-def read_settings(session: Session, keys: Sequence[int]) -> Settings:
-    """Of runs by the store's `keys` of their configurations. Those that differ in notes alone are one."""
+def read_settings(
+    session: Session, keys: Sequence[int]
+) -> tuple[tuple[Configuration, ...], tuple[int, ...], tuple[str, ...]]:
+    """Of runs by the store's `keys` of their configurations: configurations in the order of their first runs, the row
+    of each run's, and sentences on columns that are no settings. Configurations that differ in those alone are one."""
     stored = read_factors(session, list(dict.fromkeys(keys)))
     notes = note_columns([stored[key] for key in keys])
     runs = [tuple(sorted((name, x) for name, x in stored[key].items() if name not in notes)) for key in keys]
     row_of = {setting: row for row, setting in enumerate(dict.fromkeys(runs))}
     sentences = tuple(f"{name}: a note on each run, and not a setting" for name in notes)
-    return Settings(_labelled([dict(setting) for setting in row_of]), tuple(row_of[run] for run in runs), sentences)
+    return _labelled([dict(setting) for setting in row_of]), tuple(row_of[run] for run in runs), sentences
 
 
 def read_factors(session: Session, keys: Sequence[int]) -> dict[int, dict[str, Factor]]:
@@ -65,14 +55,13 @@ def note_columns(runs: Sequence[Mapping[str, Factor]]) -> tuple[str, ...]:
 
     Of the factors of each run the free ones that are a text or a condition of its own in nearly every run.
     """
-    free = dict.fromkeys(name for run in runs for name in run if name not in BY_NAME)
-    return tuple(name for name in free if _is_note(name, [run[name] for run in runs if name in run]))
-
-
-def _is_note(name: str, values: Sequence[Factor]) -> bool:
-    if len(values) < _RUNS or len(set(values)) < _DIFFERENT * len(values):
-        return False
-    return name.lower().startswith(_CONDITIONS) or any(isinstance(value, str) for value in values)
+    notes = []
+    for name in dict.fromkeys(name for run in runs for name in run if name not in BY_NAME):
+        values = [run[name] for run in runs if name in run]
+        differ = len(values) >= _RUNS and len(set(values)) >= _DIFFERENT * len(values)
+        if differ and (name.lower().startswith(_CONDITIONS) or any(isinstance(value, str) for value in values)):
+            notes.append(name)
+    return tuple(notes)
 
 
 def _labelled(settings: Sequence[Mapping[str, Factor]]) -> tuple[Configuration, ...]:
@@ -80,22 +69,22 @@ def _labelled(settings: Sequence[Mapping[str, Factor]]) -> tuple[Configuration, 
     names = dict.fromkeys(name for factors in settings for name in factors)
     varying = [name for name in names if len({factors.get(name) for factors in settings}) > 1]
     texts = [
-        ", ".join(_part(name, factors[name]) for name in varying if name in factors) or "the one setting"
+        ", ".join(_factor_text(name, factors[name]) for name in varying if name in factors) or "the one setting"
         for factors in settings
     ]
     count = Counter(texts)
     return tuple(
-        Configuration(f"{text} ({i})" if count[text] > 1 else text, dict(factors))
+        Configuration(f"{text} ({i})" if count[text] > 1 else text, factors)
         for i, (text, factors) in enumerate(zip(texts, settings, strict=True), 1)
     )
 
 
-def _part(name: str, value: Factor) -> str:
+def _factor_text(name: str, value: Factor) -> str:
     """`tip_radius_mm 30`: a number in the unit of its column."""
-    known = BY_NAME.get(name)
+    column = BY_NAME.get(name)
     if isinstance(value, str):
         return f"{name} {value}"
-    return f"{known.column} {value / known.scale:.6g}" if known else f"{name} {value:.6g}"
+    return f"{column.column} {value / column.scale:.6g}" if column else f"{name} {value:.6g}"
 
 
 def travel_m(configuration: Configuration) -> float | None:

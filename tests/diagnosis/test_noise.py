@@ -35,8 +35,8 @@ def correlation(noise: Noise) -> np.ndarray:
     return np.asarray(noise.covariance / np.outer(sigma, sigma))
 
 
-def within(found: np.ndarray, first: slice, second: slice) -> float:
-    block = found[first, second]
+def within(matrix: np.ndarray, first: slice, second: slice) -> float:
+    block = matrix[first, second]
     return float(np.median(block[~np.eye(len(block), dtype=bool)]))
 
 
@@ -45,15 +45,15 @@ ONE, TWO = slice(1, 1 + LINES), slice(1 + LINES, 1 + 2 * LINES)
 
 def test_a_louder_shot_counts_once() -> None:
     """16 degrees of freedom for 49 observables: drawn towards none the correlation of 0.92 would be 0.23."""
-    found = correlation(Noise.of(*deviations(np.random.default_rng(1), 1.0), observables()))
-    assert within(found, ONE, ONE) == pytest.approx(0.92, abs=0.15)
-    assert within(found, TWO, TWO) == pytest.approx(0.92, abs=0.15)
-    assert abs(within(found, ONE, TWO)) < 0.35
+    matrix = correlation(Noise.of(*deviations(np.random.default_rng(1), 1.0), observables()))
+    assert within(matrix, ONE, ONE) == pytest.approx(0.92, abs=0.15)
+    assert within(matrix, TWO, TWO) == pytest.approx(0.92, abs=0.15)
+    assert abs(within(matrix, ONE, TWO)) < 0.35
 
 
 def test_lines_that_scatter_alone_share_nothing() -> None:
-    found = correlation(Noise.of(*deviations(np.random.default_rng(2), 0.0), observables()))
-    assert abs(within(found, ONE, ONE)) < 0.1
+    matrix = correlation(Noise.of(*deviations(np.random.default_rng(2), 0.0), observables()))
+    assert abs(within(matrix, ONE, ONE)) < 0.1
 
 
 def test_mean_of_the_lines_scatters_as_it_does() -> None:
@@ -76,10 +76,10 @@ def test_covariance_is_one(seed: int, shared: float, configurations: int, lost: 
     values[rng.random(values.shape) < lost] = np.nan
     noise = Noise.of(values, of, observables())
     assert np.allclose(noise.covariance, noise.covariance.T)
-    found = correlation(noise)
-    assert np.all(np.abs(found) <= 1 + 1e-9)
+    matrix = correlation(noise)
+    assert np.all(np.abs(matrix) <= 1 + 1e-9)
     if lost == 0:
-        assert np.linalg.eigvalsh(found).min() > -1e-9
+        assert np.linalg.eigvalsh(matrix).min() > -1e-9
 
 
 def plain(*floors: float, frequency_hz: float | None = None) -> list[Observable]:
@@ -130,8 +130,8 @@ def test_correlations_of_lines_are_drawn_to_their_mean() -> None:
     )
     mean = (0.6 + 1.0 + 0.6) / 3
     expected = [4 / 7 * own + 3 / 7 * 0.8 * mean for own in (0.6, 1.0, 0.6)]
-    found = correlation(noise)
-    assert [found[0, 1], found[0, 2], found[1, 2]] == pytest.approx(expected)
+    matrix = correlation(noise)
+    assert [matrix[0, 1], matrix[0, 2], matrix[1, 2]] == pytest.approx(expected)
 
 
 def test_lines_that_oppose_each_other_have_no_mean() -> None:
@@ -152,9 +152,9 @@ def test_means_that_no_covariance_has_are_drawn_to_one_that_is() -> None:
     root = (1 + np.sqrt(1 + 4 * c**2)) / 2
     part = root / (root**2 + c**2) * np.array([[root**2, root * c], [root * c, c**2]])
     cross, within_lines = part[0, 1] / np.sqrt(part[0, 0]), part[1, 1]
-    found = correlation(noise)
-    assert found[0, 1:] == pytest.approx(4 / 7 * with_third + 3 / 7 * cross)
-    assert found[1, 2] == pytest.approx(4 / 7 * apart + 3 / 7 * within_lines)
+    matrix = correlation(noise)
+    assert matrix[0, 1:] == pytest.approx(4 / 7 * with_third + 3 / 7 * cross)
+    assert matrix[1, 2] == pytest.approx(4 / 7 * apart + 3 / 7 * within_lines)
 
 
 def test_channels_share_what_their_lines_do_on_the_mean() -> None:
@@ -162,11 +162,11 @@ def test_channels_share_what_their_lines_do_on_the_mean() -> None:
     lines = [Observable(f"{c} {f}", "plate", c, "dB", 1.0, 0.1, f) for c in ("a", "b") for f in (100.0, 200.0)]
     noise = Noise.of(mirrored([2, 2, 2, 2], [1, 1, -1, -1], [0, 1, 0, 0], [0, 0, 0, 0]), PAIRS, lines)
     a, between = 5 / np.sqrt(30), (3 / 5 + 3 / np.sqrt(30)) / 2  # of the norms: 5, 6 and twice 5
-    found = correlation(noise)
-    assert found[0, 1] == pytest.approx(a / 2 + a * 2 / 3 / 2)
-    assert found[0, 2:] == pytest.approx(0.6 / 2 + between * 2 / 3 / 2)
-    assert found[1, 2:] == pytest.approx(3 / np.sqrt(30) / 2 + between * 2 / 3 / 2)
-    assert found[2, 3] == pytest.approx(1 / 2 + 2 / 3 / 2)
+    matrix = correlation(noise)
+    assert matrix[0, 1] == pytest.approx(a / 2 + a * 2 / 3 / 2)
+    assert matrix[0, 2:] == pytest.approx(0.6 / 2 + between * 2 / 3 / 2)
+    assert matrix[1, 2:] == pytest.approx(3 / np.sqrt(30) / 2 + between * 2 / 3 / 2)
+    assert matrix[2, 3] == pytest.approx(1 / 2 + 2 / 3 / 2)
 
 
 def campaign_of(rng: np.random.Generator, scatter: np.ndarray, runs: int = 3) -> tuple[np.ndarray, np.ndarray]:

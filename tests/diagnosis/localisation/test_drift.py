@@ -20,7 +20,7 @@ def settings(strikers: list[str]) -> list[Configuration]:
     ]
 
 
-def told(
+def sentences(
     order: np.ndarray,
     configurations: list[Configuration],
     *,
@@ -33,7 +33,7 @@ def told(
     `repetition` from a setting's first run to its last; `order` (R,) are places of the runs, setting by setting."""
     rng = np.random.default_rng(seed)
     of = np.repeat(np.arange(len(configurations)), order.size // len(configurations))
-    kind = np.array([STRIKERS.index(str(each.factors["striker"])) for each in configurations])
+    kind = np.array([STRIKERS.index(str(configuration.factors["striker"])) for configuration in configurations])
     number = np.argsort(np.argsort(order.reshape(len(configurations), -1), axis=1), axis=1).ravel()
     gap = drifted * order / max(1, order.max()) + striker * kind[of] + repetition * number / max(1, number.max())
     residual = gap + 0.004 * rng.standard_normal(order.size)
@@ -51,29 +51,29 @@ def shuffled(seed: int) -> np.ndarray:
 
 @pytest.mark.parametrize("configurations", [IN_BLOCKS, MIXED], ids=["blocks", "mixed"])
 def test_shuffled_runs_tell_a_drift_whatever_the_factors_do(configurations: list[Configuration]) -> None:
-    (sentence,) = told(shuffled(0), configurations, drifted=0.04, striker=0.1)
+    (sentence,) = sentences(shuffled(0), configurations, drifted=0.04, striker=0.1)
     assert sentence.startswith("gun: measured less simulated ln_velocity rises by 0.04 from the first run to the last")
     assert "cannot be told apart" not in sentence
 
 
 def test_a_striker_makes_no_drift_of_shuffled_runs() -> None:
-    assert sum(bool(told(shuffled(seed), IN_BLOCKS, striker=0.1, seed=seed)) for seed in range(20)) <= 3
+    assert sum(bool(sentences(shuffled(seed), IN_BLOCKS, striker=0.1, seed=seed)) for seed in range(20)) <= 3
 
 
 def test_a_factor_that_was_run_in_blocks_is_named_beside_the_order() -> None:
     """Its levels explain what the order explains."""
-    (sentence,) = told(IN_A_ROW, IN_BLOCKS, striker=0.02)
+    (sentence,) = sentences(IN_A_ROW, IN_BLOCKS, striker=0.02)
     assert "order of runs and striker cannot be told apart" in sentence
     assert "tank_pressure" not in sentence
 
 
 def test_a_drift_within_the_blocks_is_the_order_s() -> None:
-    *_, sentence = told(IN_A_ROW, IN_BLOCKS, drifted=0.2)
+    *_, sentence = sentences(IN_A_ROW, IN_BLOCKS, drifted=0.2)
     assert sentence.endswith("from the first run to the last (p = 0.005)")
 
 
 def test_a_drift_over_mixed_factors_is_the_order_s() -> None:
-    (sentence,) = told(IN_A_ROW, MIXED, drifted=0.05)
+    (sentence,) = sentences(IN_A_ROW, MIXED, drifted=0.05)
     assert sentence.startswith("gun: measured less simulated ln_velocity rises by 0.0")
     assert "cannot be told apart" not in sentence
 
@@ -81,29 +81,29 @@ def test_a_drift_over_mixed_factors_is_the_order_s() -> None:
 @pytest.mark.parametrize(("count", "repeats"), [(CELLS, REPEATS), (5, 15), (7, 1)])
 def test_a_number_that_rises_with_the_order_is_named_beside_it(count: int, repeats: int) -> None:
     rising = [Configuration(str(i), {"striker": "254 mm", "tank_pressure": 1e5 * (1 + i)}) for i in range(count)]
-    *_, sentence = told(np.arange(count * repeats), rising, drifted=0.15)
+    *_, sentence = sentences(np.arange(count * repeats), rising, drifted=0.15)
     assert "order of runs and tank_pressure_bar cannot be told apart" in sentence
 
 
 def test_repetitions_in_a_row_are_no_drift() -> None:
     """Three shots in a row that rise by 0.03 would be a drift of 0.5 over the campaign."""
-    (sentence,) = told(IN_A_ROW, MIXED, repetition=0.03)
+    (sentence,) = sentences(IN_A_ROW, MIXED, repetition=0.03)
     assert "rises by 0.03 from a setting's first repetition to its last" in sentence
 
 
 @pytest.mark.parametrize("configurations", [IN_BLOCKS, MIXED], ids=["blocks", "mixed"])
 def test_steady_runs_in_a_row_say_nothing(configurations: list[Configuration]) -> None:
-    assert sum(bool(told(IN_A_ROW, configurations, seed=seed)) for seed in range(20)) <= 4
+    assert sum(bool(sentences(IN_A_ROW, configurations, seed=seed)) for seed in range(20)) <= 4
 
 
 def test_settings_without_repetitions_tell_a_drift_where_they_were_mixed() -> None:
-    (sentence,) = told(np.arange(CELLS), MIXED, drifted=0.06)
+    (sentence,) = sentences(np.arange(CELLS), MIXED, drifted=0.06)
     assert "from the first run to the last" in sentence
 
 
 @pytest.mark.parametrize("count", [1, 4])
 def test_few_settings_without_repetitions_tell_nothing(count: int) -> None:
-    assert told(np.arange(count), MIXED[:count], drifted=0.1) == ()
+    assert sentences(np.arange(count), MIXED[:count], drifted=0.1) == ()
 
 
 def test_pressures_fired_one_after_the_other_are_no_drift() -> None:

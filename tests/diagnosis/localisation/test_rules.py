@@ -22,12 +22,12 @@ def test_thresholds_have_the_units_of_the_files() -> None:
 
 def test_a_rule_reads_back_as_what_it_holds_for() -> None:
     for rule in rules(CONFIGURATIONS):
-        assert [holds(rule.text, each.factors) for each in CONFIGURATIONS] == rule.inside.tolist()
+        assert [holds(rule.text, configuration.factors) for configuration in CONFIGURATIONS] == rule.inside.tolist()
 
 
 def test_rules_for_the_same_configurations_are_one() -> None:
-    found = rules(CONFIGURATIONS)
-    assert len({rule.inside.tobytes() for rule in found}) == len(found)
+    results = rules(CONFIGURATIONS)
+    assert len({rule.inside.tobytes() for rule in results}) == len(results)
 
 
 def test_a_rule_names_those_on_other_factors_that_hold_alike() -> None:
@@ -36,8 +36,8 @@ def test_a_rule_names_those_on_other_factors_that_hold_alike() -> None:
         Configuration(str(i), {"bullet_mass": [0.25, 0.5][i % 2], "striker": ["127 mm", "254 mm"][i % 2]})
         for i in range(8)
     ]
-    found = {rule.text: rule.same for rule in rules(confounded)}
-    assert found["bullet_mass_kg > 0.4"] == ("striker = 254 mm",)
+    results = {rule.text: rule.same for rule in rules(confounded)}
+    assert results["bullet_mass_kg > 0.4"] == ("striker = 254 mm",)
 
 
 def test_other_than_a_level_needs_three_levels() -> None:
@@ -65,15 +65,17 @@ def test_text_is_a_rule_like_any_other() -> None:
 
 def test_a_rule_with_free_text_reads_back_as_what_it_holds_for() -> None:
     for rule in rules(STRIKERS):
-        assert [holds(rule.text, each.factors) for each in STRIKERS] == rule.inside.tolist(), rule.text
+        assert [holds(rule.text, configuration.factors) for configuration in STRIKERS] == rule.inside.tolist(), (
+            rule.text
+        )
 
 
 def test_numbers_beside_words_are_levels() -> None:
     """A column of lengths in which somebody wrote a word: the ingest keeps numbers as numbers."""
     mixed = [Configuration(str(i), {"striker": [254.0, 127.0, "long"][i % 3]}) for i in range(9)]
-    found = {rule.text: rule.inside.tolist() for rule in rules(mixed)}
-    assert found["striker = 254"] == [i % 3 == 0 for i in range(9)]
-    assert found["striker = long"] == [i % 3 == 2 for i in range(9)]
+    results = {rule.text: rule.inside.tolist() for rule in rules(mixed)}
+    assert results["striker = 254"] == [i % 3 == 0 for i in range(9)]
+    assert results["striker = long"] == [i % 3 == 2 for i in range(9)]
 
 
 def test_numbers_that_agree_in_six_digits_are_other_levels() -> None:

@@ -67,9 +67,9 @@ def test_time_window_in_seconds() -> None:
     simulated = np.tile(pulse, (CONFIGURATION.size, 1))
     measured = simulated * (1 + 0.01 * rng.standard_normal((CONFIGURATION.size, 1)))
     measured[:, 600:800] += 100.0
-    (found,) = time_windows(time_s, measured, simulated, CONFIGURATION, "force", rng)
-    assert found.channel == "force"
-    assert (found.from_s, found.to_s) == pytest.approx((6e-4, 8e-4), abs=1e-5)
+    (stretch,) = time_windows(time_s, measured, simulated, CONFIGURATION, "force", rng)
+    assert stretch.channel == "force"
+    assert (stretch.from_s, stretch.to_s) == pytest.approx((6e-4, 8e-4), abs=1e-5)
 
 
 def test_frequency_band_between_its_lines() -> None:
@@ -77,8 +77,8 @@ def test_frequency_band_between_its_lines() -> None:
     lines = 100 * 2.0 ** (np.arange(24) / 3)
     residual = 0.3 * rng.standard_normal((CONFIGURATION.size, 24))
     residual[:, 9:15] += 3.0
-    (found,) = frequency_bands(lines, residual, CONFIGURATION, "acceleration_1", rng)
-    assert (found.from_hz, found.to_hz) == pytest.approx((lines[9] * 2 ** (-1 / 6), lines[14] * 2 ** (1 / 6)))
+    (stretch,) = frequency_bands(lines, residual, CONFIGURATION, "acceleration_1", rng)
+    assert (stretch.from_hz, stretch.to_hz) == pytest.approx((lines[9] * 2 ** (-1 / 6), lines[14] * 2 ** (1 / 6)))
 
 
 def test_amplitude_spectrum_of_a_gain() -> None:

@@ -39,36 +39,36 @@ def _shares(effects, seed=0, **other):
     return stage_shares(stages_of(campaign(effects, rng, **other)), rng)
 
 
-@pytest.mark.parametrize(("effect", "stage"), _PLANTED, ids=lambda each: getattr(each, "id", each))
+@pytest.mark.parametrize(("effect", "stage"), _PLANTED, ids=lambda value: getattr(value, "id", value))
 def test_planted_stage_is_first(effect, stage) -> None:
-    found = _shares((effect,), scatter=_BACKGROUND)
-    assert found[0].name == stage
-    assert found[0].share > 0.9 and found[0].own > 2
+    shares = _shares((effect,), scatter=_BACKGROUND)
+    assert shares[0].name == stage
+    assert shares[0].share > 0.9 and shares[0].own > 2
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_shares_sum_to_one(seed: int) -> None:
-    found = _shares((ToyMass(1.05), ToyLoss(0.02)), seed)
-    assert sum(each.share for each in found) == pytest.approx(1.0)
-    assert all(0 <= each.ci90[0] <= each.share <= each.ci90[1] <= 1 for each in found)
+    shares = _shares((ToyMass(1.05), ToyLoss(0.02)), seed)
+    assert sum(entry.share for entry in shares) == pytest.approx(1.0)
+    assert all(0 <= entry.ci90[0] <= entry.share <= entry.ci90[1] <= 1 for entry in shares)
 
 
 def test_two_causes_share() -> None:
-    found = {each.name: each for each in _shares((ToyLoss(0.04), ToyDamping(1.0)))}
-    assert found["gun"].share > 0.15 and found["plate"].share > 0.15
-    assert found["contact"].share < 0.1
+    shares = {entry.name: entry for entry in _shares((ToyLoss(0.04), ToyDamping(1.0)))}
+    assert shares["gun"].share > 0.15 and shares["plate"].share > 0.15
+    assert shares["contact"].share < 0.1
 
 
 def test_own_gap_is_in_tolerances() -> None:
     """0.1 of ln v is ten tolerances of the velocity, and nothing of what follows."""
-    found = {each.name: each.own for each in _shares((ToyLoss(0.1),))}
-    assert found["gun"] == pytest.approx(10.0, rel=0.05)
-    assert found["contact"] < 0.5 and found["plate"] < 0.5
+    shares = {entry.name: entry.own for entry in _shares((ToyLoss(0.1),))}
+    assert shares["gun"] == pytest.approx(10.0, rel=0.05)
+    assert shares["contact"] < 0.5 and shares["plate"] < 0.5
 
 
 def test_scatter_is_no_gap() -> None:
-    found = _shares((), scatter=Scatter(run=(0.03, 0.09, 1.5)))
-    assert max(each.own for each in found) < 1.0
+    shares = _shares((), scatter=Scatter(run=(0.03, 0.09, 1.5)))
+    assert max(entry.own for entry in shares) < 1.0
 
 
 def test_velocity_errors_blame_nobody() -> None:
@@ -84,8 +84,8 @@ def test_velocity_errors_blame_nobody() -> None:
         )
         for run in record.runs
     ]
-    found = {each.name: each.own for each in stage_shares(stages_of(replace(record, runs=tuple(runs))), rng)}
-    assert found["contact"] < 0.7
+    shares = {entry.name: entry.own for entry in stage_shares(stages_of(replace(record, runs=tuple(runs))), rng)}
+    assert shares["contact"] < 0.7
 
 
 def test_single_stage_has_all() -> None:
@@ -98,8 +98,8 @@ def test_missing_force_merges_contact_and_plate() -> None:
     rng = np.random.default_rng(0)
     record = campaign((ToyMass(1.3),), rng)
     blind = replace(record, runs=tuple(replace(run, force=None) for run in record.runs))
-    found = stage_shares(stages_of(blind), rng)
-    assert found[0].name == "contact and plate" and found[0].share > 0.9
+    shares = stage_shares(stages_of(blind), rng)
+    assert shares[0].name == "contact and plate" and shares[0].share > 0.9
     assert stage_notes(stages_of(blind)) == (
         "nothing was measured between contact and plate: their gaps are told as one",
     )

@@ -28,7 +28,7 @@ def times(factor: float, *channels: str) -> Callable[[Accelerations], Accelerati
     }
 
 
-def found(record: CampaignRecord) -> tuple[Finding, ...]:
+def findings(record: CampaignRecord) -> tuple[Finding, ...]:
     return implausible(record, [])
 
 
@@ -43,47 +43,59 @@ def test_a_perfect_bench_fits_itself() -> None:
 def test_another_plate_than_the_table_s_is_no_mistake(stiffer: float, damping: float) -> None:
     plate = small_plate()
     true = replace(plate, frequency_hz=plate.frequency_hz * stiffer, damping_ratio=plate.damping_ratio * damping)
-    assert found(plate_record(true)) == ()
+    assert findings(plate_record(true)) == ()
 
 
 @pytest.mark.parametrize(
     ("factor", "unit"), [(1 / 9.80665, " g "), (9.80665, " g "), (1e3, "mm/s2"), (1 / 0.3048, "ft/s2")]
 )
 def test_one_channel_in_another_unit_is_refused(factor: float, unit: str) -> None:
-    (one,) = found(changed(times(factor, CHANNELS[1])))
-    assert (one.severity, one.channel) == ("refuse", CHANNELS[1])
-    assert unit in one.message
+    (finding,) = findings(changed(times(factor, CHANNELS[1])))
+    assert (finding.severity, finding.channel) == ("refuse", CHANNELS[1])
+    assert unit in finding.message
+
+
+def test_a_channel_of_any_name_in_another_unit_is_refused() -> None:
+    record = changed(times(1e3, CHANNELS[0]))
+    sides = dict(zip(CHANNELS, ("left", "right"), strict=True))
+    runs = tuple(
+        replace(run, accelerations={sides[name]: series for name, series in run.accelerations.items()})
+        for run in record.runs
+    )
+    (finding,) = implausible(replace(record, runs=runs, plate=replace(small_plate(), sensors=("left", "right"))), [])
+    assert (finding.severity, finding.channel) == ("refuse", "left")
+    assert finding.message.endswith("correct its unit or sensitivity in campaign.toml")
 
 
 def test_all_channels_off_alike_may_be_the_force() -> None:
-    (one,) = found(changed(times(1e3, *CHANNELS)))
-    assert one.severity == "refuse"
-    assert "force: values in kN where N is declared" in one.message
-    assert "mm/s2" in one.message
+    (finding,) = findings(changed(times(1e3, *CHANNELS)))
+    assert finding.severity == "refuse"
+    assert "force: values in kN where N is declared" in finding.message
+    assert "mm/s2" in finding.message
 
 
 def test_a_reversed_channel_is_refused() -> None:
-    (one,) = found(changed(times(-1.0, CHANNELS[0])))
-    assert (one.severity, one.channel) == ("refuse", CHANNELS[0])
-    assert "polarity" in one.message
+    (finding,) = findings(changed(times(-1.0, CHANNELS[0])))
+    assert (finding.severity, finding.channel) == ("refuse", CHANNELS[0])
+    assert "polarity" in finding.message
 
 
 def test_swapped_channels_are_refused() -> None:
     first, second = CHANNELS
-    (one,) = found(changed(lambda recorded: {first: recorded[second], second: recorded[first]}))
-    assert one.severity == "refuse"
-    assert "swapped" in one.message
+    (finding,) = findings(changed(lambda recorded: {first: recorded[second], second: recorded[first]}))
+    assert finding.severity == "refuse"
+    assert "swapped" in finding.message
 
 
 def test_sensors_that_feel_the_same_cannot_be_told_to_be_swapped() -> None:
     plate = small_plate()
     alike = replace(plate, shapes=plate.shapes[[0, 0]])
-    assert found(replace(plate_record(alike), plate=alike)) == ()
+    assert findings(replace(plate_record(alike), plate=alike)) == ()
 
 
 def test_a_force_that_pulls_is_another_sensor_s() -> None:
     record = plate_record()
     runs = tuple(replace(run, force=run.accelerations[CHANNELS[0]]) for run in record.runs)
-    (one,) = found(replace(record, runs=runs))
-    assert (one.severity, one.channel) == ("refuse", "force")
-    assert "pulls" in one.message
+    (finding,) = findings(replace(record, runs=runs))
+    assert (finding.severity, finding.channel) == ("refuse", "force")
+    assert "pulls" in finding.message

@@ -67,12 +67,12 @@ def test_no_effect_on_gun_or_contact_is_refused_at_any_corner(name: str) -> None
 
 def refusals(effects: Sequence[Effect]) -> list[str]:
     """What gun and contact are refused for where each effect acts alone."""
-    gun, contact, found = gun_record(), hammer_record(repetitions=1), []
+    gun, contact, findings = gun_record(), hammer_record(repetitions=1), []
     for effect in effects:
         fired, struck = PlayedGun(gun), PlayedContact(contact)
         fired.played = struck.played = (effect,)
-        found += [*unit_findings(gun, [fired]), *unit_findings(contact, [struck])]
-    return [one.message for one in found if one.severity == "refuse"]
+        findings += [*unit_findings(gun, [fired]), *unit_findings(contact, [struck])]
+    return [finding.message for finding in findings if finding.severity == "refuse"]
 
 
 @pytest.mark.parametrize("name", [n for n, kind in catalogue().items() if issubclass(kind, PlateEffect | SensorEffect)])
@@ -81,7 +81,7 @@ def test_no_effect_on_the_plate_is_refused(name: str) -> None:
         record = plate_record(effect.apply(small_plate())) if isinstance(effect, PlateEffect) else plate_record()
         if isinstance(effect, SensorEffect):
             record = replace(record, runs=tuple(shown(run, effect) for run in record.runs))
-        assert [one.message for one in channel_findings(record) if one.severity == "refuse"] == []
+        assert [finding.message for finding in channel_findings(record) if finding.severity == "refuse"] == []
 
 
 def shown(run: Run, effect: SensorEffect) -> Run:

@@ -49,6 +49,6 @@ def test_a_bench_as_it_is_has_none() -> None:
     ],
 )
 def test_a_number_in_another_unit_is_refused_by_name(record: CampaignRecord, setting: str, unit: str) -> None:
-    (found,) = setting_findings(record)
-    assert (found.severity, found.channel) == ("refuse", setting)
-    assert f"is it in {unit}" in found.message
+    (finding,) = setting_findings(record)
+    assert (finding.severity, finding.channel) == ("refuse", setting)
+    assert f"is it in {unit}" in finding.message

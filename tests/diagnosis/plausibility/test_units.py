@@ -83,27 +83,27 @@ def test_missing_physics_of_the_gun_is_no_mistake(effect: Effect) -> None:
     [(3.6, "km/h"), (1 / 3.6, "km/h"), (1 / 0.3048, "ft/s"), (0.3048, "ft/s"), (1e-3, "mm/s")],
 )
 def test_velocities_in_another_unit_are_refused(factor: float, unit: str) -> None:
-    (found,) = of_gun(with_velocity(gun_record(), factor))
-    assert (found.severity, unit in found.message) == ("refuse", True)
+    (finding,) = of_gun(with_velocity(gun_record(), factor))
+    assert (finding.severity, unit in finding.message) == ("refuse", True)
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(14.503774, "psi"), (100.0, "kPa"), (0.1, "MPa")])
 def test_pressures_in_another_unit_are_refused(factor: float, unit: str) -> None:
-    (found,) = of_gun(gun_record(pressure=lambda p: p * factor))
-    assert (found.severity, found.channel) == ("refuse", "tank_pressure")
-    assert f"values in {unit} where bar is declared" in found.message
+    (finding,) = of_gun(gun_record(pressure=lambda p: p * factor))
+    assert (finding.severity, finding.channel) == ("refuse", "tank_pressure")
+    assert f"values in {unit} where bar is declared" in finding.message
 
 
 def test_absolute_pressures_are_named() -> None:
-    (found,) = of_gun(gun_record(0.99, pressure=lambda p: p + 101_325.0))
-    assert (found.severity, found.channel) == ("name", "tank_pressure")
-    assert "absolute" in found.message
+    (finding,) = of_gun(gun_record(0.99, pressure=lambda p: p + 101_325.0))
+    assert (finding.severity, finding.channel) == ("name", "tank_pressure")
+    assert "absolute" in finding.message
 
 
 def test_a_mile_an_hour_is_only_named() -> None:
     """A factor of two is physics as well."""
-    (found,) = of_gun(with_velocity(gun_record(), 2.237))
-    assert found.severity == "name"
+    (finding,) = of_gun(with_velocity(gun_record(), 2.237))
+    assert finding.severity == "name"
 
 
 @pytest.mark.parametrize("effects", [(), (EffectiveMass(1.3),), (ViscousLoss(0.5),), (LayerCompliance(1e-7),)])
@@ -116,16 +116,16 @@ def test_missing_physics_of_the_contact_is_no_mistake(effects: tuple[Effect, ...
     [(1e3, "kN"), (1e-3, "kN"), (4.4482, "lbf"), (1 / 4.4482, "lbf"), (9.80665, "kgf"), (10, "gain")],
 )
 def test_forces_in_another_unit_are_refused(factor: float, unit: str) -> None:
-    (found,) = of_contact(with_force(hammer_record(noise=0.002), factor))
-    assert (found.severity, found.channel) == ("refuse", "force")
-    assert unit in found.message
+    (finding,) = of_contact(with_force(hammer_record(noise=0.002), factor))
+    assert (finding.severity, finding.channel) == ("refuse", "force")
+    assert unit in finding.message
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(3.6, "km/h"), (0.3048, "ft/s"), (100.0, "cm/s")])
 def test_velocities_of_a_hammer_in_another_unit_are_told_by_the_pulse(factor: float, unit: str) -> None:
-    (found,) = of_contact(with_velocity(hammer_record(noise=0.002), factor))
-    assert (found.severity, found.channel) == ("refuse", "velocity")
-    assert unit in found.message
+    (finding,) = of_contact(with_velocity(hammer_record(noise=0.002), factor))
+    assert (finding.severity, finding.channel) == ("refuse", "velocity")
+    assert unit in finding.message
 
 
 def test_a_rate_in_kilohertz_is_told_by_the_pulse() -> None:
@@ -134,14 +134,14 @@ def test_a_rate_in_kilohertz_is_told_by_the_pulse() -> None:
         rate, start = run.force.sampling_rate_hz, run.force.start_s
         return replace(run, force=replace(run.force, sampling_rate_hz=rate * 1e3, start_s=start / 1e3))
 
-    (found,) = of_contact(with_runs(hammer_record(), change))
-    assert (found.severity, found.channel) == ("refuse", "sampling rate")
+    (finding,) = of_contact(with_runs(hammer_record(), change))
+    assert (finding.severity, finding.channel) == ("refuse", "sampling rate")
 
 
 def test_a_mislabelled_force_with_a_loss_beside_it_is_still_named() -> None:
-    (found,) = of_contact(with_force(hammer_record((EffectiveMass(1.3),)), 1 / 9.80665))
-    assert found.channel == "force"
-    assert "kgf" in found.message
+    (finding,) = of_contact(with_force(hammer_record((EffectiveMass(1.3),)), 1 / 9.80665))
+    assert finding.channel == "force"
+    assert "kgf" in finding.message
 
 
 def test_check_raises_one_line_that_says_what_to_do() -> None:
@@ -155,4 +155,4 @@ def test_check_raises_one_line_that_says_what_to_do() -> None:
 
 def test_check_returns_what_is_only_named() -> None:
     record = gun_record(0.99, pressure=lambda p: p + 101_325.0)
-    assert [found.severity for found in check(record, [GunStage(record)])] == ["name"]
+    assert [finding.severity for finding in check(record, [GunStage(record)])] == ["name"]

@@ -56,6 +56,26 @@ def test_an_integrated_velocity_is_said_to_be_biased_with_its_uncertainty(store:
     assert any("integrated" in text and "2.0%" in text and "yielding plate" in text for text in record.assumptions)
 
 
+def test_a_velocity_at_the_plate_stands_in_for_one_at_the_muzzle(store: Store, tmp_path: Path) -> None:
+    ingest_folder(store, gun_campaign(tmp_path / "c", shots=4))
+    with store.writing() as session:
+        shots = session.scalars(select(Shot).order_by(Shot.run)).all()
+        for shot, source in zip(shots, ("reported", "integrated", "reported"), strict=False):
+            keys = {"campaign_id": shot.campaign_id, "configuration_id": shot.configuration_id}
+            impact = Impact(**keys, run=shot.run, repetition=1, impact_velocity_m_s=9.0, velocity_source=source)
+            session.add(impact)
+            session.flush()
+            shot.impact_id = impact.id
+        for shot in shots[:2]:
+            shot.measured_velocity_m_s = shot.measured_velocity_u_m_s = shot.velocity_source = None
+        measured = [shot.measured_velocity_m_s for shot in shots[2:]]
+    with store.reading() as session:
+        record = read_campaign(session, "gun")
+    assert [run.velocity_m_s for run in record.runs] == [9.0, 9.0, *measured]
+    assert any("muzzle velocity of 1 of 4 shots: that at the plate" in text for text in record.assumptions)
+    assert any("impact velocity of 1 of 4 hits: integrated" in text for text in record.assumptions)
+
+
 def test_series_are_of_some_runs_and_velocities_of_all(store: Store, tmp_path: Path) -> None:
     ingest_folder(store, hammer_campaign(tmp_path / "c", recordings=2, hits=5))
     with store.writing() as session:
@@ -74,9 +94,9 @@ def test_a_stored_campaign_is_read_as_its_folder(store: Store, tmp_path: Path) -
     ingest_folder(store, folder)
     with store.reading() as session:
         stored = read_campaign(session, "plate")
-    other = read_folder(folder)
-    assert stored.configurations == other.configurations
-    assert stored.assumptions == other.assumptions
+    from_folder = read_folder(folder)
+    assert stored.configurations == from_folder.configurations
+    assert stored.assumptions == from_folder.assumptions
 
 
 def test_an_unknown_campaign_is_refused_with_those_there_are(store: Store, tmp_path: Path) -> None:
@@ -89,12 +109,12 @@ def test_an_unknown_campaign_is_refused_with_those_there_are(store: Store, tmp_p
 def test_so_many_of_each_group_are_chosen_first_and_last_among_them(groups: list[int | None], most: int) -> None:
     chosen = evenly_chosen(groups, most)
     assert chosen == sorted(set(chosen))
-    for group in {each for each in groups if each is not None}:
-        members = [i for i, each in enumerate(groups) if each == group]
-        mine = [i for i in chosen if groups[i] == group]
-        assert len(mine) == min(most, len(members))
-        assert mine[0] == members[0]
-        assert most == 1 or mine[-1] == members[-1]
+    for group in {member for member in groups if member is not None}:
+        members = [i for i, member in enumerate(groups) if member == group]
+        members_chosen = [i for i in chosen if groups[i] == group]
+        assert len(members_chosen) == min(most, len(members))
+        assert members_chosen[0] == members[0]
+        assert most == 1 or members_chosen[-1] == members[-1]
     assert all(groups[i] is not None for i in chosen)
 
 

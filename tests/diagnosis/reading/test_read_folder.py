@@ -75,10 +75,10 @@ def test_an_acceleration_rings_for_a_tenth_of_a_second_unless_the_next_hit_comes
 def test_cells_of_an_array_are_summed(tmp_path: Path) -> None:
     whole = read_folder(plate_campaign(tmp_path / "one").folder)
     shared = read_folder(plate_campaign(tmp_path / "three", cells=3).folder)
-    for one, three in zip(whole.runs, shared.runs, strict=True):
-        assert one.force is not None
-        assert three.force is not None
-        np.testing.assert_allclose(three.force.values, one.force.values, rtol=1e-5, atol=1e-3)
+    for single, array in zip(whole.runs, shared.runs, strict=True):
+        assert single.force is not None
+        assert array.force is not None
+        np.testing.assert_allclose(array.force.values, single.force.values, rtol=1e-5, atol=1e-3)
     assert any("sum of 3 force channels" in text for text in shared.assumptions)
 
 
@@ -164,10 +164,10 @@ def test_a_large_folder_gives_the_same_record_by_a_file(tmp_path: Path, monkeypa
     monkeypatch.setattr(folders, "IN_MEMORY_BYTES", 0)
     large = read_folder(campaign)
     assert large.configurations == small.configurations
-    for one, other in zip(small.runs, large.runs, strict=True):
-        assert one.force is not None
-        assert other.force is not None
-        np.testing.assert_array_equal(one.force.values, other.force.values)
+    for from_memory, from_file in zip(small.runs, large.runs, strict=True):
+        assert from_memory.force is not None
+        assert from_file.force is not None
+        np.testing.assert_array_equal(from_memory.force.values, from_file.force.values)
 
 
 def test_a_refused_folder_leaves_nothing_to_the_next_one(tmp_path: Path) -> None:
@@ -197,9 +197,9 @@ def test_shared_examples_are_read_whole(shared: Path, name: str, configurations:
 def _find(piece: np.ndarray, whole: np.ndarray) -> int:
     """Where the samples of `piece` begin in `whole`; they must be there, exactly."""
     places = np.flatnonzero(whole[: whole.size - piece.size + 1] == piece[0])
-    found = [int(i) for i in places if np.array_equal(whole[i : i + piece.size], piece)]
-    assert len(found) == 1
-    return found[0]
+    places = [int(i) for i in places if np.array_equal(whole[i : i + piece.size], piece)]
+    assert len(places) == 1
+    return places[0]
 
 
 def test_the_plate_s_make_is_that_of_the_bench(tmp_path: Path) -> None:
@@ -245,8 +245,8 @@ def test_a_projectile_s_own_travel_is_read_with_its_run(
     write_runs(folder, [{**row, column: values[i % 2]} for i, row in enumerate(gun_rows(4))])
     record = read_folder(folder)
     assert [run.travel_m for run in record.runs] == pytest.approx([0.885, 0.6] * 2)
-    told = f"travel to the vent holes: 600 to 885 mm, as the column {column} has it for 4 of 4 runs"
-    assert f"{told}; [bench.gun] has 900 mm" in record.assumptions
+    sentence = f"travel to the vent holes: 600 to 885 mm, as the column {column} has it for 4 of 4 runs"
+    assert f"{sentence}; [bench.gun] has 900 mm" in record.assumptions
 
 
 def test_a_travel_that_is_no_length_is_refused(tmp_path: Path) -> None:
