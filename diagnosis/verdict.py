@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, is_dataclass
 from typing import Any
+
+import numpy as np
 
 from ..twin.effects import Effect
 from .plot_data import Pictures
@@ -203,25 +206,28 @@ class Verdict:
     def as_json(self) -> dict[str, Any]:
         """The report as scripts read it."""
         names = ("campaign", "simulator", "gap", "where", "causes", "shrinkage", "effects", "unexplained", "path")
-        table = {name: _plain(getattr(self, name)) for name in (*names, "next_runs", "assumptions", "seconds")}
+        table = {name: plain(getattr(self, name)) for name in (*names, "next_runs", "assumptions", "seconds")}
         for effect in table["effects"]:
             del effect["named"]  # scripts read it from `causes`
+        for cause in table["causes"]:
+            del cause["fitted"]
+            if not cause["parameters"]:
+                del cause["parameters"]
+            if len(cause["split"]) < 2:
+                del cause["split"]
         return table
 
 
-def _plain(value: Any) -> Any:
-    """Records and tuples as JSON has them, so that what is stored and what is written are one."""
-    if isinstance(value, Cause):
-        table: dict[str, Any] = {"effects": list(value.effects), "probability": value.probability}
-        if value.parameters:
-            table["parameters"] = _plain(value.parameters)
-        if len(value.split) > 1:
-            table["split"] = list(value.split)
-        return table
+def plain(value: Any) -> Any:
+    """Records and tuples as JSON has them; of arrays NaN, of which pictures are full, as null, infinities by name."""
+    if isinstance(value, Effect):
+        return value.as_json()
+    if isinstance(value, np.ndarray):
+        return [v if math.isfinite(v) else None if math.isnan(v) else str(v) for v in value.tolist()]
     if is_dataclass(value):
-        return {item.name: _plain(getattr(value, item.name)) for item in fields(value)}
+        return {name: plain(item) for name, item in vars(value).items()}
     if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     return value
