@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, is_dataclass
 from typing import Any
 
 import numpy as np
 
 from ..twin.effects import Effect
+from .number_format import number
 from .plot_data import Pictures
 
 NONE, UNKNOWN = "none", "unknown"
+#: The entry of `Shrinkage.more` with what goes when the learned discrepancy corrects the rest.
+CORRECTED = "with the learned discrepancy"
 Interval = tuple[float, float]
 
 
@@ -51,16 +55,30 @@ class Region:
 
 @dataclass(frozen=True)
 class TimeWindow:
+    """Where in time the gap of a channel stands out."""
+
     channel: str
     from_s: float
     to_s: float
 
+    @property
+    def text(self) -> str:
+        """`the force from 0.1 to 0.4 ms`."""
+        return f"the {self.channel.replace('_', ' ')} from {number(1e3 * self.from_s)} to {number(1e3 * self.to_s)} ms"
+
 
 @dataclass(frozen=True)
 class Band:
+    """Where in frequency the gap of a channel stands out."""
+
     channel: str
     from_hz: float
     to_hz: float
+
+    @property
+    def text(self) -> str:
+        """`the force from 800 to 4000 Hz`."""
+        return f"the {self.channel.replace('_', ' ')} from {number(self.from_hz)} to {number(self.to_hz)} Hz"
 
 
 @dataclass(frozen=True)
@@ -76,12 +94,22 @@ class Where:
 
 @dataclass(frozen=True)
 class Fitted:
-    """One parameter of an effect, with its interval."""
+    """One parameter of an effect, with its interval.
+
+    `name` is the catalogue's, with the effect before it in a set ("gun.valve_flow.loss_coefficient") and the level that
+    it holds for behind it ("loss_coefficient (PLA)").
+    """
 
     name: str
     value: float
     unit: str
     ci90: Interval
+
+    @property
+    def parameter(self) -> str:
+        """Its name in the catalogue."""
+        match = re.match(r"(?:[a-z]+\.[a-z_]+\.)?([A-Za-z]\w*)", self.name)
+        return match[1] if match else self.name
 
 
 @dataclass(frozen=True)
@@ -216,6 +244,11 @@ class Verdict:
             if len(cause["split"]) < 2:
                 del cause["split"]
         return table
+
+
+def single_effects(names: Iterable[str]) -> tuple[str, ...]:
+    """The ids in names of effects and of sets of effects ("a+b"), each once."""
+    return tuple(dict.fromkeys(identity for name in names for identity in name.split("+")))
 
 
 def plain(value: Any) -> Any:

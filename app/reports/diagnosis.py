@@ -14,7 +14,7 @@ from ...diagnosis.plot_data import Pictures
 from ...diagnosis.recommendations import next_experiment, recommendations
 from ...diagnosis.restriction import restrictions_among
 from ...diagnosis.summary import summary
-from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict
+from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict, single_effects
 from ...schema.outputs import write_text
 from .charts import curve_chart, legend_keys, residual_chart, residual_title
 from .document import Bar, Bars, Block, Bullets, Cell, Document, Figure, Figures, Paragraph, Section, Table
@@ -187,7 +187,7 @@ def _gap(verdict: Verdict) -> list[Block]:
 def _bar(cause: Cause) -> Bar:
     kind = "other" if cause.effects[0] in (NONE, UNKNOWN) else "named"
     explained = cause.effects if cause.probability >= _EXPLAINED else ()
-    laws = (effect_title(identity) for identity in dict.fromkeys("+".join(explained).split("+")))
+    laws = map(effect_title, single_effects(explained))
     about = "; ".join(filter(None, (", ".join(map(fitted_words, cause.parameters)), *laws)))
     return Bar(cause_name(cause), percent(cause.probability), 0.0, cause.probability, kind, about)
 

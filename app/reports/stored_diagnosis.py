@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from ...diagnosis.verdict import Verdict
+from ...diagnosis.verdict import Verdict, single_effects
 from ...diagnosis.verdict_json import FORMAT, verdict_from_json
 from ...schema.diagnoses import Diagnosis
 from ..diagnoses.kept import kept_report, kept_verdict
@@ -29,7 +29,7 @@ def verdict_of(report: Mapping[str, Any]) -> Verdict:
     A report alone does not say which effects are causes: those of the first entry are.
     """
     try:
-        causes = {name for cause in report["causes"][:1] for group in cause["effects"] for name in group.split("+")}
+        causes = [name for cause in report["causes"][:1] for name in single_effects(cause["effects"])]
         details = {
             "format": FORMAT,
             "causes": [{} for _ in report["causes"]],

@@ -12,14 +12,12 @@ import numpy as np
 from ..inference.held_out import FoldFit
 from ..localisation.means import Floats, Rows
 from ..observables.base import Stage
-from ..verdict import Shrinkage
+from ..verdict import CORRECTED, Shrinkage
 from .folds import Split, by_configuration, corner
 from .gaps import Gaps
 from .interval import fraction, fraction_interval
 
 Pair = tuple[float, float]
-#: The entry of `Shrinkage.more` with what goes when the learned discrepancy corrects the rest.
-CORRECTED = "with the learned discrepancy"
 
 
 def measure_reduction(
