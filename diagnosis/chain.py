@@ -7,7 +7,14 @@ from difflib import get_close_matches
 
 import numpy as np
 
+from ..twin.gun.bench import GunBench
 from .observables.base import Stage
+from .observables.contact.registered_model import RegisteredContactStage
+from .observables.contact.site import sites_of
+from .observables.contact.stage import UNCERTAIN, ContactStage
+from .observables.gun.stage import READINGS, GunStage
+from .observables.plate.ringdown import PlateRingdownStage
+from .observables.plate.stage import PlateStage
 from .options import Options
 from .record import CampaignRecord
 
@@ -49,8 +56,6 @@ def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ..
 
 
 def _gun(record: CampaignRecord, options: Options) -> Stage | str:
-    from .observables.gun.stage import GunStage
-
     if record.gun is None:
         return "gun: no [bench.gun] in the campaign"
     if not any(run.velocity_m_s for run in record.runs):
@@ -59,10 +64,6 @@ def _gun(record: CampaignRecord, options: Options) -> Stage | str:
 
 
 def _contact(record: CampaignRecord, options: Options) -> Stage | str:
-    from .observables.contact.registered_model import RegisteredContactStage
-    from .observables.contact.site import sites_of
-    from .observables.contact.stage import ContactStage
-
     if not any(run.force is not None for run in record.runs):
         return "contact: no run has a force record that shows a contact"
     if not any(run.force is not None and run.velocity_m_s for run in record.runs):
@@ -80,9 +81,6 @@ def _contact(record: CampaignRecord, options: Options) -> Stage | str:
 
 
 def _plate(record: CampaignRecord, options: Options) -> Stage | str:  # noqa: ARG001 - as the others
-    from .observables.plate.ringdown import PlateRingdownStage
-    from .observables.plate.stage import PlateStage
-
     if not any(run.accelerations for run in record.runs):
         return "plate: no run has an acceleration record that can be used"
     if record.plate is None:
@@ -99,10 +97,6 @@ def _plate(record: CampaignRecord, options: Options) -> Stage | str:  # noqa: AR
 
 def uncertain_numbers() -> dict[str, tuple[str, ...]]:
     """By stage: settings of the gun with the readings of a shot, and quantities of the nominal impact."""
-    from ..twin.gun.bench import GunBench
-    from .observables.contact.stage import UNCERTAIN
-    from .observables.gun.stage import READINGS
-
     return {"gun": (*(item.name for item in fields(GunBench)), *READINGS), "contact": UNCERTAIN}
 
 
