@@ -48,7 +48,7 @@ class Metric:
     def weights(self, gap: GapTable) -> Floats:
         """(D,): of the squares of all observables in tolerances; 0 where one does not count, the others' mean is 1."""
         weight = np.zeros(len(gap.observables))
-        weight[self.columns] = 1.0 if len(gap.stages) == 1 else 1 / _stage_counts(gap, self.columns)
+        weight[self.columns] = 1 / _stage_counts(gap, self.columns)
         return weight
 
     def scales(self, gap: GapTable) -> dict[str, Floats]:
@@ -70,17 +70,17 @@ class Metric:
         sizes = {}
         excess = (gap.mean**2 - gap.floor_variance) / gap.tolerance**2
         for name in gap.stages:
-            own = excess[:, np.intersect1d(gap.columns(name), self.columns)]
-            mean = float(own[np.isfinite(own)].mean()) if np.isfinite(own).any() else 0.0
-            sizes[name] = float(np.sqrt(max(0.0, mean)))
+            cells = excess[:, np.intersect1d(gap.columns(name), self.columns)]
+            cells = cells[np.isfinite(cells)]
+            sizes[name] = float(np.sqrt(max(0.0, cells.mean()))) if cells.size else 0.0
         return sizes
 
 
 def _stage_counts(gap: GapTable, columns: NDArray[np.intp]) -> Floats:
     """(m,): observables of a column's own stage, over the mean of that number over the stages."""
     stage = np.array([gap.observables[int(column)].stage for column in columns])
-    names, place, count = np.unique(stage, return_inverse=True, return_counts=True)
-    return np.asarray(count[place] * len(names) / columns.size, dtype=np.float64)
+    names, row, count = np.unique(stage, return_inverse=True, return_counts=True)
+    return np.asarray(count[row] * len(names) / columns.size, dtype=np.float64)
 
 
 def _counts(item: Observable, spectra: bool) -> bool:

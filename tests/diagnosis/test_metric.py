@@ -37,7 +37,6 @@ def table(
     """`sigma` is the scatter of one run of each observable; 1000 runs of each configuration, unless said otherwise."""
     values = np.array(mean, dtype=np.float64)
     scatter = np.full(len(observables), 1e-6) if sigma is None else np.array(sigma)
-    cells = len(values)
     return GapTable(
         record=CampaignRecord("by hand", "gun", (), ()),
         observables=tuple(observables),
@@ -46,7 +45,6 @@ def table(
         count=np.where(np.isfinite(values), 1000, 0) if count is None else np.array(count, dtype=np.intp),
         noise=Noise(np.diag(scatter**2), np.full(len(observables), 10.0)),
         nuisances=np.zeros((0, *values.shape)),
-        rows=np.arange(cells),
         loudness={},
     )
 
