@@ -43,8 +43,9 @@ class GapTable:
     @classmethod
     def of(cls, record: CampaignRecord, stages: Sequence[Stage], widened: Mapping[str, float] | None = None) -> Self:
         """`widened`: a factor on the tolerances of a stage. Raises `ValueError` where nothing can be compared."""
+        factor = widened or {}
         items = [item for stage in stages for item in stage.observables]
-        observables = tuple(replace(x, tolerance=x.tolerance * (widened or {}).get(x.stage, 1.0)) for x in items)
+        observables = tuple(replace(item, tolerance=item.tolerance * factor.get(item.stage, 1.0)) for item in items)
         residuals = np.concatenate([stage.residuals() for stage in stages], axis=1)
         mean, count = means(residuals, record.configuration_of, len(record.configurations))
         if not count.any():

@@ -16,6 +16,7 @@ from ..verdict import CORRECTED, Shrinkage
 from .folds import Split, by_configuration, corner
 from .gaps import Gaps
 from .interval import fraction, fraction_interval
+from .iso18571 import pulse_ratings
 
 Pair = tuple[float, float]
 
@@ -110,20 +111,21 @@ class HeldOut:
 
 def _entry(stages: Sequence[Stage], held: HeldOut, folds: HeldOut, rng: np.random.Generator, pulses: bool) -> Shrinkage:
     correction = held.correction
-    before, after, corrected = (held.squares(table) for table in (0.0, correction, held.corrected))
-    spread = _training_spread(held, folds)
-    interval = fraction_interval(before, after, held.floor, rng, held.gaps.floor_error, spread) if held.is_gap else None
-    more = {
-        CORRECTED: (float(np.sqrt(before.mean())), float(np.sqrt(corrected.mean()))),
-        **_by_stage(held, correction),
-        **_levels(held, correction),
-        **(_pulse_ratings(stages, held) if pulses else {}),
-    }
+    squares = [held.squares(table) for table in (0.0, correction, held.corrected)]
+    before, after, corrected = (float(np.sqrt(square.mean())) for square in squares)
+    interval = None
+    if held.is_gap:
+        spread = _training_spread(held, folds)
+        interval = fraction_interval(squares[0], squares[1], held.floor, rng, held.gaps.floor_error, spread)
+    more = {CORRECTED: (before, corrected), **_by_stage(held, correction), **_levels(held, correction)}
+    if pulses:
+        ratings = pulse_ratings(stages, held.split.folds, [fold.likeliest for fold in held.folds])
+        more |= {"ISO 18571 rating of the force": ratings} if ratings else {}
     return Shrinkage(
         effects=held.effects,
         held_out_by=held.split.name,
-        before=float(np.sqrt(before.mean())),
-        after=float(np.sqrt(after.mean())),
+        before=before,
+        after=after,
         fraction=held.fraction(correction) if held.is_gap else None,
         ci90=interval,
         more=more,
@@ -144,13 +146,13 @@ def _training_spread(held: HeldOut, folds: HeldOut) -> float:
 
 def _by_stage(held: HeldOut, correction: Floats) -> dict[str, Pair]:
     """The same rms as the whole, of each stage alone."""
-    names = np.array([item.stage for item in held.gaps.observables])
+    stages = np.array([item.stage for item in held.gaps.observables])
     before = held.gaps.mean[held.split.held_out]
     after = before - correction[held.split.held_out]
     return {
-        f"rms of {name}": (_rms(before[:, names == name]), _rms(after[:, names == name]))
-        for name in dict.fromkeys(names.tolist())
-        if np.isfinite(before[:, names == name]).any()
+        f"rms of {name}": (_rms(before[:, stages == name]), _rms(after[:, stages == name]))
+        for name in dict.fromkeys(stages.tolist())
+        if np.isfinite(before[:, stages == name]).any()
     }
 
 
@@ -170,13 +172,6 @@ def _levels(held: HeldOut, correction: Floats) -> dict[str, Pair]:
         "share of lines within 6 dB": lambda levels: np.mean(levels <= 6),
     }
     return {name: (float(figure(before)), float(figure(after))) for name, figure in figures.items()}
-
-
-def _pulse_ratings(stages: Sequence[Stage], held: HeldOut) -> dict[str, Pair]:
-    from .iso18571 import pulse_ratings
-
-    ratings = pulse_ratings(stages, held.split.folds, [fold.likeliest for fold in held.folds])
-    return {} if ratings is None else {"ISO 18571 rating of the force": ratings}
 
 
 def _rms(values: Floats) -> float:
