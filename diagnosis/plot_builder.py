@@ -51,7 +51,7 @@ def residual_pictures(
     count = np.isfinite(ratio).sum(axis=0)
     score = np.sqrt(np.nansum(ratio**2, axis=0) / np.maximum(count, 1))
     order = [int(i) for i in np.argsort(-score, kind="stable") if count[i] > 0]
-    order = [i for place, i in enumerate(order) if score[i] >= 1 or place == 0]
+    order = [i for i in order if score[i] >= 1 or i == order[0]]
     units = dict.fromkeys(observables[i].unit for i in order)
     share = -(-most // max(len(units), 1))
     chosen = [i for unit in units for i in [i for i in order if observables[i].unit == unit][:share]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from copy import deepcopy
 from dataclasses import is_dataclass
 from types import UnionType
@@ -26,8 +26,8 @@ def verdict_to_json(verdict: Verdict) -> tuple[Json, Json]:
 
     The report has null for them; the details say where, and what they were.
     """
-    lost: list[Json] = []
-    report = _finite(verdict.as_json(), [], lost)
+    table = verdict.as_json()
+    lost = list(_not_finite(table, []))
     details = {
         "format": FORMAT,
         "lost": lost,
@@ -36,7 +36,7 @@ def verdict_to_json(verdict: Verdict) -> tuple[Json, Json]:
         "fits": plain(verdict.fits),
         "pictures": plain(verdict.pictures),
     }
-    return report, details
+    return _replaced(table, [(entry["at"], None) for entry in lost]), details
 
 
 def verdict_from_json(report: Mapping[str, Any], details: Mapping[str, Any]) -> Verdict:
@@ -47,7 +47,7 @@ def verdict_from_json(report: Mapping[str, Any], details: Mapping[str, Any]) -> 
     if details.get("format") not in READABLE:
         readable = " and ".join(map(str, READABLE))
         raise ValueError(f"details of format {details.get('format')!r}; this software knows {readable}: diagnose again")
-    table = _restored(report, details.get("lost", ()))
+    table = _replaced(report, [(entry["at"], float(entry["value"])) for entry in details.get("lost", ())])
     for name in ("causes", "effects"):
         pairs = zip(table.get(name, ()), details.get(name, ()), strict=True)
         table[name] = [{**row, **detail} for row, detail in pairs]
@@ -81,26 +81,21 @@ def _decoded(kind: Any, value: Any) -> Any:
     return value
 
 
-def _finite(value: Any, path: list[str | int], lost: list[Json]) -> Any:
-    """Plain data with null for what is no number of JSON's; where that was is added to `lost`."""
-    if isinstance(value, Mapping):
-        return {key: _finite(item, [*path, key], lost) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item, [*path, i], lost) for i, item in enumerate(value)]
-    if isinstance(value, float):
-        if math.isfinite(value):
-            return float(value)
-        lost.append({"at": path, "value": str(float(value))})
-        return None
-    return value
+def _not_finite(value: Any, path: list[str | int]) -> Iterator[Json]:
+    """Where plain data has a number that JSON has not, and which."""
+    if isinstance(value, float) and not math.isfinite(value):
+        yield {"at": path, "value": str(float(value))}
+    items = value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list) else ()
+    for key, item in items:
+        yield from _not_finite(item, [*path, key])
 
 
-def _restored(report: Mapping[str, Any], lost: Sequence[Mapping[str, Any]]) -> Json:
+def _replaced(report: Mapping[str, Any], items: Iterable[tuple[list[str | int], float | None]]) -> Json:
+    """A copy with other numbers at these paths."""
     table = deepcopy(dict(report))
-    for entry in lost:
-        *path, last = entry["at"]
+    for path, value in items:
         holder: Any = table
-        for step in path:
+        for step in path[:-1]:
             holder = holder[step]
-        holder[last] = float(entry["value"])
+        holder[path[-1]] = value
     return table

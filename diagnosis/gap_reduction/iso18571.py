@@ -74,9 +74,8 @@ def _aligned_rating(measured: Floats, simulated: Floats) -> float:
     loud = np.flatnonzero(size > _QUIET * size.max())
     if loud.size < 2:
         return float("nan")
-    place = np.linspace(loud[0], loud[-1], _SAMPLES)
-    samples = np.arange(measured.size)
-    return rating(np.interp(place, samples, measured), np.interp(place, samples, simulated))
+    position, samples = np.linspace(loud[0], loud[-1], _SAMPLES), np.arange(measured.size)
+    return rating(np.interp(position, samples, measured), np.interp(position, samples, simulated))
 
 
 def rating(measured: Floats, simulated: Floats) -> float:
@@ -165,10 +164,10 @@ def warping_path(x: Floats, y: Floats, window: int) -> NDArray[np.int64]:
     while i > 0 and j > 0:
         path[length, 0], path[length, 1] = i - 1, j - 1
         length += 1
-        above, left, both = cost[i - 1, j], cost[i, j - 1], cost[i - 1, j - 1]
-        if both <= above and both <= left:
+        before_x, before_y, before_both = cost[i - 1, j], cost[i, j - 1], cost[i - 1, j - 1]
+        if before_both <= min(before_x, before_y):
             i, j = i - 1, j - 1
-        elif above <= left:
+        elif before_x <= before_y:
             i -= 1
         else:
             j -= 1
