@@ -109,7 +109,8 @@ def _spectra(stage: PlateStage, effects: Sequence[Effect], runs: Rows, label: st
     for i, channel in enumerate(stage.signals.channels[:_CHANNELS]):
         drawn = runs[np.isfinite(levels[0][runs, i] - levels[1][runs, i]).all(axis=1)]
         if drawn.size:
-            curves = [10 ** (level[drawn, i].mean(axis=0) / 20) for level in levels]  # mean levels as accelerations
-            title = f"{channel.replace('_', ' ')}, {label}"
-            axes = ("natural frequency", "Hz", "shock response spectrum", "m/s2", spectra.lines_hz)
-            yield CurvePicture(title, *axes, *curves, logarithmic=True)
+            # mean levels as accelerations
+            measured, before, *after = (10 ** (level[drawn, i].mean(axis=0) / 20) for level in levels)
+            title, x, y = f"{channel.replace('_', ' ')}, {label}", "natural frequency", "shock response spectrum"
+            curves = measured, before, after[0] if after else None
+            yield CurvePicture(title, x, "Hz", y, "m/s2", spectra.lines_hz, *curves, logarithmic=True)

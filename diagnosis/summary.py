@@ -92,7 +92,7 @@ def _shares(verdict: Verdict) -> str:
     groups = named_groups(verdict)
     if not groups:
         return ""
-    parts = []
+    parts: list[str] = []
     for group in groups:
         share = percent(sum(effect.share for effect in group))
         if not parts:

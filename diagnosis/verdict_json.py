@@ -68,7 +68,7 @@ def _decoded(kind: Any, value: Any) -> Any:
         return _decoded(next(part for part in parts if part is not type(None)), value)
     if kind is Effect:
         return effect_from_json(value)
-    if is_dataclass(kind):
+    if isinstance(kind, type) and is_dataclass(kind):
         hints = get_type_hints(kind)
         return kind(**{name: _decoded(hints[name], value[name]) for name in hints if name in value})
     match get_origin(kind):

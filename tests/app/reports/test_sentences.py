@@ -48,8 +48,7 @@ def test_numbers_have_three_digits(value: float, told: str) -> None:
 def test_ranges_ratios_and_lists() -> None:
     assert percent_range(0.52, 0.68) == "52 to 68 %"
     assert [times(ratio) for ratio in (42.3, 9.96, 0.891)] == ["42", "10", "0.89"]
-    lists = ([], ["a"], ["a", "b"], ["a", "b", "c"])
-    assert [join_words(words) for words in lists] == ["", "a", "a and b", "a, b and c"]
+    assert [join_words("abc"[:count]) for count in range(4)] == ["", "a", "a and b", "a, b and c"]
     assert join_words(["a", "b"], "or") == "a or b"
 
 
