@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ _CONTACT = ("ln_peak", "ln_impulse", "ln_width_half")
 
 
 @dataclass(frozen=True, eq=False)
-class Metric:
+class GapMetric:
     """`columns` (m,) of the gap table, each over `unit` (m,): 1 where one unit serves all, tolerances otherwise, such
     that each of several stages counts the same, however many observables it has."""
 
@@ -33,7 +34,7 @@ class Metric:
     tolerance: float
 
     @classmethod
-    def of(cls, gap: GapTable) -> Metric:
+    def of(cls, gap: GapTable) -> Self:
         """One stage in its own unit, several in tolerances; a plate without spectra by its modes, in tolerances."""
         spectra = any(item.unit == "dB" for item in gap.observables)
         columns = np.flatnonzero([_counts(item, spectra) for item in gap.observables])
