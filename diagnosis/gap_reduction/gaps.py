@@ -31,7 +31,7 @@ class Gaps:
     def of(cls, stages: Sequence[Stage], scales: Mapping[str, Floats] | None = None) -> Self:
         """`scales` (d,) by stage, in the units of its observables; tolerances where none is given.
 
-        An infinite scale leaves an observable out. Raises `ValueError` where nothing can be compared.
+        An infinite scale leaves an observable out.
         """
         record = stages[0].record
         scale = np.concatenate([(scales or {}).get(stage.name, tolerances(stage.observables)) for stage in stages])
@@ -41,8 +41,6 @@ class Gaps:
         observables = tuple(items[i] for i in np.flatnonzero(used))
         floor = floors(observables) / scale[used]
         means = Means.of(residuals, record.configuration_of, len(record.configurations), floor)
-        if not np.isfinite(means.mean).any():
-            raise ValueError(f"campaign {record.name}: no run has both a measured and a simulated value to compare")
         chance = _chance(residuals - means.mean[record.configuration_of], means)
         freedom = int(np.isfinite(residuals).any(axis=1).sum() - np.isfinite(means.mean).any(axis=1).sum())
         return cls(observables, scale, means.mean, means.variance, chance, freedom)

@@ -118,9 +118,9 @@ def _entry(stages: Sequence[Stage], held: HeldOut, folds: HeldOut, rng: np.rando
         spread = _training_spread(held, folds)
         interval = fraction_interval(squares[0], squares[1], held.floor, rng, held.gaps.floor_error, spread)
     more = {CORRECTED: (before, corrected), **_by_stage(held, correction), **_levels(held, correction)}
-    if pulses:
-        ratings = pulse_ratings(stages, held.split.folds, [fold.likeliest for fold in held.folds])
-        more |= {"ISO 18571 rating of the force": ratings} if ratings else {}
+    ratings = pulse_ratings(stages, held.split.folds, [fold.likeliest for fold in held.folds]) if pulses else None
+    if ratings is not None:
+        more["ISO 18571 rating of the force"] = ratings
     return Shrinkage(
         effects=held.effects,
         held_out_by=held.split.name,
