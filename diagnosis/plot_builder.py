@@ -71,12 +71,10 @@ def residual_pictures(
 
 def _curves(gap: GapTable, stage: Stage, effects: Sequence[Effect]) -> Iterator[CurvePicture]:
     """Of the configuration whose observables of the stage lie furthest beyond tolerance and floor, if any."""
-    columns = gap.columns(stage.name)
-    scale = np.sqrt(gap.tolerance[columns] ** 2 + gap.floor_variance[:, columns])
-    ratio = np.nan_to_num(gap.mean[:, columns] / scale) ** 2
+    ratio = np.nan_to_num(gap.mean / np.hypot(gap.tolerance, np.sqrt(gap.floor_variance)))[:, gap.columns(stage.name)]
     if not ratio.any():
         return
-    worst = int(np.argmax(ratio.sum(axis=1)))
+    worst = int(np.argmax((ratio**2).sum(axis=1)))
     runs = np.flatnonzero(gap.record.configuration_of == worst)
     label = gap.record.configurations[worst].label
     if isinstance(stage, ContactStage):

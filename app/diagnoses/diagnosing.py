@@ -14,7 +14,6 @@ from sqlalchemy import select
 from ...schema.campaigns import Campaign
 from ...schema.diagnoses import Diagnosis
 from ...schema.listings import get_campaign_id
-from ..finite import finite
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -227,9 +226,9 @@ def _options_json(asked: Asked) -> dict[str, Any]:
 
 def report_json(verdict: Verdict) -> dict[str, Any]:
     """The report as scripts read it; a number that JSON has not (NaN) is null."""
-    plain = finite(verdict.as_json())
-    assert isinstance(plain, dict)
-    return plain
+    from ...diagnosis.verdict_json import verdict_to_json
+
+    return verdict_to_json(verdict)[0]
 
 
 def past_diagnoses(session: Session, campaign: str) -> Iterator[dict[str, Any]]:
