@@ -51,16 +51,8 @@ class GapTable:
         if not count.any():
             raise ValueError(f"campaign {record.name}: no run has both a measured and a simulated value to compare")
         noise = Noise.of(residuals - mean[record.configuration_of], record.configuration_of, observables)
-        return cls(
-            record=record,
-            observables=observables,
-            residuals=residuals,
-            mean=mean,
-            count=count,
-            noise=noise,
-            nuisances=_nuisances(stages, mean.shape),
-            loudness={stage.name: _loudness(stage, record) for stage in stages},
-        )
+        loudness = {stage.name: _loudness(stage, record) for stage in stages}
+        return cls(record, observables, residuals, mean, count, noise, _nuisances(stages, mean.shape), loudness)
 
     @property
     def tolerance(self) -> Floats:

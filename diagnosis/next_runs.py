@@ -118,16 +118,16 @@ def _best(
     pair: tuple[str, str], forecasts: Mapping[str, _Forecast], settings: Sequence[Mapping[str, Factor]], noise: Floats
 ) -> NextRun | None:
     a, b = (forecasts[name] for name in pair)
-    distance = [_distances(a, b, noise, n) for n in range(1, MOST_RUNS + 1)]
-    enough = [i for i, row in enumerate(distance) if np.nanmax(row, initial=0.0) > APART]
-    shots = enough[0] + 1 if enough else MOST_RUNS
-    reach = distance[shots - 1]
-    if not np.isfinite(reach).any() or not np.nanmax(reach) > 0:
+    for shots in range(1, MOST_RUNS + 1):
+        distance = np.nan_to_num(_distances(a, b, noise, shots))
+        if distance.max() > APART:
+            break
+    row = int(distance.argmax())
+    if not distance[row] > 0:
         return None
-    row = int(np.nanargmax(reach))
     why = f"separates {pair[0]} from {pair[1]}"
-    if not enough:
-        why += f" only to {np.nanmax(reach):.1f} of the {APART:g} standard deviations that it takes"
+    if not distance[row] > APART:
+        why += f" only to {distance[row]:.1f} of the {APART:g} standard deviations that it takes"
     return NextRun(why, _columns(settings[row]), shots)
 
 
@@ -142,11 +142,11 @@ def _distances(a: _Forecast, b: _Forecast, noise: Floats, shots: int) -> Floats:
 
 def _columns(factors: Mapping[str, Factor]) -> dict[str, Factor]:
     """As a campaign's runs.csv has them."""
-    columns: dict[str, Factor] = {}
-    for name, value in factors.items():
-        column, unit = column_of(name)
-        columns[column] = value if isinstance(value, str) else float(f"{value / unit:.6g}")
-    return columns
+    columns = {column_of(name): value for name, value in factors.items()}
+    return {
+        column: value if isinstance(value, str) else float(f"{value / unit:.6g}")
+        for (column, unit), value in columns.items()
+    }
 
 
 def candidate_stages(stages: Sequence[Stage]) -> Sequence[Stage]:

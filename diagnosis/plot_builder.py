@@ -55,18 +55,12 @@ def residual_pictures(
     units = dict.fromkeys(observables[i].unit for i in order)
     share = -(-most // max(len(units), 1))
     chosen = [i for unit in units for i in [i for i in order if observables[i].unit == unit][:share]]
-    return tuple(
-        ResidualPicture(
-            item.name,
-            item.stage,
-            item.unit,
-            item.tolerance,
-            before[:, i],
-            None if after is None else after[:, i],
-            floor[:, i],
-        )
-        for i, item in ((i, observables[i]) for i in sorted(chosen)[:most])
-    )
+    pictures = []
+    for i in sorted(chosen)[:most]:
+        item = observables[i]
+        columns = before[:, i], None if after is None else after[:, i], floor[:, i]
+        pictures.append(ResidualPicture(item.name, item.stage, item.unit, item.tolerance, *columns))
+    return tuple(pictures)
 
 
 def _curves(gap: GapTable, stage: Stage, effects: Sequence[Effect]) -> Iterator[CurvePicture]:

@@ -18,8 +18,6 @@ from .gaps import Gaps
 from .interval import fraction, fraction_interval
 from .iso18571 import pulse_ratings
 
-Pair = tuple[float, float]
-
 
 def measure_reduction(
     stages: Sequence[Stage],
@@ -110,26 +108,20 @@ class HeldOut:
 
 
 def _entry(stages: Sequence[Stage], held: HeldOut, folds: HeldOut, rng: np.random.Generator, pulses: bool) -> Shrinkage:
-    correction = held.correction
+    correction, rows = held.correction, held.split.held_out
     squares = [held.squares(table) for table in (0.0, correction, held.corrected)]
     before, after, corrected = (float(np.sqrt(square.mean())) for square in squares)
     interval = None
     if held.is_gap:
         spread = _training_spread(held, folds)
         interval = fraction_interval(squares[0], squares[1], held.floor, rng, held.gaps.floor_error, spread)
-    more = {CORRECTED: (before, corrected), **_by_stage(held, correction), **_levels(held, correction)}
+    figures = [_figures(held.gaps, table[rows]) for table in (held.gaps.mean, held.gaps.mean - correction)]
+    more = {CORRECTED: (before, corrected), **{name: (figures[0][name], figures[1][name]) for name in figures[0]}}
     ratings = pulse_ratings(stages, held.split.folds, [fold.likeliest for fold in held.folds]) if pulses else None
     if ratings is not None:
         more["ISO 18571 rating of the force"] = ratings
-    return Shrinkage(
-        effects=held.effects,
-        held_out_by=held.split.name,
-        before=before,
-        after=after,
-        fraction=held.fraction(correction) if held.is_gap else None,
-        ci90=interval,
-        more=more,
-    )
+    reduced = held.fraction(correction) if held.is_gap else None
+    return Shrinkage(held.effects, held.split.name, before, after, reduced, interval, more)
 
 
 def _training_spread(held: HeldOut, folds: HeldOut) -> float:
@@ -144,35 +136,20 @@ def _training_spread(held: HeldOut, folds: HeldOut) -> float:
     return float(np.sqrt((len(fractions) - 1) * np.var(fractions)))
 
 
-def _by_stage(held: HeldOut, correction: Floats) -> dict[str, Pair]:
-    """The same rms as the whole, of each stage alone."""
-    stages = np.array([item.stage for item in held.gaps.observables])
-    before = held.gaps.mean[held.split.held_out]
-    after = before - correction[held.split.held_out]
-    return {
-        f"rms of {name}": (_rms(before[:, stages == name]), _rms(after[:, stages == name]))
-        for name in dict.fromkeys(stages.tolist())
-        if np.isfinite(before[:, stages == name]).any()
-    }
-
-
-def _levels(held: HeldOut, correction: Floats) -> dict[str, Pair]:
-    """Of lines of spectra, in dB: median and 95th percentile of the deviation, and the shares within 3 and 6 dB."""
-    gaps, rows = held.gaps, held.split.held_out
+def _figures(gaps: Gaps, table: Floats) -> dict[str, float]:
+    """Of mean residuals (n, D) over the scale: the rms of each stage alone; of lines of spectra in dB the median and
+    the 95th percentile of the deviation, and the shares within 3 and 6 dB."""
+    stages = np.array([item.stage for item in gaps.observables])
+    figures = {}
+    for name in dict.fromkeys(stages.tolist()):
+        cells = table[:, stages == name]
+        if np.isfinite(cells).any():
+            figures[f"rms of {name}"] = float(np.sqrt(np.nanmean(cells**2)))
     lines = np.flatnonzero([item.unit == "dB" and item.frequency_hz is not None for item in gaps.observables])
-    scale = gaps.scale[np.isfinite(gaps.scale)][lines]
-    tables = [np.abs(table[np.ix_(rows, lines)] * scale) for table in (gaps.mean, gaps.mean - correction)]
-    before, after = (table[np.isfinite(table)] for table in tables)
-    if not before.size:
-        return {}
-    figures: dict[str, Callable[[Floats], np.floating]] = {
-        "dB, median": np.median,
-        "dB, 95th percentile": lambda levels: np.quantile(levels, 0.95),
-        "share of lines within 3 dB": lambda levels: np.mean(levels <= 3),
-        "share of lines within 6 dB": lambda levels: np.mean(levels <= 6),
-    }
-    return {name: (float(figure(before)), float(figure(after))) for name, figure in figures.items()}
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.nanmean(values**2)))
+    levels = np.abs(table[:, lines] * gaps.scale[np.isfinite(gaps.scale)][lines])
+    levels = levels[np.isfinite(levels)]
+    if levels.size:
+        figures["dB, median"] = float(np.median(levels))
+        figures["dB, 95th percentile"] = float(np.quantile(levels, 0.95))
+        figures |= {f"share of lines within {limit} dB": float(np.mean(levels <= limit)) for limit in (3, 6)}
+    return figures
