@@ -54,12 +54,12 @@ def residual_pictures(
     order = [i for i in order if score[i] >= 1 or i == order[0]]
     units = dict.fromkeys(observables[i].unit for i in order)
     share = -(-most // max(len(units), 1))
-    chosen = [i for unit in units for i in [i for i in order if observables[i].unit == unit][:share]]
+    columns = [i for unit in units for i in [i for i in order if observables[i].unit == unit][:share]]
     pictures = []
-    for i in sorted(chosen)[:most]:
+    for i in sorted(columns)[:most]:
         item = observables[i]
-        columns = before[:, i], None if after is None else after[:, i], floor[:, i]
-        pictures.append(ResidualPicture(item.name, item.stage, item.unit, item.tolerance, *columns))
+        tables = before[:, i], None if after is None else after[:, i], floor[:, i]
+        pictures.append(ResidualPicture(item.name, item.stage, item.unit, item.tolerance, *tables))
     return tuple(pictures)
 
 
@@ -99,10 +99,10 @@ def _spectra(stage: PlateStage, effects: Sequence[Effect], runs: Rows, label: st
     records = [stage.signals.acceleration, stage.records(), *([stage.records(effects)] if effects else [])]
     levels = [spectra.levels_db(accelerations[:, :_CHANNELS]) for accelerations in records]
     for i, channel in enumerate(stage.signals.channels[:_CHANNELS]):
-        drawn = runs[np.isfinite(levels[0][runs, i] - levels[1][runs, i]).all(axis=1)]
-        if drawn.size:
+        usable = runs[np.isfinite(levels[0][runs, i] - levels[1][runs, i]).all(axis=1)]
+        if usable.size:
             # mean levels as accelerations
-            measured, before, *after = (10 ** (level[drawn, i].mean(axis=0) / 20) for level in levels)
+            measured, before, *after = (10 ** (level[usable, i].mean(axis=0) / 20) for level in levels)
             title, x, y = f"{channel.replace('_', ' ')}, {label}", "natural frequency", "shock response spectrum"
             curves = measured, before, after[0] if after else None
             yield CurvePicture(title, x, "Hz", y, "m/s2", spectra.lines_hz, *curves, logarithmic=True)

@@ -63,10 +63,10 @@ def _size_and_stage(verdict: Verdict) -> str:
     if is_agreement(verdict):
         return f"Model and measurement agree: {size}."
     within = "" if gap.beyond_noise else ", which is within tolerance and noise together"
-    return f"{_capitalised(size)}{within}{_stages(verdict)}."
+    return f"{_capitalise(size)}{within}{_stages(verdict)}."
 
 
-def _capitalised(text: str) -> str:
+def _capitalise(text: str) -> str:
     return f"{text[:1].upper()}{text[1:]}"
 
 
@@ -107,7 +107,7 @@ def _shares(verdict: Verdict) -> str:
     if verdict.unexplained is not None:
         unexplained = percent_with_range(verdict.unexplained.share, verdict.unexplained.ci90)
         ends.append(f"{unexplained} remains unexplained")
-    return _capitalised("; ".join(filter(None, (join_words(parts), join_words(ends))))) + "."
+    return _capitalise("; ".join(filter(None, (join_words(parts), join_words(ends))))) + "."
 
 
 def named_groups(verdict: Verdict) -> list[tuple[EffectShare, ...]]:
@@ -117,8 +117,8 @@ def named_groups(verdict: Verdict) -> list[tuple[EffectShare, ...]]:
     for effect in verdict.effects:
         if effect.named and not any(effect in group for group in groups):
             number = effect.credible_set
-            alike = [item for item in verdict.effects if item.credible_set == number and item != effect]
-            groups.append((effect, *alike) if number is not None else (effect,))
+            others = [item for item in verdict.effects if item.credible_set == number and item != effect]
+            groups.append((effect, *others) if number is not None else (effect,))
     return sorted(groups, key=lambda group: -sum(effect.share for effect in group))
 
 

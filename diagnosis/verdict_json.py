@@ -36,7 +36,7 @@ def verdict_to_json(verdict: Verdict) -> tuple[Json, Json]:
         "fits": plain(verdict.fits),
         "pictures": plain(verdict.pictures),
     }
-    return _replaced(table, [(entry["at"], None) for entry in lost]), details
+    return _with_values(table, [(entry["at"], None) for entry in lost]), details
 
 
 def verdict_from_json(report: Mapping[str, Any], details: Mapping[str, Any]) -> Verdict:
@@ -47,16 +47,16 @@ def verdict_from_json(report: Mapping[str, Any], details: Mapping[str, Any]) -> 
     if details.get("format") not in READABLE:
         readable = " and ".join(map(str, READABLE))
         raise ValueError(f"details of format {details.get('format')!r}; this software knows {readable}: diagnose again")
-    table = _replaced(report, [(entry["at"], float(entry["value"])) for entry in details.get("lost", ())])
+    table = _with_values(report, [(entry["at"], float(entry["value"])) for entry in details.get("lost", ())])
     for name in ("causes", "effects"):
         pairs = zip(table.get(name, ()), details.get(name, ()), strict=True)
         table[name] = [{**row, **detail} for row, detail in pairs]
     table |= {name: details[name] for name in ("fits", "pictures") if name in details}
-    verdict: Verdict = _decoded(Verdict, table)
+    verdict: Verdict = _decode(Verdict, table)
     return verdict
 
 
-def _decoded(kind: Any, value: Any) -> Any:
+def _decode(kind: Any, value: Any) -> Any:
     """Plain data as a value of a type, as a field is annotated: records by their fields, lists as tuples or arrays.
 
     Null is NaN where the type does not allow None. Keys that a record has no field for are left out.
@@ -65,19 +65,19 @@ def _decoded(kind: Any, value: Any) -> Any:
     if value is None:
         return None if type(None) in parts else math.nan
     if get_origin(kind) is UnionType:
-        return _decoded(next(part for part in parts if part is not type(None)), value)
+        return _decode(next(part for part in parts if part is not type(None)), value)
     if kind is Effect:
         return effect_from_json(value)
     if isinstance(kind, type) and is_dataclass(kind):
         hints = get_type_hints(kind)
-        return kind(**{name: _decoded(hints[name], value[name]) for name in hints if name in value})
+        return kind(**{name: _decode(hints[name], value[name]) for name in hints if name in value})
     match get_origin(kind):
         case np.ndarray:
             return np.array(value, dtype=np.float64)  # null becomes NaN
         case origin if origin is tuple:
-            return tuple(_decoded(parts[0], item) for item in value)
+            return tuple(_decode(parts[0], item) for item in value)
         case origin if origin is Mapping:
-            return {key: _decoded(parts[1], item) for key, item in value.items()}
+            return {key: _decode(parts[1], item) for key, item in value.items()}
     return value
 
 
@@ -90,7 +90,7 @@ def _not_finite(value: Any, path: list[str | int]) -> Iterator[Json]:
         yield from _not_finite(item, [*path, key])
 
 
-def _replaced(report: Mapping[str, Any], items: Iterable[tuple[list[str | int], float | None]]) -> Json:
+def _with_values(report: Mapping[str, Any], items: Iterable[tuple[list[str | int], float | None]]) -> Json:
     """A copy with other numbers at these paths."""
     table = deepcopy(dict(report))
     for path, value in items:

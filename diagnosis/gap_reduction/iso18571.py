@@ -35,7 +35,7 @@ _CONSTANT = 1e-12
 
 
 def pulse_ratings(
-    stages: Sequence[Stage], folds: Sequence[Rows], chosen: Sequence[Sequence[Effect]]
+    stages: Sequence[Stage], folds: Sequence[Rows], effects_of_folds: Sequence[Sequence[Effect]]
 ) -> tuple[float, float] | None:
     """Mean ratings over one run of each held-out configuration; None without measured pulses.
 
@@ -43,7 +43,7 @@ def pulse_ratings(
     """
     pairs: list[tuple[float, float]] = []
     for stage in [stage for stage in stages if isinstance(stage, ContactStage)]:
-        for held, effects in zip(folds, chosen, strict=True):
+        for held, effects in zip(folds, effects_of_folds, strict=True):
             contact = [effect for effect in effects if effect.id in stage.shows]
             before = _ratings(stage, held, ())
             pairs += zip(before, _ratings(stage, held, contact) if contact else before, strict=True)

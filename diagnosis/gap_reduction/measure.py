@@ -61,14 +61,14 @@ class HeldOut:
         return cls(gaps, split, folds, gaps.over_scale(np.array([fold.averaged for fold in folds])))
 
     @property
-    def chosen(self) -> tuple[tuple[str, ...], ...]:
+    def effects_of_folds(self) -> tuple[tuple[str, ...], ...]:
         """Ids of the likeliest effects of each fold."""
         return tuple(tuple(effect.id for effect in fold.likeliest) for fold in self.folds)
 
     @property
     def effects(self) -> tuple[str, ...]:
         """What most folds chose."""
-        return Counter(self.chosen).most_common(1)[0][0]
+        return Counter(self.effects_of_folds).most_common(1)[0][0]
 
     def unseen(self, tables: Floats) -> Floats:
         """(C, D): of tables (k, C, D), each configuration's by the fold that has not seen it; else 0."""
@@ -129,8 +129,8 @@ def _training_spread(held: HeldOut, folds: HeldOut) -> float:
 
     Over folds that chose the same effects; a fold that chose another one has its say in the fraction itself.
     """
-    pairs = zip(folds.chosen, folds.corrections, strict=True)
-    fractions = [held.fraction(table) for chosen, table in pairs if chosen == held.effects]
+    pairs = zip(folds.effects_of_folds, folds.corrections, strict=True)
+    fractions = [held.fraction(table) for effects, table in pairs if effects == held.effects]
     if len(fractions) < 2 or not np.isfinite(fractions).all():
         return 0.0
     return float(np.sqrt((len(fractions) - 1) * np.var(fractions)))
