@@ -7,7 +7,14 @@ from difflib import get_close_matches
 
 import numpy as np
 
+from ..twin.gun.bench import GunBench
 from .observables.base import Stage
+from .observables.contact.registered_model import RegisteredContactStage
+from .observables.contact.site import sites_of
+from .observables.contact.stage import UNCERTAIN, ContactStage
+from .observables.gun.stage import READINGS, GunStage
+from .observables.plate.ringdown import PlateRingdownStage
+from .observables.plate.stage import PlateStage
 from .options import Options
 from .record import CampaignRecord
 
@@ -20,12 +27,14 @@ def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ..
     stages: list[Stage] = []
     notes: list[str] = []
     for make in (_gun, _contact, _plate):
-        stage, why = make(record, options)
-        if stage is not None and not np.isfinite(stage.residuals()).any():
-            why = f"{stage.name}: no run has both a measured and a simulated value"
-            stage = None
-        stages += [stage] if stage else []
-        notes += stage.assumptions if stage else (why,)
+        stage = make(record, options)
+        if not isinstance(stage, str) and not np.isfinite(stage.residuals()).any():
+            stage = f"{stage.name}: no run has both a measured and a simulated value"
+        if isinstance(stage, str):
+            notes.append(stage)
+        else:
+            stages.append(stage)
+            notes += stage.assumptions
     names = [stage.name for stage in stages]
     for name in options.uncertain:
         owner = name.partition(".")[0]
@@ -46,80 +55,61 @@ def stages_of(record: CampaignRecord, options: Options) -> tuple[tuple[Stage, ..
     return tuple(stages), tuple(notes)
 
 
-def _gun(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:
-    from .observables.gun.stage import GunStage
-
+def _gun(record: CampaignRecord, options: Options) -> Stage | str:
     if record.gun is None:
-        return None, "gun: no [bench.gun] in the campaign"
+        return "gun: no [bench.gun] in the campaign"
     if not any(run.velocity_m_s for run in record.runs):
-        return None, "gun: no run has a measured velocity"
-    return GunStage(record, options.uncertain_of("gun")), ""
+        return "gun: no run has a measured velocity"
+    return GunStage(record, options.uncertain_of("gun"))
 
 
-def _contact(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:
-    from .observables.contact.registered_model import RegisteredContactStage
-    from .observables.contact.site import sites_of
-    from .observables.contact.stage import ContactStage
-
+def _contact(record: CampaignRecord, options: Options) -> Stage | str:
     if not any(run.force is not None for run in record.runs):
-        return None, "contact: no run has a force record that shows a contact"
+        return "contact: no run has a force record that shows a contact"
     if not any(run.force is not None and run.velocity_m_s for run in record.runs):
-        return None, "contact: no run with a force record has an impact velocity"
+        return "contact: no run with a force record has an impact velocity"
     if record.kind == "hammer" and record.hammer_mass_kg is None:
-        return None, "contact: no [bench.hammer] mass_kg in the campaign"
+        return "contact: no [bench.hammer] mass_kg in the campaign"
     try:
         sites_of(record)
     except ValueError as error:
-        return None, f"contact: not diagnosed: {error}"
+        return f"contact: not diagnosed: {error}"
     uncertain = options.uncertain_of("contact")
     if options.contact is not None:
-        return RegisteredContactStage(record, options.contact, uncertain, plate_mass_kg=options.plate_mass_kg), ""
-    return ContactStage(record, uncertain), ""
+        return RegisteredContactStage(record, options.contact, uncertain, plate_mass_kg=options.plate_mass_kg)
+    return ContactStage(record, uncertain)
 
 
-def _plate(record: CampaignRecord, options: Options) -> tuple[Stage | None, str]:  # noqa: ARG001 - as the others
-    from .observables.plate.ringdown import PlateRingdownStage
-    from .observables.plate.stage import PlateStage
-
+def _plate(record: CampaignRecord, options: Options) -> Stage | str:  # noqa: ARG001 - as the others
     if not any(run.accelerations for run in record.runs):
-        return None, "plate: no run has an acceleration record that can be used"
+        return "plate: no run has an acceleration record that can be used"
     if record.plate is None:
-        return None, (
+        return (
             "plate: not diagnosed, since the campaign gives neither a modal table of it nor its outline: "
             "give --modes, or --bench for a drawing"
         )
     driven = any(run.force is not None and run.accelerations for run in record.runs)
     try:
-        return (PlateStage if driven and record.plate_points_known else PlateRingdownStage)(record), ""
+        return (PlateStage if driven and record.plate_points_known else PlateRingdownStage)(record)
     except ValueError as error:
-        return None, f"plate: not diagnosed: {error}"
+        return f"plate: not diagnosed: {error}"
 
 
 def uncertain_numbers() -> dict[str, tuple[str, ...]]:
     """By stage: settings of the gun with the readings of a shot, and quantities of the nominal impact."""
-    from ..twin.gun.bench import GunBench
-    from .observables.contact.stage import UNCERTAIN
-    from .observables.gun.stage import READINGS
-
     return {"gun": (*(item.name for item in fields(GunBench)), *READINGS), "contact": UNCERTAIN}
 
 
 def full_name(name: str) -> str:
-    """`gun.bullet_mass_kg` for that, and for `bullet_mass_kg`, which only the gun has.
+    """`gun.bullet_mass_kg` for that, and for `bullet_mass_kg`: no two stages have a number of the same name.
 
     Raises `ValueError` for a name that no stage has, with the nearest one, or all.
     """
-    numbers = uncertain_numbers()
-    every = [f"{stage}.{number}" for stage, names in numbers.items() for number in names]
-    if name in every:
-        return name
-    owners = [stage for stage, names in numbers.items() if name in names]
-    if len(owners) == 1:
-        return f"{owners[0]}.{name}"
-    if owners:
-        raise ValueError(f"{name} belongs to several stages; say {' or '.join(f'{stage}.{name}' for stage in owners)}")
+    numbers = {number: f"{stage}.{number}" for stage, names in uncertain_numbers().items() for number in names}
     bare = name.rpartition(".")[2]
-    near = get_close_matches(bare, [number.partition(".")[2] for number in every], 1, 0.5)
+    if bare in numbers and name in (bare, numbers[bare]):
+        return numbers[bare]
+    near = get_close_matches(bare, numbers, 1, 0.5)
     if near:
-        raise ValueError(f"no number {name!r}; the nearest is {full_name(near[0])}")
-    raise ValueError(f"no number {name!r}; there are {', '.join(every)}")
+        raise ValueError(f"no number {name!r}; the nearest is {numbers[near[0]]}")
+    raise ValueError(f"no number {name!r}; there are {', '.join(numbers.values())}")

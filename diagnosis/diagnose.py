@@ -3,88 +3,85 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
+import scipy.linalg  # noqa: F401 - its own BLAS must be there to be limited
+from threadpoolctl import threadpool_limits
 
 from ..twin.effects import Effect, catalogue
 from .chain import stages_of
+from .conclusion import Conclusion, conclude
 from .gap import GapTable
+from .gap_reduction.measure import measure_reduction
+from .inference.held_out import fit_fold
 from .inference.posterior import Posterior, common_effects, fitted_effects
+from .inference.shares import gap_shares
+from .localisation.stages import stage_notes
+from .localise import localise_gap
+from .next_runs import next_runs
 from .observables.base import Stage
 from .options import Options
+from .plausibility import check
+from .plot_builder import pictures_of
 from .plot_data import Pictures
 from .record import CampaignRecord
-from .verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict, Where
-
-if TYPE_CHECKING:
-    from .gap_reduction.measure import HeldOut
-    from .inference.held_out import FoldFit
+from .verdict import NONE, UNKNOWN, Shrinkage, Verdict, Where
 
 __all__ = ["Options", "diagnose"]
 
 #: Called with (done, total, what).
 Progress = Callable[[int, int, str], None]
 _STEPS = 6
+#: Held out, effects that take less of the gap than this do not predict what they have not seen.
+_PREDICTS = 0.3
 
 
 def diagnose(record: CampaignRecord, *, options: Options | None = None, progress: Progress | None = None) -> Verdict:
     """All of it, in the order of the report. Raises `ValueError` where the campaign has nothing to compare, and
     `ImplausibleRecordError` where a channel or a unit is mislabelled."""
-    import scipy.linalg  # noqa: F401 - its own BLAS must be there to be limited
-    from threadpoolctl import threadpool_limits
-
     # The matrices are many and small: threads would wait for each other, and take twice the time.
     with threadpool_limits(limits=1):
-        return _diagnosed(record, options or Options(), progress or (lambda *_: None))
+        return _verdict(record, options or Options(), progress or (lambda *_: None))
 
 
-def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verdict:
-    from .conclusion import conclude
-    from .inference.shares import gap_shares
-    from .localisation.stages import stage_notes
-    from .localise import localise_gap
-    from .next_runs import next_runs
-    from .plot_builder import pictures_of
-
+def _verdict(record: CampaignRecord, options: Options, progress: Progress) -> Verdict:
     started = time.perf_counter()
     rng = np.random.default_rng(options.seed)
     stages, notes = stages_of(record, options)
-    notes = (*notes, *_plausible(record, stages))
+    notes += tuple(finding.message for finding in check(record, stages))
     gap = GapTable.of(record, stages, options.tolerance_scale)
-    tell(1, _STEPS, "effects")
-    posterior = Posterior.of(gap, stages, _kinds(options, stages))
-    tell(2, _STEPS, "shares")
-    metric = posterior.metric
+    progress(1, _STEPS, "effects")
+    posterior = Posterior.of(gap, stages, _effect_kinds(options, stages))
+    progress(2, _STEPS, "shares")
     shares = gap_shares(posterior.library, posterior.weights, posterior.floor, rng)
-    tell(3, _STEPS, "held out")
-    held = _held_out(posterior, stages, options, rng)
+    progress(3, _STEPS, "held out")
+    scales = posterior.metric.scales(posterior.gap)
+    held = measure_reduction(stages, partial(fit_fold, posterior.library), rng, scales, options.draw)
     entries = tuple(entry for entry, _ in held)
     conclusion = conclude(posterior, shares, held[0][1] if held else None, options.unknown_map)
-    tell(4, _STEPS, "where")
-    place = localise_gap(gap, stages, rng) if options.where else Where()
-    tell(5, _STEPS, "next experiment")
-    planned = next_runs(posterior, stages, conclusion.causes, rng) if options.plan else ()
-    tell(_STEPS, _STEPS, "done")
+    progress(4, _STEPS, "where")
+    where = localise_gap(gap, stages, rng) if options.where else Where()
+    progress(5, _STEPS, "next experiment")
+    runs = next_runs(posterior, stages, conclusion.causes, rng) if options.plan else ()
+    progress(_STEPS, _STEPS, "done")
     return Verdict(
         campaign=record.name,
         simulator=" | ".join(stage.simulator for stage in stages),
-        gap=metric.size(gap),
-        where=place,
+        gap=posterior.metric.size(gap),
+        where=where,
         causes=conclusion.causes,
         shrinkage=entries if options.shrink else (),
         effects=conclusion.effects,
         unexplained=conclusion.unexplained,
         path=conclusion.path,
-        next_runs=planned,
+        next_runs=runs,
         assumptions=(
             *record.assumptions,
             *notes,
             *stage_notes(stages),
-            *_assumed(gap, options, conclusion.effects),
-            *_poor_prediction(conclusion.causes[0], entries),
+            *_assumptions(gap, options, conclusion, entries),
         ),
         seconds=time.perf_counter() - started,
         fits={name: common_effects(fit) for name, fit in conclusion.fits.items()},
@@ -94,79 +91,46 @@ def _diagnosed(record: CampaignRecord, options: Options, tell: Progress) -> Verd
     )
 
 
-def _held_out(
-    posterior: Posterior, stages: Sequence[Stage], options: Options, rng: np.random.Generator
-) -> list[tuple[Shrinkage, HeldOut]]:
-    from .gap_reduction.measure import measure_reduction
-    from .inference.held_out import fit_fold
-
-    def fit(rows: NDArray[np.intp]) -> FoldFit:
-        return fit_fold(posterior.library, rows)
-
-    return measure_reduction(stages, fit, rng, posterior.metric.scales(posterior.gap), options.draw)
-
-
-def _kinds(options: Options, stages: Sequence[Stage]) -> list[type[Effect]]:
+def _effect_kinds(options: Options, stages: Sequence[Stage]) -> list[type[Effect]]:
     """The effects that are looked for. Raises `LookupError` for one that there is not, and `ValueError` where the
     campaign can show none of them."""
     table = catalogue()
     for name in (*(options.catalogue or ()), *options.without):
         if name not in table:
             raise LookupError(f"no effect {name!r}; there are: {', '.join(table)}")
-    shown = {identity for stage in stages for identity in stage.shows}
+    detectable = {identity for stage in stages for identity in stage.shows}
     for name in options.catalogue or ():
-        if name not in shown:
-            raise ValueError(f"{name} cannot show in this campaign; these can: {', '.join(sorted(shown))}")
-    wanted = [name for name in table if name in (options.catalogue or table) and name not in options.without]
-    return [table[name] for name in wanted]
+        if name not in detectable:
+            raise ValueError(f"{name} cannot show in this campaign; these can: {', '.join(sorted(detectable))}")
+    return [table[name] for name in table if name in (options.catalogue or table) and name not in options.without]
 
 
-def _plausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[str, ...]:
-    from .plausibility import check
-
-    return tuple(finding.message for finding in check(record, stages))
-
-
-def _assumed(gap: GapTable, options: Options, effects: Sequence[EffectShare]) -> tuple[str, ...]:
-    sentences = ["priors: every effect acts with the same probability, such that none acts with probability 0.2"]
+def _assumptions(
+    gap: GapTable, options: Options, conclusion: Conclusion, entries: Sequence[Shrinkage]
+) -> Iterator[str]:
+    """Priors, an assumed floor, parameters outside of their likely range, and effects that predict little."""
+    yield "priors: every effect acts with the same probability, such that none acts with probability 0.2"
     if options.unknown_map.source:
-        sentences.append(f"the probability of unknown was learned on {options.unknown_map.source}")
+        yield f"the probability of unknown was learned on {options.unknown_map.source}"
     if gap.noise.assumed:
-        sentences.append(
+        yield (
             "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets', and the "
             "probabilities are not calibrated"
         )
-    return (*sentences, *_at_limits(effects))
-
-
-#: Held out, effects that take less of the gap than this do not predict what they have not seen.
-_PREDICTS = 0.3
-
-
-def _poor_prediction(first: Cause, entries: Sequence[Shrinkage]) -> tuple[str, ...]:
-    """That the likeliest effects of the catalogue predict little where they were not fitted."""
-    if first.effects[0] in (NONE, UNKNOWN):
-        return ()
-    return tuple(
-        f"{first.effects[0]} is the likeliest cause of the catalogue, but what is chosen on other configurations takes "
-        f"only {entry.fraction:.0%} of the gap where it was not fitted: a cause outside of the catalogue is possible"
-        for entry in entries
-        if entry.held_out_by == "configuration" and entry.fraction is not None and entry.fraction < _PREDICTS
-    )
-
-
-def _at_limits(effects: Sequence[EffectShare]) -> tuple[str, ...]:
-    """A sentence for each parameter of a named effect that lies outside of its likely range."""
-    sentences = []
-    for row in effects:
-        if not row.named:
-            continue
+    for row in conclusion.effects:
         likely = {item.name: item.likely for item in catalogue()[row.effect].parameters()}
-        for item in row.parameters:
-            low, high = likely.get(item.name.split(" (")[0]) or (-np.inf, np.inf)
+        for item in row.parameters if row.named else ():
+            low, high = likely.get(item.parameter) or (-np.inf, np.inf)
             if not low <= item.value <= high:
-                sentences.append(
-                    f"{row.effect}: {item.name} = {item.value:.3g} {item.unit}".rstrip()
-                    + f" lies at the end of its likely range ({low:g} to {high:g}); it may stand for something else"
+                yield (
+                    f"{row.effect}: {item.name} = {f'{item.value:.3g} {item.unit}'.rstrip()} lies at the end of its "
+                    f"likely range ({low:g} to {high:g}); it may stand for something else"
                 )
-    return tuple(sentences)
+    first = conclusion.causes[0].effects[0]
+    for entry in entries if first not in (NONE, UNKNOWN) else ():
+        if entry.held_out_by == "configuration" and entry.fraction is not None and entry.fraction < _PREDICTS:
+            yield (
+                f"{first} is the likeliest cause of the catalogue, but what is chosen on other configurations takes "
+                f"only {entry.fraction:.0%} of the gap where it was not fitted: a cause outside of the catalogue is "
+                "possible"
+            )

@@ -27,8 +27,8 @@ class GapTable:
 
     `residuals` (R, D) of every run, NaN where it has none; `mean` (C, D) over the runs of a configuration, `count`
     (C, D) of them; `noise` of one run. `nuisances` (q, C, D): what one standard deviation of each nominal parameter
-    that is declared uncertain does. `rows` are the configurations' rows in the record. `loudness` by stage, of all of
-    the record's configurations: the logarithm of how hard the nominal simulator says they are, NaN without an answer.
+    that is declared uncertain does. `loudness` (C,) by stage: the logarithm of how hard the nominal simulator says the
+    configurations are, NaN without an answer.
     """
 
     record: CampaignRecord
@@ -38,34 +38,21 @@ class GapTable:
     count: NDArray[np.intp]
     noise: Noise
     nuisances: Floats
-    rows: Rows
     loudness: Mapping[str, Floats]
 
     @classmethod
     def of(cls, record: CampaignRecord, stages: Sequence[Stage], widened: Mapping[str, float] | None = None) -> Self:
         """`widened`: a factor on the tolerances of a stage. Raises `ValueError` where nothing can be compared."""
         factor = widened or {}
-        observables = tuple(
-            replace(item, tolerance=item.tolerance * factor.get(stage.name, 1.0))
-            for stage in stages
-            for item in stage.observables
-        )
+        items = [item for stage in stages for item in stage.observables]
+        observables = tuple(replace(item, tolerance=item.tolerance * factor.get(item.stage, 1.0)) for item in items)
         residuals = np.concatenate([stage.residuals() for stage in stages], axis=1)
         mean, count = means(residuals, record.configuration_of, len(record.configurations))
         if not count.any():
             raise ValueError(f"campaign {record.name}: no run has both a measured and a simulated value to compare")
         noise = Noise.of(residuals - mean[record.configuration_of], record.configuration_of, observables)
-        return cls(
-            record=record,
-            observables=observables,
-            residuals=residuals,
-            mean=mean,
-            count=count,
-            noise=noise,
-            nuisances=_nuisances(stages, mean.shape),
-            rows=np.arange(len(record.configurations)),
-            loudness={stage.name: _loudness(stage, record) for stage in stages},
-        )
+        loudness = {stage.name: _loudness(stage, record) for stage in stages}
+        return cls(record, observables, residuals, mean, count, noise, _nuisances(stages, mean.shape), loudness)
 
     @property
     def tolerance(self) -> Floats:
@@ -90,14 +77,14 @@ class GapTable:
 
 def _nuisances(stages: Sequence[Stage], shape: tuple[int, int]) -> Floats:
     """(q, C, D); the same name in two stages is one parameter, which moves both."""
-    found: dict[str, Floats] = {}
+    changes: dict[str, Floats] = {}
     start = 0
     for stage in stages:
         columns = slice(start, start + len(stage.observables))
         for name, table in stage.nuisances().items():
-            found.setdefault(name, np.zeros(shape))[:, columns] = np.nan_to_num(table)
+            changes.setdefault(name, np.zeros(shape))[:, columns] = np.nan_to_num(table)
         start = columns.stop
-    return np.array(list(found.values())).reshape(-1, *shape)
+    return np.array(list(changes.values())).reshape(-1, *shape)
 
 
 def _loudness(stage: Stage, record: CampaignRecord) -> Floats:
@@ -106,17 +93,17 @@ def _loudness(stage: Stage, record: CampaignRecord) -> Floats:
     simulated = stage.measured() - stage.residuals()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # runs without any line
-        each = np.nanmean(simulated[:, lines], axis=1) * _NEPER if lines else simulated[:, 0]
-    level, _ = means(np.asarray(each)[:, None], record.configuration_of, len(record.configurations))
-    return np.asarray(level[:, 0])
+        level = np.nanmean(simulated[:, lines], axis=1) * _NEPER if lines else simulated[:, 0]
+    mean, _ = means(np.asarray(level)[:, None], record.configuration_of, len(record.configurations))
+    return np.asarray(mean[:, 0])
 
 
 def means(residuals: Floats, configuration: Rows, configurations: int) -> tuple[Floats, NDArray[np.intp]]:
     """Mean over the runs of each configuration (C, D), NaN where there is none, and their number."""
-    known = np.isfinite(residuals)
+    finite = np.isfinite(residuals)
     total = np.zeros((configurations, residuals.shape[1]))
     count = np.zeros(total.shape, dtype=np.intp)
-    np.add.at(total, configuration, np.where(known, residuals, 0.0))
-    np.add.at(count, configuration, known.astype(np.intp))
+    np.add.at(total, configuration, np.where(finite, residuals, 0.0))
+    np.add.at(count, configuration, finite.astype(np.intp))
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(count > 0, total / count, np.nan), count

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ _CONTACT = ("ln_peak", "ln_impulse", "ln_width_half")
 
 
 @dataclass(frozen=True, eq=False)
-class Metric:
+class GapMetric:
     """`columns` (m,) of the gap table, each over `unit` (m,): 1 where one unit serves all, tolerances otherwise, such
     that each of several stages counts the same, however many observables it has."""
 
@@ -33,7 +34,7 @@ class Metric:
     tolerance: float
 
     @classmethod
-    def of(cls, gap: GapTable) -> Metric:
+    def of(cls, gap: GapTable) -> Self:
         """One stage in its own unit, several in tolerances; a plate without spectra by its modes, in tolerances."""
         spectra = any(item.unit == "dB" for item in gap.observables)
         columns = np.flatnonzero([_counts(item, spectra) for item in gap.observables])
@@ -48,7 +49,7 @@ class Metric:
     def weights(self, gap: GapTable) -> Floats:
         """(D,): of the squares of all observables in tolerances; 0 where one does not count, the others' mean is 1."""
         weight = np.zeros(len(gap.observables))
-        weight[self.columns] = 1.0 if len(gap.stages) == 1 else 1 / _stage_counts(gap, self.columns)
+        weight[self.columns] = 1 / _stage_counts(gap, self.columns)
         return weight
 
     def scales(self, gap: GapTable) -> dict[str, Floats]:
@@ -70,17 +71,17 @@ class Metric:
         sizes = {}
         excess = (gap.mean**2 - gap.floor_variance) / gap.tolerance**2
         for name in gap.stages:
-            own = excess[:, np.intersect1d(gap.columns(name), self.columns)]
-            mean = float(own[np.isfinite(own)].mean()) if np.isfinite(own).any() else 0.0
-            sizes[name] = float(np.sqrt(max(0.0, mean)))
+            cells = excess[:, np.intersect1d(gap.columns(name), self.columns)]
+            cells = cells[np.isfinite(cells)]
+            sizes[name] = float(np.sqrt(max(0.0, cells.mean()))) if cells.size else 0.0
         return sizes
 
 
 def _stage_counts(gap: GapTable, columns: NDArray[np.intp]) -> Floats:
     """(m,): observables of a column's own stage, over the mean of that number over the stages."""
     stage = np.array([gap.observables[int(column)].stage for column in columns])
-    names, place, count = np.unique(stage, return_inverse=True, return_counts=True)
-    return np.asarray(count[place] * len(names) / columns.size, dtype=np.float64)
+    names, row, count = np.unique(stage, return_inverse=True, return_counts=True)
+    return np.asarray(count[row] * len(names) / columns.size, dtype=np.float64)
 
 
 def _counts(item: Observable, spectra: bool) -> bool:

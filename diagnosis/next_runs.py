@@ -63,17 +63,17 @@ def next_runs(
 def _where_unexplained(posterior: Posterior) -> tuple[NextRun, ...]:
     """The configuration in which the best set of effects leaves most, shot again in another order of runs."""
     gap = posterior.gap
-    table = np.zeros(len(gap.rows))
+    table = np.zeros(len(gap.mean))
     for block, change in zip(posterior.problem.blocks, posterior.best.change, strict=True):
         np.add.at(table, block.configuration, np.minimum(residual(block, change) ** 2, 1e6))
-    settings = gap.record.configurations[int(gap.rows[int(table.argmax())])].factors
+    factors = gap.record.configurations[int(table.argmax())].factors
     pattern = posterior.likeliest_pattern
     acts = f"where {pattern.pattern}" if " = " in pattern.pattern else pattern.pattern
     why = (
         "repeats the configuration in which most of the gap remains, in another order of runs: what remains looks most "
         f"like something in the {pattern.stage} that acts {acts}"
     )
-    return (NextRun(why, _columns(settings), _REPEATS),)
+    return (NextRun(why, _columns(factors), _REPEATS),)
 
 
 def _pairs(causes: Sequence[Cause]) -> list[tuple[str, str]]:
@@ -118,16 +118,16 @@ def _best(
     pair: tuple[str, str], forecasts: Mapping[str, _Forecast], settings: Sequence[Mapping[str, Factor]], noise: Floats
 ) -> NextRun | None:
     a, b = (forecasts[name] for name in pair)
-    distance = [_distances(a, b, noise, n) for n in range(1, MOST_RUNS + 1)]
-    enough = [i for i, row in enumerate(distance) if np.nanmax(row, initial=0.0) > APART]
-    shots = enough[0] + 1 if enough else MOST_RUNS
-    reach = distance[shots - 1]
-    if not np.isfinite(reach).any() or not np.nanmax(reach) > 0:
+    for shots in range(1, MOST_RUNS + 1):
+        distance = np.nan_to_num(_distances(a, b, noise, shots))
+        if distance.max() > APART:
+            break
+    row = int(distance.argmax())
+    if not distance[row] > 0:
         return None
-    row = int(np.nanargmax(reach))
     why = f"separates {pair[0]} from {pair[1]}"
-    if not enough:
-        why += f" only to {np.nanmax(reach):.1f} of the {APART:g} standard deviations that it takes"
+    if not distance[row] > APART:
+        why += f" only to {distance[row]:.1f} of the {APART:g} standard deviations that it takes"
     return NextRun(why, _columns(settings[row]), shots)
 
 
@@ -142,11 +142,11 @@ def _distances(a: _Forecast, b: _Forecast, noise: Floats, shots: int) -> Floats:
 
 def _columns(factors: Mapping[str, Factor]) -> dict[str, Factor]:
     """As a campaign's runs.csv has them."""
-    columns: dict[str, Factor] = {}
-    for name, value in factors.items():
-        column, unit = column_of(name)
-        columns[column] = value if isinstance(value, str) else float(f"{value / unit:.6g}")
-    return columns
+    columns = {column_of(name): value for name, value in factors.items()}
+    return {
+        column: value if isinstance(value, str) else float(f"{value / unit:.6g}")
+        for (column, unit), value in columns.items()
+    }
 
 
 def candidate_stages(stages: Sequence[Stage]) -> Sequence[Stage]:
@@ -170,39 +170,37 @@ def _gun_settings(record: CampaignRecord) -> CampaignRecord:
     shots = [run for run in record.runs if run.tank_pressure_pa and run.bullet_mass_kg and run.velocity_m_s]
     pressures = _spread([float(run.tank_pressure_pa or 0) for run in shots])
     masses = _spread([float(run.bullet_mass_kg or 0) for run in shots])
-    factors: list[dict[str, Factor]] = []
-    runs: list[Run] = []
+    settings: list[tuple[dict[str, Factor], Run]] = []
     for pressure, mass in itertools.product(pressures, masses):
         nearest = min(shots, key=lambda run: abs(float(run.bullet_mass_kg or 0) - mass))
-        runs.append(replace(shots[0], tank_pressure_pa=pressure, bullet_mass_kg=mass, travel_m=nearest.travel_m))
-        factors.append({"tank_pressure": pressure, "bullet_mass": mass})
-    return _record_of(record, factors, runs)
+        run = replace(shots[0], tank_pressure_pa=pressure, bullet_mass_kg=mass, travel_m=nearest.travel_m)
+        settings.append(({"tank_pressure": pressure, "bullet_mass": mass}, run))
+    return _record_of(record, settings)
 
 
 def _contact_settings(record: CampaignRecord) -> CampaignRecord:
     """Every combination of tip, target and layer that the campaign has levels of, at low and high velocity."""
     hits = [run for run in record.runs if run.velocity_m_s and run.force is not None]
     speeds = np.quantile([float(run.velocity_m_s or 0) for run in hits], [0.05, 0.95]).tolist() if hits else []
-    settings = [configuration.factors for configuration in record.configurations]
-    names = sorted({name for row in settings for name in row} - {"tank_pressure"})
-    levels = [list(dict.fromkeys(row.get(name, "") for row in settings)) for name in names]
+    measured = [configuration.factors for configuration in record.configurations]
+    names = sorted({name for row in measured for name in row} - {"tank_pressure"})
+    levels = [list(dict.fromkeys(row.get(name, "") for row in measured)) for name in names]
     combinations = [dict(zip(names, row, strict=True)) for row in itertools.islice(itertools.product(*levels), 4000)]
-    possible = [row for row in combinations if not _is_floating(row)]
+    # an insulator needs an anvil to lie on
+    possible = [
+        row
+        for row in combinations
+        if row.get("insulator", "none") == "none" or row.get("anvil_material", "none") != "none"
+    ]
     step = max(1, len(possible) * len(speeds) // _MOST)
-    factors: list[dict[str, Factor]] = []
-    runs: list[Run] = []
+    settings: list[tuple[dict[str, Factor], Run]] = []
     for row, speed in itertools.product(possible[::step], speeds):
-        like = min(hits, key=lambda run: sum(settings[run.configuration].get(name) != row[name] for name in row))
+        similar = min(hits, key=lambda run: sum(measured[run.configuration].get(name) != row[name] for name in row))
         mass = row.get("bullet_mass")
-        mass = mass if isinstance(mass, float) else like.bullet_mass_kg
-        runs.append(replace(like, velocity_m_s=speed, bullet_mass_kg=mass))
-        factors.append({**row, "impact_velocity_m_s": speed})
-    return _record_of(record, factors, runs)
-
-
-def _is_floating(row: Mapping[str, Factor]) -> bool:
-    """An insulator without an anvil to lie on."""
-    return row.get("insulator", "none") != "none" and row.get("anvil_material", "none") == "none"
+        mass = mass if isinstance(mass, float) else similar.bullet_mass_kg
+        run = replace(similar, velocity_m_s=speed, bullet_mass_kg=mass)
+        settings.append(({**row, "impact_velocity_m_s": speed}, run))
+    return _record_of(record, settings)
 
 
 def _spread(values: Sequence[float]) -> list[float]:
@@ -213,8 +211,8 @@ def _spread(values: Sequence[float]) -> list[float]:
     return [float(f"{v:.3g}") for v in (levels[0] / _BEYOND, *levels, levels[-1] * _BEYOND)] if levels else []
 
 
-def _record_of(record: CampaignRecord, factors: Sequence[dict[str, Factor]], runs: Sequence[Run]) -> CampaignRecord:
+def _record_of(record: CampaignRecord, settings: Sequence[tuple[dict[str, Factor], Run]]) -> CampaignRecord:
     """One run of each of the settings."""
-    configurations = tuple(Configuration(f"candidate {i}", row) for i, row in enumerate(factors))
-    numbered = tuple(replace(run, configuration=i, run=i, order=i) for i, run in enumerate(runs))
-    return replace(record, configurations=configurations, runs=numbered)
+    configurations = tuple(Configuration(f"candidate {i}", factors) for i, (factors, _) in enumerate(settings))
+    runs = tuple(replace(run, configuration=i, run=i, order=i) for i, (_, run) in enumerate(settings))
+    return replace(record, configurations=configurations, runs=runs)

@@ -34,19 +34,24 @@ def percent_range(low: float, high: float) -> str:
     return f"{100 * low:.0f} to {100 * high:.0f} %"
 
 
+def percent_with_range(share: float, interval: tuple[float, float]) -> str:
+    """`61 % (52 to 68 %)`."""
+    return f"{percent(share)} ({percent_range(*interval)})"
+
+
 def times(ratio: float) -> str:
     """How many times: `42`, `0.8`; two digits."""
     return f"{ratio:.0f}" if ratio >= 10 else f"{ratio:.2g}"
 
 
-def listed(words: Sequence[str], last: str = "and") -> str:
+def join_words(words: Sequence[str], last: str = "and") -> str:
     """`a, b and c`."""
     if len(words) < 2:
         return "".join(words)
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
-def rounded_beside(value: float, width: float) -> str:
+def number_beside(value: float, width: float) -> str:
     """A number with the digits that the width of its interval calls for, three at least."""
     if not (math.isfinite(value) and width > 0 and abs(value) > width):
         return number(value)

@@ -28,10 +28,10 @@ def pictures_of(gap: GapTable, stages: Sequence[Stage], effects: Sequence[Effect
     Residuals after are the means of runs less what the effects change at a representative run of each configuration.
     """
     after = None
-    if effects:  # effects of other stages do nothing in each, an effect without an answer draws nothing
-        after = gap.mean - np.concatenate([stage.changes([effects])[0] for stage in stages], axis=1)[gap.rows]
+    if effects:  # a stage ignores effects of other stages, an effect without an answer draws nothing
+        after = gap.mean - np.concatenate([stage.changes([effects])[0] for stage in stages], axis=1)
     return Pictures(
-        configurations=tuple(gap.record.configurations[row].label for row in gap.rows),
+        configurations=tuple(configuration.label for configuration in gap.record.configurations),
         residuals=residual_pictures(gap.observables, gap.mean, after, np.sqrt(gap.floor_variance)),
         curves=tuple(curve for stage in stages for curve in _curves(gap, stage, effects)),
     )
@@ -47,36 +47,28 @@ def residual_pictures(
     a mean; NaN where a configuration has none.
     """
     scale = np.hypot(np.array([item.tolerance for item in observables]), floor)
-    known = np.isfinite(before) & np.isfinite(scale) & (scale > 0)
-    ratio = np.divide(before, scale, out=np.zeros_like(before), where=known)
-    score = np.sqrt((ratio**2).sum(axis=0) / np.maximum(known.sum(axis=0), 1))
-    order = [int(i) for i in np.argsort(-score, kind="stable") if known[:, i].any()]
-    order = [i for place, i in enumerate(order) if score[i] >= 1 or place == 0]
+    ratio = before / scale
+    count = np.isfinite(ratio).sum(axis=0)
+    score = np.sqrt(np.nansum(ratio**2, axis=0) / np.maximum(count, 1))
+    order = [int(i) for i in np.argsort(-score, kind="stable") if count[i] > 0]
+    order = [i for i in order if score[i] >= 1 or i == order[0]]
     units = dict.fromkeys(observables[i].unit for i in order)
     share = -(-most // max(len(units), 1))
-    chosen = [i for unit in units for i in [i for i in order if observables[i].unit == unit][:share]]
-    return tuple(
-        ResidualPicture(
-            item.name,
-            item.stage,
-            item.unit,
-            item.tolerance,
-            before[:, i],
-            None if after is None else after[:, i],
-            floor[:, i],
-        )
-        for i, item in ((i, observables[i]) for i in sorted(chosen)[:most])
-    )
+    columns = [i for unit in units for i in [i for i in order if observables[i].unit == unit][:share]]
+    pictures = []
+    for i in sorted(columns)[:most]:
+        item = observables[i]
+        tables = before[:, i], None if after is None else after[:, i], floor[:, i]
+        pictures.append(ResidualPicture(item.name, item.stage, item.unit, item.tolerance, *tables))
+    return tuple(pictures)
 
 
 def _curves(gap: GapTable, stage: Stage, effects: Sequence[Effect]) -> Iterator[CurvePicture]:
     """Of the configuration whose observables of the stage lie furthest beyond tolerance and floor, if any."""
-    columns = gap.columns(stage.name)
-    scale = np.sqrt(gap.tolerance[columns] ** 2 + gap.floor_variance[:, columns])
-    ratio = np.nan_to_num(gap.mean[:, columns] / scale) ** 2
+    ratio = np.nan_to_num(gap.mean / np.hypot(gap.tolerance, np.sqrt(gap.floor_variance)))[:, gap.columns(stage.name)]
     if not ratio.any():
         return
-    worst = gap.rows[int(np.argmax(ratio.sum(axis=1)))]
+    worst = int(np.argmax((ratio**2).sum(axis=1)))
     runs = np.flatnonzero(gap.record.configuration_of == worst)
     label = gap.record.configurations[worst].label
     if isinstance(stage, ContactStage):
@@ -87,13 +79,13 @@ def _curves(gap: GapTable, stage: Stage, effects: Sequence[Effect]) -> Iterator[
 
 def _pulse(stage: ContactStage, effects: Sequence[Effect], runs: Rows, label: str) -> Iterator[CurvePicture]:
     pulses = pulse_residuals(stage)
-    known = runs[np.isfinite(pulses.measured[runs] + pulses.simulated[runs]).all(axis=1)]
-    if not known.size:
+    runs = runs[np.isfinite(pulses.measured[runs] + pulses.simulated[runs]).all(axis=1)]
+    if not runs.size:
         return
-    curves = [pulses.measured[known].mean(axis=0), pulses.simulated[known].mean(axis=0)]
+    curves = [pulses.measured[runs].mean(axis=0), pulses.simulated[runs].mean(axis=0)]
     if effects:  # a pulse that has grown comes on a longer clock
-        later = pulse_residuals(stage, at_rows(effects, stage.record.configuration_of))
-        curves.append(np.interp(pulses.time_s, later.time_s, later.simulated[known].mean(axis=0), left=0.0, right=0.0))
+        after = pulse_residuals(stage, at_rows(effects, stage.record.configuration_of))
+        curves.append(np.interp(pulses.time_s, after.time_s, after.simulated[runs].mean(axis=0), left=0.0, right=0.0))
     # the samples of the pulse, with half its length on either side
     pressed = np.flatnonzero(curves[0] > _PRESSED * curves[0].max())
     margin = max(1, pressed.size // 2)
@@ -107,12 +99,10 @@ def _spectra(stage: PlateStage, effects: Sequence[Effect], runs: Rows, label: st
     records = [stage.signals.acceleration, stage.records(), *([stage.records(effects)] if effects else [])]
     levels = [spectra.levels_db(accelerations[:, :_CHANNELS]) for accelerations in records]
     for i, channel in enumerate(stage.signals.channels[:_CHANNELS]):
-        known = runs[np.isfinite(levels[0][runs, i] - levels[1][runs, i]).all(axis=1)]
-        if known.size:
-            curves = [10 ** (level[known, i].mean(axis=0) / 20) for level in levels]  # mean levels as accelerations
-            after = curves[2] if effects else None
-            title, y_name = f"{channel.replace('_', ' ')}, {label}", "shock response spectrum"
-            x = spectra.lines_hz
-            yield CurvePicture(
-                title, "natural frequency", "Hz", y_name, "m/s2", x, curves[0], curves[1], after, logarithmic=True
-            )
+        usable = runs[np.isfinite(levels[0][runs, i] - levels[1][runs, i]).all(axis=1)]
+        if usable.size:
+            # mean levels as accelerations
+            measured, before, *after = (10 ** (level[usable, i].mean(axis=0) / 20) for level in levels)
+            title, x, y = f"{channel.replace('_', ' ')}, {label}", "natural frequency", "shock response spectrum"
+            curves = measured, before, after[0] if after else None
+            yield CurvePicture(title, x, "Hz", y, "m/s2", spectra.lines_hz, *curves, logarithmic=True)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 
 from ..twin.effects import catalogue
 from .labels import EFFECT_SUBJECTS, effect_check, effect_subject, with_labels
-from .number_format import listed, number, percent
+from .number_format import join_words, number, percent
 from .summary import (
     MOST,
     NEAREST,
@@ -21,7 +21,7 @@ from .summary import (
     set_subject,
     stage_name,
 )
-from .verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict
+from .verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict, single_effects
 
 #: From this held-out fraction on an effect is worth adopting.
 _WORTH_ADOPTING = 0.5
@@ -56,28 +56,21 @@ def recommendations(verdict: Verdict) -> tuple[str, ...]:
             "To look for a smaller error, diagnose again with a smaller tolerance (--tolerance) or with more "
             "repetitions of each configuration.",
         )
-    steps = _steps_unknown(verdict) if is_unknown(verdict) else _steps_known(verdict)
-    return tuple(step for step in steps if step)[:_MOST_STEPS]
+    if is_unknown(verdict):
+        steps = [_nearest_sentence(verdict), rest_sentence(verdict), *next_experiment(verdict)]
+    else:
+        rest = verdict.unexplained is not None and verdict.unexplained.share >= _LARGE_REST
+        steps = [_adoption(verdict), _separation(verdict), *_limits(verdict)]
+        steps += [rest_sentence(verdict) if rest else "", _confirmation(verdict)]
+    if any(sentence.startswith("floor assumed") for sentence in verdict.assumptions):
+        steps.append(
+            "Repeat three configurations three times: nothing was repeated, so the measurement noise is an assumption "
+            "and the probabilities are not calibrated."
+        )
+    return tuple(filter(None, steps))[:_MOST_STEPS]
 
 
-def _steps_known(verdict: Verdict) -> Iterator[str]:
-    yield _adopt_or_not(verdict)
-    yield _tell_apart(verdict)
-    yield from _limits(verdict)
-    if verdict.unexplained is not None and verdict.unexplained.share >= _LARGE_REST:
-        yield rest_sentence(verdict)
-    yield _confirm(verdict)
-    yield _repeat(verdict)
-
-
-def _steps_unknown(verdict: Verdict) -> Iterator[str]:
-    yield _nearest_sentence(verdict)
-    yield rest_sentence(verdict)
-    yield from next_experiment(verdict)
-    yield _repeat(verdict)
-
-
-def _adopt_or_not(verdict: Verdict) -> str:
+def _adoption(verdict: Verdict) -> str:
     fraction = held_out_fraction(verdict)
     name = verdict.first.effects[0]
     if fraction is None:
@@ -95,25 +88,25 @@ def _adopt_or_not(verdict: Verdict) -> str:
     return f"{advice}: pyroshock diagnose {shlex.quote(verdict.campaign)} --adopt {name}."
 
 
-def _tell_apart(verdict: Verdict) -> str:
+def _separation(verdict: Verdict) -> str:
     if verdict.next_runs:
         return run_sentence(verdict.next_runs[0])
     groups = [tuple(effect.effect for effect in group) for group in named_groups(verdict)]
     names = next((group for group in (*groups, verdict.first.effects) if len(group) > 1), ())
-    checks = _checks(part for name in names for part in name.split("+"))
-    subjects = listed([set_subject(name, "with") for name in names], "or")
+    checks = _checks(single_effects(names))
+    subjects = join_words([set_subject(name, "with") for name in names], "or")
     return f"These runs cannot tell whether {subjects} acts; to decide, measure {checks}." if checks else ""
 
 
 def _checks(effects: Iterable[str]) -> str:
     """The first two measurements that show one of the effects by itself; "" where none is known."""
-    return listed(list(dict.fromkeys(filter(None, map(effect_check, effects))))[:2], "or")
+    return join_words(list(dict.fromkeys(filter(None, map(effect_check, effects))))[:2], "or")
 
 
 def run_sentence(run: NextRun) -> str:
     """The next experiment in a sentence; one that cannot decide says so, and what to measure instead."""
     levels = {key: value if isinstance(value, str) else number(value) for key, value in run.settings.items()}
-    settings = listed([f"{key} = {level}" for key, level in levels.items()])
+    settings = join_words([f"{key} = {level}" for key, level in levels.items()])
     runs = "1 run" if run.runs_needed == 1 else f"{run.runs_needed} runs"
     match = re.match(r"separates (\S+) from (\S+)( only to )?", run.why)
     if match is None:
@@ -132,122 +125,97 @@ def run_sentence(run: NextRun) -> str:
 
 def _limits(verdict: Verdict) -> Iterator[str]:
     """A sentence for each fitted parameter of a named effect that lies at the end of its range."""
-    for identity, parameter in _fitted(verdict):
-        end = limit_of(identity, parameter)
+    for identity, fitted in _fitted_parameters(verdict):
+        end = limit_of(identity, fitted)
         if end is not None:
-            unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
             yield (
-                f"The parameter {_parameter_name(parameter)} of {effect_subject(identity)} lies at the end of its "
-                f"range ({number(end)}{unit}): take its value as a bound, and check the effect on the bench."
+                f"The parameter {fitted.parameter} of {effect_subject(identity)} lies at the end of its range "
+                f"({f'{number(end)} {fitted.unit}'.rstrip()}): take its value as a bound, and check the effect on the "
+                "bench."
             )
 
 
-def _fitted(verdict: Verdict) -> Iterator[tuple[str, Fitted]]:
+def _fitted_parameters(verdict: Verdict) -> list[tuple[str, Fitted]]:
     """Parameters with their effects: of the named effects, or of the first cause where none is named."""
-    if any(effect.named for effect in verdict.effects):
-        yield from ((effect.effect, item) for effect in verdict.effects if effect.named for item in effect.parameters)
-        return
+    named = [effect for effect in verdict.effects if effect.named]
+    if named:
+        return [(effect.effect, item) for effect in named for item in effect.parameters]
     first = verdict.first.effects[0]
-    for parameter in verdict.first.parameters:
-        owner = next((name for name in first.split("+") if parameter.name.startswith(f"{name}.")), first)
-        yield owner, parameter
+    return [
+        (next((name for name in first.split("+") if item.name.startswith(f"{name}.")), first), item)
+        for item in verdict.first.parameters
+    ]
 
 
-def limit_of(identity: str, parameter: Fitted) -> float | None:
+def limit_of(identity: str, fitted: Fitted) -> float | None:
     """The end of the range at which a fitted parameter lies: where a diagnosis looks for it, or where it may be.
 
     None where it lies inside, and at the value that switches the effect off.
     """
     items = catalogue()[identity].parameters() if identity in catalogue() else ()
-    ends = [
-        end
-        for item in items
-        if item.name == _parameter_name(parameter)
-        for end in (*(item.likely or ()), item.low, item.high)
-        if end != item.off
-    ]
-    return next((end for end in ends if abs(parameter.value - end) <= _AT_LIMIT * abs(end)), None)
+    for item in items:
+        if item.name == fitted.parameter:
+            ends = [end for end in (*(item.likely or ()), item.low, item.high) if end != item.off]
+            return next((end for end in ends if abs(fitted.value - end) <= _AT_LIMIT * abs(end)), None)
+    return None
 
 
-def _parameter_name(parameter: Fitted) -> str:
-    """Without the effect before it ("gun.valve_flow.loss_coefficient") and its owner after it ("loss [PLA]")."""
-    match = re.match(r"(?:[a-z]+\.[a-z_]+\.)?([A-Za-z]\w*)", parameter.name)
-    return match[1] if match else parameter.name
-
-
-def _confirm(verdict: Verdict) -> str:
+def _confirmation(verdict: Verdict) -> str:
     groups = named_groups(verdict)
     largest = groups[0][0].effect if groups else verdict.first.effects[0].split("+")[0]
     check = effect_check(largest)
     return f"To confirm {effect_subject(largest)} without the model, measure {check}." if check else ""
 
 
-def _repeat(verdict: Verdict) -> str:
-    if not any(sentence.startswith("floor assumed") for sentence in verdict.assumptions):
-        return ""
-    return (
-        "Repeat three configurations three times: nothing was repeated, so the measurement noise is an assumption and "
-        "the probabilities are not calibrated."
-    )
-
-
 def _nearest_sentence(verdict: Verdict) -> str:
     """What the nearest effects take away held out, each by itself and all of the path together."""
-    nearest = nearest_effects(verdict)
+    nearest = [(effect_subject(item.effect), percent(item.held_out_gain)) for item in nearest_effects(verdict)]
     if nearest:
-        first, *others = nearest
-        sentence = (
-            f"The nearest effect is {effect_subject(first.effect)}, which takes {percent(first.held_out_gain)} of the "
-            "error away on configurations that it was not fitted to"
-        )
-        if others:
-            gains = listed([f"{effect_subject(effect.effect)} {percent(effect.held_out_gain)}" for effect in others])
-            sentence = f"{sentence}, {gains}"
+        subject, gain = nearest[0]
+        others = join_words([" ".join(item) for item in nearest[1:]])
+        together = ""
         if len(verdict.path) > 1 and verdict.path[-1].fraction >= WORTH_SAYING:
-            sentence += f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
-        return f"{sentence}."
+            together = f"; the effects of the path together take {percent(verdict.path[-1].fraction)}"
+        return (
+            f"The nearest effect is {subject}, which takes {gain} of the error away on configurations that it was not "
+            f"fitted to{', ' if others else ''}{others}{together}."
+        )
     if verdict.effects:
         return "No effect of the catalogue takes anything away on configurations that it was not fitted to."
     causes = [cause for cause in verdict.causes if cause.effects[0] not in (NONE, UNKNOWN)][:NEAREST]
     names = [f"{set_subject(cause.effects[0])} ({percent(cause.probability)})" for cause in causes]
-    return f"The nearest answer of the catalogue is {listed(names, 'or')}." if names else ""
+    return f"The nearest answer of the catalogue is {join_words(names, 'or')}." if names else ""
 
 
 def rest_sentence(verdict: Verdict) -> str:
     """Where the error that is not explained lies: stage, settings, time, frequency, order of runs; "" if nowhere."""
-    where = verdict.where
+    where, main_stage = verdict.where, _main_stage(verdict)
     places = []
-    stages = [stage for stage in where.stage if stage.share >= MOST]
-    if stages and len(where.stage) > 1:
-        places.append(f"in {stage_name(stages[0].name)}")
+    if len(where.stage) > 1:
+        places += [f"in {stage_name(stage.name)}" for stage in where.stage if stage.share >= MOST][:1]
     if where.factors:
         places.append(f"where {where.factors[0].rule}")
-    windows = [(window.channel, 1e3 * window.from_s, 1e3 * window.to_s, "ms") for window in where.time]
-    bands = [(band.channel, band.from_hz, band.to_hz, "Hz") for band in where.frequency]
-    for ranges in (windows, bands):
-        for channel, low, high, unit in [row for row in ranges if _is_of_main_stage(verdict, row[0])][:1]:
-            places.append(f"in the {channel.replace('_', ' ')} from {number(low)} to {number(high)} {unit}")
-    largest = f"The error is largest {listed(places)}." if places else ""
+    for spans in (where.time, where.frequency):  # a span of another stage than the main one would mislead
+        shown = [
+            span for span in spans if not where.stage or _STAGE_OF_CHANNEL.get(span.channel, "plate") == main_stage
+        ]
+        places += [f"in {span.text}" for span in shown[:1]]
+    largest = f"The error is largest {join_words(places)}." if places else ""
     drift = f"It changes while the campaign goes on: {with_labels(where.drift[0])}." if where.drift else ""
     return " ".join(filter(None, (largest, drift)))
-
-
-def _is_of_main_stage(verdict: Verdict, channel: str) -> bool:
-    """Whether a channel shows the stage where most of the error arises: a window elsewhere would mislead."""
-    return not verdict.where.stage or _STAGE_OF_CHANNEL.get(channel, "plate") == _main_stage(verdict)
 
 
 def next_experiment(verdict: Verdict) -> tuple[str, ...]:
     """What to fire or measure next; never empty. Under `unknown` always an experiment."""
     runs = tuple(map(run_sentence, verdict.next_runs))
     if is_unknown(verdict):
-        return (*(runs or (_separating_runs(verdict),)), _telling_measurement(verdict))
+        return (*(runs or (_separating_runs(verdict),)), _further_measurement(verdict))
     if runs:
         return runs
     if is_agreement(verdict):
         return ("No experiment is needed: model and measurement agree.",)
-    separation = _tell_apart(verdict) or "No run is needed to tell causes apart."
-    return tuple(filter(None, (separation, _confirm(verdict))))
+    separation = _separation(verdict) or "No run is needed to tell causes apart."
+    return tuple(filter(None, (separation, _confirmation(verdict))))
 
 
 def _separating_runs(verdict: Verdict) -> str:
@@ -261,7 +229,7 @@ def _separating_runs(verdict: Verdict) -> str:
     return f"Fire three repetitions at {runs} and with all other settings the same: this shows how the error grows."
 
 
-def _telling_measurement(verdict: Verdict) -> str:
+def _further_measurement(verdict: Verdict) -> str:
     further, _ = _STAGE_EXPERIMENTS[_main_stage(verdict)]
     nearest = next(iter(nearest_effects(verdict)), None)
     if nearest is None or not effect_check(nearest.effect):

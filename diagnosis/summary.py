@@ -1,6 +1,6 @@
 """A diagnosis in plain words: how large the model error is, where it arises, what causes it, what remains.
 
-Functions of a verdict alone. A verdict without shares of effects (an older one) is told by its causes.
+Functions of a verdict alone. A verdict without shares of effects (an older one) is described by its causes.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ import math
 from collections.abc import Iterator, Sequence
 
 from .labels import STAGE_NAMES, effect_subject
-from .number_format import listed, percent, percent_range, times
-from .verdict import NONE, UNKNOWN, Cause, EffectShare, Unexplained, Verdict
+from .number_format import join_words, percent, percent_range, percent_with_range, times
+from .verdict import NONE, UNKNOWN, Cause, EffectShare, Verdict, single_effects
 
 #: A stage with this share of the error is where most of it arises; from _WHOLE on, all of it.
 MOST, _WHOLE = 0.5, 0.995
@@ -24,7 +24,7 @@ NEAREST = 3
 
 def summary(verdict: Verdict) -> str:
     """The diagnosis in two to four sentences: size and stage of the model error, its causes, what remains."""
-    return " ".join(_sentences(verdict))
+    return " ".join(filter(None, _sentences(verdict)))
 
 
 def is_agreement(verdict: Verdict) -> bool:
@@ -39,19 +39,17 @@ def is_unknown(verdict: Verdict) -> bool:
 
 def _sentences(verdict: Verdict) -> Iterator[str]:
     yield _size_and_stage(verdict)
-    shares = _shares(verdict)
     if is_agreement(verdict):
         yield f"No effect is needed to explain it ({percent(verdict.first.probability)})."
     elif is_unknown(verdict):
         yield _unknown(verdict)
-        yield from filter(None, [shares])
+        yield _shares(verdict)
     else:
-        yield shares or _by_cause(verdict.first)
+        yield _shares(verdict) or _by_cause(verdict.first)
         fraction = held_out_fraction(verdict)
-        if fraction is None:
-            return
-        part = percent(fraction) if fraction >= WORTH_SAYING else "none"
-        yield f"On configurations that the fit has not seen, {part} of the error above the noise disappears."
+        if fraction is not None:
+            part = percent(fraction) if fraction >= WORTH_SAYING else "none"
+            yield f"On configurations that the fit has not seen, {part} of the error above the noise disappears."
 
 
 def _size_and_stage(verdict: Verdict) -> str:
@@ -65,7 +63,11 @@ def _size_and_stage(verdict: Verdict) -> str:
     if is_agreement(verdict):
         return f"Model and measurement agree: {size}."
     within = "" if gap.beyond_noise else ", which is within tolerance and noise together"
-    return f"{size[0].upper()}{size[1:]}{within}{_stages(verdict)}."
+    return f"{_capitalise(size)}{within}{_stages(verdict)}."
+
+
+def _capitalise(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}"
 
 
 def _stages(verdict: Verdict) -> str:
@@ -78,7 +80,7 @@ def _stages(verdict: Verdict) -> str:
     if stages[0].share >= MOST:
         return f"; most of it arises in {largest} ({percent(stages[0].share)})"
     places = [f"{stage_name(stage.name)} ({percent(stage.share)})" for stage in stages if stage.share >= WORTH_SAYING]
-    return f"; it arises in {listed(places)}"
+    return f"; it arises in {join_words(places)}"
 
 
 def stage_name(name: str) -> str:
@@ -90,18 +92,22 @@ def _shares(verdict: Verdict) -> str:
     groups = named_groups(verdict)
     if not groups:
         return ""
-    subjects = [_group_subject(group) for group in groups]
-    verb = "causes" if len(groups[0]) == 1 else "together cause"
-    parts = [f"{subjects[0][:1].upper()}{subjects[0][1:]} {verb} {_group_share(groups[0], ' of it')}"]
-    parts += [f"{subject} {_group_share(group)}" for subject, group in zip(subjects[1:], groups[1:], strict=True)]
+    parts: list[str] = []
+    for group in groups:
+        share = percent(sum(effect.share for effect in group))
+        if not parts:
+            share = f"{'causes' if len(group) == 1 else 'together cause'} {share} of it"
+        interval = f" ({percent_range(*group[0].ci90)})" if len(group) == 1 else ""  # those of several do not add
+        parts.append(f"{_group_subject(group)} {share}{interval}")
     members = {effect.effect for group in groups for effect in group}
     rest = sum(effect.share for effect in verdict.effects if effect.effect not in members)
     ends = []
     if rest >= 2 * WORTH_SAYING:
         ends.append(f"effects that the data do not establish account for {percent(rest)}")
     if verdict.unexplained is not None:
-        ends.append(f"{_unexplained_share(verdict.unexplained)} remains unexplained")
-    return "; ".join(filter(None, (listed(parts), listed(ends)))) + "."
+        unexplained = percent_with_range(verdict.unexplained.share, verdict.unexplained.ci90)
+        ends.append(f"{unexplained} remains unexplained")
+    return _capitalise("; ".join(filter(None, (join_words(parts), join_words(ends))))) + "."
 
 
 def named_groups(verdict: Verdict) -> list[tuple[EffectShare, ...]]:
@@ -111,8 +117,8 @@ def named_groups(verdict: Verdict) -> list[tuple[EffectShare, ...]]:
     for effect in verdict.effects:
         if effect.named and not any(effect in group for group in groups):
             number = effect.credible_set
-            alike = [item for item in verdict.effects if item.credible_set == number and item != effect]
-            groups.append((effect, *alike) if number is not None else (effect,))
+            others = [item for item in verdict.effects if item.credible_set == number and item != effect]
+            groups.append((effect, *others) if number is not None else (effect,))
     return sorted(groups, key=lambda group: -sum(effect.share for effect in group))
 
 
@@ -120,24 +126,14 @@ def _group_subject(group: Sequence[EffectShare]) -> str:
     names = [effect_subject(effect.effect) for effect in group]
     if len(names) > NEAREST:
         names = [*names[:NEAREST], f"{len(names) - NEAREST} more"]
-    return names[0] if len(names) == 1 else f"{listed(names, 'or')} (the data cannot say which)"
-
-
-def _group_share(group: Sequence[EffectShare], of_what: str = "") -> str:
-    """Of several only the sum: their intervals do not add."""
-    share = percent(sum(effect.share for effect in group)) + of_what
-    return share if len(group) > 1 else f"{share} ({percent_range(*group[0].ci90)})"
-
-
-def _unexplained_share(unexplained: Unexplained) -> str:
-    return f"{percent(unexplained.share)} ({percent_range(*unexplained.ci90)})"
+    return names[0] if len(names) == 1 else f"{join_words(names, 'or')} (the data cannot say which)"
 
 
 def _by_cause(cause: Cause) -> str:
     """Of a verdict without shares."""
     probability = percent(cause.probability)
     if len(cause.effects) > 1:
-        subjects = listed([set_subject(name, "with") for name in cause.effects], "or")
+        subjects = join_words([set_subject(name, "with") for name in cause.effects], "or")
         start = "Most probably it" if cause.probability >= _PROBABLE else "The likeliest cause"
         return f"{start} is {subjects}; these runs cannot tell which (together {probability})."
     subject = set_subject(cause.effects[0])
@@ -149,7 +145,7 @@ def _by_cause(cause: Cause) -> str:
 
 def set_subject(name: str, last: str = "and") -> str:
     """An effect or a set of effects ("a+b") as a sentence names it."""
-    return listed([effect_subject(part) for part in name.split("+")], last)
+    return join_words([effect_subject(part) for part in name.split("+")], last)
 
 
 def _unknown(verdict: Verdict) -> str:
@@ -158,7 +154,8 @@ def _unknown(verdict: Verdict) -> str:
         return f"The effects of the catalogue explain only a part of it {probability}."
     rest = ""
     if verdict.unexplained is not None:
-        rest = f": {_unexplained_share(verdict.unexplained)} of it remains unexplained"
+        unexplained = percent_with_range(verdict.unexplained.share, verdict.unexplained.ci90)
+        rest = f": {unexplained} of it remains unexplained"
         rest += "".join(f"; {effect_subject(effect.effect)} comes nearest" for effect in nearest_effects(verdict)[:1])
     return f"No effect of the catalogue explains it {probability}{rest}."
 
@@ -167,8 +164,8 @@ def held_out_fraction(verdict: Verdict) -> float | None:
     """The part of the reducible error that disappears on configurations that the fit has not seen; None: not known."""
     if verdict.path:
         return verdict.path[-1].fraction
-    first = set("+".join(verdict.first.effects).split("+"))
-    entries = [entry for entry in verdict.shrinkage if set("+".join(entry.effects).split("+")) & first]
+    first = set(single_effects(verdict.first.effects))
+    entries = [entry for entry in verdict.shrinkage if first.intersection(single_effects(entry.effects))]
     return next((entry.fraction for entry in entries if entry.fraction is not None), None)
 
 

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, is_dataclass
 from typing import Any
 
+import numpy as np
+
 from ..twin.effects import Effect
+from .number_format import number
 from .plot_data import Pictures
 
 NONE, UNKNOWN = "none", "unknown"
+#: The entry of `Shrinkage.more` with what goes when the learned discrepancy corrects the rest.
+CORRECTED = "with the learned discrepancy"
 Interval = tuple[float, float]
 
 
@@ -48,16 +55,30 @@ class Region:
 
 @dataclass(frozen=True)
 class TimeWindow:
+    """Where in time the gap of a channel stands out."""
+
     channel: str
     from_s: float
     to_s: float
 
+    @property
+    def text(self) -> str:
+        """`the force from 0.1 to 0.4 ms`."""
+        return f"the {self.channel.replace('_', ' ')} from {number(1e3 * self.from_s)} to {number(1e3 * self.to_s)} ms"
+
 
 @dataclass(frozen=True)
 class Band:
+    """Where in frequency the gap of a channel stands out."""
+
     channel: str
     from_hz: float
     to_hz: float
+
+    @property
+    def text(self) -> str:
+        """`the force from 800 to 4000 Hz`."""
+        return f"the {self.channel.replace('_', ' ')} from {number(self.from_hz)} to {number(self.to_hz)} Hz"
 
 
 @dataclass(frozen=True)
@@ -73,12 +94,22 @@ class Where:
 
 @dataclass(frozen=True)
 class Fitted:
-    """One parameter of an effect, with its interval."""
+    """One parameter of an effect, with its interval.
+
+    `name` is the catalogue's, with the effect before it in a set ("gun.valve_flow.loss_coefficient") and the level that
+    it holds for behind it ("loss_coefficient (PLA)").
+    """
 
     name: str
     value: float
     unit: str
     ci90: Interval
+
+    @property
+    def parameter(self) -> str:
+        """Its name in the catalogue."""
+        match = re.match(r"(?:[a-z]+\.[a-z_]+\.)?([A-Za-z]\w*)", self.name)
+        return match[1] if match else self.name
 
 
 @dataclass(frozen=True)
@@ -203,25 +234,33 @@ class Verdict:
     def as_json(self) -> dict[str, Any]:
         """The report as scripts read it."""
         names = ("campaign", "simulator", "gap", "where", "causes", "shrinkage", "effects", "unexplained", "path")
-        table = {name: _plain(getattr(self, name)) for name in (*names, "next_runs", "assumptions", "seconds")}
+        table = {name: plain(getattr(self, name)) for name in (*names, "next_runs", "assumptions", "seconds")}
         for effect in table["effects"]:
             del effect["named"]  # scripts read it from `causes`
+        for cause in table["causes"]:
+            del cause["fitted"]
+            if not cause["parameters"]:
+                del cause["parameters"]
+            if len(cause["split"]) < 2:
+                del cause["split"]
         return table
 
 
-def _plain(value: Any) -> Any:
-    """Records and tuples as JSON has them, so that what is stored and what is written are one."""
-    if isinstance(value, Cause):
-        table: dict[str, Any] = {"effects": list(value.effects), "probability": value.probability}
-        if value.parameters:
-            table["parameters"] = _plain(value.parameters)
-        if len(value.split) > 1:
-            table["split"] = list(value.split)
-        return table
+def single_effects(names: Iterable[str]) -> tuple[str, ...]:
+    """The ids in names of effects and of sets of effects ("a+b"), each once."""
+    return tuple(dict.fromkeys(identity for name in names for identity in name.split("+")))
+
+
+def plain(value: Any) -> Any:
+    """Records and tuples as JSON has them; of arrays NaN, of which pictures are full, as null, infinities by name."""
+    if isinstance(value, Effect):
+        return value.as_json()
+    if isinstance(value, np.ndarray):
+        return [v if math.isfinite(v) else None if math.isnan(v) else str(v) for v in value.tolist()]
     if is_dataclass(value):
-        return {item.name: _plain(getattr(value, item.name)) for item in fields(value)}
+        return {name: plain(item) for name, item in vars(value).items()}
     if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     return value

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from copy import deepcopy
 from dataclasses import is_dataclass
 from types import UnionType
@@ -12,8 +12,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 import numpy as np
 
 from ..twin.effects import Effect, effect_from_json
-from .plot_data import CurvePicture, ResidualPicture
-from .verdict import Verdict
+from .verdict import Verdict, plain
 
 Json = dict[str, Any]
 
@@ -27,98 +26,76 @@ def verdict_to_json(verdict: Verdict) -> tuple[Json, Json]:
 
     The report has null for them; the details say where, and what they were.
     """
-    lost: list[Json] = []
-    report = _finite(verdict.as_json(), [], lost)
+    table = verdict.as_json()
+    lost = list(_not_finite(table, []))
     details = {
         "format": FORMAT,
         "lost": lost,
-        "causes": [{"split": list(cause.split), "fitted": _effects(cause.fitted)} for cause in verdict.causes],
+        "causes": [{"split": list(cause.split), "fitted": plain(cause.fitted)} for cause in verdict.causes],
         "effects": [{"named": effect.named} for effect in verdict.effects],
-        "fits": {name: _effects(effects) for name, effects in verdict.fits.items()},
-        "pictures": {
-            "configurations": list(verdict.pictures.configurations),
-            "residuals": [_picture(picture) for picture in verdict.pictures.residuals],
-            "curves": [_picture(picture) for picture in verdict.pictures.curves],
-        },
+        "fits": plain(verdict.fits),
+        "pictures": plain(verdict.pictures),
     }
-    return report, details
+    return _with_values(table, [(entry["at"], None) for entry in lost]), details
 
 
 def verdict_from_json(report: Mapping[str, Any], details: Mapping[str, Any]) -> Verdict:
-    """The inverse of `verdict_to_json`, number for number.
+    """The inverse of `verdict_to_json`, number for number; parts that the details leave out are empty.
 
     Raises `ValueError` for details of another format, `LookupError` for an effect that is no longer there.
     """
     if details.get("format") not in READABLE:
-        known = " and ".join(map(str, READABLE))
-        raise ValueError(f"details of format {details.get('format')!r}; this software knows {known}: diagnose again")
-    table = _restored(report, details["lost"])
+        readable = " and ".join(map(str, READABLE))
+        raise ValueError(f"details of format {details.get('format')!r}; this software knows {readable}: diagnose again")
+    table = _with_values(report, [(entry["at"], float(entry["value"])) for entry in details.get("lost", ())])
     for name in ("causes", "effects"):
         pairs = zip(table.get(name, ()), details.get(name, ()), strict=True)
-        table[name] = [{**plain, **detail} for plain, detail in pairs]
-    verdict: Verdict = _decoded(Verdict, {**table, "fits": details["fits"], "pictures": details["pictures"]})
+        table[name] = [{**row, **detail} for row, detail in pairs]
+    table |= {name: details[name] for name in ("fits", "pictures") if name in details}
+    verdict: Verdict = _decode(Verdict, table)
     return verdict
 
 
-def _decoded(kind: Any, value: Any) -> Any:
+def _decode(kind: Any, value: Any) -> Any:
     """Plain data as a value of a type, as a field is annotated: records by their fields, lists as tuples or arrays.
 
-    Keys that a record has no field for are left out.
+    Null is NaN where the type does not allow None. Keys that a record has no field for are left out.
     """
+    parts = get_args(kind)
     if value is None:
-        return None
+        return None if type(None) in parts else math.nan
     if get_origin(kind) is UnionType:
-        kind = next(part for part in get_args(kind) if part is not type(None))
+        return _decode(next(part for part in parts if part is not type(None)), value)
     if kind is Effect:
         return effect_from_json(value)
     if isinstance(kind, type) and is_dataclass(kind):
         hints = get_type_hints(kind)
-        return kind(**{name: _decoded(hints[name], value[name]) for name in hints if name in value})
-    parts = get_args(kind)
+        return kind(**{name: _decode(hints[name], value[name]) for name in hints if name in value})
     match get_origin(kind):
         case np.ndarray:
-            return np.array([math.nan if v is None else float(v) for v in value], dtype=np.float64)
+            return np.array(value, dtype=np.float64)  # null becomes NaN
         case origin if origin is tuple:
-            return tuple(_decoded(parts[0], item) for item in value)
+            return tuple(_decode(parts[0], item) for item in value)
         case origin if origin is Mapping:
-            return {key: _decoded(parts[1], item) for key, item in value.items()}
+            return {key: _decode(parts[1], item) for key, item in value.items()}
     return value
 
 
-def _finite(value: Any, path: list[str | int], lost: list[Json]) -> Any:
-    """Plain data with null for what is no number of JSON's; where that was is added to `lost`."""
-    if isinstance(value, Mapping):
-        return {key: _finite(item, [*path, key], lost) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item, [*path, i], lost) for i, item in enumerate(value)]
-    if isinstance(value, float):
-        if math.isfinite(value):
-            return float(value)
-        lost.append({"at": path, "value": str(float(value))})
-        return None
-    return value
+def _not_finite(value: Any, path: list[str | int]) -> Iterator[Json]:
+    """Where plain data has a number that JSON has not, and which."""
+    if isinstance(value, float) and not math.isfinite(value):
+        yield {"at": path, "value": str(float(value))}
+    items = value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list) else ()
+    for key, item in items:
+        yield from _not_finite(item, [*path, key])
 
 
-def _restored(report: Mapping[str, Any], lost: Sequence[Mapping[str, Any]]) -> Json:
+def _with_values(report: Mapping[str, Any], items: Iterable[tuple[list[str | int], float | None]]) -> Json:
+    """A copy with other numbers at these paths."""
     table = deepcopy(dict(report))
-    for entry in lost:
-        *path, last = entry["at"]
+    for path, value in items:
         holder: Any = table
-        for step in path:
+        for step in path[:-1]:
             holder = holder[step]
-        holder[last] = float(entry["value"])
+        holder[path[-1]] = value
     return table
-
-
-def _effects(effects: Sequence[Effect]) -> list[Json]:
-    return [effect.as_json() for effect in effects]
-
-
-def _picture(picture: ResidualPicture | CurvePicture) -> Json:
-    """NaN, of which pictures are full, as null; infinities by name."""
-    return {
-        name: [v if math.isfinite(v) else None if math.isnan(v) else str(v) for v in value.tolist()]
-        if isinstance(value, np.ndarray)
-        else value
-        for name, value in vars(picture).items()
-    }

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..diagnosis.gap import GapTable
 from ..diagnosis.gap_reduction.interval import fraction
-from ..diagnosis.gap_size import Metric
+from ..diagnosis.gap_size import GapMetric
 from ..diagnosis.observables.base import Stage
 from ..twin.effects import Effect, Parameter, catalogue, effect
 
@@ -43,7 +43,7 @@ def joint_ridge(stages: Sequence[Stage], gap: GapTable) -> dict[str, Any]:
     """Gap `before`, `inside` the sample, `after` held out, `floor`, in the metric's unit; `fraction` held out; `shares`
     of the squared gap by what it grows without each effect; `seconds`."""
     began = time.perf_counter()
-    metric = Metric.of(gap)
+    metric = GapMetric.of(gap)
     known = np.flatnonzero(np.isfinite(gap.mean[:, metric.columns]).any(axis=1))
     inside, outside = gap.mean.copy(), gap.mean.copy()
     without: dict[str, Floats] = {}

@@ -15,7 +15,7 @@ from ..diagnosis.chain import stages_of
 from ..diagnosis.gap import GapTable
 from ..diagnosis.gap_reduction.interval import fraction
 from ..diagnosis.gap_reduction.measure import measure_reduction
-from ..diagnosis.gap_size import Metric
+from ..diagnosis.gap_size import GapMetric
 from ..diagnosis.inference.held_out import fit_fold
 from ..diagnosis.inference.model_search import search
 from ..diagnosis.inference.problem import InferenceProblem
@@ -79,7 +79,7 @@ def _best(case: Case, stages: Sequence[Stage], gap: GapTable, options: Options) 
     library = search(problem)
     together = [fit for fit in library.fits.values() if set(fit.effects) == set(problem.effects)]
     right = max(together, key=library.log_joint)
-    scales, rng = Metric.of(gap).scales(gap), np.random.default_rng(options.seed)
+    scales, rng = GapMetric.of(gap).scales(gap), np.random.default_rng(options.seed)
     entries = measure_reduction(stages, lambda rows: fit_fold(library, rows, only=[right]), rng, scales, pulses=False)
     held = next(asdict(entry) for entry, _ in entries if entry.held_out_by == "configuration")
     return {"fraction": held["fraction"], "before": held["before"], "after": held["after"]}
@@ -88,7 +88,7 @@ def _best(case: Case, stages: Sequence[Stage], gap: GapTable, options: Options) 
 def _true(case: Case, seed: int, gap: GapTable, asked: Asked) -> float | None:
     """With the scatter's part added to both sides, as the report has it."""
     stages, quiet = _staged(replace(case, floor=_QUIET), seed, asked.options)
-    metric = Metric.of(quiet)
+    metric = GapMetric.of(quiet)
     effects = [effect_from_json(each) for each in asked.fitted]
     change = np.concatenate([_change(stage, effects) for stage in stages], axis=1)
     before, after = metric.rms(quiet.mean), metric.rms(quiet.mean - change)

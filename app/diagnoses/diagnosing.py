@@ -14,7 +14,6 @@ from sqlalchemy import select
 from ...schema.campaigns import Campaign
 from ...schema.diagnoses import Diagnosis
 from ...schema.listings import get_campaign_id
-from ..finite import finite
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -73,8 +72,8 @@ def record_of(store: Store | None, db: str, asked: Asked) -> CampaignRecord:
     elif Path(asked.target).is_dir():
         record = read_folder(Path(asked.target))
     else:
-        known = ", ".join(_campaigns(store)) or "none"
-        raise LookupError(f"no campaign and no folder {asked.target!r}; campaigns: {known} (pyroshock ingest FOLDER)")
+        names = ", ".join(_campaigns(store)) or "none"
+        raise LookupError(f"no campaign and no folder {asked.target!r}; campaigns: {names} (pyroshock ingest FOLDER)")
     if asked.modes is not None or asked.bench is not None:
         return _with_own_plate(record, db, asked)
     return _with_solved_plate(record, db)
@@ -129,7 +128,7 @@ def _with_solved_plate(record: CampaignRecord, db: str) -> CampaignRecord:
 
 def _struck_material(record: CampaignRecord) -> str | None:
     """The plate's material in `[bench.plate]` where any run strikes it, else that of most configurations."""
-    struck = [name for each in record.configurations if (name := record.plate_material_of(each)) is not None]
+    struck = [name for item in record.configurations if (name := record.plate_material_of(item)) is not None]
     if not struck or record.plate_material in struck:
         return record.plate_material
     return Counter(struck).most_common(1)[0][0]
@@ -227,9 +226,9 @@ def _options_json(asked: Asked) -> dict[str, Any]:
 
 def report_json(verdict: Verdict) -> dict[str, Any]:
     """The report as scripts read it; a number that JSON has not (NaN) is null."""
-    plain = finite(verdict.as_json())
-    assert isinstance(plain, dict)
-    return plain
+    from ...diagnosis.verdict_json import verdict_to_json
+
+    return verdict_to_json(verdict)[0]
 
 
 def past_diagnoses(session: Session, campaign: str) -> Iterator[dict[str, Any]]:

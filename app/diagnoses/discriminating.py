@@ -90,7 +90,7 @@ def _experiment(session: Session, campaign: str, next_runs: Sequence[Mapping[str
     if row.gun is not None:
         beyond = _beyond(rows, gun_bench(row.gun), _elastic(session))
         left_out = tuple(f"left out, beyond the bench: {_words(rows[i])}: {why}" for i, why in beyond.items())
-        rows = [each for i, each in enumerate(rows) if i not in beyond]
+        rows = [cells for i, cells in enumerate(rows) if i not in beyond]
         next_runs = [run for i, run in enumerate(next_runs) if i not in beyond]
     if not rows:
         raise ValueError(f"every run that would tell causes of {campaign} apart is beyond the bench: {left_out[0]}")
@@ -121,11 +121,11 @@ def _words(row: Row) -> str:
 def _cells(settings: Mapping[str, Level]) -> Iterator[tuple[str, str]]:
     """Columns of a table of runs; a factor by its own name is SI."""
     for key, value in settings.items():
-        known = BY_NAME.get(key) if key not in BY_COLUMN else None
-        if known is not None and not isinstance(value, str):
-            yield known.column, number_label(value / known.scale)
+        factor = BY_NAME.get(key) if key not in BY_COLUMN else None
+        if factor is not None and not isinstance(value, str):
+            yield factor.column, number_label(value / factor.scale)
         else:
-            yield known.column if known else key, value if isinstance(value, str) else number_label(value)
+            yield factor.column if factor else key, value if isinstance(value, str) else number_label(value)
 
 
 def _usual_levels(session: Session, campaign: Campaign) -> dict[str, str]:
@@ -136,21 +136,21 @@ def _usual_levels(session: Session, campaign: Campaign) -> dict[str, str]:
     for key, levels in read_factors(session, list(runs)).items():
         for name, level in levels.items():
             counts.setdefault(name, Counter())[level] += runs[key]
-    return dict(_cells({name: found.most_common(1)[0][0] for name, found in counts.items()}))
+    return dict(_cells({name: levels.most_common(1)[0][0] for name, levels in counts.items()}))
 
 
 def factors_toml(kind: str, rows: Sequence[Row]) -> str:
     """A space of exactly the levels of these rows, as its TOML file (`doe.toml_space`)."""
     parts = [f'name = "{METHOD}"', f'kind = "{kind}"']
     for column in dict.fromkeys(column for row in rows for column in row):
-        known = BY_COLUMN.get(column)
+        factor = BY_COLUMN.get(column)
         cells = [row[column] for row in rows]
-        numeric = known.is_number if known else all(map(_is_number, cells))
-        parts += ["", "[[factors]]", f"name = {_text(known.name if known and numeric else column)}"]
-        parts += [f"column = {_text(column)}"] if known and numeric else []
+        numeric = factor.is_number if factor else all(map(_is_number, cells))
+        parts += ["", "[[factors]]", f"name = {_text(factor.name if factor and numeric else column)}"]
+        parts += [f"column = {_text(column)}"] if factor and numeric else []
         parts += [f'kind = "{"numeric" if numeric else "categorical"}"']
         if numeric:
-            parts += [f"unit = {_text(column.rsplit('_', 1)[-1] if known else '1')}"]
+            parts += [f"unit = {_text(column.rsplit('_', 1)[-1] if factor else '1')}"]
             parts += [f"levels = [{', '.join(sorted(set(cells), key=float))}]"]
         else:
             parts += [f"levels = [{', '.join(map(_text, dict.fromkeys(cells)))}]"]
@@ -178,14 +178,14 @@ def _elastic(session: Session) -> dict[str, Elastic]:
 
 def _beyond(rows: Sequence[Row], bench: GunBench, materials: Mapping[str, Elastic]) -> dict[int, str]:
     """Rows that the bench does not withstand, or that never leave the barrel, and why."""
-    found = {}
+    reasons = {}
     for i, row in enumerate(rows):
         shot = _shot(row, bench, materials)
         exceeded = [] if shot is None else check_run(shot, BenchLimits())
         if shot is None or exceeded:
             why = ", ".join(item.message for item in exceeded)
-            found[i] = why or "the bullet does not leave the barrel of the nominal gun"
-    return found
+            reasons[i] = why or "the bullet does not leave the barrel of the nominal gun"
+    return reasons
 
 
 def _shot(row: Row, bench: GunBench, materials: Mapping[str, Elastic]) -> PlannedShot | None:

@@ -33,15 +33,15 @@ def list_diagnoses(
         query = query.where(Diagnosis.campaign_id == get_campaign_id(session, campaign))
     if after is not None:
         query = query.where(Diagnosis.id < after)
-    found = session.execute(query.order_by(Diagnosis.id.desc()).limit(limit)).all()
-    adopted = _adopted(session, [row.id for row, _, _ in found])
+    rows = session.execute(query.order_by(Diagnosis.id.desc()).limit(limit)).all()
+    adopted = _adopted(session, [row.id for row, _, _ in rows])
     return [
-        {**_told(row), "campaign": name, "adopted": adopted.get(row.id), "complete": bool(complete)}
-        for row, name, complete in found
+        {**_first_answer(row), "campaign": name, "adopted": adopted.get(row.id), "complete": bool(complete)}
+        for row, name, complete in rows
     ]
 
 
-def _told(row: Diagnosis) -> dict[str, Any]:
+def _first_answer(row: Diagnosis) -> dict[str, Any]:
     from ...diagnosis.restriction import restrictions_among
 
     first, gap = row.report["causes"][0], row.report["gap"]
@@ -63,7 +63,7 @@ def _adopted(session: Session, keys: Iterable[int]) -> dict[int, str]:
     query = select(TwinVersion).where(TwinVersion.diagnosis_id.in_(list(keys))).order_by(TwinVersion.version.desc())
     return {
         row.diagnosis_id: f"version {row.version}: "
-        + (" + ".join(each["id"] for each in row.configuration["effects"]) or "none")
+        + (" + ".join(effect["id"] for effect in row.configuration["effects"]) or "none")
         for row in session.scalars(query)
         if row.diagnosis_id is not None
     }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 from ...diagnosis.labels import effect_subject
@@ -14,7 +14,7 @@ from ...diagnosis.plot_data import Pictures
 from ...diagnosis.recommendations import next_experiment, recommendations
 from ...diagnosis.restriction import restrictions_among
 from ...diagnosis.summary import summary
-from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict
+from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict, single_effects
 from ...schema.outputs import write_text
 from .charts import curve_chart, legend_keys, residual_chart, residual_title
 from .document import Bar, Bars, Block, Bullets, Cell, Document, Figure, Figures, Paragraph, Section, Table
@@ -140,54 +140,43 @@ def _unbroken(cell: Cell) -> Cell:
     return cell.replace(" %", "\u00a0%") if isinstance(cell, str) else cell
 
 
-@dataclass(frozen=True)
-class Step:
-    """One bar of the waterfall, from `start` to `end` in shares of the whole."""
-
-    name: str
-    value: str
-    start: float
-    end: float
-    kind: str
-
-
-def waterfall(verdict: Verdict) -> tuple[Step, ...]:
+def waterfall(verdict: Verdict) -> tuple[Bar, ...]:
     """The squared gap (squares add up), less each stage's part of what is above the floor, down to the floor."""
     gap = verdict.gap
     whole = gap.before**2
     floor = min(gap.noise_floor**2 / whole, 1.0) if whole > 0 else 1.0
-    steps = [Step("model error", number(gap.before), 0.0, 1.0, "other")]
-    at = 1.0
+    bars = [Bar("model error", number(gap.before), 0.0, 1.0, "other")]
+    level = 1.0
     for stage in verdict.where.stage:
         part = stage.share * (1 - floor)
-        steps.append(Step(stage.name, percent(stage.share), min(at, at - part), max(at, at - part), "named"))
-        at -= part
-    if verdict.where.stage and abs(at - floor) > 0.005:
-        rest = (at - floor) / (1 - floor) if floor < 1 else 0.0
-        steps.append(Step("of no single stage", percent(rest), min(at, floor), max(at, floor), "other"))
-    steps.append(Step("measurement noise", number(gap.noise_floor), 0.0, floor, "floor"))
-    low, high = min(step.start for step in steps), max(step.end for step in steps)
-    whole = high - low
-    return tuple(Step(s.name, s.value, (s.start - low) / whole, (s.end - low) / whole, s.kind) for s in steps)
+        bars.append(Bar(stage.name, percent(stage.share), min(level, level - part), max(level, level - part), "named"))
+        level -= part
+    if verdict.where.stage and abs(level - floor) > 0.005:
+        rest = (level - floor) / (1 - floor) if floor < 1 else 0.0
+        bars.append(Bar("of no single stage", percent(rest), min(level, floor), max(level, floor), "other"))
+    bars.append(Bar("measurement noise", number(gap.noise_floor), 0.0, floor, "floor"))
+    low, high = min(bar.start for bar in bars), max(bar.end for bar in bars)
+    return tuple(
+        replace(bar, start=(bar.start - low) / (high - low), end=(bar.end - low) / (high - low)) for bar in bars
+    )
 
 
 def _gap(verdict: Verdict) -> list[Block]:
     gap = verdict.gap
-    place = "exceeds" if gap.beyond_noise else "lies within"
+    verb = "exceeds" if gap.beyond_noise else "lies within"
     size = (
         f"{gap.metric}: {number(gap.before)}; measurement noise {number(gap.noise_floor)}, tolerance "
-        f"{number(gap.tolerance)}. The error {place} both together. Bars are of the squared error, whose parts add up."
+        f"{number(gap.tolerance)}. The error {verb} both together. Bars are of the squared error, whose parts add up."
     )
     if not math.isfinite(gap.before + gap.noise_floor):
         return [Paragraph(size)]
-    bars = Bars([Bar(step.name, step.value, step.start, step.end, step.kind) for step in waterfall(verdict)])
-    return [bars, Paragraph(size, quiet=True)]
+    return [Bars(list(waterfall(verdict))), Paragraph(size, quiet=True)]
 
 
 def _bar(cause: Cause) -> Bar:
     kind = "other" if cause.effects[0] in (NONE, UNKNOWN) else "named"
     explained = cause.effects if cause.probability >= _EXPLAINED else ()
-    laws = (effect_title(identity) for identity in dict.fromkeys("+".join(explained).split("+")))
+    laws = map(effect_title, single_effects(explained))
     about = "; ".join(filter(None, (", ".join(map(fitted_words, cause.parameters)), *laws)))
     return Bar(cause_name(cause), percent(cause.probability), 0.0, cause.probability, kind, about)
 

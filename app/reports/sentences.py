@@ -5,20 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from ...diagnosis.labels import with_labels
-from ...diagnosis.number_format import number, percent, percent_range, rounded_beside
-from ...diagnosis.verdict import NONE, UNKNOWN, Cause, Fitted, Shrinkage, Where
+from ...diagnosis.number_format import number, number_beside, percent, percent_with_range
+from ...diagnosis.verdict import CORRECTED, NONE, UNKNOWN, Cause, Fitted, Shrinkage, Where
 from ...twin.effects import catalogue
-
-#: Among the further figures of a shrinkage: what is left when the learned discrepancy corrects the rest.
-LEARNED = "with the learned discrepancy"
 
 
 def fitted_words(parameter: Fitted) -> str:
     """`compliance_m_n = 3.4e-08 m/N (2.6e-08 to 4.1e-08)`."""
-    unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
     low, high = parameter.ci90
-    value, low_text, high_text = (rounded_beside(each, high - low) for each in (parameter.value, low, high))
-    return f"{parameter.name} = {value}{unit} ({low_text} to {high_text})"
+    value, low_text, high_text = (number_beside(item, high - low) for item in (parameter.value, low, high))
+    return f"{parameter.name} = {f'{value} {parameter.unit}'.rstrip()} ({low_text} to {high_text})"
 
 
 def cause_name(cause: Cause) -> str:
@@ -41,9 +37,9 @@ def effect_title(identity: str) -> str:
 def where_lines(where: Where) -> Iterator[str]:
     """A sentence for each finding about where the error lies."""
     for stage in where.stage:
-        between = f"{percent(stage.share)} ({percent_range(*stage.ci90)})"
+        share = percent_with_range(stage.share, stage.ci90)
         yield (
-            f"The {stage.name} makes {between} of the error at the end of the chain; its own error is "
+            f"The {stage.name} makes {share} of the error at the end of the chain; its own error is "
             f"{number(stage.own)} tolerances."
         )
     for region in where.factors:
@@ -52,16 +48,10 @@ def where_lines(where: Where) -> Iterator[str]:
             f"measurement noise (p = {number(region.p_value)})."
         )
     for window in where.time:
-        times = f"{number(1e3 * window.from_s)} to {number(1e3 * window.to_s)} ms"
-        yield f"In time the error stands out in the {_channel(window.channel)} from {times}."
+        yield f"In time the error stands out in {window.text}."
     for band in where.frequency:
-        lines = f"{number(band.from_hz)} to {number(band.to_hz)} Hz"
-        yield f"In frequency the error stands out in the {_channel(band.channel)} from {lines}."
+        yield f"In frequency the error stands out in {band.text}."
     yield from map(with_labels, where.drift)
-
-
-def _channel(name: str) -> str:
-    return name.replace("_", " ")
 
 
 def shrinkage_line(entry: Shrinkage) -> str:
@@ -70,9 +60,9 @@ def shrinkage_line(entry: Shrinkage) -> str:
     sizes = f"{number(entry.before)} before, {number(entry.after)} after, held out by {entry.held_out_by}"
     if entry.fraction is None:
         return f"{what}: {sizes}; there was no error to reduce."
-    between = "" if entry.ci90 is None else f" ({percent_range(*entry.ci90)})"
-    told = f"{what}: {sizes}; {percent(entry.fraction)}{between} of the error above the noise disappears"
-    if LEARNED not in entry.more:
-        return f"{told}."
-    after = number(entry.more[LEARNED][1])
-    return f"{told}. With a learned correction of the rest {after} would be left; a correction is not a cause."
+    share = percent(entry.fraction) if entry.ci90 is None else percent_with_range(entry.fraction, entry.ci90)
+    sentence = f"{what}: {sizes}; {share} of the error above the noise disappears"
+    if CORRECTED not in entry.more:
+        return f"{sentence}."
+    after = number(entry.more[CORRECTED][1])
+    return f"{sentence}. With a learned correction of the rest {after} would be left; a correction is not a cause."

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from html import escape
 
 from ...diagnosis.labels import effect_subject
-from ...diagnosis.number_format import number, percent, percent_range
-from ...diagnosis.verdict import Verdict
-from .sentences import LEARNED
+from ...diagnosis.number_format import number, percent, percent_with_range
+from ...diagnosis.verdict import CORRECTED, Verdict
 from .svg import WIDTH, tick_text, ticks
 
 #: Effects that are drawn; further ones stand in the table.
@@ -70,7 +69,7 @@ def _gone(fraction: float) -> str:
 
 def _learned(verdict: Verdict) -> list[BarRow]:
     """What is left when the learned discrepancy corrects the rest: a correction, and no cause."""
-    pairs = [e.more[LEARNED] for e in verdict.shrinkage if LEARNED in e.more and e.held_out_by == "configuration"]
+    pairs = [e.more[CORRECTED] for e in verdict.shrinkage if CORRECTED in e.more and e.held_out_by == "configuration"]
     if not pairs or not math.isfinite(pairs[0][1]):
         return []
     after = pairs[0][1] / verdict.gap.tolerance
@@ -92,7 +91,7 @@ def share_rows(verdict: Verdict) -> tuple[BarRow, ...]:
 def _share_row(name: str, share: float, ci90: tuple[float, float], kind: str) -> BarRow:
     low, high = (100 * end for end in ci90)
     known = math.isfinite(low + high)
-    text = f"{percent(share)} ({percent_range(*ci90)})" if known else percent(share)
+    text = percent_with_range(share, ci90) if known else percent(share)
     return BarRow(name, text, min(0.0, 100 * share), max(0.0, 100 * share), kind, (low, high) if known else None)
 
 

@@ -52,14 +52,12 @@ def corner(configurations: Sequence[Configuration], rows: Rows, size: Floats) ->
         values = [configurations[row].factors.get(name) for row in rows]
         if all(isinstance(value, int | float) for value in values) and len(set(values)) > 1:
             ends.append(_end(name, np.array(values, dtype=np.float64), size[rows]))
-    if not ends:
-        return None
-    ends.sort(key=lambda end: -end.influence)
-    texts, inside = [ends[0].text], ends[0].inside
-    for end in ends[1:]:
-        if np.mean(inside) > _LARGE and (inside & end.inside).sum() >= _LEAST:
+    texts: list[str] = []
+    inside = np.ones(len(rows), dtype=bool)
+    for end in sorted(ends, key=lambda end: -end.influence):
+        if not texts or (np.mean(inside) > _LARGE and (inside & end.inside).sum() >= _LEAST):
             texts.append(end.text)
-            inside = inside & end.inside
+            inside &= end.inside
     if not _LEAST <= inside.sum() <= min(len(rows) // 2, len(rows) - _LEAST):
         return None
     return Split(f"corner: {' and '.join(texts)}", (rows[inside],))
@@ -74,13 +72,13 @@ class _End(NamedTuple):
 
 
 def _end(name: str, values: Floats, size: Floats) -> _End:
-    from scipy.stats import rankdata
+    from scipy.stats import spearmanr
 
     levels = np.unique(values)
-    correlation = np.corrcoef(rankdata(values), rankdata(size))[0, 1] if np.ptp(size) > 0 else 0.0
+    correlation = spearmanr(values, size).statistic if np.ptp(size) > 0 else 0.0
     above = [values > level for level in levels[:-1]]
     candidates = above if correlation >= 0 else [~part for part in above]
-    place = int(np.argmin([abs(np.mean(part) - _CORNER) for part in candidates]))
+    nearest = int(np.argmin([abs(np.mean(part) - _CORNER) for part in candidates]))
     column, unit = column_of(name)
-    edge = short_between(levels[place] / unit, levels[place + 1] / unit)
-    return _End(f"{column} {'>' if correlation >= 0 else '<='} {edge:g}", candidates[place], abs(float(correlation)))
+    edge = short_between(levels[nearest] / unit, levels[nearest + 1] / unit)
+    return _End(f"{column} {'>' if correlation >= 0 else '<='} {edge:g}", candidates[nearest], abs(float(correlation)))

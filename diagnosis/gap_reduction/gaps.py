@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..localisation.means import Floats, Means, Rows, floors, tolerances
 from ..observables.base import Observable, Stage
@@ -32,19 +31,16 @@ class Gaps:
     def of(cls, stages: Sequence[Stage], scales: Mapping[str, Floats] | None = None) -> Self:
         """`scales` (d,) by stage, in the units of its observables; tolerances where none is given.
 
-        An infinite scale leaves an observable out. Raises `ValueError` where nothing can be compared.
+        An infinite scale leaves an observable out.
         """
         record = stages[0].record
-        given = scales or {}
-        scale = np.concatenate([given.get(stage.name, tolerances(stage.observables)) for stage in stages])
+        scale = np.concatenate([(scales or {}).get(stage.name, tolerances(stage.observables)) for stage in stages])
         used = np.isfinite(scale)
         residuals = np.concatenate([stage.residuals() for stage in stages], axis=1)[:, used] / scale[used]
         items = [item for stage in stages for item in stage.observables]
         observables = tuple(items[i] for i in np.flatnonzero(used))
         floor = floors(observables) / scale[used]
         means = Means.of(residuals, record.configuration_of, len(record.configurations), floor)
-        if not np.isfinite(means.mean).any():
-            raise ValueError(f"campaign {record.name}: no run has both a measured and a simulated value to compare")
         chance = _chance(residuals - means.mean[record.configuration_of], means)
         freedom = int(np.isfinite(residuals).any(axis=1).sum() - np.isfinite(means.mean).any(axis=1).sum())
         return cls(observables, scale, means.mean, means.variance, chance, freedom)
@@ -77,13 +73,12 @@ class Gaps:
 
 
 def _over_observables(values: Floats) -> Floats:
-    known = np.isfinite(values)
-    return np.asarray(np.where(known, values, 0.0).sum(axis=1) / _mean_count(known))
+    return np.asarray(np.nansum(values, axis=1) / _mean_count(values))
 
 
-def _mean_count(known: NDArray[np.bool_]) -> float:
-    """Cells of a configuration, in the mean over those that have any."""
-    count = known.sum(axis=1)
+def _mean_count(values: Floats) -> float:
+    """Cells of a configuration with a value, in the mean over the configurations that have any."""
+    count = np.isfinite(values).sum(axis=1)
     return float(count[count > 0].mean()) if count.any() else 1.0
 
 
@@ -95,4 +90,4 @@ def _chance(deviation: Floats, means: Means) -> Floats:
     np.fill_diagonal(correlation, 1.0)
     variance = np.nan_to_num(means.variance)
     trace = np.einsum("ci,ij,cj->c", variance, correlation**2, variance)
-    return np.asarray(np.sqrt(2 * trace) / _mean_count(np.isfinite(means.mean)))
+    return np.asarray(np.sqrt(2 * trace) / _mean_count(means.mean))

@@ -16,8 +16,7 @@ def fraction(before: Floats | float, after: Floats | float, floor: Floats | floa
     The roots are what the report prints, so that its numbers agree with each other.
     """
     b, a, f = np.sqrt(before), np.sqrt(after), np.sqrt(floor)
-    room = b - f
-    return np.asarray(np.where(room > 0, (b - a) / np.where(room > 0, room, 1.0), np.nan))
+    return np.asarray((b - a) / np.where(b > f, b - f, np.nan))
 
 
 def fraction_interval(
@@ -49,8 +48,8 @@ def fraction_interval(
     values = values[np.isfinite(values)]
     if len(values) < _RESAMPLES // 2:
         return None
-    left_out = fraction(*((table.sum(axis=1, keepdims=True) - table) / (cells - 1)))
-    low, high = np.quantile(values, _quantiles(values, estimate, left_out[np.isfinite(left_out)], tail))
+    jackknife = fraction(*((table.sum(axis=1, keepdims=True) - table) / (cells - 1)))
+    low, high = np.quantile(values, _quantiles(values, estimate, jackknife[np.isfinite(jackknife)], tail))
     wider = np.sqrt(cells / (cells - 1)) * t.ppf(1 - tail, cells - 1) / norm.ppf(1 - tail)
     if values.std() > 0:
         wider *= np.sqrt(1 + (training_error / max(float(values.std()), 1e-12)) ** 2)
@@ -58,13 +57,13 @@ def fraction_interval(
     return lower, min(upper, max(1.0, estimate))
 
 
-def _quantiles(values: Floats, estimate: float, left_out: Floats, tail: float) -> Floats:
-    """(2,): which quantiles of the drawn values are the interval; `left_out` (n,) leave a configuration out each."""
+def _quantiles(values: Floats, estimate: float, jackknife: Floats, tail: float) -> Floats:
+    """(2,): which quantiles of the drawn values are the interval; `jackknife` (n,) leave a configuration out each."""
     from scipy.stats import norm
 
     share = np.clip(np.mean(values < estimate), 1 / len(values), 1 - 1 / len(values))
     shift = norm.ppf(share)
-    away = left_out.mean() - left_out if len(left_out) else np.zeros(1)
-    acceleration = (away**3).sum() / np.maximum(6 * (away**2).sum() ** 1.5, 1e-300)
+    deviation = jackknife.mean() - jackknife if len(jackknife) else np.zeros(1)
+    acceleration = (deviation**3).sum() / np.maximum(6 * (deviation**2).sum() ** 1.5, 1e-300)
     z = shift + norm.ppf([tail, 1 - tail])
     return np.asarray(norm.cdf(shift + z / np.maximum(1 - acceleration * z, 0.05)))

@@ -6,6 +6,7 @@ dependency: it brings seaborn, shapely and others along.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -34,22 +35,21 @@ _CONSTANT = 1e-12
 
 
 def pulse_ratings(
-    stages: Sequence[Stage], folds: Sequence[Rows], chosen: Sequence[Sequence[Effect]]
+    stages: Sequence[Stage], folds: Sequence[Rows], effects_of_folds: Sequence[Sequence[Effect]]
 ) -> tuple[float, float] | None:
     """Mean ratings over one run of each held-out configuration; None without measured pulses.
 
     Records are aligned at half their peak, so that the rating is of size and shape and no trigger counts.
     """
-    contact = next((stage for stage in stages if isinstance(stage, ContactStage)), None)
-    if contact is None:
-        return None
     pairs: list[tuple[float, float]] = []
-    for held, effects in zip(folds, chosen, strict=True):
-        shown = [effect for effect in effects if effect.id in contact.shows]
-        before = _ratings(contact, held, ())
-        pairs += zip(before, _ratings(contact, held, shown) if shown else before, strict=True)
-    rated = [pair for pair in pairs if np.isfinite(pair).all()]
-    return (float(np.mean([pair[0] for pair in rated])), float(np.mean([pair[1] for pair in rated]))) if rated else None
+    for stage in [stage for stage in stages if isinstance(stage, ContactStage)]:
+        for held, effects in zip(folds, effects_of_folds, strict=True):
+            contact = [effect for effect in effects if effect.id in stage.shows]
+            before = _ratings(stage, held, ())
+            pairs += zip(before, _ratings(stage, held, contact) if contact else before, strict=True)
+    ratings = np.array(pairs).reshape(-1, 2)
+    ratings = ratings[np.isfinite(ratings).all(axis=1)]
+    return (float(ratings[:, 0].mean()), float(ratings[:, 1].mean())) if len(ratings) else None
 
 
 def _ratings(stage: ContactStage, held: Rows, effects: Sequence[Effect]) -> list[float]:
@@ -74,9 +74,8 @@ def _aligned_rating(measured: Floats, simulated: Floats) -> float:
     loud = np.flatnonzero(size > _QUIET * size.max())
     if loud.size < 2:
         return float("nan")
-    place = np.linspace(loud[0], loud[-1], _SAMPLES)
-    samples = np.arange(measured.size)
-    return rating(np.interp(place, samples, measured), np.interp(place, samples, simulated))
+    position, samples = np.linspace(loud[0], loud[-1], _SAMPLES), np.arange(measured.size)
+    return rating(np.interp(position, samples, measured), np.interp(position, samples, simulated))
 
 
 def rating(measured: Floats, simulated: Floats) -> float:
@@ -85,9 +84,9 @@ def rating(measured: Floats, simulated: Floats) -> float:
         raise ValueError(f"records of {len(measured)} and {len(simulated)} samples: give two of one length, above 18")
     if not (np.ptp(measured) > 0 and np.ptp(simulated) > 0):
         raise ValueError("a constant record cannot be rated: nothing was measured, or nothing simulated")
-    shift, count = _best_shift(measured, simulated), len(measured)
-    x, y = measured[max(0, -shift) : count - max(0, shift)], simulated[max(0, shift) : count - max(0, -shift)]
-    phase = max(0.0, 1.0 - abs(shift) / (_SHIFT * count))
+    shift = _best_shift(measured, simulated)
+    x, y = _overlap(measured, simulated, shift)
+    phase = max(0.0, 1.0 - abs(shift) / (_SHIFT * len(measured)))
     return float(_WEIGHTS @ [_corridor(measured, simulated), phase, _magnitude(x, y), _slope(x, y)])
 
 
@@ -97,34 +96,32 @@ def _corridor(measured: Floats, simulated: Floats) -> float:
     return float(np.mean(np.clip(ratio, 0.0, 1.0) ** 2))
 
 
+def _overlap(measured: Floats, simulated: Floats, shift: int) -> tuple[Floats, Floats]:
+    """The parts that lie over each other when the simulation, `shift` samples late, is moved forward."""
+    count = len(measured)
+    return measured[max(0, -shift) : count - max(0, shift)], simulated[max(0, shift) : count - max(0, -shift)]
+
+
 def _best_shift(measured: Floats, simulated: Floats) -> int:
-    """In samples, above 0 where the simulation comes late: where both correlate best; the smallest of equals."""
-    most = int(np.floor(len(measured) * _SHIFT))
-    shifts = [0, *(sign * n for n in range(1, most + 1) for sign in (1, -1))]
-    late, early = _correlations(measured, simulated, most), _correlations(simulated, measured, most)
-    return shifts[int(np.argmax([late[n] if n >= 0 else early[-n] for n in shifts]))]
+    """In samples, above 0 where the simulation comes late: where both correlate best; the smallest of equals.
 
-
-def _correlations(first: Floats, late: Floats, most: int) -> Floats:
-    """(most + 1,): correlation of the first n - k samples of `first` with the last n - k of `late`.
-
-    Minus infinity where either of these is constant: a force that rests for part of its record has no phase there.
+    An overlap where either is constant does not count: a force that rests for part of its record has no phase there.
     """
-    x, y = first - first.mean(), late - late.mean()
-    count = len(x) - np.arange(most + 1)
-    sums = [np.cumsum(values)[count - 1] for values in (x, y[::-1], x**2, y[::-1] ** 2)]
-    product = np.correlate(y, x, "full")[len(x) - 1 : len(x) + most]
-    covariance = product - sums[0] * sums[1] / count
-    squares = np.array([sums[2] - sums[0] ** 2 / count, sums[3] - sums[1] ** 2 / count])
-    # What cancellation leaves of a constant stretch is below this share of the whole record's square.
-    constant = (squares <= _CONSTANT * squares[:, :1]).any(axis=0)
-    size = np.sqrt(np.prod(np.where(constant, 1.0, squares), axis=0))
-    return np.where(constant, -np.inf, covariance / size)
+    least = [_CONSTANT * values.size * values.var() for values in (measured, simulated)]
+
+    def correlation(shift: int) -> float:
+        x, y = (part - part.mean() for part in _overlap(measured, simulated, shift))
+        if x @ x <= least[0] or y @ y <= least[1]:
+            return -math.inf
+        return float(x @ y) / math.sqrt((x @ x) * (y @ y))
+
+    most = int(_SHIFT * len(measured))
+    return max(sorted(range(-most, most + 1), key=lambda shift: (abs(shift), -shift)), key=correlation)
 
 
 def _magnitude(measured: Floats, simulated: Floats) -> float:
     """Of the records after dynamic time warping, which takes local differences in phase away."""
-    path = warped(simulated, measured, int(np.ceil(_WINDOW * len(measured))) - 1)
+    path = warping_path(simulated, measured, int(np.ceil(_WINDOW * len(measured))) - 1)
     error = np.abs(simulated[path[:, 0]] - measured[path[:, 1]]).sum()
     return _score(error, np.abs(measured[path[:, 1]]).sum(), _MAGNITUDE)
 
@@ -149,7 +146,7 @@ def _smooth_slope(values: Floats) -> Floats:
 
 
 @njit(cache=True)
-def warped(x: Floats, y: Floats, window: int) -> NDArray[np.int64]:
+def warping_path(x: Floats, y: Floats, window: int) -> NDArray[np.int64]:
     """(k, 2): pairs of samples of x and y on the path of the least sum of squared differences.
 
     Steps of one sample in x, in y or in both, all of one weight, and at most `window` samples apart (Sakoe and Chiba,
@@ -167,10 +164,10 @@ def warped(x: Floats, y: Floats, window: int) -> NDArray[np.int64]:
     while i > 0 and j > 0:
         path[length, 0], path[length, 1] = i - 1, j - 1
         length += 1
-        above, left, both = cost[i - 1, j], cost[i, j - 1], cost[i - 1, j - 1]
-        if both <= above and both <= left:
+        before_x, before_y, before_both = cost[i - 1, j], cost[i, j - 1], cost[i - 1, j - 1]
+        if before_both <= min(before_x, before_y):
             i, j = i - 1, j - 1
-        elif above <= left:
+        elif before_x <= before_y:
             i -= 1
         else:
             j -= 1

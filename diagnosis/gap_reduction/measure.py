@@ -12,14 +12,11 @@ import numpy as np
 from ..inference.held_out import FoldFit
 from ..localisation.means import Floats, Rows
 from ..observables.base import Stage
-from ..verdict import Shrinkage
+from ..verdict import CORRECTED, Shrinkage
 from .folds import Split, by_configuration, corner
 from .gaps import Gaps
 from .interval import fraction, fraction_interval
-
-Pair = tuple[float, float]
-#: The entry of `Shrinkage.more` with what goes when the learned discrepancy corrects the rest.
-CORRECTED = "with the learned discrepancy"
+from .iso18571 import pulse_ratings
 
 
 def measure_reduction(
@@ -64,14 +61,14 @@ class HeldOut:
         return cls(gaps, split, folds, gaps.over_scale(np.array([fold.averaged for fold in folds])))
 
     @property
-    def chosen(self) -> tuple[tuple[str, ...], ...]:
+    def effects_of_folds(self) -> tuple[tuple[str, ...], ...]:
         """Ids of the likeliest effects of each fold."""
         return tuple(tuple(effect.id for effect in fold.likeliest) for fold in self.folds)
 
     @property
     def effects(self) -> tuple[str, ...]:
         """What most folds chose."""
-        return Counter(self.chosen).most_common(1)[0][0]
+        return Counter(self.effects_of_folds).most_common(1)[0][0]
 
     def unseen(self, tables: Floats) -> Floats:
         """(C, D): of tables (k, C, D), each configuration's by the fold that has not seen it; else 0."""
@@ -111,25 +108,20 @@ class HeldOut:
 
 
 def _entry(stages: Sequence[Stage], held: HeldOut, folds: HeldOut, rng: np.random.Generator, pulses: bool) -> Shrinkage:
-    correction = held.correction
-    before, after, corrected = (held.squares(table) for table in (0.0, correction, held.corrected))
-    spread = _training_spread(held, folds)
-    interval = fraction_interval(before, after, held.floor, rng, held.gaps.floor_error, spread) if held.is_gap else None
-    more = {
-        CORRECTED: (float(np.sqrt(before.mean())), float(np.sqrt(corrected.mean()))),
-        **_by_stage(held, correction),
-        **_levels(held, correction),
-        **(_pulse_ratings(stages, held) if pulses else {}),
-    }
-    return Shrinkage(
-        effects=held.effects,
-        held_out_by=held.split.name,
-        before=float(np.sqrt(before.mean())),
-        after=float(np.sqrt(after.mean())),
-        fraction=held.fraction(correction) if held.is_gap else None,
-        ci90=interval,
-        more=more,
-    )
+    correction, rows = held.correction, held.split.held_out
+    squares = [held.squares(table) for table in (0.0, correction, held.corrected)]
+    before, after, corrected = (float(np.sqrt(square.mean())) for square in squares)
+    interval = None
+    if held.is_gap:
+        spread = _training_spread(held, folds)
+        interval = fraction_interval(squares[0], squares[1], held.floor, rng, held.gaps.floor_error, spread)
+    figures = [_figures(held.gaps, table[rows]) for table in (held.gaps.mean, held.gaps.mean - correction)]
+    more = {CORRECTED: (before, corrected), **{name: (figures[0][name], figures[1][name]) for name in figures[0]}}
+    ratings = pulse_ratings(stages, held.split.folds, [fold.likeliest for fold in held.folds]) if pulses else None
+    if ratings is not None:
+        more["ISO 18571 rating of the force"] = ratings
+    reduced = held.fraction(correction) if held.is_gap else None
+    return Shrinkage(held.effects, held.split.name, before, after, reduced, interval, more)
 
 
 def _training_spread(held: HeldOut, folds: HeldOut) -> float:
@@ -137,49 +129,27 @@ def _training_spread(held: HeldOut, folds: HeldOut) -> float:
 
     Over folds that chose the same effects; a fold that chose another one has its say in the fraction itself.
     """
-    pairs = zip(folds.chosen, folds.corrections, strict=True)
-    fractions = [held.fraction(table) for chosen, table in pairs if chosen == held.effects]
+    pairs = zip(folds.effects_of_folds, folds.corrections, strict=True)
+    fractions = [held.fraction(table) for effects, table in pairs if effects == held.effects]
     if len(fractions) < 2 or not np.isfinite(fractions).all():
         return 0.0
     return float(np.sqrt((len(fractions) - 1) * np.var(fractions)))
 
 
-def _by_stage(held: HeldOut, correction: Floats) -> dict[str, Pair]:
-    """The same rms as the whole, of each stage alone."""
-    names = np.array([item.stage for item in held.gaps.observables])
-    before = held.gaps.mean[held.split.held_out]
-    after = before - correction[held.split.held_out]
-    return {
-        f"rms of {name}": (_rms(before[:, names == name]), _rms(after[:, names == name]))
-        for name in dict.fromkeys(names.tolist())
-        if np.isfinite(before[:, names == name]).any()
-    }
-
-
-def _levels(held: HeldOut, correction: Floats) -> dict[str, Pair]:
-    """Of lines of spectra, in dB: median and 95th percentile of the deviation, and the shares within 3 and 6 dB."""
-    gaps, rows = held.gaps, held.split.held_out
+def _figures(gaps: Gaps, table: Floats) -> dict[str, float]:
+    """Of mean residuals (n, D) over the scale: the rms of each stage alone; of lines of spectra in dB the median and
+    the 95th percentile of the deviation, and the shares within 3 and 6 dB."""
+    stages = np.array([item.stage for item in gaps.observables])
+    figures = {}
+    for name in dict.fromkeys(stages.tolist()):
+        cells = table[:, stages == name]
+        if np.isfinite(cells).any():
+            figures[f"rms of {name}"] = float(np.sqrt(np.nanmean(cells**2)))
     lines = np.flatnonzero([item.unit == "dB" and item.frequency_hz is not None for item in gaps.observables])
-    scale = gaps.scale[np.isfinite(gaps.scale)][lines]
-    tables = [np.abs(table[np.ix_(rows, lines)] * scale) for table in (gaps.mean, gaps.mean - correction)]
-    before, after = (table[np.isfinite(table)] for table in tables)
-    if not before.size:
-        return {}
-    figures: dict[str, Callable[[Floats], np.floating]] = {
-        "dB, median": np.median,
-        "dB, 95th percentile": lambda levels: np.quantile(levels, 0.95),
-        "share of lines within 3 dB": lambda levels: np.mean(levels <= 3),
-        "share of lines within 6 dB": lambda levels: np.mean(levels <= 6),
-    }
-    return {name: (float(figure(before)), float(figure(after))) for name, figure in figures.items()}
-
-
-def _pulse_ratings(stages: Sequence[Stage], held: HeldOut) -> dict[str, Pair]:
-    from .iso18571 import pulse_ratings
-
-    ratings = pulse_ratings(stages, held.split.folds, [fold.likeliest for fold in held.folds])
-    return {} if ratings is None else {"ISO 18571 rating of the force": ratings}
-
-
-def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.nanmean(values**2)))
+    levels = np.abs(table[:, lines] * gaps.scale[np.isfinite(gaps.scale)][lines])
+    levels = levels[np.isfinite(levels)]
+    if levels.size:
+        figures["dB, median"] = float(np.median(levels))
+        figures["dB, 95th percentile"] = float(np.quantile(levels, 0.95))
+        figures |= {f"share of lines within {limit} dB": float(np.mean(levels <= limit)) for limit in (3, 6)}
+    return figures

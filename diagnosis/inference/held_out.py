@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...twin.effects import Effect
-from ..gap_size import Metric
+from ..gap_size import GapMetric
 from .model_search import TEMPER, ModelLibrary
 from .problem import InferenceProblem
 from .subset_fit import (
@@ -88,7 +88,7 @@ def stacking_weights(problem: InferenceProblem, fits: Sequence[SubsetFit]) -> Fl
 
     if len(fits) == 1:
         return np.ones(1)
-    metric = Metric.of(problem.gap).weights(problem.gap)
+    metric = GapMetric.of(problem.gap).weights(problem.gap)
     scale = np.concatenate([np.sqrt(metric[block.observable]) for block in problem.blocks])
     left = np.column_stack([_left_out_residuals(problem, fit) for fit in fits]) * scale[:, None]
     # Of weights that sum to one the mean residual is the residual of the mean prediction.

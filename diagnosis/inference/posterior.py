@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...twin.effects import Effect
 from ..gap import GapTable
-from ..gap_size import Metric
+from ..gap_size import GapMetric
 from ..observables.base import Stage
 from ..verdict import Fitted
 from .model_search import ModelLibrary, fit_sets, search
@@ -46,7 +46,7 @@ class Posterior:
 
     gap: GapTable
     library: ModelLibrary
-    metric: Metric
+    metric: GapMetric
     weighted: tuple[tuple[SubsetFit, float], ...]
     unexplained: Mapping[tuple[str, ...], UnexplainedEvidence] = field(default_factory=dict)
     _rough_shares: dict[tuple[str, ...], dict[str, tuple[float, float]]] = field(default_factory=dict)
@@ -65,7 +65,7 @@ class Posterior:
         _fit_neighbours(problem, library)
         weighted = tuple(library.weights())
         drift = RunOrderDrift.of(gap)
-        posterior = cls(gap, library, Metric.of(gap), weighted)
+        posterior = cls(gap, library, GapMetric.of(gap), weighted)
         beside = {fit.key: fit for fit in posterior.poor_sets}
         evidence = {key: unexplained_evidence(gap, problem.blocks, fit, drift) for key, fit in beside.items()}
         return cls(gap, library, posterior.metric, weighted, evidence)

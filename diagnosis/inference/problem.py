@@ -49,7 +49,7 @@ class StageBlock:
         columns[gap.columns(stage)] = True
         c, o = np.nonzero((gap.count > 0) & columns[None, :])
         tolerance = gap.tolerance[o]
-        factors = [gap.record.configurations[int(row)].factors for row in gap.rows]
+        factors = [configuration.factors for configuration in gap.record.configurations]
         kernels = ErrorKernels.of(factors, gap.observables, c, o)
         noise = _noise(gap, c, o) / np.outer(tolerance, tolerance) + _LEAST * np.eye(len(c))
         covariances = np.stack([noise + kernels.background(member) for member in bank(stage)])

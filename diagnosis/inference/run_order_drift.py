@@ -58,10 +58,10 @@ class RunOrderDrift:
     @classmethod
     def of(cls, gap: GapTable) -> Self:
         of, order = gap.record.configuration_of, np.array([run.order for run in gap.record.runs], dtype=np.float64)
-        here = np.isin(of, gap.rows) & np.isfinite(gap.residuals).any(axis=1)
+        here = np.isfinite(gap.residuals).any(axis=1)
         time = (order - order.min()) / max(float(np.ptp(order)), 1.0)
         time, residuals = time[here], gap.residuals[here]
-        member = (of[here][None, :] == gap.rows[:, None]).astype(np.float64)  # (C, R)
+        member = (of[here][None, :] == np.arange(len(gap.mean))[:, None]).astype(np.float64)  # (C, R)
         known = np.isfinite(residuals).astype(np.float64)
         off = _about(np.where(known > 0, time[:, None], 0.0), known, member)
         power = (off**2).sum(axis=0)

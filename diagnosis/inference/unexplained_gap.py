@@ -45,7 +45,7 @@ class ConfigurationPattern:
 
 def configuration_patterns(gap: GapTable, stage: str, drift: RunOrderDrift) -> list[ConfigurationPattern]:
     """All ways in which something may spread over the configurations of a gap table."""
-    factors = [gap.record.configurations[int(row)].factors for row in gap.rows]
+    factors = [configuration.factors for configuration in gap.record.configurations]
     count = len(factors)
     distance = squared_distances(factors)
     smooth = _COMMON + (1 - _COMMON) * np.exp(-0.5 * distance / LENGTH**2)
@@ -59,7 +59,7 @@ def configuration_patterns(gap: GapTable, stage: str, drift: RunOrderDrift) -> l
     ]
     for rule, inside in factor_levels(factors):
         patterns.append(ConfigurationPattern(rule, np.outer(inside, inside).astype(np.float64)))
-    for start, ramp in _ramps(gap.loudness[stage][gap.rows]):
+    for start, ramp in _ramps(gap.loudness[stage]):
         patterns.append(
             ConfigurationPattern(f"beyond the quantile {start:g} of how hard runs are", np.outer(ramp, ramp))
         )

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.diagnosis.gap import GapTable
-from pyroshock.diagnosis.gap_size import Metric
+from pyroshock.diagnosis.gap_size import GapMetric
 from pyroshock.diagnosis.noise import Noise
 from pyroshock.diagnosis.observables.base import Observable
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
@@ -37,7 +37,6 @@ def table(
     """`sigma` is the scatter of one run of each observable; 1000 runs of each configuration, unless said otherwise."""
     values = np.array(mean, dtype=np.float64)
     scatter = np.full(len(observables), 1e-6) if sigma is None else np.array(sigma)
-    cells = len(values)
     return GapTable(
         record=CampaignRecord("by hand", "gun", (), ()),
         observables=tuple(observables),
@@ -46,14 +45,13 @@ def table(
         count=np.where(np.isfinite(values), 1000, 0) if count is None else np.array(count, dtype=np.intp),
         noise=Noise(np.diag(scatter**2), np.full(len(observables), 10.0)),
         nuisances=np.zeros((0, *values.shape)),
-        rows=np.arange(cells),
         loudness={},
     )
 
 
 def test_gap_of_one_stage_is_the_rms_of_its_cells_in_their_own_unit() -> None:
     gap = table([VELOCITY], [[0.03], [-0.04], [0.0], [0.12]])
-    size = Metric.of(gap).size(gap)
+    size = GapMetric.of(gap).size(gap)
     assert size.before == pytest.approx(np.sqrt((0.03**2 + 0.04**2 + 0.12**2) / 4))
     assert size.tolerance == pytest.approx(0.01)
     assert "velocity" in size.metric
@@ -74,7 +72,7 @@ def test_amplitudes_and_lines_make_the_number(observables: list[Observable], col
     gap stays what it is."""
     row = np.full(len(observables), 0.25)
     gap = table(observables, [row.tolist()])
-    metric = Metric.of(gap)
+    metric = GapMetric.of(gap)
     assert metric.columns.tolist() == columns
     assert unit in metric.name
     others = np.setdiff1d(np.arange(len(row)), columns)
@@ -89,7 +87,7 @@ def test_amplitudes_and_lines_make_the_number(observables: list[Observable], col
 
 def test_pulse_is_sized_by_three_of_the_features_that_contacts_have() -> None:
     gap = table(OBSERVABLES, [[0.1] * len(OBSERVABLES)])
-    names = [gap.observables[column].name for column in Metric.of(gap).columns]
+    names = [gap.observables[column].name for column in GapMetric.of(gap).columns]
     assert sorted(names) == ["ln_impulse", "ln_peak", "ln_width_half"]
 
 
@@ -97,7 +95,7 @@ def test_tolerance_of_one_stage_is_the_gap_that_is_off_by_it_everywhere() -> Non
     """0.02, 0.03 and 0.06: sqrt(49 / 3) %."""
     observables = [PEAK, IMPULSE, HALF]
     gap = table(observables, [[item.tolerance for item in observables]] * 3)
-    size = Metric.of(gap).size(gap)
+    size = GapMetric.of(gap).size(gap)
     assert size.tolerance == pytest.approx(0.01 * np.sqrt(49 / 3))
     assert size.before == pytest.approx(size.tolerance)
 
@@ -105,7 +103,7 @@ def test_tolerance_of_one_stage_is_the_gap_that_is_off_by_it_everywhere() -> Non
 def test_gap_of_several_stages_is_in_tolerances_and_each_stage_counts_the_same() -> None:
     """Velocity off by three of its tolerances, the peak by four, lines by one and by none."""
     gap = table([VELOCITY, PEAK, MODE, LINE_1, LINE_2], [[0.03, -0.08, 9.0, 0.5, 0.0]])
-    size = Metric.of(gap).size(gap)
+    size = GapMetric.of(gap).size(gap)
     assert size.before == pytest.approx(np.sqrt((9 + 16 + (1 + 0) / 2) / 3))
     assert size.tolerance == 1.0
     assert all(name in size.metric for name in ("gun", "contact", "plate", "tolerances"))
@@ -114,7 +112,7 @@ def test_gap_of_several_stages_is_in_tolerances_and_each_stage_counts_the_same()
 def test_cells_without_a_mean_do_not_count() -> None:
     nan = float("nan")
     gap = table([PEAK, IMPULSE], [[0.03, nan], [nan, nan], [0.05, -0.07]], [[4, 0], [0, 0], [4, 1]], [0.02, 0.01])
-    size = Metric.of(gap).size(gap)
+    size = GapMetric.of(gap).size(gap)
     assert size.before == pytest.approx(np.sqrt((0.03**2 + 0.05**2 + 0.07**2) / 3))
     assert size.noise_floor == pytest.approx(np.sqrt((2 * 0.02**2 / 4 + 0.01**2) / 3))
 
@@ -122,7 +120,7 @@ def test_cells_without_a_mean_do_not_count() -> None:
 def test_floor_is_the_scatter_of_means() -> None:
     """One run scatters by two tolerances and by three; means of four and of nine by one."""
     gap = table([VELOCITY, PEAK], [[0.0, 0.0]], [[4, 9]], [0.02, 0.06])
-    size = Metric.of(gap).size(gap)
+    size = GapMetric.of(gap).size(gap)
     assert size.noise_floor == pytest.approx(1.0)
     assert size.before == 0.0
 
@@ -132,7 +130,7 @@ def test_gap_is_beyond_noise_where_more_than_the_tolerance_is_left_of_it(before:
     """3, 4, 5: a floor of 0.04, and a tolerance of 0.03."""
     item = Observable("ln_velocity", "gun", "velocity", "1", 0.03, 0.01)
     gap = table([item], [[before], [-before]], [[1], [1]], [0.04])
-    size = Metric.of(gap).size(gap)
+    size = GapMetric.of(gap).size(gap)
     assert (size.before, size.noise_floor, size.tolerance) == pytest.approx((before, 0.04, 0.03))
     assert size.beyond_noise is beyond
 
@@ -140,13 +138,13 @@ def test_gap_is_beyond_noise_where_more_than_the_tolerance_is_left_of_it(before:
 def test_gap_of_the_tolerance_itself_is_within_it() -> None:
     item = Observable("ln_velocity", "gun", "velocity", "1", 0.5, 0.01)
     gap = table([item], [[0.5], [-0.5]], sigma=[0.0])
-    assert not Metric.of(gap).size(gap).beyond_noise
+    assert not GapMetric.of(gap).size(gap).beyond_noise
 
 
 def test_what_scatters_more_than_it_is_off_has_nothing_to_reduce() -> None:
     """A mean may come to lie nearer to zero than its scatter says."""
     gap = table([VELOCITY], [[0.001], [-0.002]], [[1], [1]], [0.5])
-    size = Metric.of(gap).size(gap)
+    size = GapMetric.of(gap).size(gap)
     assert size.noise_floor > size.before
     assert size.beyond_noise is False
 
@@ -154,21 +152,21 @@ def test_what_scatters_more_than_it_is_off_has_nothing_to_reduce() -> None:
 def test_scales_are_units_of_the_stages_and_infinite_where_nothing_counts() -> None:
     inf = float("inf")
     one = table([TENTH, PEAK, HALF], [[0.0, 0.0, 0.0]])
-    assert {name: unit.tolist() for name, unit in Metric.of(one).scales(one).items()} == {"contact": [inf, 1, 1]}
+    assert {name: unit.tolist() for name, unit in GapMetric.of(one).scales(one).items()} == {"contact": [inf, 1, 1]}
     several = table([VELOCITY, PEAK, TENTH, REST, LINE_1, LINE_2], [[0.0] * 6])
-    scales = Metric.of(several).scales(several)
+    scales = GapMetric.of(several).scales(several)
     alone, of_two = np.sqrt(3 / 4), np.sqrt(6 / 4)  # one or two of the four columns, a third of the weight
     assert scales["gun"] == pytest.approx([0.01 * alone])
     assert scales["contact"] == pytest.approx([0.02 * alone, inf])
     assert scales["plate"] == pytest.approx([inf, 0.5 * of_two, 1.0 * of_two])
-    assert Metric.of(several).weights(several) == pytest.approx([4 / 3, 4 / 3, 0.0, 0.0, 2 / 3, 2 / 3])
+    assert GapMetric.of(several).weights(several) == pytest.approx([4 / 3, 4 / 3, 0.0, 0.0, 2 / 3, 2 / 3])
 
 
 @given(st.lists(st.lists(st.floats(-3, 3), min_size=6, max_size=6), min_size=1, max_size=5))
 def test_rms_over_scales_is_the_gap(mean: list[list[float]]) -> None:
     """What is divided by infinity adds nothing to the sum, and is not counted."""
     gap = table([VELOCITY, PEAK, TENTH, REST, LINE_1, LINE_2], mean)
-    metric = Metric.of(gap)
+    metric = GapMetric.of(gap)
     scales = np.concatenate([metric.scales(gap)[name] for name in gap.stages])
     square = ((gap.mean / scales) ** 2).sum() / (np.isfinite(scales).sum() * len(mean))
     assert metric.rms(gap.mean) == pytest.approx(np.sqrt(square))

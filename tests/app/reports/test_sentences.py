@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from pyroshock.app.reports.sentences import effect_title, shrinkage_line, where_lines
-from pyroshock.diagnosis.number_format import listed, number, percent, percent_range, times
+from pyroshock.diagnosis.number_format import join_words, number, percent, percent_range, times
 from pyroshock.twin.effects import catalogue
 from support.records import verdicts
 
@@ -48,8 +48,8 @@ def test_numbers_have_three_digits(value: float, told: str) -> None:
 def test_ranges_ratios_and_lists() -> None:
     assert percent_range(0.52, 0.68) == "52 to 68 %"
     assert [times(ratio) for ratio in (42.3, 9.96, 0.891)] == ["42", "10", "0.89"]
-    assert [listed(words) for words in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == ["", "a", "a and b", "a, b and c"]
-    assert listed(["a", "b"], "or") == "a or b"
+    assert [join_words("abc"[:count]) for count in range(4)] == ["", "a", "a and b", "a, b and c"]
+    assert join_words(["a", "b"], "or") == "a or b"
 
 
 def test_what_is_no_number_is_a_dash() -> None:

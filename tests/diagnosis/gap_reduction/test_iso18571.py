@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.gap_reduction.iso18571 import rating, warped
+from pyroshock.diagnosis.gap_reduction.iso18571 import rating, warping_path
 
 TIME = np.arange(200) / 200
 PULSE = np.sin(np.pi * TIME) ** 2
@@ -60,7 +60,7 @@ def test_other_lengths_are_refused() -> None:
 
 def test_warping_undoes_a_local_shift() -> None:
     late = np.interp(TIME - 0.02 * np.sin(np.pi * TIME), TIME, PULSE)
-    path = warped(late, PULSE, 20)
+    path = warping_path(late, PULSE, 20)
     assert np.abs(late[path[:, 0]] - PULSE[path[:, 1]]).max() < 0.2 * np.abs(late - PULSE).max()
     assert (np.diff(path, axis=0) >= 0).all()
 

@@ -11,10 +11,11 @@ from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.gap_reduction.folds import by_configuration, corner
 from pyroshock.diagnosis.gap_reduction.gaps import Gaps
 from pyroshock.diagnosis.gap_reduction.interval import fraction, fraction_interval
-from pyroshock.diagnosis.gap_reduction.measure import CORRECTED, measure_reduction
+from pyroshock.diagnosis.gap_reduction.measure import measure_reduction
 from pyroshock.diagnosis.inference.held_out import fit_fold
 from pyroshock.diagnosis.inference.model_search import search
 from pyroshock.diagnosis.inference.problem import InferenceProblem
+from pyroshock.diagnosis.verdict import CORRECTED
 from support.records.toy_bench import (
     Design,
     Scatter,

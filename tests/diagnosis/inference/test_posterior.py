@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from pyroshock.diagnosis.gap import GapTable
-from pyroshock.diagnosis.gap_size import Metric
+from pyroshock.diagnosis.gap_size import GapMetric
 from pyroshock.diagnosis.inference.model_search import ModelLibrary, fit_sets
 from pyroshock.diagnosis.inference.posterior import (
     Posterior,
@@ -64,7 +64,7 @@ def linear_posterior(responses: np.ndarray, gap: np.ndarray, sets: Sequence[Sequ
     library = ModelLibrary(problem, {(): no_effects(problem)})
     for names in sets:  # one by one: each from what is the best so far
         fit_sets(problem, library, [names])
-    return Posterior(problem.gap, library, Metric.of(problem.gap), tuple(library.weights()))
+    return Posterior(problem.gap, library, GapMetric.of(problem.gap), tuple(library.weights()))
 
 
 DEAD_VOLUME = effect("gun.dead_volume", volume_m3=1e-3)

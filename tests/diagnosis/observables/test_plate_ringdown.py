@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.chain import stages_of
 from pyroshock.diagnosis.gap import GapTable
-from pyroshock.diagnosis.gap_size import Metric
+from pyroshock.diagnosis.gap_size import GapMetric
 from pyroshock.diagnosis.observables.plate.ringdown import PlateRingdownStage
 from pyroshock.diagnosis.options import Options
 from pyroshock.diagnosis.record import CampaignRecord, Run
@@ -119,7 +119,7 @@ def test_the_chain_takes_it_where_no_force_was_recorded() -> None:
 def test_its_gap_is_in_tolerances_of_modes() -> None:
     stage = PlateRingdownStage(without_force(played([effect("plate.stiffness", frequency_factor=1.02)], noise=1e-3)))
     gap = GapTable.of(stage.record, [stage])
-    size = Metric.of(gap).size(gap)
+    size = GapMetric.of(gap).size(gap)
     assert "modal frequencies and damping ratios" in size.metric
     assert size.before == pytest.approx(np.log(1.02) / 0.002 / np.sqrt(2), rel=0.1)
 

@@ -82,7 +82,6 @@ def gap_of(
         count=np.repeat(count[:, None], columns, axis=1),
         noise=Noise(scatter**2 * np.eye(columns), np.full(columns, 5.0)),
         nuisances=np.zeros((0, len(factors), columns)),
-        rows=np.arange(len(factors)),
         loudness={"gun": np.zeros(len(factors))},
     )
 
