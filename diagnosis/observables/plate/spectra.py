@@ -9,6 +9,7 @@ import numpy as np
 from ....twin.plate.modal import ModalPlate
 from ....twin.srs.spectrum import shock_response_spectrum
 from ...record import Floats
+from .signals import PlateSignals
 
 Q, PER_OCTAVE = 10.0, 3
 #: Lines reach from below the lowest mode to below the highest: beyond, modes that are not listed would tell.
@@ -83,22 +84,16 @@ class Spectra:
     windows: tuple[tuple[int, int], ...]
 
     @classmethod
-    def of(cls, plate: ModalPlate, rate_hz: float, samples: int, ringing: int) -> Spectra:
-        """For records of so many samples of a plate that rings freely from sample `ringing` on."""
+    def of(cls, plate: ModalPlate, signals: PlateSignals) -> Spectra:
+        samples, ringing, rate_hz = signals.samples, signals.ringing, signals.rate_hz
         modes = plate.frequency_hz[plate.frequency_hz > 0]
         low = max(_BELOW * float(modes.min()), _CYCLES * rate_hz / samples)
         high = min(_ABOVE * float(modes.max()), _RATE * rate_hz)
         count = int(PER_OCTAVE * np.log2(high / low)) + 1 if low < high else 0
-        lines = low * 2 ** (np.arange(count) / PER_OCTAVE)
         periods = (samples - ringing) / rate_hz * float(modes.min())
         parts = _HALVES if periods >= 2 * _PERIODS else _WHOLE if periods >= _PERIODS else ()
-        return cls(
-            lines,
-            rate_hz,
-            tuple(
-                (ringing + round(a * (samples - ringing)), ringing + round(b * (samples - ringing))) for a, b in parts
-            ),
-        )
+        ends = [[ringing + round(share * (samples - ringing)) for share in part] for part in parts]
+        return cls(low * 2 ** (np.arange(count) / PER_OCTAVE), rate_hz, tuple((begin, end) for begin, end in ends))
 
     def levels_db(self, acceleration: Floats) -> Floats:
         """(..., f): maximax in dB over 1 m/s2, NaN for records that are not numbers or silent."""

@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
 from typing import ClassVar, cast
 
 import numpy as np
 
-from ....twin.effects import Effect, catalogue
+from ....twin.effects import Effect
 from ....twin.plate.effect import PlateEffect
 from ....twin.plate.modal import ModalPlate
 from ....twin.plate.respond import kept_below
 from ...record import CampaignRecord, Floats, Series
-from ..base import Observable, Stage, Upstream, changes_reading
+from ..base import Observable, Stage, Upstream
 from .columns import Columns
 from .force import true_force
-from .match import Rows, candidate_plates
-from .modes import HIGHEST, ModeSearch, measured_modes, searched_runs
-from .ringing import levels
-from .signals import PlateSignals, impact_points
-from .simulation import ActiveEffects, SimulatedRuns, Simulation
-from .spectra import RingingWindow, Spectra
-
-#: Of a shape's usual size.
-_NODE = 0.1
+from .match import Rows
+from .modes import HIGHEST, measured_modes
+from .ringing import Forces
+from .signals import PlateSignals
+from .simulation import Simulation
+from .spectra import Spectra
 
 
 class PlateStage(Stage):
@@ -36,6 +32,8 @@ class PlateStage(Stage):
     """
 
     name: ClassVar[str] = "plate"
+    effect_kind = PlateEffect
+    sensor_hooks = ("measured_force_n", "measured_acceleration_m_s2")
 
     def __init__(self, record: CampaignRecord) -> None:
         super().__init__(record)
@@ -49,13 +47,12 @@ class PlateStage(Stage):
                 f"campaign {record.name!r}: no mode of the plate lies below {limit_hz:g} Hz, "
                 "which is as high as its records reach"
             )
-        points, notes = impact_points(record, self.plate)
-        self._runs = SimulatedRuns(signals.force, signals.force, points, signals.first_s, signals.centre_s)
-        self.assumptions = (*notes, *signals.assumptions)
+        self.assumptions = signals.assumptions
         if dropped := record.plate.frequency_hz.size - self.plate.frequency_hz.size:
             note = f"{dropped} modes of the plate above {limit_hz:g} Hz are left out: records end there"
             self.assumptions = (*self.assumptions, note)
-        self.columns = self._columns()
+        modes = measured_modes(self.plate, signals, record.configuration_of)
+        self.columns = Columns(signals, Spectra.of(self.plate, signals), modes)
         self._simulation = Simulation(self.plate, self.columns)
         self._measured = self.columns.measured()
 
@@ -67,78 +64,39 @@ class PlateStage(Stage):
     def observables(self) -> tuple[Observable, ...]:
         return self.columns.observables()
 
-    @property
-    def shows(self) -> tuple[str, ...]:
-        return tuple(identity for identity, kind in catalogue().items() if acts_on_plate(kind))
-
     def measured(self) -> Floats:
         return self._measured
 
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
-        return self._simulation.observed(self._driven(effects, upstream), ActiveEffects.of(effects))
+        return self._observed(np.arange(len(self.record.runs)), effects, upstream)
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
-        rows, nominal = self.representative
+        runs, nominal = self.representative
         changes = np.full((len(sets), len(self.record.configurations), nominal.shape[1]), np.nan)
-        configurations = self.record.configuration_of[rows]
+        configurations = self.record.configuration_of[runs]
         for k, effects in enumerate(sets):
-            acting = [effect for effect in effects if acts_on_plate(type(effect))]
-            changes[k, configurations] = self._observed_at(rows, acting) - nominal if acting else 0.0
+            acting = [effect for effect in effects if self.applies(type(effect))]
+            changes[k, configurations] = self._observed(runs, acting) - nominal if acting else 0.0
         return changes
 
     @cached_property
     def representative(self) -> tuple[Rows, Floats]:
         """Runs of median peak force, one for each configuration that has any, and their nominal observables."""
-        rows = self.median_runs(peaks(self._runs.forces))
-        return rows[rows >= 0], self._observed_at(rows[rows >= 0], ())
+        rows = self.median_runs(self.signals.peak_n)
+        return rows[rows >= 0], self._observed(rows[rows >= 0], ())
 
-    def _observed_at(self, rows: Rows, effects: Sequence[Effect]) -> Floats:
-        return self._simulation.observed(self._driven(effects).at(rows), ActiveEffects.of(effects))
+    def _observed(self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None) -> Floats:
+        return self._simulation.observed(runs, self._forces(runs, effects, upstream), effects)
 
-    def records(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
+    def records(self, effects: Sequence[Effect] = ()) -> Floats:
         """(R, S, n): simulated accelerations beside `signals.acceleration`."""
-        return self._simulation.accelerations(self._driven(effects, upstream), ActiveEffects.of(effects))
+        runs = np.arange(len(self.record.runs))
+        return self._simulation.accelerations(runs, self._forces(runs, effects), effects)
 
-    def _driven(self, effects: Sequence[Effect], upstream: Upstream | None = None) -> SimulatedRuns:
-        """The true forces on the plate."""
-        if upstream is None:
-            given: Sequence[Series | None] = [f and true_force(f, effects) for f in self._runs.forces]
-        else:
-            given = cast(Sequence[Series | None], upstream)
-        known = np.isfinite(self._runs.first_s)
-        forces = tuple(force if use else None for force, use in zip(given, known, strict=True))
-        return replace(self._runs, forces=forces)
-
-    def _columns(self) -> Columns:
-        signals, configuration = self.signals, self.record.configuration_of
-        samples = signals.acceleration.shape[2]
-        search = ModeSearch.of(self.plate, signals.rate_hz)
-        window = RingingWindow.of(signals.ringing, samples, signals.rate_hz, search.band_hz[1])
-        searched = searched_runs(
-            np.where(signals.good.all(axis=1), np.nan_to_num(peaks(signals.force)), 0.0), configuration
-        )
-        runs = self._runs.at(searched)
-        at = runs.first_s + window.start_s
-        candidates = [
-            (
-                plate.frequency_hz[search.modes],
-                levels(plate, search.modes, runs.points, signals.channels, runs.forces, at),
-            )
-            for plate in candidate_plates(self.plate)
-        ]
-        shapes = np.abs(self.plate.shapes[[self.plate.sensor(name) for name in signals.channels]])
-        # so near to a node the table's shape is no more than its error
-        nodes = np.asarray(shapes < _NODE * np.sqrt(np.mean(shapes**2, axis=1, keepdims=True)))
-        modes = measured_modes(signals, window, search, searched, configuration, candidates, nodes)
-        spectra = Spectra.of(self.plate, signals.rate_hz, samples, signals.ringing)
-        return Columns(signals, spectra, window, modes, self.plate.frequency_hz[modes.modes])
-
-
-def peaks(forces: Sequence[Series | None]) -> Floats:
-    """(R,): the largest magnitude of each force; NaN without a force."""
-    return np.array([np.nan if force is None else float(np.abs(force.values).max()) for force in forces])
-
-
-def acts_on_plate(kind: type[Effect]) -> bool:
-    """Whether an effect changes the accelerations that a bench shows for a force that it shows."""
-    return issubclass(kind, PlateEffect) or changes_reading(kind, "measured_force_n", "measured_acceleration_m_s2")
+    def _forces(self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None) -> Forces:
+        """The true forces (k,) on the plate in the runs (k,), None where there is no acceleration."""
+        if upstream is not None:
+            given, known = cast(Sequence[Series | None], upstream), np.isfinite(self.signals.first_s)
+            return [given[run] if known[run] else None for run in runs]
+        read = [self.signals.force[run] for run in runs]
+        return [force and true_force(force, effects) for force in read]
