@@ -87,6 +87,10 @@ class Stage(ABC):
         """Whether an effect is one of the stage, or of the sensors on either side of it."""
         return issubclass(kind, self.effect_kind) or changes_reading(kind, *self.sensor_hooks)
 
+    def acting(self, effects: Sequence[Effect]) -> list[Effect]:
+        """Those that apply to the stage."""
+        return [effect for effect in effects if self.applies(type(effect))]
+
     @abstractmethod
     def measured(self) -> Floats:
         """(R, d): observables of what was measured; NaN where a run has none."""

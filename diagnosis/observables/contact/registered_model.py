@@ -8,7 +8,6 @@ model never saw these are Hertz' laws of similarity: peak ~ m^0.6, times ~ m^0.4
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 import numpy as np
 
@@ -34,8 +33,6 @@ class RegisteredContactStage(ContactStage):
     asks in vain.
     """
 
-    name: ClassVar[str] = "contact"
-
     def __init__(
         self,
         record: CampaignRecord,
@@ -59,11 +56,11 @@ class RegisteredContactStage(ContactStage):
         label = self.contact.label
         return label if label.startswith("models:") else f"contact:{label}"
 
-    def histories(self, rows: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats) -> ForceHistories:
-        base = self._answers(rows, velocity_m_s)
+    def _contacts(self, runs: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats) -> ForceHistories:
+        base = self._answers(runs, velocity_m_s)
         if not effects:
             return base
-        sites = self.sites.take(rows)
+        sites = self.sites.take(runs)
         return corrected(base, law_histories(sites, (), velocity_m_s), law_histories(sites, effects, velocity_m_s))
 
     def _answers(self, rows: Rows, velocity_m_s: Floats) -> ForceHistories:

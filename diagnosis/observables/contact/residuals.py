@@ -10,9 +10,10 @@ import numpy as np
 from ....twin.effects import Effect
 from ....twin.sensors.chain import SensorChain
 from ...record import Floats, Series
+from ..base import sensor_chain
 from .features import zeroed
 from .force_histories import ForceHistories
-from .stage import ContactStage, split_effects
+from .stage import ContactStage
 from .time_frame import level_crossings
 
 #: Room before the alignment and behind it, in the longest width at half the peak; and the most samples for it.
@@ -51,9 +52,9 @@ def pulse_residuals(stage: ContactStage, effects: Sequence[Effect] = ()) -> Puls
     In steps of the finest record, or of 1/2048 of the whole where that is less. Raises `ValueError` where no run has
     both force and velocity.
     """
-    contact, chain = split_effects(effects)
+    chain = sensor_chain(effects)
     rows = np.arange(len(stage.sites))
-    histories = stage.histories(rows, contact, stage.entering_m_s(rows, chain))
+    histories = stage.histories(rows, effects)
     recorded = [None if run.force is None else zeroed(run.force) for run in stage.record.runs]
     simulated = [_simulated(histories, int(row), chain) for row in rows]
     pairs = [(record, pulse) for record, pulse in zip(recorded, simulated, strict=True) if record and pulse]

@@ -78,18 +78,16 @@ def _row(record: CampaignRecord, configuration: Configuration, run: Run) -> dict
 def layers(record: CampaignRecord, configuration: Configuration) -> tuple[Material, Material, Material | None]:
     """Tip, plate and anvil, None without one. Raises `ValueError` as `sites_of`."""
     factors = {**configuration.factors, "plate_material": record.plate_material_of(configuration)}
-    names = ["tip_material", "plate_material"]
-    if factors.get("anvil_material", "none") != "none":
-        names.append("anvil_material")
-    materials = []
-    for name in names:
+
+    def material(name: str) -> Material:
         word = str(_stated(configuration, name, factors.get(name)))
         if word not in record.materials:
             known = ", ".join(record.materials) or "none"
             raise ValueError(f"{name} = {word!r}: no such material in the record; there are: {known}")
-        materials.append(record.materials[word])
-    tip, plate, *anvil = materials
-    return tip, plate, anvil[0] if anvil else None
+        return record.materials[word]
+
+    anvil = factors.get("anvil_material", "none") != "none"
+    return material("tip_material"), material("plate_material"), material("anvil_material") if anvil else None
 
 
 def impactor_mass_kg(record: CampaignRecord, run: Run) -> float:

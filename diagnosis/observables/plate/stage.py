@@ -75,7 +75,7 @@ class PlateStage(Stage):
         changes = np.full((len(sets), len(self.record.configurations), nominal.shape[1]), np.nan)
         configurations = self.record.configuration_of[runs]
         for k, effects in enumerate(sets):
-            acting = [effect for effect in effects if self.applies(type(effect))]
+            acting = self.acting(effects)
             changes[k, configurations] = self._observed(runs, acting) - nominal if acting else 0.0
         return changes
 
