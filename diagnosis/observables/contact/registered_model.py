@@ -49,12 +49,8 @@ class RegisteredContactStage(ContactStage):
                 f"{contact.label} asks for the plate's mass, which a record does not tell: give plate_mass_kg"
             )
         self.contact = contact
+        self.simulator = contact.label if contact.label.startswith("models:") else f"contact:{contact.label}"
         self.settings = [_setting(record, run, plate_mass_kg or _UNASKED_KG) for run in record.runs]
-
-    @property
-    def simulator(self) -> str:
-        label = self.contact.label
-        return label if label.startswith("models:") else f"contact:{label}"
 
     def _contacts(self, runs: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats) -> ForceHistories:
         base = self._answers(runs, velocity_m_s)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from ....twin.contact.impacts import Impacts
 from ....twin.effects import Effect, catalogue
 from ....twin.sensors.chain import SensorChain
 from ...record import CampaignRecord, Run, Series
-from ..base import Floats, Observable, Stage, Upstream, sensor_chain
+from ..base import Floats, Stage, Upstream, sensor_chain
 from ..batching import Rows, at_rows, batched_changes
 from .features import NAMES, OBSERVABLES, series_features
 from .force_histories import ForceHistories, law_histories, measured_features
@@ -42,7 +41,9 @@ class ContactStage(Stage):
     quantity that the impact has not.
     """
 
-    name: ClassVar[str] = "contact"
+    name = "contact"
+    simulator = "contact:hertz"
+    observables = OBSERVABLES
     effect_kind = ContactEffect
     sensor_hooks = ("measured_force_n", "measured_velocity_m_s")
 
@@ -54,14 +55,6 @@ class ContactStage(Stage):
         self.step_s = np.array([1 / _rate_hz(run) for run in record.runs])
         self._measured: Floats | None = None
         self._nuisances = self._derivatives(uncertain or {})
-
-    @property
-    def simulator(self) -> str:
-        return "contact:hertz"
-
-    @property
-    def observables(self) -> tuple[Observable, ...]:
-        return OBSERVABLES
 
     @property
     def shows(self) -> tuple[str, ...]:

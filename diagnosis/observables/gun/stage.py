@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
-from typing import ClassVar, cast
+from typing import cast
 
 import numpy as np
 
@@ -36,7 +36,8 @@ class GunStage(Stage):
     value of `uncertain` that cannot be.
     """
 
-    name: ClassVar[str] = "gun"
+    name = "gun"
+    simulator = "gun:adiabatic"
     effect_kind = GunEffect
     sensor_hooks = ("true_pressure_pa", "measured_velocity_m_s")
 
@@ -54,10 +55,6 @@ class GunStage(Stage):
         }
         self._medians = {name: self._median(values) for name, values in self._shots.items()}
         self._nuisances = self._derivatives()
-
-    @property
-    def simulator(self) -> str:
-        return "gun:adiabatic"
 
     @property
     def observables(self) -> tuple[Observable, ...]:

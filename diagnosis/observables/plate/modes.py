@@ -43,8 +43,8 @@ _BAND, _MOST_OF_RATE = (0.7, 2.0), 0.49
 _MANY = 24
 #: Steps that each configuration's poles are refined by; below this an amplitude is silence.
 _STEPS, _SILENCE = 3, 1e-12
-#: No smaller damping ratio is a first guess.
-_LEAST_DAMPING = 1e-3
+#: No smaller damping ratio is a first guess; below the second a simulated one is none.
+_LEAST_DAMPING, LEAST_RATIO = 1e-3, 1e-6
 
 
 @dataclass(frozen=True, eq=False)

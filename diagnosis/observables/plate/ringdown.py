@@ -6,13 +6,12 @@ Neither depends on how hard the plate was hit, nor on where sensors stand (Ewins
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....twin.effects import Effect
-from ....twin.plate.effect import PlateEffect
+from ....twin.plate.effect import PlateEffect, with_effects
 from ....twin.plate.effects.sensor_mass import SensorMass
 from ....twin.plate.modal import ModalPlate
 from ....twin.plate.respond import kept_below
@@ -21,9 +20,8 @@ from ...record import CampaignRecord, Configuration, Floats
 from ..base import Observable, Stage, Upstream
 from .columns import mode_observables
 from .match import Lines, Rows, candidate_plates
-from .modes import CLEAR_DAMPING, HIGHEST, LOST, ModeSearch, best_modes, median
+from .modes import CLEAR_DAMPING, HIGHEST, LEAST_RATIO, LOST, ModeSearch, best_modes, median
 from .signals import ringdown_block
-from .simulation import LEAST_RATIO, plate_under
 
 _FIXED = "fixed"
 #: A table was measured; a model with handbook elasticity and assumed damping agrees within what the twin takes it for.
@@ -36,7 +34,8 @@ class PlateRingdownStage(Stage):
     Raises `ValueError` for a record without a plate, and where none of its modes rings in the accelerations.
     """
 
-    name: ClassVar[str] = "plate"
+    name = "plate"
+    simulator = "plate:modal"
 
     def __init__(self, record: CampaignRecord) -> None:
         super().__init__(record)
@@ -51,10 +50,6 @@ class PlateRingdownStage(Stage):
         if not self._modes.size:
             raise ValueError("none of the plate's modes was found in the accelerations")
         self.assumptions = tuple(_assumed(record, used))
-
-    @property
-    def simulator(self) -> str:
-        return "plate:modal"
 
     @property
     def observables(self) -> tuple[Observable, ...]:
@@ -86,7 +81,7 @@ class PlateRingdownStage(Stage):
 
     def _simulated(self, effects: Sequence[Effect]) -> Floats:
         """(2 K,): logarithms of frequencies, then of damping ratios."""
-        plate = plate_under(self.plate, effects)
+        plate = with_effects(self.plate, self.acting(effects))
         ratio = np.maximum(plate.damping_ratio[self._modes], LEAST_RATIO)
         return np.log(np.concatenate([plate.frequency_hz[self._modes], ratio]))
 

@@ -3,35 +3,61 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, cast
+from typing import cast
 
 import numpy as np
 
 from ....twin.effects import Effect
-from ....twin.plate.effect import PlateEffect
+from ....twin.plate.effect import PlateEffect, with_effects
 from ....twin.plate.modal import ModalPlate
 from ....twin.plate.respond import kept_below
+from ....twin.plate.response import PlateResponse
+from ....twin.sensors.effects.acceleration_gain import AccelerationGain
+from ....twin.sensors.effects.mount_resonance import MountResonance
 from ...record import CampaignRecord, Floats, Series
-from ..base import Observable, Stage, Upstream
+from ..base import Observable, Stage, Upstream, sensor_chain
 from .columns import Columns
-from .force import true_force
+from .force import on_clock, true_force
 from .match import Rows
-from .modes import HIGHEST, measured_modes
-from .ringing import Forces
+from .modes import HIGHEST, LEAST_RATIO, Reading, measured_modes
+from .poles import Basis, poles_of
+from .ringing import Forces, delays_s, levels, phases
 from .signals import PlateSignals
-from .simulation import Simulation
 from .spectra import Spectra
+
+#: Modes that an effect lifts to here are dropped: above half the sampling rate there is no answer.
+_MOST_OF_RATE = 0.499
+#: Below this the logarithm of a level is one of nothing.
+_LEAST_LEVEL = 1e-12
+#: What these do to a mode's amplitude has a closed form.
+_CLOSED = (AccelerationGain, MountResonance)
+
+
+@dataclass(eq=False)
+class _NominalRuns:
+    """Accelerations of the nominal plate, which effects of sensors leave as they are, and their reading."""
+
+    runs: Rows
+    forces: Forces
+    accelerations: Floats  # (k, S, n)
+    reading: Reading | None = None
+
+    def of(self, runs: Rows, forces: Forces) -> bool:
+        return np.array_equal(self.runs, runs) and all(a is b for a, b in zip(self.forces, forces, strict=True))
 
 
 class PlateStage(Stage):
     """The modal table, or a solved model, driven by the measured force at the impact point of each run.
 
-    Raises `ValueError` for a record without a plate, without a run that has a force and an acceleration at one of its
+    In what follows `forces` (k,) are the true ones of the `runs` (k,) of the record, None where there is none. Raises
+    `ValueError` for a record without a plate, without a run that has a force and an acceleration at one of its
     sensors, and for an impact position that the plate has not.
     """
 
-    name: ClassVar[str] = "plate"
+    name = "plate"
+    simulator = "plate:modal"
     effect_kind = PlateEffect
     sensor_hooks = ("measured_force_n", "measured_acceleration_m_s2")
 
@@ -51,14 +77,11 @@ class PlateStage(Stage):
         if dropped := record.plate.frequency_hz.size - self.plate.frequency_hz.size:
             note = f"{dropped} modes of the plate above {limit_hz:g} Hz are left out: records end there"
             self.assumptions = (*self.assumptions, note)
-        modes = measured_modes(self.plate, signals, record.configuration_of)
-        self.columns = Columns(signals, Spectra.of(self.plate, signals), modes)
-        self._simulation = Simulation(self.plate, self.columns)
+        self.modes = measured_modes(self.plate, signals, record.configuration_of)
+        self.columns = Columns(signals, Spectra.of(self.plate, signals), self.modes)
         self._measured = self.columns.measured()
-
-    @property
-    def simulator(self) -> str:
-        return "plate:modal"
+        self._responses: dict[str, PlateResponse] = {}  # of the nominal plate by impact point
+        self._latest: _NominalRuns | None = None
 
     @property
     def observables(self) -> tuple[Observable, ...]:
@@ -82,21 +105,105 @@ class PlateStage(Stage):
     @cached_property
     def representative(self) -> tuple[Rows, Floats]:
         """Runs of median peak force, one for each configuration that has any, and their nominal observables."""
-        rows = self.median_runs(self.signals.peak_n)
-        return rows[rows >= 0], self._observed(rows[rows >= 0], ())
-
-    def _observed(self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None) -> Floats:
-        return self._simulation.observed(runs, self._forces(runs, effects, upstream), effects)
+        runs = self.median_runs(self.signals.peak_n)
+        return runs[runs >= 0], self._observed(runs[runs >= 0], ())
 
     def records(self, effects: Sequence[Effect] = ()) -> Floats:
-        """(R, S, n): simulated accelerations beside `signals.acceleration`."""
+        """(R, S, n): simulated accelerations beside `signals.acceleration`; NaN where there is no force."""
         runs = np.arange(len(self.record.runs))
-        return self._simulation.accelerations(runs, self._forces(runs, effects), effects)
+        accelerations = self._accelerations(plate_under(self.plate, effects), runs, self._forces(runs, effects))
+        return sensor_chain(effects).measured_acceleration_m_s2(accelerations, self.signals.step_s)
+
+    def _observed(self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None) -> Floats:
+        """(k, d): NaN where there is no force."""
+        modes, signals, plate = self.modes, self.signals, plate_under(self.plate, effects)
+        forces, chain = self._forces(runs, effects, upstream), sensor_chain(effects, "measured_acceleration_m_s2")
+        accelerations = self._accelerations(plate, runs, forces)
+        shown = chain.measured_acceleration_m_s2(accelerations, signals.step_s)
+        frequency_hz, ratio = plate.frequency_hz[modes.rows], plate.damping_ratio[modes.rows]
+        level = levels(plate, modes.rows, signals, runs, forces, modes.window.start_s, chain.effects)
+        answered = np.where(np.isfinite(shown[:, 0, :1]), 0.0, np.nan)
+        reading = [
+            np.log(frequency_hz) + answered,
+            np.log(np.maximum(ratio, LEAST_RATIO)) + answered,
+            np.log(np.maximum(level, _LEAST_LEVEL)),
+        ]
+        if modes.rows.size and not all(isinstance(effect, _CLOSED) for effect in chain.effects):
+            # what effects without a closed form add to the modes as they are read
+            closed = sensor_chain(effect for effect in chain.effects if isinstance(effect, _CLOSED))
+            basis = self._nominal_basis if plate is self.plate else self._basis(plate)
+            before = self._read(basis, closed.measured_acceleration_m_s2(accelerations, signals.step_s))
+            after = self._read(basis, shown)
+            reading = [value + b - a for value, a, b in zip(reading, before, after, strict=True)]
+        poles, centre_s = poles_of(frequency_hz, ratio), signals.centre_s[runs]
+        angle = phases(poles, forces, centre_s, chain.effects)
+        angle = angle - phases(poles, [signals.force[run] for run in runs], centre_s)
+        omega = np.broadcast_to(2 * np.pi * frequency_hz, angle.shape)
+        delay_s = delays_s(np.repeat(angle[:, None], len(signals.channels), axis=1), omega, modes.weight)
+        return self.columns.table(*reading, shown, delay_s)
 
     def _forces(self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None) -> Forces:
-        """The true forces (k,) on the plate in the runs (k,), None where there is no acceleration."""
         if upstream is not None:
             given, known = cast(Sequence[Series | None], upstream), np.isfinite(self.signals.first_s)
             return [given[run] if known[run] else None for run in runs]
-        read = [self.signals.force[run] for run in runs]
-        return [force and true_force(force, effects) for force in read]
+        return [force and true_force(force, effects) for force in (self.signals.force[run] for run in runs)]
+
+    def _accelerations(self, plate: ModalPlate, runs: Rows, forces: Forces) -> Floats:
+        """(k, S, n): what the sensors feel."""
+        if plate is self.plate and self._latest is not None and self._latest.of(runs, forces):
+            return self._latest.accelerations
+        signals = self.signals
+        accelerations = np.full((len(forces), len(signals.channels), signals.samples), np.nan)
+        for point in sorted(set(signals.points)):
+            driven = [
+                (row, force, float(signals.first_s[run]))
+                for row, (run, force) in enumerate(zip(runs, forces, strict=True))
+                if force is not None and signals.points[run] == point
+            ]
+            if driven:
+                last_s = max(force.time_s[-1] - first_s for _, force, first_s in driven)
+                length = int(np.clip(np.ceil(last_s / signals.step_s) + 2, 2, signals.samples))
+                driving = [on_clock(force, first_s, signals.step_s, length) for _, force, first_s in driven]
+                rows = [row for row, _, _ in driven]
+                accelerations[rows] = self._response(plate, point).accelerations(np.array(driving))
+        if plate is self.plate:
+            accelerations.flags.writeable = False
+            self._latest = _NominalRuns(runs, forces, accelerations)
+        return accelerations
+
+    def _response(self, plate: ModalPlate, point: str) -> PlateResponse:
+        if plate is self.plate and point in self._responses:
+            return self._responses[point]
+        signals = self.signals
+        audible = kept_below(plate, _MOST_OF_RATE * signals.rate_hz)
+        response = PlateResponse.of(audible, point, signals.channels, signals.step_s, signals.samples)
+        if plate is self.plate:
+            self._responses[point] = response
+        return response
+
+    def _read(self, basis: Basis, shown: Floats) -> tuple[Floats, Floats, Floats]:
+        """ln frequency, damping and level of the compared modes as they are read; those of nominal runs are kept."""
+        latest = self._latest if self._latest is not None and shown is self._latest.accelerations else None
+        reading = latest and latest.reading
+        if reading is None:
+            ringing = self.modes.window.cut(shown)
+            runs = np.flatnonzero(np.isfinite(ringing[:, 0, 0]))
+            reading = Reading.empty(*ringing.shape[:2], basis.poles.size).enter(runs, ringing, basis, noisy=False)
+            reading = reading.of_lines(np.searchsorted(self.modes.ringing, self.modes.rows))
+            if latest is not None:
+                latest.reading = reading
+        return reading.frequency, reading.damping, reading.level
+
+    def _basis(self, plate: ModalPlate) -> Basis:
+        window, rows = self.modes.window, self.modes.ringing
+        poles = poles_of(plate.frequency_hz[rows], np.maximum(plate.damping_ratio[rows], LEAST_RATIO))
+        return Basis.of(poles, window.samples, window.step_s)
+
+    @cached_property
+    def _nominal_basis(self) -> Basis:
+        return self._basis(self.plate)
+
+
+def plate_under(nominal: ModalPlate, effects: Sequence[Effect]) -> ModalPlate:
+    """The plate as those of the effects that are its own change it."""
+    return with_effects(nominal, [effect for effect in effects if isinstance(effect, PlateEffect)])
