@@ -33,17 +33,9 @@ class PulseResiduals:
         """(q,): of the spectra."""
         return np.asarray(np.fft.rfftfreq(self.time_s.size, float(self.time_s[1] - self.time_s[0])))
 
-    @property
-    def measured_spectrum_n_s(self) -> Floats:
-        """(R, q): magnitude of the Fourier integral; its first value is the impulse."""
-        return self._spectrum(self.measured)
-
-    @property
-    def simulated_spectrum_n_s(self) -> Floats:
-        return self._spectrum(self.simulated)
-
-    def _spectrum(self, force: Floats) -> Floats:
-        return np.asarray(np.abs(np.fft.rfft(force, axis=1)) * float(self.time_s[1] - self.time_s[0]))
+    def spectrum_n_s(self, force_n: Floats) -> Floats:
+        """(..., q) of forces (..., p): magnitude of the Fourier integral; its first value is the impulse."""
+        return np.asarray(np.abs(np.fft.rfft(force_n)) * float(self.time_s[1] - self.time_s[0]))
 
 
 def pulse_residuals(stage: ContactStage, effects: Sequence[Effect] = ()) -> PulseResiduals:

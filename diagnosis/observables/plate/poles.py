@@ -89,7 +89,8 @@ class Basis:
         """Amplitudes A (M, k) of records (n, k), and the modes times t on their residual (2M, k)."""
         inside = self.q.T @ records
         timed = self._timed.T @ records - self._timed_inside.T @ inside
-        return self._complex(np.linalg.solve(self.r, inside)), np.asarray(timed)
+        coefficients = np.asarray(np.linalg.solve(self.r, inside), dtype=np.float64)
+        return self._complex(coefficients), np.asarray(timed)
 
     def _complex(self, coefficients: Floats) -> Complexes:
         m = self.poles.size
@@ -212,7 +213,7 @@ def _loudest_line(residual: Floats, step_s: float, band_hz: tuple[float, float])
 
 def _best_damped(residual: Floats, step_s: float, frequency_hz: float, damping_ratio: float) -> Complexes:
     """The pole (1,) at a frequency whose damping, of some about a guess, takes most of the residual."""
-    poles = poles_of(np.float64(frequency_hz), np.minimum(damping_ratio * np.array(_WIDTHS), _MOST_DAMPED))
+    poles = poles_of(np.array([frequency_hz]), np.minimum(damping_ratio * np.array(_WIDTHS), _MOST_DAMPED))
     columns = [orthonormal(waves(poles[i : i + 1], residual.shape[0], step_s))[0] for i in range(poles.size)]
     best = int(np.argmax([float(np.sum((q.T @ residual) ** 2)) for q in columns]))
     return poles[best : best + 1]

@@ -83,7 +83,7 @@ class PlateRingdownStage(Stage):
         """(2 K,): logarithms of frequencies, then of damping ratios."""
         plate = with_effects(self.plate, self.acting(effects))
         ratio = np.maximum(plate.damping_ratio[self._modes], LEAST_RATIO)
-        return np.log(np.concatenate([plate.frequency_hz[self._modes], ratio]))
+        return np.asarray(np.log(np.concatenate([plate.frequency_hz[self._modes], ratio])))
 
     def _read(self) -> tuple[Rows, Floats]:
         """Rows in the table of K modes that ring clearly, and their measured observables (R, 2 K)."""

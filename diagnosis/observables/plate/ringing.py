@@ -68,7 +68,7 @@ def shown(poles: Complexes, effects: Sequence[Effect]) -> Complexes:
 def excited(forces: Forces, frequency_hz: Floats) -> Floats:
     """(R, K): how much of each force's impulse acts on a mode at `frequency_hz` (R, K); 1 for a very short contact."""
     impulse = [np.nan if f is None else float(np.abs(f.values).sum() / f.sampling_rate_hz) for f in forces]
-    transforms = _transforms(forces, 2j * np.pi * frequency_hz, np.zeros(len(forces)))
+    transforms = _transforms(forces, np.asarray(2j * np.pi * frequency_hz), np.zeros(len(forces)))
     return np.asarray(np.abs(transforms) / np.maximum(impulse, 1e-300)[:, None])
 
 

@@ -121,26 +121,26 @@ class PlateStage(Stage):
         accelerations = self._accelerations(plate, runs, forces)
         shown = chain.measured_acceleration_m_s2(accelerations, signals.step_s)
         frequency_hz, ratio = plate.frequency_hz[modes.rows], plate.damping_ratio[modes.rows]
-        level = levels(plate, modes.rows, signals, runs, forces, modes.window.start_s, chain.effects)
         answered = np.where(np.isfinite(shown[:, 0, :1]), 0.0, np.nan)
-        reading = [
-            np.log(frequency_hz) + answered,
-            np.log(np.maximum(ratio, LEAST_RATIO)) + answered,
-            np.log(np.maximum(level, _LEAST_LEVEL)),
-        ]
+        frequency = np.log(frequency_hz) + answered
+        damping = np.log(np.maximum(ratio, LEAST_RATIO)) + answered
+        level = levels(plate, modes.rows, signals, runs, forces, modes.window.start_s, chain.effects)
+        level = np.log(np.maximum(level, _LEAST_LEVEL))
         if modes.rows.size and not all(isinstance(effect, _CLOSED) for effect in chain.effects):
             # what effects without a closed form add to the modes as they are read
             closed = sensor_chain(effect for effect in chain.effects if isinstance(effect, _CLOSED))
             basis = self._nominal_basis if plate is self.plate else self._basis(plate)
             before = self._read(basis, closed.measured_acceleration_m_s2(accelerations, signals.step_s))
             after = self._read(basis, shown)
-            reading = [value + b - a for value, a, b in zip(reading, before, after, strict=True)]
+            frequency = frequency + after.frequency - before.frequency
+            damping = damping + after.damping - before.damping
+            level = level + after.level - before.level
         poles, centre_s = poles_of(frequency_hz, ratio), signals.centre_s[runs]
         angle = phases(poles, forces, centre_s, chain.effects)
         angle = angle - phases(poles, [signals.force[run] for run in runs], centre_s)
         omega = np.broadcast_to(2 * np.pi * frequency_hz, angle.shape)
         delay_s = delays_s(np.repeat(angle[:, None], len(signals.channels), axis=1), omega, modes.weight)
-        return self.columns.table(*reading, shown, delay_s)
+        return self.columns.table(frequency, damping, level, shown, delay_s)
 
     def _forces(self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None) -> Forces:
         if upstream is not None:
@@ -181,18 +181,19 @@ class PlateStage(Stage):
             self._responses[point] = response
         return response
 
-    def _read(self, basis: Basis, shown: Floats) -> tuple[Floats, Floats, Floats]:
-        """ln frequency, damping and level of the compared modes as they are read; those of nominal runs are kept."""
+    def _read(self, basis: Basis, shown: Floats) -> Reading:
+        """The compared modes as they are read; the reading of the nominal runs is kept."""
         latest = self._latest if self._latest is not None and shown is self._latest.accelerations else None
-        reading = latest and latest.reading
-        if reading is None:
-            ringing = self.modes.window.cut(shown)
-            runs = np.flatnonzero(np.isfinite(ringing[:, 0, 0]))
-            reading = Reading.empty(*ringing.shape[:2], basis.poles.size).enter(runs, ringing, basis, noisy=False)
-            reading = reading.of_lines(np.searchsorted(self.modes.ringing, self.modes.rows))
-            if latest is not None:
-                latest.reading = reading
-        return reading.frequency, reading.damping, reading.level
+        if latest is not None and latest.reading is not None:
+            return latest.reading
+        ringing = self.modes.window.cut(shown)
+        runs = np.flatnonzero(np.isfinite(ringing[:, 0, 0]))
+        reading = Reading.empty(len(shown), len(self.signals.channels), basis.poles.size)
+        reading = reading.enter(runs, ringing, basis, noisy=False)
+        reading = reading.of_lines(np.searchsorted(self.modes.ringing, self.modes.rows))
+        if latest is not None:
+            latest.reading = reading
+        return reading
 
     def _basis(self, plate: ModalPlate) -> Basis:
         window, rows = self.modes.window, self.modes.ringing
