@@ -129,9 +129,9 @@ class Stage(ABC):
         """(C,): the run of each configuration with the lower median of `values` (R,); -1 where all are NaN."""
         rows = np.full(len(self.record.configurations), -1)
         for configuration in range(len(rows)):
-            known = np.flatnonzero((self.record.configuration_of == configuration) & np.isfinite(values))
-            if known.size:
-                rows[configuration] = known[np.argsort(values[known], kind="stable")[(known.size - 1) // 2]]
+            runs = np.flatnonzero((self.record.configuration_of == configuration) & np.isfinite(values))
+            if runs.size:
+                rows[configuration] = runs[np.argsort(values[runs], kind="stable")[(runs.size - 1) // 2]]
         return rows
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...twin.effects import Effect
+from ..record import Floats
 
-Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
 E = TypeVar("E", bound=Effect)
 

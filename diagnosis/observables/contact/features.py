@@ -96,9 +96,9 @@ def features(force_n: Floats, step_s: float, width_s: float | None = None) -> Fl
 def _peak(force: Floats) -> Floats:
     """The summit of the parabola through the greatest point and its neighbours."""
     rows, top = np.arange(len(force)), np.argmax(force, axis=1).clip(1, force.shape[1] - 2)
-    left, here, right = force[rows, top - 1], force[rows, top], force[rows, top + 1]
-    bend = left - 2 * here + right
-    return np.asarray(here - np.where(bend < 0, (right - left) ** 2 / (8 * np.where(bend < 0, bend, 1.0)), 0.0))
+    before, here, behind = force[rows, top - 1], force[rows, top], force[rows, top + 1]
+    bend = before - 2 * here + behind
+    return np.asarray(here - np.where(bend < 0, (behind - before) ** 2 / (8 * np.where(bend < 0, bend, 1.0)), 0.0))
 
 
 def _apex(force: Floats, peak: Floats) -> Floats:

@@ -62,13 +62,13 @@ class RegisteredContactStage(ContactStage):
     def _answers(self, rows: Rows, velocity_m_s: Floats) -> ForceHistories:
         """The model's own answers; each setting and velocity is asked once."""
         histories = ForceHistories.none(len(rows))
-        known = np.flatnonzero(velocity_m_s > 0)
-        cases, places = np.unique(np.stack([rows[known], velocity_m_s[known]]), axis=1, return_inverse=True)
+        moving = np.flatnonzero(velocity_m_s > 0)
+        cases, places = np.unique(np.stack([rows[moving], velocity_m_s[moving]]), axis=1, return_inverse=True)
         if not cases.shape[1]:
             return histories
         settings = [self.settings[int(row)] for row in cases[0]]
         compression, force = tabulated(self.contact.pulses(strikes.Strikes(settings, cases[1])))
-        histories.compression_time_s[known], histories.force_n[known] = compression[places], force[places]
+        histories.compression_time_s[moving], histories.force_n[moving] = compression[places], force[places]
         return histories
 
 

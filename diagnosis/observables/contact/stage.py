@@ -79,11 +79,11 @@ class ContactStage(Stage):
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
         runs = self.representatives()
-        known = np.flatnonzero(runs >= 0)
+        configurations = np.flatnonzero(runs >= 0)
         changes = np.full((len(sets), len(runs), len(NAMES)), np.nan)
-        acting = [at_rows(self.acting(effects), known) for effects in sets]
-        changes[:, known] = batched_changes(
-            acting, lambda effects, count: self._features(np.tile(runs[known], count), effects)
+        acting = [at_rows(self.acting(effects), configurations) for effects in sets]
+        changes[:, configurations] = batched_changes(
+            acting, lambda effects, count: self._features(np.tile(runs[configurations], count), effects)
         )
         return changes
 
@@ -124,17 +124,17 @@ class ContactStage(Stage):
             if not (np.isfinite(sd) and sd >= 0):
                 raise ValueError(f"uncertain {name} = {sd!r}: expected a relative standard deviation, not negative")
         runs = self.representatives()
-        known = runs[runs >= 0]
-        sites = self.sites.take(known)
+        chosen = runs[runs >= 0]
+        sites = self.sites.take(chosen)
 
         def shown(name: str, factor: float) -> Floats:
-            bodies, velocity = sites.bodies, self.recorded_m_s[known]
+            bodies, velocity = sites.bodies, self.recorded_m_s[chosen]
             if name == _VELOCITY:
                 velocity = velocity * factor
             else:
                 bodies = replace(bodies, **{name: getattr(bodies, name) * factor})
             histories = law_histories(replace(sites, bodies=bodies), (), velocity)
-            return measured_features(histories, self.step_s[known], SensorChain())
+            return measured_features(histories, self.step_s[chosen], SensorChain())
 
         nuisances = {name: np.full((len(runs), len(NAMES)), np.nan) for name, sd in uncertain.items() if sd > 0}
         for name, values in nuisances.items():

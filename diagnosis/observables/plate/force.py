@@ -100,9 +100,9 @@ def on_clock(force: Series, first_s: float, step_s: float, samples: int) -> Floa
         return np.asarray(sampled * (impulse / sampled_impulse))
     # a contact of hardly a sample: each of its values is shared out between the two samples around it
     place = (force.time_s - first_s) / step_s
-    left = np.floor(place).astype(np.intp)
+    before = np.floor(place).astype(np.intp)
     out = np.zeros(samples)
-    for index, weight in ((left, 1 - (place - left)), (left + 1, place - left)):
+    for index, weight in ((before, 1 - (place - before)), (before + 1, place - before)):
         good = (index >= 0) & (index < samples)
         np.add.at(out, index[good], (weight * force.values)[good] / (step_s * force.sampling_rate_hz))
     return out

@@ -10,14 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....twin.effects import catalogue
 from ....twin.plate.effect import PlateEffect
 from ....twin.plate.modal import ModalPlate
 from ...record import Floats
-
-Rows = NDArray[np.intp]
+from ..batching import Rows
 
 #: How far a mode may lie from where a candidate plate has it, in ln frequency, at the cost of 1.
 _WIDTH = 0.02

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from ....twin.plate.modal import ModalPlate
 from ...record import Floats
-from .match import Lines, Rows, candidate_plates, matched
+from ..batching import Rows
+from .match import Lines, candidate_plates, matched
 from .poles import Basis, damping_ratios, frequencies_hz, moved, poles_of, refined, search_poles
 from .ringing import delays_s, excited, levels, phases
 from .signals import AccelerationBlock, PlateSignals
@@ -215,12 +216,12 @@ def measured_modes(plate: ModalPlate, signals: PlateSignals, configuration: Rows
     table = np.broadcast_to(plate.frequency_hz[modes], measured.shape)
     share = np.minimum(excited(signals.force, measured), excited(signals.force, table))
     level = np.where((share > _EXCITED)[:, None], reading.level, np.nan)
-    known = np.isfinite(level) & (reading.level_noise < LOST)
-    noise = median(np.where(known, reading.level_noise, np.nan))
-    clear = (noise < _CLEAR_LEVEL) & (known.sum(axis=0) > _SELDOM * level.shape[0])
+    legible = np.isfinite(level) & (reading.level_noise < LOST)
+    noise = median(np.where(legible, reading.level_noise, np.nan))
+    clear = (noise < _CLEAR_LEVEL) & (legible.sum(axis=0) > _SELDOM * level.shape[0])
     loudness = np.max(np.where(clear, median(level), -np.inf), axis=0)
     best = best_modes((median(reading.damping_noise) < CLEAR_DAMPING) & clear.any(axis=0), loudness)
-    reading, clear, known, rows = reading.of_lines(best), clear[:, best], known[:, :, best], modes[best]
+    reading, clear, legible, rows = reading.of_lines(best), clear[:, best], legible[:, :, best], modes[best]
     weight = np.where(clear & (median(share[:, best]) > _PHASED), 1.0, 0.0)
     shapes = np.abs(plate.shapes[[plate.sensor(name) for name in signals.channels]])
     nodes = shapes < _NODE * np.sqrt(np.mean(shapes**2, axis=1, keepdims=True))
@@ -233,7 +234,7 @@ def measured_modes(plate: ModalPlate, signals: PlateSignals, configuration: Rows
         frequency_hz=plate.frequency_hz[rows],
         frequency=np.where(undisturbed, reading.frequency, np.nan),
         damping=np.where(undisturbed, reading.damping, np.nan),
-        level=np.where(known, reading.level, np.nan),
+        level=np.where(legible, reading.level, np.nan),
         clear=comparable,
         delay_s=_delay_s(reading, signals, search.window, weight),
         weight=np.where(comparable, weight, 0.0),

@@ -18,8 +18,9 @@ from ....twin.plate.respond import kept_below
 from ....twin.plates import PlateSpread
 from ...record import CampaignRecord, Configuration, Floats
 from ..base import Observable, Stage, Upstream
+from ..batching import Rows
 from .columns import mode_observables
-from .match import Lines, Rows, candidate_plates
+from .match import Lines, candidate_plates
 from .modes import CLEAR_DAMPING, HIGHEST, LEAST_RATIO, LOST, ModeSearch, best_modes, median
 from .signals import ringdown_block
 

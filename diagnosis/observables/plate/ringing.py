@@ -19,7 +19,7 @@ from ....twin.plate.modal import ModalPlate
 from ....twin.sensors.effects.acceleration_gain import AccelerationGain
 from ....twin.sensors.effects.mount_resonance import MountResonance
 from ...record import Floats, Series
-from .match import Rows
+from ..batching import Rows
 from .poles import Complexes, poles_of
 from .signals import PlateSignals
 

@@ -18,9 +18,9 @@ from ....twin.sensors.effects.acceleration_gain import AccelerationGain
 from ....twin.sensors.effects.mount_resonance import MountResonance
 from ...record import CampaignRecord, Floats, Series
 from ..base import Observable, Stage, Upstream, sensor_chain
+from ..batching import Rows
 from .columns import Columns
 from .force import on_clock, true_force
-from .match import Rows
 from .modes import HIGHEST, LEAST_RATIO, Reading, measured_modes
 from .poles import Basis, poles_of
 from .ringing import Forces, delays_s, levels, phases
@@ -144,8 +144,8 @@ class PlateStage(Stage):
 
     def _forces(self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None) -> Forces:
         if upstream is not None:
-            given, known = cast(Sequence[Series | None], upstream), np.isfinite(self.signals.first_s)
-            return [given[run] if known[run] else None for run in runs]
+            true, compared = cast(Sequence[Series | None], upstream), np.isfinite(self.signals.first_s)
+            return [true[run] if compared[run] else None for run in runs]
         return [force and true_force(force, effects) for force in (self.signals.force[run] for run in runs)]
 
     def _accelerations(self, plate: ModalPlate, runs: Rows, forces: Forces) -> Floats:
