@@ -152,23 +152,23 @@ class ModeSearch:
         Modes are named by the candidate plate that fits best, as in `matched`. None where ringing is too short.
         """
         runs, channels, samples = self.ringing.shape
-        step_s = self.window.step_s
-        if self.searched.size and samples >= _FEWEST_SAMPLES:
-            records, _ = scaled(self.ringing[self.searched])
-            most = min(_MOST_LINES, self.modes.size + _MORE_LINES)
-            poles = search_poles(records, step_s, self.band_hz, self.damping_ratio, most)
-            if poles.size:
-                amplitudes, _ = Basis.of(poles, samples, step_s).projected(records)
-                lines = matched(Lines(frequencies_hz(poles), np.abs(amplitudes)), candidates)
-                named = np.flatnonzero(lines >= 0)
-                reading = Reading.empty(runs, channels, poles.size)
-                measured = np.isfinite(self.ringing[:, :, 0]).any(axis=1)
-                for c in np.unique(self.configuration[measured]):  # each has its poles, from all its runs
-                    rows = np.flatnonzero((self.configuration == c) & measured)
-                    own_poles = refined(poles, scaled(self.ringing[rows])[0], step_s, _STEPS)
-                    reading.enter(rows, self.ringing, Basis.of(own_poles, samples, step_s))
-                return self.modes[named], reading.of_lines(lines[named])
-        return np.zeros(0, dtype=np.intp), Reading.empty(runs, channels, 0)
+        step_s, nothing = self.window.step_s, (np.zeros(0, dtype=np.intp), Reading.empty(runs, channels, 0))
+        if not self.searched.size or samples < _FEWEST_SAMPLES:
+            return nothing
+        records, _ = scaled(self.ringing[self.searched])
+        most = min(_MOST_LINES, self.modes.size + _MORE_LINES)
+        poles = search_poles(records, step_s, self.band_hz, self.damping_ratio, most)
+        if not poles.size:
+            return nothing
+        amplitudes, _ = Basis.of(poles, samples, step_s).projected(records)
+        lines = matched(Lines(frequencies_hz(poles), np.abs(amplitudes)), candidates)
+        reading = Reading.empty(runs, channels, poles.size)
+        measured = np.isfinite(self.ringing[:, :, 0]).any(axis=1)
+        for c in np.unique(self.configuration[measured]):  # each has its poles, from all its runs
+            rows = np.flatnonzero((self.configuration == c) & measured)
+            refined_poles = refined(poles, scaled(self.ringing[rows])[0], step_s, _STEPS)
+            reading.enter(rows, self.ringing, Basis.of(refined_poles, samples, step_s))
+        return self.modes[lines >= 0], reading.of_lines(lines[lines >= 0])
 
 
 def best_modes(clear: NDArray[np.bool_], loudness: Floats) -> Rows:
@@ -202,15 +202,7 @@ def measured_modes(plate: ModalPlate, signals: PlateSignals, configuration: Rows
     """Modes that ring and that are the table's: the ends and the loudest of the clear modes, in rising order."""
     peak = np.where(signals.good.all(axis=1), np.nan_to_num(signals.peak_n), 0.0)
     search = ModeSearch.of(plate, signals, signals.ringing, configuration, peak)
-    searched, begin_s = search.searched, search.window.start_s
-    forces = [signals.force[run] for run in searched]
-    size = np.abs(search.ringing[searched]).max(axis=2, keepdims=True, initial=1e-300)
-    candidates = []
-    for candidate in candidate_plates(plate):
-        level = levels(candidate, search.modes, signals, searched, forces, begin_s)
-        shares = (level / size).reshape(-1, search.modes.size)
-        candidates.append(Lines(candidate.frequency_hz[search.modes], shares.T))
-    modes, reading = search.read(candidates)
+    modes, reading = search.read(_candidate_lines(plate, signals, search))
     # how much of a force acts on a mode, where it is and where the table has it
     measured = np.where(np.isfinite(reading.frequency), np.exp(reading.frequency), plate.frequency_hz[modes])
     table = np.broadcast_to(plate.frequency_hz[modes], measured.shape)
@@ -239,6 +231,18 @@ def measured_modes(plate: ModalPlate, signals: PlateSignals, configuration: Rows
         delay_s=_delay_s(reading, signals, search.window, weight),
         weight=np.where(comparable, weight, 0.0),
     )
+
+
+def _candidate_lines(plate: ModalPlate, signals: PlateSignals, search: ModeSearch) -> list[Lines]:
+    """What candidate plates ring with in the runs that are searched, in shares of what is the loudest in a record."""
+    runs, begin_s = search.searched, search.window.start_s
+    forces = [signals.force[run] for run in runs]
+    size = np.abs(search.ringing[runs]).max(axis=2, keepdims=True, initial=1e-300)
+    lines = []
+    for candidate in candidate_plates(plate):
+        level = levels(candidate, search.modes, signals, runs, forces, begin_s) / size
+        lines.append(Lines(candidate.frequency_hz[search.modes], level.reshape(-1, search.modes.size).T))
+    return lines
 
 
 def _delay_s(reading: Reading, signals: PlateSignals, window: RingingWindow, weight: Floats) -> Floats:
