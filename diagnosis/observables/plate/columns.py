@@ -55,16 +55,17 @@ class Columns:
         columns = list(mode_observables(self.modes.frequency_hz, ringing_s))
         for row, channel in enumerate(self.signals.channels):
             modes_hz = self.modes.frequency_hz[self.modes.clear[row]].tolist()
-            columns += [
-                *(_of(channel, f"spectrum at {f:.4g} Hz", "dB", _SRS, f) for f in self.spectra.lines_hz.tolist()),
-                *(_of(channel, f"ln amplitude of the mode at {f:.4g} Hz", "1", _LEVEL, f, ringing_s) for f in modes_hz),
-                *(
-                    _of(channel, f"rest from {a * 1e3:.3g} to {b * 1e3:.3g} ms", "1", _REST, None, (a, b), detail=True)
-                    for a, b in rests_s
-                ),
+            # name, unit, tolerance and floor, frequency, window, whether it is a detail
+            kinds: list[tuple[str, str, tuple[float, float], float | None, tuple[float, float] | None, bool]] = [
+                *((f"spectrum at {f:.4g} Hz", "dB", _SRS, f, None, False) for f in self.spectra.lines_hz.tolist()),
+                *((f"ln amplitude of the mode at {f:.4g} Hz", "1", _LEVEL, f, ringing_s, False) for f in modes_hz),
+                *((f"rest from {a * 1e3:.3g} to {b * 1e3:.3g} ms", "1", _REST, None, (a, b), True) for a, b in rests_s),
+                *([("delay", "1", _DELAY, None, None, True)] if self._shows_delay(row) else []),
             ]
-            if self._shows_delay(row):
-                columns.append(_of(channel, "delay", "1", _DELAY, detail=True))
+            columns += [
+                Observable(f"{channel} {name}", "plate", channel, unit, *accuracy, frequency_hz, window_s, detail)
+                for name, unit, accuracy, frequency_hz, window_s, detail in kinds
+            ]
         return tuple(columns)
 
     def table(self, frequency: Floats, damping: Floats, level: Floats, acceleration: Floats, delay_s: Floats) -> Floats:
@@ -85,17 +86,3 @@ class Columns:
 
     def _shows_delay(self, row: int) -> bool:
         return bool(np.any(self.modes.weight[row] > 0))
-
-
-def _of(
-    channel: str,
-    name: str,
-    unit: str,
-    accuracy: tuple[float, float],
-    frequency_hz: float | None = None,
-    window_s: tuple[float, float] | None = None,
-    *,
-    detail: bool = False,
-) -> Observable:
-    """Of one channel; `accuracy` are tolerance and floor."""
-    return Observable(f"{channel} {name}", "plate", channel, unit, *accuracy, frequency_hz, window_s, detail)
