@@ -52,8 +52,9 @@ def stacked(sets: Sequence[Sequence[Effect]], count: int) -> list[Effect]:
 def at_rows(effects: Sequence[E], rows: Rows) -> tuple[E, ...]:
     """Effects whose parameters are one value or one for each case (n,), for the cases `rows` (k,), each as often as it
     is named. (Cases are impacts, shots, or configurations of which runs are wanted.)"""
-    values = [{item.name: getattr(effect, item.name) for item in effect.parameters()} for effect in effects]
-    return tuple(
-        replace(effect, **{name: np.asarray(value)[rows] for name, value in parameters.items() if np.ndim(value)})
-        for effect, parameters in zip(effects, values, strict=True)
-    )
+
+    def values(effect: E) -> dict[str, Floats]:
+        arrays = {item.name: np.asarray(getattr(effect, item.name)) for item in effect.parameters()}
+        return {name: array[rows] for name, array in arrays.items() if array.ndim}
+
+    return tuple(replace(effect, **values(effect)) for effect in effects)
