@@ -40,7 +40,7 @@ def _of_pulses(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[tuple
     of = stage.record.configuration_of[runs]
     windows = time_windows(pulses.time_s, pulses.measured[runs], pulses.simulated[runs], of, "force", rng)
     lines, level = amplitude_residual_db(
-        pulses.frequency_hz, pulses.measured_spectrum_n_s[runs], pulses.simulated_spectrum_n_s[runs]
+        pulses.frequency_hz, *(pulses.spectrum_n_s(force[runs]) for force in (pulses.measured, pulses.simulated))
     )
     return windows, frequency_bands(lines, level, of, "force", rng) if lines.size else ()
 

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from ...twin.effects import Effect
+from ...twin.effects import Effect, catalogue
 from ...twin.sensors.chain import SensorChain
 from ...twin.sensors.effect import SensorEffect
 from ..record import CampaignRecord, Series
@@ -54,6 +54,9 @@ class Stage(ABC):
 
     #: gun, contact or plate.
     name: ClassVar[str]
+    #: Base of the stage's own effects, and the hooks of `SensorEffect` for what is read at its entrance and exit.
+    effect_kind: ClassVar[type[Effect]]
+    sensor_hooks: ClassVar[tuple[str, ...]]
     #: Sentences for the report: what was taken for granted.
     assumptions: tuple[str, ...] = ()
 
@@ -73,12 +76,20 @@ class Stage(ABC):
         """The d columns."""
 
     @property
-    @abstractmethod
     def shows(self) -> tuple[str, ...]:
         """Ids of the catalogue's effects that can change these observables on this campaign, in the catalogue's order.
 
         (A layer's compliance only where there is a layer.)
         """
+        return tuple(identity for identity, kind in catalogue().items() if self.applies(kind))
+
+    def applies(self, kind: type[Effect]) -> bool:
+        """Whether an effect is one of the stage, or of the sensors on either side of it."""
+        return issubclass(kind, self.effect_kind) or changes_reading(kind, *self.sensor_hooks)
+
+    def acting(self, effects: Sequence[Effect]) -> list[Effect]:
+        """Those that apply to the stage."""
+        return [effect for effect in effects if self.applies(type(effect))]
 
     @abstractmethod
     def measured(self) -> Floats:
@@ -127,15 +138,16 @@ class Stage(ABC):
         """(C,): the run of each configuration with the lower median of `values` (R,); -1 where all are NaN."""
         rows = np.full(len(self.record.configurations), -1)
         for configuration in range(len(rows)):
-            known = np.flatnonzero((self.record.configuration_of == configuration) & np.isfinite(values))
-            if known.size:
-                rows[configuration] = known[np.argsort(values[known], kind="stable")[(known.size - 1) // 2]]
+            runs = np.flatnonzero((self.record.configuration_of == configuration) & np.isfinite(values))
+            if runs.size:
+                rows[configuration] = runs[np.argsort(values[runs], kind="stable")[(runs.size - 1) // 2]]
         return rows
 
 
-def sensor_chain(effects: Iterable[Effect]) -> SensorChain:
-    """The effects of the sensors as a chain; of other stages none."""
-    return SensorChain.of(effect for effect in effects if isinstance(effect, SensorEffect))
+def sensor_chain(effects: Iterable[Effect], *hooks: str) -> SensorChain:
+    """The effects of the sensors as a chain, of other stages none; with `hooks` those that `changes_reading`."""
+    sensors = (effect for effect in effects if isinstance(effect, SensorEffect))
+    return SensorChain.of(effect for effect in sensors if not hooks or changes_reading(type(effect), *hooks))
 
 
 def changes_reading(kind: type[Effect], *hooks: str) -> bool:

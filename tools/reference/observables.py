@@ -13,6 +13,8 @@ from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
 from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.diagnosis.observables.plate import columns as plate_columns
 from pyroshock.diagnosis.observables.plate.columns import Columns
+from pyroshock.diagnosis.observables.plate.signals import PlateSignals
+from pyroshock.diagnosis.observables.plate.spectra import Spectra
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
 from pyroshock.twin.gun.bench import GunBench
 
@@ -47,14 +49,22 @@ def of_gun() -> tuple[Observable, ...]:
 
 
 def of_plate() -> tuple[Observable, ...]:
-    """Of one mode and one channel, in the order of the stage; `Columns` asks its parts for no more than this."""
-    signals: Any = SimpleNamespace(
-        channels=("acceleration_1",), first_s=np.zeros(1), step_s=1e-5, ringing=100, acceleration=np.zeros((1, 1, 5000))
+    """Of one mode and one channel, in the order of the stage; `Columns` asks its modes for no more than this."""
+    signals = PlateSignals(
+        acceleration=np.zeros((1, 1, 5000)),
+        channels=("acceleration_1",),
+        first_s=np.zeros(1),
+        rate_hz=1e5,
+        force=(None,),
+        ringing=100,
+        points=("#1",),
+        assumptions=(),
     )
-    spectra: Any = SimpleNamespace(lines_hz=np.array([1000.0]), windows=((4000, 5000),))
-    modes: Any = SimpleNamespace(clear=np.ones((1, 1), dtype=bool), weight=np.ones((1, 1, 1)))
-    window: Any = None
-    return Columns(signals, spectra, window, modes, np.array([1000.0])).observables()
+    spectra = Spectra(np.array([1000.0]), signals.rate_hz, ((4000, 5000),))
+    modes: Any = SimpleNamespace(
+        frequency_hz=np.array([1000.0]), clear=np.ones((1, 1), dtype=bool), weight=np.ones((1, 1))
+    )
+    return Columns(signals, spectra, modes).observables()
 
 
 def _gun() -> GunBench:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.polynomial.legendre import legval
+from numpy.polynomial.legendre import legvander
 
 from ...record import Floats, Series
 from ..base import Observable
@@ -22,7 +22,7 @@ _AFTER = 1.0
 _CAP = 0.8
 _PHASES = (np.arange(32) + 0.5) / 32
 #: Fixed shape functions, orthonormal over the phases: skew, fatness, and two finer ones.
-_SHAPES = np.stack([np.sqrt(2 * k + 1) * legval(2 * _PHASES - 1, np.eye(5)[k]) for k in (1, 2, 3, 4)]) / len(_PHASES)
+_SHAPES = legvander(2 * _PHASES - 1, 4)[:, 1:] * np.sqrt([3, 5, 7, 9]) / _PHASES.size
 
 _HEIGHT, _LENGTH = ("height",), ("length",)
 #: Name, tolerance, floor, parts: what is wrong with a height or a length is wrong with all that is made of it. The
@@ -85,7 +85,7 @@ def features(force_n: Floats, step_s: float, width_s: float | None = None) -> Fl
                 np.log((last - first) * unit * frame_width_s),
                 np.log((high - low) * unit * frame_width_s),
                 (_apex(force, peak) - low) / (high - low),
-                shape @ _SHAPES.T,
+                shape @ _SHAPES,
                 force[:, PLACES > _AFTER].sum(axis=1) / force.sum(axis=1),
             ]
         )
@@ -96,9 +96,9 @@ def features(force_n: Floats, step_s: float, width_s: float | None = None) -> Fl
 def _peak(force: Floats) -> Floats:
     """The summit of the parabola through the greatest point and its neighbours."""
     rows, top = np.arange(len(force)), np.argmax(force, axis=1).clip(1, force.shape[1] - 2)
-    left, here, right = force[rows, top - 1], force[rows, top], force[rows, top + 1]
-    bend = left - 2 * here + right
-    return np.asarray(here - np.where(bend < 0, (right - left) ** 2 / (8 * np.where(bend < 0, bend, 1.0)), 0.0))
+    before, here, behind = force[rows, top - 1], force[rows, top], force[rows, top + 1]
+    bend = before - 2 * here + behind
+    return np.asarray(here - np.where(bend < 0, (behind - before) ** 2 / (8 * np.where(bend < 0, bend, 1.0)), 0.0))
 
 
 def _apex(force: Floats, peak: Floats) -> Floats:
@@ -110,7 +110,7 @@ def _apex(force: Floats, peak: Floats) -> Floats:
 def _impulse(force: Floats, low: Floats, high: Floats) -> Floats:
     """Sum of the force in steps, both ends to a fraction of a step."""
     beyond = _BEYOND * (high - low)
-    total = np.concatenate([np.zeros((len(force), 1)), np.cumsum((force[:, 1:] + force[:, :-1]) / 2, axis=1)], axis=1)
+    total = np.pad(np.cumsum((force[:, 1:] + force[:, :-1]) / 2, axis=1), ((0, 0), (1, 0)))
     ends = _clipped(total, np.stack([low - beyond, high + beyond], axis=1))
     return np.asarray(ends[:, 1] - ends[:, 0])
 

@@ -87,11 +87,11 @@ def law_histories(sites: Sites, effects: tuple[ContactEffect, ...], velocity_m_s
 def measured_features(histories: ForceHistories, step_s: Floats, chain: SensorChain) -> Floats:
     """(n, d) of n contacts as records in steps of `step_s` (n,) show them; NaN where there is none."""
     values = np.full((len(step_s), len(NAMES)), np.nan)
-    known = np.flatnonzero(np.isfinite(histories.compression_time_s))
+    answered = np.flatnonzero(np.isfinite(histories.compression_time_s))
     # By octaves, not by the shortest: a contact's features do not depend on which others are asked with it.
-    octave = np.floor(np.log2(histories.compression_time_s[known]))
-    for key in np.unique(np.stack([octave, step_s[known]]), axis=1).T:
-        group = known[(octave == key[0]) & (step_s[known] == key[1])]
+    octave = np.floor(np.log2(histories.compression_time_s[answered]))
+    for key in np.unique(np.stack([octave, step_s[answered]]), axis=1).T:
+        group = answered[(octave == key[0]) & (step_s[answered] == key[1])]
         for rows in np.array_split(group, -(-len(group) // _AT_ONCE)):
             values[rows] = _features(histories, rows, float(key[1]), float(2 ** key[0]), chain)
     return values

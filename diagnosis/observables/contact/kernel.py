@@ -6,8 +6,8 @@ from numba import njit
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def crossings(force, top, level, found):  # type: ignore[no-untyped-def]
-    """Into `found` (2, n): where pulses (n, m) cross `level` of their peak at `top` (n,), before and behind it."""
+def crossings(force, top, level, steps):  # type: ignore[no-untyped-def]
+    """Into `steps` (2, n): where pulses (n, m) cross `level` of their peak at `top` (n,), before and behind it."""
     for i in range(len(force)):
         row, threshold, last = force[i], level * force[i, top[i]], force.shape[1] - 1
         left, right = top[i] - 1, top[i] + 1
@@ -15,8 +15,8 @@ def crossings(force, top, level, found):  # type: ignore[no-untyped-def]
             left -= 1
         while right <= last and not row[right] < threshold:
             right += 1
-        found[0, i] = 0.0 if left < 0 else _crossing(row, left, threshold)
-        found[1, i] = last if right > last else _crossing(row, right - 1, threshold)
+        steps[0, i] = 0.0 if left < 0 else _crossing(row, left, threshold)
+        steps[1, i] = last if right > last else _crossing(row, right - 1, threshold)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

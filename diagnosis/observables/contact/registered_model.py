@@ -8,7 +8,6 @@ model never saw these are Hertz' laws of similarity: peak ~ m^0.6, times ~ m^0.4
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 import numpy as np
 
@@ -34,8 +33,6 @@ class RegisteredContactStage(ContactStage):
     asks in vain.
     """
 
-    name: ClassVar[str] = "contact"
-
     def __init__(
         self,
         record: CampaignRecord,
@@ -52,30 +49,26 @@ class RegisteredContactStage(ContactStage):
                 f"{contact.label} asks for the plate's mass, which a record does not tell: give plate_mass_kg"
             )
         self.contact = contact
+        self.simulator = contact.label if contact.label.startswith("models:") else f"contact:{contact.label}"
         self.settings = [_setting(record, run, plate_mass_kg or _UNASKED_KG) for run in record.runs]
 
-    @property
-    def simulator(self) -> str:
-        label = self.contact.label
-        return label if label.startswith("models:") else f"contact:{label}"
-
-    def histories(self, rows: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats) -> ForceHistories:
-        base = self._answers(rows, velocity_m_s)
+    def _contacts(self, runs: Rows, effects: tuple[ContactEffect, ...], velocity_m_s: Floats) -> ForceHistories:
+        base = self._answers(runs, velocity_m_s)
         if not effects:
             return base
-        sites = self.sites.take(rows)
+        sites = self.sites.take(runs)
         return corrected(base, law_histories(sites, (), velocity_m_s), law_histories(sites, effects, velocity_m_s))
 
     def _answers(self, rows: Rows, velocity_m_s: Floats) -> ForceHistories:
         """The model's own answers; each setting and velocity is asked once."""
         histories = ForceHistories.none(len(rows))
-        known = np.flatnonzero(velocity_m_s > 0)
-        cases, places = np.unique(np.stack([rows[known], velocity_m_s[known]]), axis=1, return_inverse=True)
+        moving = np.flatnonzero(velocity_m_s > 0)
+        cases, places = np.unique(np.stack([rows[moving], velocity_m_s[moving]]), axis=1, return_inverse=True)
         if not cases.shape[1]:
             return histories
         settings = [self.settings[int(row)] for row in cases[0]]
         compression, force = tabulated(self.contact.pulses(strikes.Strikes(settings, cases[1])))
-        histories.compression_time_s[known], histories.force_n[known] = compression[places], force[places]
+        histories.compression_time_s[moving], histories.force_n[moving] = compression[places], force[places]
         return histories
 
 

@@ -10,9 +10,10 @@ import numpy as np
 from ....twin.effects import Effect
 from ....twin.sensors.chain import SensorChain
 from ...record import Floats, Series
+from ..base import sensor_chain
 from .features import zeroed
 from .force_histories import ForceHistories
-from .stage import ContactStage, split_effects
+from .stage import ContactStage
 from .time_frame import level_crossings
 
 #: Room before the alignment and behind it, in the longest width at half the peak; and the most samples for it.
@@ -32,17 +33,9 @@ class PulseResiduals:
         """(q,): of the spectra."""
         return np.asarray(np.fft.rfftfreq(self.time_s.size, float(self.time_s[1] - self.time_s[0])))
 
-    @property
-    def measured_spectrum_n_s(self) -> Floats:
-        """(R, q): magnitude of the Fourier integral; its first value is the impulse."""
-        return self._spectrum(self.measured)
-
-    @property
-    def simulated_spectrum_n_s(self) -> Floats:
-        return self._spectrum(self.simulated)
-
-    def _spectrum(self, force: Floats) -> Floats:
-        return np.asarray(np.abs(np.fft.rfft(force, axis=1)) * float(self.time_s[1] - self.time_s[0]))
+    def spectrum_n_s(self, force_n: Floats) -> Floats:
+        """(..., q) of forces (..., p): magnitude of the Fourier integral; its first value is the impulse."""
+        return np.asarray(np.abs(np.fft.rfft(force_n)) * float(self.time_s[1] - self.time_s[0]))
 
 
 def pulse_residuals(stage: ContactStage, effects: Sequence[Effect] = ()) -> PulseResiduals:
@@ -51,9 +44,9 @@ def pulse_residuals(stage: ContactStage, effects: Sequence[Effect] = ()) -> Puls
     In steps of the finest record, or of 1/2048 of the whole where that is less. Raises `ValueError` where no run has
     both force and velocity.
     """
-    contact, chain = split_effects(effects)
+    chain = sensor_chain(effects)
     rows = np.arange(len(stage.sites))
-    histories = stage.histories(rows, contact, stage.entering_m_s(rows, chain))
+    histories = stage.histories(rows, effects)
     recorded = [None if run.force is None else zeroed(run.force) for run in stage.record.runs]
     simulated = [_simulated(histories, int(row), chain) for row in rows]
     pairs = [(record, pulse) for record, pulse in zip(recorded, simulated, strict=True) if record and pulse]

@@ -34,8 +34,8 @@ class Sites:
 
     def take(self, rows: Rows) -> Sites:
         """Some of them, each as often as it is named."""
-        known = {name: value for name, value in vars(self.bodies).items() if value is not None}
-        bodies = replace(self.bodies, **{name: value[rows] for name, value in known.items()})
+        quantities = {name: value for name, value in vars(self.bodies).items() if value is not None}
+        bodies = replace(self.bodies, **{name: value[rows] for name, value in quantities.items()})
         return Sites(bodies, self.insulated[rows], self.impedance_n_s_m[rows])
 
     def impacts(self, velocity_m_s: Floats) -> Impacts:
@@ -57,8 +57,8 @@ def sites_of(record: CampaignRecord) -> Sites:
     columns = {name: [row[name] for row in rows] for name in (rows[0] if rows else {})}
     insulated = np.array(columns.pop("insulated"), dtype=np.bool_)
     impedance = np.array(columns.pop("impedance"), dtype=np.float64)
-    known = {name: None if None in values else np.array(values) for name, values in columns.items()}
-    return Sites(Bodies.of(**known, impact_velocity_m_s=np.ones(len(rows))), insulated, impedance)
+    quantities = {name: None if None in values else np.array(values) for name, values in columns.items()}
+    return Sites(Bodies.of(**quantities, impact_velocity_m_s=np.ones(len(rows))), insulated, impedance)
 
 
 def _row(record: CampaignRecord, configuration: Configuration, run: Run) -> dict[str, float | bool | None]:
@@ -78,18 +78,16 @@ def _row(record: CampaignRecord, configuration: Configuration, run: Run) -> dict
 def layers(record: CampaignRecord, configuration: Configuration) -> tuple[Material, Material, Material | None]:
     """Tip, plate and anvil, None without one. Raises `ValueError` as `sites_of`."""
     factors = {**configuration.factors, "plate_material": record.plate_material_of(configuration)}
-    names = ["tip_material", "plate_material"]
-    if factors.get("anvil_material", "none") != "none":
-        names.append("anvil_material")
-    materials = []
-    for name in names:
+
+    def material(name: str) -> Material:
         word = str(_stated(configuration, name, factors.get(name)))
         if word not in record.materials:
-            known = ", ".join(record.materials) or "none"
-            raise ValueError(f"{name} = {word!r}: no such material in the record; there are: {known}")
-        materials.append(record.materials[word])
-    tip, plate, *anvil = materials
-    return tip, plate, anvil[0] if anvil else None
+            names = ", ".join(record.materials) or "none"
+            raise ValueError(f"{name} = {word!r}: no such material in the record; there are: {names}")
+        return record.materials[word]
+
+    anvil = factors.get("anvil_material", "none") != "none"
+    return material("tip_material"), material("plate_material"), material("anvil_material") if anvil else None
 
 
 def impactor_mass_kg(record: CampaignRecord, run: Run) -> float:

@@ -8,7 +8,6 @@ from ...record import Floats
 
 #: Places of the frame, in widths at half the peak from the middle of that width.
 PLACES = np.linspace(-1.6, 3.4, 501)
-_STEP = float(PLACES[1] - PLACES[0])
 #: The frame is smoothed by a Gauss window of this deviation, in the same widths: less noise, whatever the rate.
 _SMOOTH = 0.03
 #: Points to a width at half the peak: samples are refined by a spline up to it, and averaged down to it.
@@ -22,6 +21,8 @@ def framed(force_n: Floats, step_s: float, width_s: float | None = None) -> tupl
     strongest. Rows without any force above 0 are NaN. Expects the zero line to be removed. `width_s`, some width at
     half the peak that tells how finely to look, is the narrowest pulse's unless given.
     """
+    from scipy.ndimage import gaussian_filter1d
+
     if width_s is None:
         width_s = max(int((force_n > 0.5 * force_n.max(axis=1, keepdims=True)).sum(axis=1).min()), 1) * step_s
     if (count := int(width_s / step_s / _MOST)) >= 2:  # many more samples than the frame can use
@@ -31,7 +32,8 @@ def framed(force_n: Floats, step_s: float, width_s: float | None = None) -> tupl
     with np.errstate(invalid="ignore", divide="ignore"):
         first, last = level_crossings(fine, 0.5)
         middle, width = (first + last) / 2, last - first
-        values = _smoothed(interpolated(fine, middle[:, None] + width[:, None] * PLACES))
+        frame = interpolated(fine, middle[:, None] + width[:, None] * PLACES)
+        values = gaussian_filter1d(frame, _SMOOTH / (PLACES[1] - PLACES[0]), axis=1, mode="constant")
     values[~(fine.max(axis=1) > 0)] = np.nan
     return values, width * step_s
 
@@ -43,9 +45,8 @@ def level_crossings(force_n: Floats, level: float) -> tuple[Floats, Floats]:
     """
     from .kernel import crossings
 
-    force = np.ascontiguousarray(force_n)
-    steps = np.empty((2, len(force)))
-    crossings(force, np.argmax(force, axis=1), level, steps)
+    steps = np.empty((2, len(force_n)))
+    crossings(np.ascontiguousarray(force_n), np.argmax(force_n, axis=1), level, steps)
     return steps[0], steps[1]
 
 
@@ -54,10 +55,10 @@ def interpolated(values: Floats, place: Floats) -> Floats:
     last = values.shape[1] - 1
     inside = (place >= 0) & (place <= last)
     place = np.where(inside, place, 0.0)
-    left = np.minimum(place.astype(np.intp), last - 1)
+    step = np.minimum(place.astype(np.intp), last - 1)
     rows = np.arange(len(values))[:, None]
-    before, after = values[rows, left], values[rows, left + 1]
-    return np.where(inside, before + (place - left) * (after - before), 0.0)
+    before, after = values[rows, step], values[rows, step + 1]
+    return np.where(inside, before + (place - step) * (after - before), 0.0)
 
 
 def _refined(force: Floats, step: float, width_s: float) -> tuple[Floats, float]:
@@ -70,11 +71,3 @@ def _refined(force: Floats, step: float, width_s: float) -> tuple[Floats, float]
     index = np.arange(force.shape[1])
     spline = make_interp_spline(index, force, k=min(5, force.shape[1] - 1), axis=1)
     return np.asarray(spline(np.arange((len(index) - 1) * finer + 1) / finer)), step / finer
-
-
-def _smoothed(values: Floats) -> Floats:
-    reach = int(np.ceil(4 * _SMOOTH / _STEP))
-    window = np.exp(-0.5 * (np.arange(-reach, reach + 1) * _STEP / _SMOOTH) ** 2)
-    window /= window.sum()
-    padded = np.pad(values, ((0, 0), (reach, reach)))
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, len(window), axis=1) @ window)

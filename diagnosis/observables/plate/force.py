@@ -13,14 +13,12 @@ from ....twin.sensors.effect import SensorEffect
 from ....twin.sensors.effects.force_bandwidth import ForceBandwidth
 from ....twin.sensors.effects.force_gain import ForceGain
 from ...record import Floats, Series
-from ..base import changes_reading, sensor_chain
+from ..base import sensor_chain
 
 #: A contact is over when its force stays below this share of its peak.
 _OVER = 0.02
 #: How far the impulse of samples may be off before they are too few to stand for a contact.
 _NEAR = 0.2
-#: Weights of the samples one, two and three away.
-_DIFFERENCE = (3 / 4, -3 / 20, 1 / 60)
 #: Goings back and forth that undo an effect without an inverse of its own.
 _ROUNDS = 40
 #: Samples on either side of a contact that are kept, and in how many more the force fades: a cut would be a jump, which
@@ -61,7 +59,7 @@ def true_force(reading: Series, effects: Sequence[Effect]) -> Series:
     Other effects on the force than gain and low pass are undone by going back and forth, which closes in on the force
     where an effect changes it by less than itself.
     """
-    acting = sensor_chain(effect for effect in effects if changes_reading(type(effect), "measured_force_n")).effects
+    acting = sensor_chain(effects, "measured_force_n").effects
     values = reading.values
     for effect in reversed(acting):
         values = _undone(effect, values, 1 / reading.sampling_rate_hz)
@@ -74,20 +72,20 @@ def _undone(effect: SensorEffect, reading: Floats, step_s: float) -> Floats:
     if isinstance(effect, ForceBandwidth):  # both differential equations of the low passes, read from right to left
         seconds = float(np.asarray(effect.corner_period_s)) / (2 * np.pi)
         if seconds > 0:
-            rate = _slope(reading) / step_s
-            reading = reading + np.sqrt(2) * seconds * rate + seconds**2 * _slope(rate) / step_s
-        return np.asarray(reading + effect.time_constant_s * _slope(reading) / step_s)
+            rate = _rate(reading, step_s)
+            reading = reading + np.sqrt(2) * seconds * rate + seconds**2 * _rate(rate, step_s)
+        return np.asarray(reading + effect.time_constant_s * _rate(reading, step_s))
     force = reading
     for _ in range(_ROUNDS):
         force = force + reading - effect.measured_force_n(force, step_s)
     return force
 
 
-def _slope(values: Floats) -> Floats:
-    """Change per sample, by differences of sixth order: a force has content up to a tenth of its sampling rate."""
-    around = np.pad(values, 3, mode="edge")
-    weights = np.array(_DIFFERENCE)
-    return np.asarray(np.convolve(around, np.concatenate([weights[::-1], [0.0], -weights]), mode="valid"))
+def _rate(values: Floats, step_s: float) -> Floats:
+    """Change per second, by differences of sixth order: a force has content up to a tenth of its sampling rate."""
+    from scipy.signal import savgol_filter
+
+    return np.asarray(savgol_filter(values, 7, 6, deriv=1, delta=step_s, mode="nearest"))
 
 
 def on_clock(force: Series, first_s: float, step_s: float, samples: int) -> Floats:
@@ -102,9 +100,9 @@ def on_clock(force: Series, first_s: float, step_s: float, samples: int) -> Floa
         return np.asarray(sampled * (impulse / sampled_impulse))
     # a contact of hardly a sample: each of its values is shared out between the two samples around it
     place = (force.time_s - first_s) / step_s
-    left = np.floor(place).astype(np.intp)
+    before = np.floor(place).astype(np.intp)
     out = np.zeros(samples)
-    for index, weight in ((left, 1 - (place - left)), (left + 1, place - left)):
+    for index, weight in ((before, 1 - (place - before)), (before + 1, place - before)):
         good = (index >= 0) & (index < samples)
         np.add.at(out, index[good], (weight * force.values)[good] / (step_s * force.sampling_rate_hz))
     return out

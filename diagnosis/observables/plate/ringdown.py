@@ -6,12 +6,11 @@ Neither depends on how hard the plate was hit, nor on where sensors stand (Ewins
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....twin.effects import Effect, catalogue
+from ....twin.effects import Effect
 from ....twin.plate.effect import PlateEffect, with_effects
 from ....twin.plate.effects.sensor_mass import SensorMass
 from ....twin.plate.modal import ModalPlate
@@ -19,14 +18,12 @@ from ....twin.plate.respond import kept_below
 from ....twin.plates import PlateSpread
 from ...record import CampaignRecord, Configuration, Floats
 from ..base import Observable, Stage, Upstream
+from ..batching import Rows
 from .columns import mode_observables
-from .match import Lines, Rows, candidate_plates
-from .modes import CLEAR_DAMPING, HIGHEST, LOST, ModeSearch, best_modes, median, searched_runs
+from .match import Lines, candidate_plates
+from .modes import CLEAR_DAMPING, HIGHEST, LEAST_RATIO, LOST, ModeSearch, best_modes, median
 from .signals import ringdown_block
-from .spectra import RingingWindow
 
-#: Below this a damping ratio is none.
-_LEAST_RATIO = 1e-6
 _FIXED = "fixed"
 #: A table was measured; a model with handbook elasticity and assumed damping agrees within what the twin takes it for.
 _SOLVED = (PlateSpread.frequency, PlateSpread.damping)
@@ -38,7 +35,8 @@ class PlateRingdownStage(Stage):
     Raises `ValueError` for a record without a plate, and where none of its modes rings in the accelerations.
     """
 
-    name: ClassVar[str] = "plate"
+    name = "plate"
+    simulator = "plate:modal"
 
     def __init__(self, record: CampaignRecord) -> None:
         super().__init__(record)
@@ -55,19 +53,13 @@ class PlateRingdownStage(Stage):
         self.assumptions = tuple(_assumed(record, used))
 
     @property
-    def simulator(self) -> str:
-        return "plate:modal"
-
-    @property
     def observables(self) -> tuple[Observable, ...]:
-        frequency, window = self.plate.frequency_hz[self._modes], self.records.window_s
-        return mode_observables(frequency, window, *(() if self.record.plate_points_known else (_SOLVED,)))
+        window_s = self.records.window_s(0, self.records.samples)
+        tolerance = () if self.record.plate_points_known else (_SOLVED,)
+        return mode_observables(self.plate.frequency_hz[self._modes], window_s, *tolerance)
 
-    @property
-    def shows(self) -> tuple[str, ...]:
-        kinds = {identity: kind for identity, kind in catalogue().items() if issubclass(kind, PlateEffect)}
-        known = self.record.plate_points_known
-        return tuple(identity for identity, kind in kinds.items() if known or not issubclass(kind, SensorMass))
+    def applies(self, kind: type[Effect]) -> bool:
+        return issubclass(kind, PlateEffect) and (self.record.plate_points_known or not issubclass(kind, SensorMass))
 
     def measured(self) -> Floats:
         return self._measured
@@ -90,28 +82,25 @@ class PlateRingdownStage(Stage):
 
     def _simulated(self, effects: Sequence[Effect]) -> Floats:
         """(2 K,): logarithms of frequencies, then of damping ratios."""
-        plate = with_effects(self.plate, [effect for effect in effects if isinstance(effect, PlateEffect)])
-        ratio = np.maximum(plate.damping_ratio[self._modes], _LEAST_RATIO)
-        return np.concatenate([np.log(plate.frequency_hz[self._modes]), np.log(ratio)])
+        plate = with_effects(self.plate, self.acting(effects))
+        ratio = np.maximum(plate.damping_ratio[self._modes], LEAST_RATIO)
+        return np.asarray(np.log(np.concatenate([plate.frequency_hz[self._modes], ratio])))
 
     def _read(self) -> tuple[Rows, Floats]:
         """Rows in the table of K modes that ring clearly, and their measured observables (R, 2 K)."""
         records, configuration = self.records, self.record.configuration_of
         if not np.any(self.plate.frequency_hz > 0):
             return np.zeros(0, dtype=np.intp), np.zeros((len(configuration), 0))
-        search = ModeSearch.of(self.plate, records.rate_hz)
-        window = RingingWindow.of(0, records.acceleration.shape[2], records.rate_hz, search.band_hz[1])
         peak = np.nan_to_num(np.abs(records.acceleration).max(axis=2)).max(axis=1)
-        searched = searched_runs(peak, configuration)
-        plates = candidate_plates(self.plate)
-        lines = [Lines(plate.frequency_hz[search.modes], np.ones((search.modes.size, 1))) for plate in plates]
-        ringing = window.cut(records.acceleration)
-        modes, reading = search.read(ringing, window.step_s, searched, configuration, lines, patterns=False)
-        loud = np.max(np.nan_to_num(median(reading.level, axis=0), nan=-np.inf), axis=0)
-        best = best_modes(np.flatnonzero(median(reading.damping_noise, axis=0) < CLEAR_DAMPING), loud)
+        search = ModeSearch.of(self.plate, records, 0, configuration, peak)
+        modes, reading = search.read(
+            [Lines(plate.frequency_hz[search.modes]) for plate in candidate_plates(self.plate)]
+        )
+        loudness = np.max(np.nan_to_num(median(reading.level), nan=-np.inf), axis=0)
+        best = best_modes(median(reading.damping_noise) < CLEAR_DAMPING, loudness)
         reading = reading.of_lines(best)
-        known = np.tile(reading.damping_noise < LOST, 2)
-        return modes[best], np.where(known, np.concatenate([reading.frequency, reading.damping], axis=1), np.nan)
+        values = np.concatenate([reading.frequency, reading.damping], axis=1)
+        return modes[best], np.where(np.tile(reading.damping_noise < LOST, 2), values, np.nan)
 
 
 def _is_modelled(record: CampaignRecord, configuration: Configuration) -> bool:
@@ -139,8 +128,7 @@ def _assumed(record: CampaignRecord, used: NDArray[np.bool_]) -> list[str]:
         )
     if not any(run.force is not None and run.accelerations for run in record.runs):
         sentences.append(f"plate: no force was recorded beside the accelerations: {what}, and no sensor can be judged")
-    left_out = int((~used).sum())
-    if left_out:
+    if left_out := int((~used).sum()):
         sentences.append(
             f"plate: {left_out} runs on a plate of another material or with fixed edges have no part in it"
         )

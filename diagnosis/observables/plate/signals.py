@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ....twin.plate.modal import ModalPlate
 from ...record import CampaignRecord, Factor, Floats, Run, Series
 from .force import contact, end_of
-from .ringing import force_centre_s, force_duration_s
 
 #: Kept before contact begins; its mean is what a channel shows at rest.
 _BEFORE_S, _REST_SAMPLES = 1e-3, 16
@@ -45,15 +44,18 @@ class AccelerationBlock:
         return 1 / self.rate_hz
 
     @property
+    def samples(self) -> int:
+        return int(self.acceleration.shape[2])
+
+    @property
     def good(self) -> NDArray[np.bool_]:
         """(R, S): what was measured."""
         return np.asarray(np.isfinite(self.acceleration[:, :, 0]))
 
-    @property
-    def window_s(self) -> tuple[float, float]:
-        """The usual stretch of time."""
-        begin = float(np.nanmedian(self.first_s))
-        return begin, begin + self.acceleration.shape[2] / self.rate_hz
+    def window_s(self, begin: int, end: int) -> tuple[float, float]:
+        """Samples on the usual clock of the contact."""
+        first = float(np.nanmedian(self.first_s))
+        return first + begin * self.step_s, first + end * self.step_s
 
     @classmethod
     def of(cls, channels: tuple[str, ...], series: Sequence[Mapping[str, Series]]) -> AccelerationBlock:
@@ -93,21 +95,13 @@ def ringdown_block(record: CampaignRecord, used: NDArray[np.bool_]) -> Accelerat
 
 def _after_contact(run: Run) -> dict[str, Series]:
     over = _CONTACT_S if run.force is None or not np.any(run.force.values) else end_of(contact(run.force))
-    ends = {
-        name: _from_sample(series, max(0, math.ceil((over - series.start_s) * series.sampling_rate_hz)) + _CLEAR)
-        for name, series in run.accelerations.items()
-    }
-    return {
-        name: series
-        for name, series in ends.items()
-        if series.values.size and np.isfinite(series.values).all() and np.ptp(series.values) > 0
-    }
-
-
-def _from_sample(series: Series, first: int, rest: float = 0.0) -> Series:
-    """A series from a sample on, less a level."""
-    rate = series.sampling_rate_hz
-    return Series(series.values[first:] - rest, rate, series.start_s + first / rate)
+    series = {}
+    for name, record in run.accelerations.items():
+        begin = max(0, math.ceil((over - record.start_s) * record.sampling_rate_hz)) + _CLEAR
+        rest = record.values[begin:]
+        if rest.size and np.isfinite(rest).all() and np.ptp(rest) > 0:
+            series[name] = Series(rest, record.sampling_rate_hz, record.start_s + begin / record.sampling_rate_hz)
+    return series
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,26 +109,40 @@ class PlateSignals(AccelerationBlock):
     """Accelerations from just before contact on, and forces, of R runs and S channels.
 
     `force`: each run's contact as read, None where there is none. `ringing`: the sample from which every plate rings
-    freely. `assumptions` are sentences for the report.
+    freely. `points`: where each run hits the plate. `assumptions` are sentences for the report.
     """
 
     force: tuple[Series | None, ...]
     ringing: int
+    points: tuple[str, ...]
     assumptions: tuple[str, ...]
+
+    @property
+    def peak_n(self) -> Floats:
+        """(R,): the largest magnitude of each force; NaN without a force."""
+        return np.array([np.nan if force is None else float(np.abs(force.values).max()) for force in self.force])
 
     @cached_property
     def centre_s(self) -> Floats:
-        """(R,): about when each force acts."""
-        return np.array([force_centre_s(force) for force in self.force])
+        """(R,): about when each force acts, with half of its weight before and half after; NaN without a force."""
+        centres = np.full(len(self.force), np.nan)
+        for run, force in enumerate(self.force):
+            if force is not None:
+                centres[run] = force.time_s @ np.abs(force.values) / np.abs(force.values).sum()
+        return centres
 
     @cached_property
     def contact_s(self) -> float:
-        """The usual contact time."""
-        return float(np.nanmedian([force_duration_s(force) for force in self.force]))
+        """The usual contact time: how long half sines of the same impulses and peaks last."""
+        forces = [(np.abs(force.values), force.sampling_rate_hz) for force in self.force if force is not None]
+        return float(np.median([0.5 * np.pi * size.sum() / (size.max() * rate_hz) for size, rate_hz in forces]))
 
     @classmethod
     def of_record(cls, record: CampaignRecord, plate: ModalPlate) -> PlateSignals:
-        """Raises `ValueError` where no run has both a force and an acceleration at a sensor of the plate."""
+        """Raises `ValueError` where no run has both a force and an acceleration at a sensor of the plate.
+
+        And for an impact position that a plate with several has not.
+        """
         channels = tuple(name for name in plate.sensors if any(name in run.accelerations for run in record.runs))
         series = [_before_contact(run, channels) for run in record.runs]
         if not any(series):
@@ -146,7 +154,8 @@ class PlateSignals(AccelerationBlock):
         used = np.isfinite(block.first_s)
         forces = [contact(run.force) if use and run.force else None for run, use in zip(record.runs, used, strict=True)]
         over = max(end_of(force) for force in forces if force is not None)
-        assumptions = [f"accelerations are compared over {block.acceleration.shape[2] / block.rate_hz * 1e3:.3g} ms"]
+        points, assumptions = _impact_points(record, plate)
+        assumptions.append(f"accelerations are compared over {block.samples / block.rate_hz * 1e3:.3g} ms")
         left_out = sum(run.force is not None and bool(run.accelerations) for run in record.runs) - int(used.sum())
         if left_out:
             assumptions.append(
@@ -161,6 +170,7 @@ class PlateSignals(AccelerationBlock):
             **vars(block),
             force=tuple(forces),
             ringing=math.ceil((over - np.nanmin(block.first_s)) * block.rate_hz) + _CLEAR,
+            points=points,
             assumptions=tuple(assumptions),
         )
 
@@ -172,14 +182,15 @@ def _before_contact(run: Run, channels: Sequence[str]) -> dict[str, Series]:
     series = {}
     for name in channels:
         if (record := run.accelerations.get(name)) is not None:
-            begin = max(0, math.ceil((-_BEFORE_S - record.start_s) * record.sampling_rate_hz - 1e-6))
-            before = record.values[: max(0, math.floor(-record.start_s * record.sampling_rate_hz))]
+            rate = record.sampling_rate_hz
+            begin = max(0, math.ceil((-_BEFORE_S - record.start_s) * rate - 1e-6))
+            before = record.values[: max(0, math.floor(-record.start_s * rate))]
             rest = float(before.mean()) if before.size - begin >= _REST_SAMPLES else 0.0
-            series[name] = _from_sample(record, begin, rest)
+            series[name] = Series(record.values[begin:] - rest, rate, record.start_s + begin / rate)
     return series
 
 
-def impact_points(record: CampaignRecord, plate: ModalPlate) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _impact_points(record: CampaignRecord, plate: ModalPlate) -> tuple[tuple[str, ...], list[str]]:
     """The impact point of every run by its name on the plate, and what is taken for granted of them.
 
     A plate with one point is hit there. Raises `ValueError` for a position that a plate with several has not.
@@ -189,14 +200,14 @@ def impact_points(record: CampaignRecord, plate: ModalPlate) -> tuple[tuple[str,
     if len(plate.impact_points) == 1:
         others = sorted({name for name in names if name is not None} - {first})
         note = f"impact positions {', '.join(others)} are taken for {first}: the plate has shapes at no other"
-        return (first,) * len(record.runs), (note,) if others else ()
+        return (first,) * len(record.runs), [note] if others else []
     for configuration, name in zip(record.configurations, names, strict=True):
         if name is not None and name not in plate.impact_points:
             raise ValueError(
                 f"{configuration.label}: {_POINT} {name!r} is not on the plate; it has {', '.join(plate.impact_points)}"
             )
     missing = f"where no {_POINT} is stated the plate is taken to be hit at {first}"
-    return tuple(names[run.configuration] or first for run in record.runs), (missing,) if None in names else ()
+    return tuple(names[run.configuration] or first for run in record.runs), [missing] if None in names else []
 
 
 def _point_name(factor: Factor | None) -> str | None:

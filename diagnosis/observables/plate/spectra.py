@@ -9,6 +9,7 @@ import numpy as np
 from ....twin.plate.modal import ModalPlate
 from ....twin.srs.spectrum import shock_response_spectrum
 from ...record import Floats
+from .signals import PlateSignals
 
 Q, PER_OCTAVE = 10.0, 3
 #: Lines reach from below the lowest mode to below the highest: beyond, modes that are not listed would tell.
@@ -28,14 +29,13 @@ _STEEP = 1.2
 class RingingWindow:
     """The part of a record in which a plate rings freely, at no higher rate than the modes that are looked for need.
 
-    Samples from `first` to before `last`, every `factor`-th, of records that `taps` have filtered; none for None.
+    The samples `kept` of records that `taps` have filtered; none for None. They begin `start_s` after the first.
     """
 
-    first: int
-    last: int
-    factor: int
-    rate_hz: float
-    taps: Floats | None
+    kept: slice
+    step_s: float
+    start_s: float
+    taps: Floats | None = None
 
     @classmethod
     def of(cls, ringing: int, samples: int, rate_hz: float, highest_hz: float) -> RingingWindow:
@@ -44,25 +44,17 @@ class RingingWindow:
 
         factor = int(rate_hz / (_PER_CYCLE * highest_hz))
         if factor < 2:
-            return cls(ringing, samples, 1, rate_hz, None)
+            return cls(slice(ringing, samples, 1), 1 / rate_hz, ringing / rate_hz)
         stop = min(rate_hz / factor - highest_hz, _STEEP * highest_hz)
         count = kaiserord(_ATTENUATION, 2 * (stop - highest_hz) / rate_hz)[0] | 1
         middle = 0.5 * (stop + highest_hz)
         taps = firwin(count, middle, window=("kaiser", kaiser_beta(_ATTENUATION)), fs=rate_hz)
-        return cls(ringing + count // 2, samples - count // 2, factor, rate_hz, np.asarray(taps))
-
-    @property
-    def start_s(self) -> float:
-        """From a record's first sample."""
-        return self.first / self.rate_hz
-
-    @property
-    def step_s(self) -> float:
-        return self.factor / self.rate_hz
+        first, last = ringing + count // 2, samples - count // 2
+        return cls(slice(first, last, factor), factor / rate_hz, first / rate_hz, np.asarray(taps))
 
     @property
     def samples(self) -> int:
-        return max(0, -(-(self.last - self.first) // self.factor))
+        return len(range(self.kept.start, self.kept.stop, self.kept.step))
 
     def cut(self, acceleration: Floats) -> Floats:
         """(..., samples) of (..., n). The filter is even: it delays nothing, and leaves modes below as they are."""
@@ -71,7 +63,7 @@ class RingingWindow:
         if self.taps is not None:
             taps = self.taps.reshape((1,) * (acceleration.ndim - 1) + (-1,))
             acceleration = np.asarray(fftconvolve(acceleration, taps, mode="same", axes=-1))
-        return acceleration[..., self.first : self.last : self.factor]
+        return acceleration[..., self.kept]
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,22 +75,16 @@ class Spectra:
     windows: tuple[tuple[int, int], ...]
 
     @classmethod
-    def of(cls, plate: ModalPlate, rate_hz: float, samples: int, ringing: int) -> Spectra:
-        """For records of so many samples of a plate that rings freely from sample `ringing` on."""
+    def of(cls, plate: ModalPlate, signals: PlateSignals) -> Spectra:
+        samples, ringing, rate_hz = signals.samples, signals.ringing, signals.rate_hz
         modes = plate.frequency_hz[plate.frequency_hz > 0]
         low = max(_BELOW * float(modes.min()), _CYCLES * rate_hz / samples)
         high = min(_ABOVE * float(modes.max()), _RATE * rate_hz)
         count = int(PER_OCTAVE * np.log2(high / low)) + 1 if low < high else 0
-        lines = low * 2 ** (np.arange(count) / PER_OCTAVE)
         periods = (samples - ringing) / rate_hz * float(modes.min())
         parts = _HALVES if periods >= 2 * _PERIODS else _WHOLE if periods >= _PERIODS else ()
-        return cls(
-            lines,
-            rate_hz,
-            tuple(
-                (ringing + round(a * (samples - ringing)), ringing + round(b * (samples - ringing))) for a, b in parts
-            ),
-        )
+        ends = [[ringing + round(share * (samples - ringing)) for share in part] for part in parts]
+        return cls(low * 2 ** (np.arange(count) / PER_OCTAVE), rate_hz, tuple((begin, end) for begin, end in ends))
 
     def levels_db(self, acceleration: Floats) -> Floats:
         """(..., f): maximax in dB over 1 m/s2, NaN for records that are not numbers or silent."""

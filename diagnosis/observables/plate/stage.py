@@ -3,41 +3,66 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar, cast
+from typing import cast
 
 import numpy as np
 
-from ....twin.effects import Effect, catalogue
-from ....twin.plate.effect import PlateEffect
+from ....twin.effects import Effect
+from ....twin.plate.effect import PlateEffect, with_effects
 from ....twin.plate.modal import ModalPlate
 from ....twin.plate.respond import kept_below
+from ....twin.plate.response import PlateResponse
+from ....twin.sensors.chain import SensorChain
+from ....twin.sensors.effects.acceleration_gain import AccelerationGain
+from ....twin.sensors.effects.mount_resonance import MountResonance
 from ...record import CampaignRecord, Floats, Series
-from ..base import Observable, Stage, Upstream, changes_reading
+from ..base import Observable, Stage, Upstream, changes_reading, sensor_chain
+from ..batching import Rows
 from .columns import Columns
-from .force import true_force
-from .match import Rows, candidate_plates
-from .modes import HIGHEST, ModeSearch, measured_modes, searched_runs
-from .ringing import levels
-from .signals import PlateSignals, impact_points
-from .simulation import ActiveEffects, SimulatedRuns, Simulation
-from .spectra import RingingWindow, Spectra
+from .force import on_clock, true_force
+from .modes import HIGHEST, LEAST_RATIO, Reading, measured_modes
+from .poles import Basis, poles_of
+from .ringing import Forces, delays_s, levels, phases
+from .signals import PlateSignals
+from .spectra import Spectra
 
-#: Of a shape's usual size.
-_NODE = 0.1
+#: Modes that an effect lifts to here are dropped: above half the sampling rate there is no answer.
+_MOST_OF_RATE = 0.499
+#: Below this the logarithm of a level is one of nothing.
+_LEAST_LEVEL = 1e-12
 #: With fewer compared modes there are no bands of them that could differ.
 _FEWEST_IN_BANDS = 6
+#: What these do to a mode's amplitude has a closed form.
+_CLOSED = (AccelerationGain, MountResonance)
+
+
+@dataclass(eq=False)
+class _NominalRuns:
+    """Accelerations of the nominal plate, which effects of sensors leave as they are, and their reading."""
+
+    runs: Rows
+    forces: Forces
+    accelerations: Floats  # (k, S, n)
+    reading: Reading | None = None
+
+    def of(self, runs: Rows, forces: Forces) -> bool:
+        return np.array_equal(self.runs, runs) and all(a is b for a, b in zip(self.forces, forces, strict=True))
 
 
 class PlateStage(Stage):
     """The modal table, or a solved model, driven by the measured force at the impact point of each run.
 
-    Raises `ValueError` for a record without a plate, without a run that has a force and an acceleration at one of its
+    In what follows `forces` (k,) are the true ones of the `runs` (k,) of the record, None where there is none. Raises
+    `ValueError` for a record without a plate, without a run that has a force and an acceleration at one of its
     sensors, and for an impact position that the plate has not.
     """
 
-    name: ClassVar[str] = "plate"
+    name = "plate"
+    simulator = "plate:modal"
+    effect_kind = PlateEffect
+    sensor_hooks = ("measured_force_n", "measured_acceleration_m_s2")
 
     def __init__(self, record: CampaignRecord) -> None:
         super().__init__(record)
@@ -51,27 +76,19 @@ class PlateStage(Stage):
                 f"campaign {record.name!r}: no mode of the plate lies below {limit_hz:g} Hz, "
                 "which is as high as its records reach"
             )
-        points, notes = impact_points(record, self.plate)
-        self._runs = SimulatedRuns(signals.force, signals.force, points, signals.first_s, signals.centre_s)
-        self.assumptions = (*notes, *signals.assumptions)
+        self.assumptions = signals.assumptions
         if dropped := record.plate.frequency_hz.size - self.plate.frequency_hz.size:
             note = f"{dropped} modes of the plate above {limit_hz:g} Hz are left out: records end there"
             self.assumptions = (*self.assumptions, note)
-        self.columns = self._columns()
-        self._simulation = Simulation(self.plate, self.columns)
+        self.modes = measured_modes(self.plate, signals, record.configuration_of)
+        self.columns = Columns(signals, Spectra.of(self.plate, signals), self.modes)
         self._measured = self.columns.measured()
-
-    @property
-    def simulator(self) -> str:
-        return "plate:modal"
+        self._responses: dict[str, PlateResponse] = {}  # of the nominal plate by impact point
+        self._latest: _NominalRuns | None = None
 
     @property
     def observables(self) -> tuple[Observable, ...]:
         return self.columns.observables()
-
-    @property
-    def shows(self) -> tuple[str, ...]:
-        return tuple(identity for identity, kind in catalogue().items() if acts_on_plate(kind))
 
     def parts(self, kind: type[Effect]) -> dict[str, tuple[tuple[int, ...], tuple[str, ...]]]:
         """A value for each accelerometer, and of the plate itself for each band of its modes."""
@@ -81,8 +98,7 @@ class PlateStage(Stage):
             return {"channel": (tuple(range(len(channels))), channels)} if shows_acceleration else {}
         sensors = self.plate.sensors
         owners = {"channel": (tuple(range(len(sensors))), sensors)}
-        compared_hz = self.columns.frequency_hz
-        if compared_hz.size < _FEWEST_IN_BANDS:
+        if self.modes.rows.size < _FEWEST_IN_BANDS:
             return owners
         low, high = self._band_edges_hz
         names = (f"modes up to {low:.4g} Hz", f"modes up to {high:.4g} Hz", f"modes above {high:.4g} Hz")
@@ -99,76 +115,134 @@ class PlateStage(Stage):
     @cached_property
     def _band_edges_hz(self) -> Floats:
         """(2,): frequencies of compared modes that part them into three bands of as many modes."""
-        return np.quantile(self.columns.frequency_hz, (1 / 3, 2 / 3), method="nearest")
+        return np.quantile(self.plate.frequency_hz[self.modes.rows], (1 / 3, 2 / 3), method="nearest")
 
     def measured(self) -> Floats:
         return self._measured
 
     def simulated(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
-        return self._simulation.observed(self._driven(effects, upstream), ActiveEffects.of(effects))
+        return self._observed(np.arange(len(self.record.runs)), effects, upstream)
 
     def changes(self, sets: Sequence[Sequence[Effect]]) -> Floats:
-        rows, nominal = self.representative
+        runs, nominal = self.representative
         changes = np.full((len(sets), len(self.record.configurations), nominal.shape[1]), np.nan)
-        configurations = self.record.configuration_of[rows]
+        configurations = self.record.configuration_of[runs]
         for k, effects in enumerate(sets):
-            acting = [effect for effect in effects if acts_on_plate(type(effect))]
-            changes[k, configurations] = self._observed_at(rows, acting) - nominal if acting else 0.0
+            acting = self.acting(effects)
+            changes[k, configurations] = self._observed(runs, acting) - nominal if acting else 0.0
         return changes
 
     @cached_property
     def representative(self) -> tuple[Rows, Floats]:
         """Runs of median peak force, one for each configuration that has any, and their nominal observables."""
-        rows = self.median_runs(peaks(self._runs.forces))
-        return rows[rows >= 0], self._observed_at(rows[rows >= 0], ())
+        runs = self.median_runs(self.signals.peak_n)
+        return runs[runs >= 0], self._observed(runs[runs >= 0], ())
 
-    def _observed_at(self, rows: Rows, effects: Sequence[Effect]) -> Floats:
-        return self._simulation.observed(self._driven(effects).at(rows), ActiveEffects.of(effects))
+    def records(self, effects: Sequence[Effect] = ()) -> Floats:
+        """(R, S, n): simulated accelerations beside `signals.acceleration`; NaN where there is no force."""
+        runs = np.arange(len(self.record.runs))
+        accelerations = self._accelerations(plate_under(self.plate, effects), runs, self._forces(runs, effects))
+        return _by_channel(sensor_chain(effects), accelerations, self.signals.step_s)
 
-    def records(self, effects: Sequence[Effect] = (), upstream: Upstream | None = None) -> Floats:
-        """(R, S, n): simulated accelerations beside `signals.acceleration`."""
-        return self._simulation.accelerations(self._driven(effects, upstream), ActiveEffects.of(effects))
+    def _observed(self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None) -> Floats:
+        """(k, d): NaN where there is no force."""
+        modes, signals, plate = self.modes, self.signals, plate_under(self.plate, effects)
+        forces, chain = self._forces(runs, effects, upstream), sensor_chain(effects, "measured_acceleration_m_s2")
+        accelerations = self._accelerations(plate, runs, forces)
+        shown = _by_channel(chain, accelerations, signals.step_s)
+        frequency_hz, ratio = plate.frequency_hz[modes.rows], plate.damping_ratio[modes.rows]
+        answered = np.where(np.isfinite(shown[:, 0, :1]), 0.0, np.nan)
+        frequency = np.log(frequency_hz) + answered
+        damping = np.log(np.maximum(ratio, LEAST_RATIO)) + answered
+        level = levels(plate, modes.rows, signals, runs, forces, modes.window.start_s, chain.effects)
+        level = np.log(np.maximum(level, _LEAST_LEVEL))
+        if modes.rows.size and not all(isinstance(effect, _CLOSED) for effect in chain.effects):
+            # what effects without a closed form add to the modes as they are read
+            closed = sensor_chain(effect for effect in chain.effects if isinstance(effect, _CLOSED))
+            basis = self._nominal_basis if plate is self.plate else self._basis(plate)
+            before = self._read(basis, _by_channel(closed, accelerations, signals.step_s))
+            after = self._read(basis, shown)
+            frequency = frequency + after.frequency - before.frequency
+            damping = damping + after.damping - before.damping
+            level = level + after.level - before.level
+        poles, centre_s = poles_of(frequency_hz, ratio), signals.centre_s[runs]
+        angle = phases(poles, forces, centre_s, chain.effects)
+        angle = angle - phases(poles, [signals.force[run] for run in runs], centre_s)
+        count, channels = len(runs), len(signals.channels)
+        omega = np.broadcast_to(2 * np.pi * frequency_hz, (count, frequency_hz.size))
+        delay_s = delays_s(np.broadcast_to(angle, (count, channels, frequency_hz.size)), omega, modes.weight)
+        return self.columns.table(frequency, damping, level, shown, delay_s)
 
-    def _driven(self, effects: Sequence[Effect], upstream: Upstream | None = None) -> SimulatedRuns:
-        """The true forces on the plate."""
-        if upstream is None:
-            given: Sequence[Series | None] = [f and true_force(f, effects) for f in self._runs.forces]
-        else:
-            given = cast(Sequence[Series | None], upstream)
-        known = np.isfinite(self._runs.first_s)
-        forces = tuple(force if use else None for force, use in zip(given, known, strict=True))
-        return replace(self._runs, forces=forces)
+    def _forces(self, runs: Rows, effects: Sequence[Effect], upstream: Upstream | None = None) -> Forces:
+        if upstream is not None:
+            true, compared = cast(Sequence[Series | None], upstream), np.isfinite(self.signals.first_s)
+            return [true[run] if compared[run] else None for run in runs]
+        return [force and true_force(force, effects) for force in (self.signals.force[run] for run in runs)]
 
-    def _columns(self) -> Columns:
-        signals, configuration = self.signals, self.record.configuration_of
-        samples = signals.acceleration.shape[2]
-        search = ModeSearch.of(self.plate, signals.rate_hz)
-        window = RingingWindow.of(signals.ringing, samples, signals.rate_hz, search.band_hz[1])
-        searched = searched_runs(
-            np.where(signals.good.all(axis=1), np.nan_to_num(peaks(signals.force)), 0.0), configuration
-        )
-        runs = self._runs.at(searched)
-        at = runs.first_s + window.start_s
-        candidates = [
-            (
-                plate.frequency_hz[search.modes],
-                levels(plate, search.modes, runs.points, signals.channels, runs.forces, at),
-            )
-            for plate in candidate_plates(self.plate)
-        ]
-        shapes = np.abs(self.plate.shapes[[self.plate.sensor(name) for name in signals.channels]])
-        # so near to a node the table's shape is no more than its error
-        nodes = np.asarray(shapes < _NODE * np.sqrt(np.mean(shapes**2, axis=1, keepdims=True)))
-        modes = measured_modes(signals, window, search, searched, configuration, candidates, nodes)
-        spectra = Spectra.of(self.plate, signals.rate_hz, samples, signals.ringing)
-        return Columns(signals, spectra, window, modes, self.plate.frequency_hz[modes.modes])
+    def _accelerations(self, plate: ModalPlate, runs: Rows, forces: Forces) -> Floats:
+        """(k, S, n): what the sensors feel."""
+        if plate is self.plate and self._latest is not None and self._latest.of(runs, forces):
+            return self._latest.accelerations
+        signals = self.signals
+        accelerations = np.full((len(forces), len(signals.channels), signals.samples), np.nan)
+        for point in sorted(set(signals.points)):
+            driven = [
+                (row, force, float(signals.first_s[run]))
+                for row, (run, force) in enumerate(zip(runs, forces, strict=True))
+                if force is not None and signals.points[run] == point
+            ]
+            if driven:
+                last_s = max(force.time_s[-1] - first_s for _, force, first_s in driven)
+                length = int(np.clip(np.ceil(last_s / signals.step_s) + 2, 2, signals.samples))
+                driving = [on_clock(force, first_s, signals.step_s, length) for _, force, first_s in driven]
+                rows = [row for row, _, _ in driven]
+                accelerations[rows] = self._response(plate, point).accelerations(np.array(driving))
+        if plate is self.plate:
+            accelerations.flags.writeable = False
+            self._latest = _NominalRuns(runs, forces, accelerations)
+        return accelerations
+
+    def _response(self, plate: ModalPlate, point: str) -> PlateResponse:
+        if plate is self.plate and point in self._responses:
+            return self._responses[point]
+        signals = self.signals
+        audible = kept_below(plate, _MOST_OF_RATE * signals.rate_hz)
+        response = PlateResponse.of(audible, point, signals.channels, signals.step_s, signals.samples)
+        if plate is self.plate:
+            self._responses[point] = response
+        return response
+
+    def _read(self, basis: Basis, shown: Floats) -> Reading:
+        """The compared modes as they are read; the reading of the nominal runs is kept."""
+        latest = self._latest if self._latest is not None and shown is self._latest.accelerations else None
+        if latest is not None and latest.reading is not None:
+            return latest.reading
+        ringing = self.modes.window.cut(shown)
+        runs = np.flatnonzero(np.isfinite(ringing[:, 0, 0]))
+        reading = Reading.empty(len(shown), len(self.signals.channels), basis.poles.size)
+        reading = reading.enter(runs, ringing, basis, noisy=False)
+        reading = reading.of_lines(np.searchsorted(self.modes.ringing, self.modes.rows))
+        if latest is not None:
+            latest.reading = reading
+        return reading
+
+    def _basis(self, plate: ModalPlate) -> Basis:
+        window, rows = self.modes.window, self.modes.ringing
+        poles = poles_of(plate.frequency_hz[rows], np.maximum(plate.damping_ratio[rows], LEAST_RATIO))
+        return Basis.of(poles, window.samples, window.step_s)
+
+    @cached_property
+    def _nominal_basis(self) -> Basis:
+        return self._basis(self.plate)
 
 
-def peaks(forces: Sequence[Series | None]) -> Floats:
-    """(R,): the largest magnitude of each force; NaN without a force."""
-    return np.array([np.nan if force is None else float(np.abs(force.values).max()) for force in forces])
+def _by_channel(chain: SensorChain, accelerations: Floats, step_s: float) -> Floats:
+    """(k, S, n): what the channels show of accelerations; parameters of an effect are numbers, or (S,)."""
+    if not chain.effects:
+        return accelerations
+    return np.swapaxes(chain.measured_acceleration_m_s2(np.swapaxes(accelerations, 0, 1), step_s), 0, 1)
 
 
-def acts_on_plate(kind: type[Effect]) -> bool:
-    """Whether an effect changes the accelerations that a bench shows for a force that it shows."""
-    return issubclass(kind, PlateEffect) or changes_reading(kind, "measured_force_n", "measured_acceleration_m_s2")
+def plate_under(nominal: ModalPlate, effects: Sequence[Effect]) -> ModalPlate:
+    """The plate as those of the effects that are its own change it."""
+    return with_effects(nominal, [effect for effect in effects if isinstance(effect, PlateEffect)])

@@ -233,9 +233,9 @@ def test_slow_force_channel_makes_the_plate_early() -> None:
     slow = PlateStage(played([effect("sensor.force_bandwidth", time_constant_s=4e-5)], noise=NOISE))
     mounted = PlateStage(played([effect("sensor.mount_resonance", period_s=1.2e-4)], noise=NOISE))
     # a low pass delays what oscillates at w by atan(w tau) / w: at high modes by less than tau
-    omega, weight = 2 * np.pi * slow.columns.frequency_hz, slow.columns.modes.weight
+    omega, weight = 2 * np.pi * slow.modes.frequency_hz, slow.modes.weight
     early = -(weight * omega * np.arctan(4e-5 * omega)).sum(axis=1) / (weight * omega**2).sum(axis=1)
-    assert np.nanmedian(slow.columns.modes.delay, axis=0) == pytest.approx(early, rel=0.03)
+    assert np.nanmedian(slow.modes.delay_s, axis=0) == pytest.approx(early, rel=0.03)
     late = [i for i, each in enumerate(slow.observables) if "delay" in each.name]
     assert slow.residuals()[:, late] * slow.signals.contact_s == pytest.approx(np.tile(early, (6, 1)), rel=0.05)
     assert np.all(np.abs(in_tolerances(mounted, mounted.residuals(), "delay")) < 0.1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.observables.batching import at_rows, by_kinds, stacked
+from pyroshock.diagnosis.observables.batching import at_rows, batched_changes, stacked
 from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.twin.effects import effect
 from support.records.gun_campaigns import gun_record
@@ -42,10 +42,23 @@ def test_simulated_runs_have_their_configuration_s_value():
     np.testing.assert_allclose(together[:, 0], alone[record.configuration_of, np.arange(len(record.runs))])
 
 
-def test_sets_of_the_same_kinds_stand_together():
-    loss, gain = effect("gun.dead_volume"), effect("sensor.velocity_gain")
+def test_sets_of_the_same_kinds_are_observed_together():
+    """Of one case each: the effects' numbers are what is observed."""
+    calls = []
+
+    def observed(effects, count):
+        calls.append(([effect.id for effect in effects], count))
+        values = [np.asarray(value) for effect in effects for value in vars(effect).values()]
+        return sum(values, np.zeros(count))[:, None]
+
+    loss, gain = effect("gun.dead_volume", volume_m3=2e-3), effect("sensor.velocity_gain", gain=1.1)
     sets = [[loss], [], [gain, loss], [effect("gun.dead_volume", volume_m3=1e-3)], [loss, gain]]
-    assert list(by_kinds(sets)) == [[0, 3], [2, 4]]
+    assert batched_changes(sets, observed)[:, 0, 0] == pytest.approx([0.002, 0.0, 1.102, 0.001, 1.102])
+    assert calls == [
+        ([], 1),
+        (["gun.dead_volume"], 2),
+        (["gun.dead_volume", "sensor.velocity_gain"], 2),
+    ]
 
 
 def test_stacked_sets_follow_one_another():
