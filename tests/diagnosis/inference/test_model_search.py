@@ -160,3 +160,10 @@ def test_polished_fit_takes_the_place_of_a_likelier_rough_one():
     library.add([replace(fit, polished=False, log_evidence=fit.log_evidence + 5)])
     library.add([fit])
     assert library.fits[key] is fit
+
+
+def test_every_law_is_fitted_by_itself():
+    """Also those that do not look promising at any of their usual starts."""
+    problem = problem_of({"gun.linear_0": 3.0})
+    library = search(problem)
+    assert all((law.key,) in library.fits for law in problem.laws)

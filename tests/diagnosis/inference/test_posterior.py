@@ -252,3 +252,20 @@ def test_common_effects_have_one_value_for_all_levels():
     name = law.coordinates[0].parameter.name
     assert np.shape(getattr(split, name)) == (len(record.configurations),)
     np.testing.assert_allclose(getattr(common, name), getattr(split, name))  # levels have nothing of their own at u
+
+
+def test_interval_of_a_level_is_that_of_what_it_has_in_common_and_of_its_own():
+    """What levels have in common and what each has of its own lean against each other: only their sum is known."""
+    record = gun_record([DEAD_VOLUME], seed=3)
+    stage = GunStage(record)
+    posterior = Posterior.of(GapTable.of(record, [stage]), [stage], [catalogue()["gun.sliding_friction"]])
+    law = next(law for law in posterior.problem.laws if law.levels)
+    sharp = 100.0 * law.placing.T @ law.placing + np.eye(law.size)  # a measurement of each level's place, sd 0.1
+    fit = replace(posterior.library.fits[()], laws=(law,), u=law.starts()[1], precision=sharp)
+    spread = np.sqrt(np.diag(law.placing @ np.linalg.inv(sharp) @ law.placing.T))
+    assert np.all(spread < 0.1)
+    coordinates = np.repeat(law.coordinates, len(law.level_names))
+    rows = fitted_parameters(fit, law.id)
+    for row, coordinate, place, width in zip(rows, coordinates, law.placing @ fit.u, spread, strict=True):
+        ends = coordinate.value(place + 1.6449 * width * np.array([-1.0, 1.0]))
+        assert row.ci90 == pytest.approx(tuple(np.sort(ends)), rel=1e-4)

@@ -288,3 +288,47 @@ def test_simulated_records_under_the_true_effect_are_the_measured_ones() -> None
     assert np.abs(measured - stage.records([gain])).max() < 0.03 * np.abs(measured).max()
     levels = [stage.columns.spectra.levels_db(records) for records in (measured, stage.records())]
     assert levels[0] - levels[1] == pytest.approx(4.0, abs=0.15)
+
+
+BY_PART = [
+    effect("plate.damping", factor=np.repeat([0.7, 1.6, 2.4], (3, 3, 4))),
+    effect("plate.sensor_mass", mass_kg=np.array([0.02, 0.12])),
+    effect("sensor.acceleration_gain", gain=np.array([1.15, 0.85])),
+    effect("sensor.mount_resonance", period_s=np.array([0.0, 1e-4])),
+    effect("sensor.zero_shift", share=np.array([-0.02, 0.03]), decay_time_s=0.25),
+]
+
+
+@pytest.mark.parametrize("planted", BY_PART, ids=[item.id for item in BY_PART])
+def test_effect_that_differs_between_parts_closes_its_own_gap(planted: Effect) -> None:
+    """Damping by band of modes, errors of accelerometers by channel."""
+    _, before, after = left([planted])
+    assert rms(after) < 0.3 * rms(before)
+    assert rms(after) < 0.6
+
+
+def test_gain_of_a_channel_moves_that_channel_alone(nominal: PlateStage) -> None:
+    gain = effect("sensor.acceleration_gain", gain=np.array([1.0, 1.25]))
+    moved = nominal.changes([[gain]])[0]
+    channel = np.array([item.channel for item in nominal.observables])
+    lines = np.array([item.unit == "dB" for item in nominal.observables])
+    assert np.nanmax(np.abs(moved[:, channel == "acceleration_1"])) == pytest.approx(0.0, abs=1e-9)
+    assert moved[:, lines & (channel == "acceleration_2")] == pytest.approx(20 * np.log10(1.25), abs=1e-6)
+
+
+def test_parts_are_channels_and_bands_of_as_many_modes(nominal: PlateStage) -> None:
+    """Ten modes in three bands; an observable tells of the band of its frequency and of its own channel."""
+    damping, gain, force = (
+        catalogue()[name] for name in ("plate.damping", "sensor.acceleration_gain", "sensor.force_gain")
+    )
+    levels, names = nominal.parts(damping)["mode band"]
+    assert np.bincount(levels).tolist() == [4, 3, 3]
+    assert names[0] == "modes up to 905 Hz"
+    assert nominal.parts(gain) == {"channel": ((0, 1), ("acceleration_1", "acceleration_2"))}
+    assert nominal.parts(force) == {}
+    bands = nominal.part_of_observables("mode band", names)
+    channels = nominal.part_of_observables("channel", ("acceleration_1", "acceleration_2"))
+    for item, band, channel in zip(nominal.observables, bands, channels, strict=True):
+        assert channel == {"acceleration_1": 0, "acceleration_2": 1}.get(item.channel, -1)
+        if item.frequency_hz is not None:
+            assert band == np.searchsorted([905.0, 2400.0], item.frequency_hz)
