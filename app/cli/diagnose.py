@@ -107,9 +107,9 @@ def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
 def _tell(verdict: Verdict) -> None:
     """The first sentences and what to do next, then effects, path and the rest of the report."""
     from ...diagnosis.number_format import percent
-    from ...diagnosis.recommendations import next_experiment, recommendations
     from ...diagnosis.restriction import restrictions_among
-    from ...diagnosis.summary import summary
+    from ..diagnoses.recommendations import next_experiment, recommendations
+    from ..diagnoses.summary import summary
     from ..reports.sentences import cause_name, fitted_words, shrinkage_line, where_lines
 
     click.echo(f"{verdict.campaign}: {' '.join((*restrictions_among(verdict.assumptions), summary(verdict)))}")

@@ -192,7 +192,7 @@ def keep(store: Store, verdict: Verdict, asked: Asked | None = None) -> int:
 
     What was `asked` is kept beside it, so that a what-if diagnosis asks the same; paths of this machine are not.
     """
-    from ...diagnosis.verdict_json import verdict_to_json
+    from .verdict_json import verdict_to_json
 
     report, details = verdict_to_json(verdict)
     if asked is not None:
@@ -226,7 +226,7 @@ def _options_json(asked: Asked) -> dict[str, Any]:
 
 def report_json(verdict: Verdict) -> dict[str, Any]:
     """The report as scripts read it; a number that JSON has not (NaN) is null."""
-    from ...diagnosis.verdict_json import verdict_to_json
+    from .verdict_json import verdict_to_json
 
     return verdict_to_json(verdict)[0]
 

@@ -80,7 +80,7 @@ def kept_verdict(session: Session, diagnosis_id: int) -> Verdict:
     Raises `LookupError` for an unknown one, and for one that an older store keeps without what its page draws;
     `ValueError` for one that a newer software has kept.
     """
-    from ...diagnosis.verdict_json import verdict_from_json
+    from .verdict_json import verdict_from_json
 
     row = _row(session, diagnosis_id)
     if row.details is None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...diagnosis.labels import observable_label
 from ...diagnosis.plot_data import CurvePicture, Pictures, ResidualPicture
+from ..diagnoses.labels import observable_label
 from .svg import Floats, band, chart, dots, frame_of, level, line
 
 #: The floor is shaded to so many standard deviations.

@@ -1,13 +1,13 @@
-"""Lines of a diagnosis that the terminal and the page share; its first sentences are `diagnosis.summary`."""
+"""Lines of a diagnosis that the terminal and the page share; its first sentences are `diagnoses.summary`."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from ...diagnosis.labels import with_labels
 from ...diagnosis.number_format import number, number_beside, percent, percent_with_range
 from ...diagnosis.verdict import CORRECTED, NONE, UNKNOWN, Cause, Fitted, Shrinkage, Where
 from ...twin.effects import catalogue
+from ..diagnoses.labels import with_labels
 
 
 def fitted_words(parameter: Fitted) -> str:

@@ -16,9 +16,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+from pyroshock.app.diagnoses.verdict_json import verdict_to_json
 from pyroshock.diagnosis.plot_data import Pictures, ResidualPicture
 from pyroshock.diagnosis.verdict import Cause, GapSize, Verdict, Where
-from pyroshock.diagnosis.verdict_json import verdict_to_json
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.jobs import DONE, Job

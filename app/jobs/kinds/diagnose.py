@@ -23,8 +23,8 @@ class DiagnoseArguments:
 
 
 def _do(work: Work, asked: DiagnoseArguments) -> Ending:
-    from ....diagnosis.summary import summary
     from ...diagnoses.diagnosing import Asked, diagnosed, is_stored, keep, report_json
+    from ...diagnoses.summary import summary
     from ...models.training import models_extra
 
     if not is_stored(work.store, asked.target):  # a folder's path is nobody's to name from afar

@@ -175,7 +175,7 @@ class _Drawn:
 
 def _drawn(verdict: Verdict) -> _Drawn:
     from ....diagnosis.restriction import restrictions_among
-    from ....diagnosis.summary import summary
+    from ...diagnoses.summary import summary
     from ...reports.diagnosis import EFFECT_COLUMNS, EFFECTS, FIRST_SECTIONS, section_html, sections
 
     titled = [
@@ -197,7 +197,7 @@ def _drawn(verdict: Verdict) -> _Drawn:
 
 def _rows(verdict: Verdict) -> list[tuple[Any, ...]]:
     """The effects with their figures, then those that the diagnosis did not look at, and what is unexplained."""
-    from ....diagnosis.labels import effect_subject
+    from ...diagnoses.labels import effect_subject
     from ...reports.diagnosis import EFFECT_COLUMNS, effect_rows
 
     rows = effect_rows(verdict)

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import pytest
 from pyroshock.app.diagnoses.diagnosing import keep, report_json
+from pyroshock.app.diagnoses.summary import summary
 from pyroshock.app.reports.diagnosis import document_of
 from pyroshock.app.reports.document import Bars, Figures, Paragraph
 from pyroshock.app.reports.page import html_of
 from pyroshock.app.reports.pdf import pdf_of
 from pyroshock.app.reports.stored_diagnosis import diagnosis_document, verdict_of
 from pyroshock.diagnosis.plot_data import Pictures
-from pyroshock.diagnosis.summary import summary
 from pyroshock.diagnosis.verdict import Verdict
 from pyroshock.schema.diagnoses import Diagnosis
 from support.checks.pdf_text import pdf_text

@@ -11,7 +11,7 @@ from urllib.parse import quote
 import pytest
 from pyroshock.app.diagnoses.diagnosing import keep
 from pyroshock.app.diagnoses.kept import kept_options, kept_report
-from pyroshock.diagnosis.summary import summary
+from pyroshock.app.diagnoses.summary import summary
 from pyroshock.doe.plans import read_plan
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.impacts import Pulse

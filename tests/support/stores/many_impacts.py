@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pyroshock.app.diagnoses.verdict_json import verdict_to_json
 from pyroshock.app.plans.planning import make_plan
 from pyroshock.benchmarks.crowded import campaign_name, fill
-from pyroshock.diagnosis.verdict_json import verdict_to_json
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.benches import Gun
 from pyroshock.schema.campaigns import Campaign

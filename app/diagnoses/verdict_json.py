@@ -11,8 +11,8 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from ..twin.effects import Effect, effect_from_json
-from .verdict import Verdict, plain
+from ...diagnosis.verdict import Verdict, plain
+from ...twin.effects import Effect, effect_from_json
 
 Json = dict[str, Any]
 

@@ -6,9 +6,10 @@ import re
 import shlex
 from collections.abc import Iterable, Iterator
 
-from ..twin.effects import catalogue
+from ...diagnosis.number_format import join_words, number, percent
+from ...diagnosis.verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict, single_effects
+from ...twin.effects import catalogue
 from .labels import EFFECT_SUBJECTS, effect_check, effect_subject, with_labels
-from .number_format import join_words, number, percent
 from .summary import (
     MOST,
     NEAREST,
@@ -21,7 +22,6 @@ from .summary import (
     set_subject,
     stage_name,
 )
-from .verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict, single_effects
 
 #: From this held-out fraction on an effect is worth adopting.
 _WORTH_ADOPTING = 0.5

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from pyroshock.app.diagnoses.diagnosing import report_json
+from pyroshock.app.diagnoses.verdict_json import verdict_from_json, verdict_to_json
 from pyroshock.app.reports.diagnosis import page
 from pyroshock.diagnosis.plot_data import CurvePicture, Pictures, ResidualPicture
 from pyroshock.diagnosis.verdict import (
@@ -24,7 +25,6 @@ from pyroshock.diagnosis.verdict import (
     Unexplained,
     Verdict,
 )
-from pyroshock.diagnosis.verdict_json import verdict_from_json, verdict_to_json
 from support.records import verdicts
 
 NAN, INF = float("nan"), float("inf")
