@@ -36,8 +36,11 @@ Floats = NDArray[np.float64]
 
 #: Prior probability that no effect acts.
 NONE_PRIOR = 0.2
-#: Candidates of a step that are fitted; rounds of exchanges; sets within so many nats of the best are kept.
-_FITTED, _ROUNDS, WINDOW = 4, 10, 20.0
+#: Candidates of a step that are fitted; sets within so many nats of the best are kept.
+_FITTED, WINDOW = 4, 20.0
+#: Exchanges from each set that are fitted in a round, and rounds: in a stage by itself, and in a chain of stages that
+#: were searched already, where each costs far more.
+_EXCHANGED, _ROUNDS = (20, 8), (10, 4)
 #: Power of the posterior by which sets are weighed. The laws are not those of a real bench, so that evidence counts for
 #: less than it says (a coarsened posterior: Miller and Dunson, J. Am. Stat. Assoc. 114 (2019) 1113); learned by
 #: `benchmarks/diagnosis_maps.py`.
@@ -222,7 +225,8 @@ def _exchange(problem: InferenceProblem, library: ModelLibrary, progress: Callab
     library.compare_backgrounds()
     library.polish()
     beam = [fit for fit, _ in library.weights()][:BEAM]
-    for _ in range(_ROUNDS):
+    chain = len(problem.blocks) > 1
+    for _ in range(_ROUNDS[chain]):
         moves = [
             (
                 current,
@@ -230,7 +234,7 @@ def _exchange(problem: InferenceProblem, library: ModelLibrary, progress: Callab
             )
             for current in beam
         ]
-        _fitted(problem, library, moves, count=5 * _FITTED)
+        _fitted(problem, library, moves, count=_EXCHANGED[chain])
         library.compare_backgrounds()
         library.polish()
         best = [fit for fit, _ in library.weights()][:BEAM]
