@@ -38,16 +38,16 @@ Floats = NDArray[np.float64]
 NONE_PRIOR = 0.2
 #: Candidates of a step that are fitted; sets within so many nats of the best are kept.
 _FITTED, WINDOW = 4, 20.0
-#: Exchanges from each set that are fitted in a round, and rounds: in a stage by itself, and in a chain of stages that
-#: were searched already, where each costs far more.
-_EXCHANGED, _ROUNDS = (20, 8), (10, 4)
+#: Exchanges from each set that are fitted in a round, rounds, and sets that additions begin from: of a problem with few
+#: cells, and of one with more than `_MANY` of them (the lines of a plate), where each fit costs far more.
+_EXCHANGED, _ROUNDS, _EXTENDED, _MANY = (20, 10), (8, 4), (2, 1), 400
 #: Power of the posterior by which sets are weighed. The laws are not those of a real bench, so that evidence counts for
 #: less than it says (a coarsened posterior: Miller and Dunson, J. Am. Stat. Assoc. 114 (2019) 1113); learned by
 #: `benchmarks/diagnosis_maps.py`.
 TEMPER = 0.3
 #: Of the moves that bring the same law in so many are fitted.
 _OF_ONE_LAW = 2
-#: So many sets are extended at once.
+#: So many sets are exchanged at once.
 BEAM = 2
 #: A set that is so many nats below the best and smaller than it is not followed further down.
 _GIVEN_UP = 15.0
@@ -153,6 +153,11 @@ def search(problem: InferenceProblem, progress: Callable[[str], None] = lambda _
     return library
 
 
+def _is_large(problem: InferenceProblem) -> bool:
+    """Whether a fit is expensive."""
+    return sum(len(block.z) for block in problem.blocks) > _MANY
+
+
 def _search_stage(problem: InferenceProblem, library: ModelLibrary, progress: Callable[[str], None]) -> None:
     """From no effects upwards as long as another one pays, and from all effects downwards."""
     beam = [library.best()]
@@ -164,7 +169,8 @@ def _search_stage(problem: InferenceProblem, library: ModelLibrary, progress: Ca
         fits += [fit for fit in library.fits.values() if len(fit.laws) == len(beam[0].laws) + 1 and fit not in fits]
         if not fits:
             break
-        beam = polished(problem, sorted(fits, key=library.log_joint, reverse=True)[:BEAM])
+        count = _EXTENDED[_is_large(problem)]
+        beam = polished(problem, sorted(fits, key=library.log_joint, reverse=True)[:count])
         library.add(beam)
         gains = library.log_joint(library.best()) > before
         progress(f"{'+'.join(beam[0].effects)}: {library.log_joint(beam[0]):.1f}")
@@ -225,8 +231,8 @@ def _exchange(problem: InferenceProblem, library: ModelLibrary, progress: Callab
     library.compare_backgrounds()
     library.polish()
     beam = [fit for fit, _ in library.weights()][:BEAM]
-    chain = len(problem.blocks) > 1
-    for _ in range(_ROUNDS[chain]):
+    large = _is_large(problem)
+    for _ in range(_ROUNDS[large]):
         moves = [
             (
                 current,
@@ -234,7 +240,7 @@ def _exchange(problem: InferenceProblem, library: ModelLibrary, progress: Callab
             )
             for current in beam
         ]
-        _fitted(problem, library, moves, count=_EXCHANGED[chain])
+        _fitted(problem, library, moves, count=_EXCHANGED[large])
         library.compare_backgrounds()
         library.polish()
         best = [fit for fit, _ in library.weights()][:BEAM]
