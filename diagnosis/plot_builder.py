@@ -84,7 +84,7 @@ def _pulse(stage: ContactStage, effects: Sequence[Effect], runs: Rows, label: st
         return
     curves = [pulses.measured[runs].mean(axis=0), pulses.simulated[runs].mean(axis=0)]
     if effects:  # a pulse that has grown comes on a longer clock
-        after = pulse_residuals(stage, at_rows(effects, stage.record.configuration_of))
+        after = pulse_residuals(stage, at_rows(stage.acting(effects), stage.record.configuration_of))
         curves.append(np.interp(pulses.time_s, after.time_s, after.simulated[runs].mean(axis=0), left=0.0, right=0.0))
     # the samples of the pulse, with half its length on either side
     pressed = np.flatnonzero(curves[0] > _PRESSED * curves[0].max())

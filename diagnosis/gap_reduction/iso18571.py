@@ -62,7 +62,7 @@ def _ratings(stage: ContactStage, held: Rows, effects: Sequence[Effect]) -> list
         rows = list(range(len(rows)))
     if not rows:
         return []
-    pulses = pulse_residuals(stage, at_rows(effects, stage.record.configuration_of))
+    pulses = pulse_residuals(stage, at_rows(stage.acting(effects), stage.record.configuration_of))
     return [_aligned_rating(pulses.measured[row], pulses.simulated[row]) for row in rows]
 
 

@@ -124,11 +124,13 @@ class InferenceProblem:
 
     def cell_levels(self, law: EffectLaw, block: StageBlock) -> Rows:
         """(N,): the level of a law's owner that each cell of a stage tells of; -1 for none."""
-        stage = next(stage for stage in self.simulator.stages if stage.name == block.stage)
-        if law.owner not in stage.parts(law.kind):
+        parted = [stage for stage in self.simulator.stages if law.owner in stage.parts(law.kind)]
+        if not parted:
             return np.asarray(np.array(law.levels)[block.configuration])
-        levels = stage.part_of_observables(law.owner, law.level_names)
-        return np.asarray(levels[block.observable - self.gap.columns(block.stage)[0]])
+        levels = np.full(len(self.gap.observables), -1)
+        for stage in parted:
+            levels[self.gap.columns(stage.name)] = stage.part_of_observables(law.owner, law.level_names)
+        return np.asarray(levels[block.observable])
 
     def changes(self, points: Sequence[Point]) -> list[Floats]:
         """By block (k, N): what each set changes, in tolerances; NaN where there is no answer."""
