@@ -9,9 +9,11 @@ import pytest
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.inference.problem import InferenceProblem, StageBlock
 from pyroshock.diagnosis.observables.gun.stage import GunStage
+from pyroshock.diagnosis.observables.plate.stage import PlateStage
 from pyroshock.twin.effects import catalogue
 from support.records.gun_campaigns import gun_record
 from support.records.linear_problems import gap_of
+from support.records.plate_records import played
 from support.records.toy_bench import Design, ToyLayer, ToyLeak, ToyLoss, ToyVelocityGain, campaign, stages_of
 
 FACTORS = [{"place": float(i)} for i in range(4)]
@@ -115,3 +117,25 @@ def test_search_of_an_effect_begins_where_it_moves_the_gap_by_a_tolerance(name: 
         effect = law.kind(**{**rest, law.coordinates[0].parameter.name: value})
         rms = float(np.sqrt(np.mean((stage.changes([[effect]]) / stage.observables[0].tolerance) ** 2)))
         assert (rms > 1.0) == beyond
+
+
+def test_law_by_channel_tells_of_the_plate_s_cells_alone():
+    """In a chain the gun's cells belong to no channel of the plate, and changes of both stages are simulated."""
+    played_record, gun = played(noise=0.003), gun_record()
+    runs = tuple(
+        replace(run, tank_pressure_pa=1e5, bullet_mass_kg=0.5, velocity_m_s=10.0 + 0.1 * run.repetition)
+        for run in played_record.runs
+    )
+    record = replace(played_record, gun=gun.gun, runs=runs)
+    stages = [GunStage(record), PlateStage(record)]
+    kinds = [catalogue()[name] for name in ("gun.valve_flow", "sensor.acceleration_gain", "plate.damping")]
+    gap = GapTable.of(record, stages)
+    problem = InferenceProblem.of(gap, stages, kinds)
+    law = next(law for law in problem.laws if law.owner == "channel")
+    for block in problem.blocks:
+        channels = [gap.observables[column].channel for column in block.observable]
+        expected = [law.level_names.index(name) if name in law.level_names else -1 for name in channels]
+        assert problem.cell_levels(law, block).tolist() == expected
+    gun_change, plate_change = problem.changes([((law, law.level_start(np.array([1.0, -1.0]))),)])
+    assert np.all(gun_change == 0)
+    assert np.abs(plate_change).max() > 1
