@@ -138,4 +138,4 @@ def test_law_by_channel_tells_of_the_plate_s_cells_alone():
         assert problem.cell_levels(law, block).tolist() == expected
     gun_change, plate_change = problem.changes([((law, law.level_start(np.array([1.0, -1.0]))),)])
     assert np.all(gun_change == 0)
-    assert np.abs(plate_change).max() > 1
+    assert plate_change.min() < -0.3 and plate_change.max() > 0.3
