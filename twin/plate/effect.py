@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..effects import Effect, checked_effects
-from .modal import ModalPlate
+from .modal import Floats, ModalPlate
 
 #: Owners of which a plate has several.
 _PARTS = ("mode band", "channel")
@@ -28,6 +28,17 @@ class PlateEffect(Effect):
         for item in self.parameters():
             if np.ndim(getattr(self, item.name)) and item.owner not in _PARTS:
                 raise ValueError(f"{self.id}: {item.name} is an array; expected one number, a plate is no batch")
+
+    def values(self, name: str, parts: str, count: int) -> Floats:
+        """(count,): a parameter for each of the plate's `parts` ("modes").
+
+        Raises `ValueError` for an array of another length.
+        """
+        given = np.atleast_1d(np.asarray(getattr(self, name), dtype=np.float64))
+        if given.size not in (1, count):
+            expected = f"expected one, or one for each of the {count} {parts}"
+            raise ValueError(f"{self.id}: {name} has {given.size} values; {expected}")
+        return np.broadcast_to(given, count)
 
     @property
     def is_off(self) -> bool:

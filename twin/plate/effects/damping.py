@@ -31,5 +31,6 @@ class Damping(PlateEffect):
     source = "Ewins, Modal Testing, 2nd ed. (2000), on proportional damping; the shapes stay"
 
     def changed(self, plate: ModalPlate) -> ModalPlate:
-        ratio = np.minimum(self.factor * plate.damping_ratio + self.added_ratio, _MOST)
+        factor = self.values("factor", "modes", plate.damping_ratio.size)
+        ratio = np.minimum(factor * plate.damping_ratio + self.added_ratio, _MOST)
         return replace(plate, damping_ratio=ratio)

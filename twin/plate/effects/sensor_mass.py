@@ -36,8 +36,8 @@ class SensorMass(PlateEffect):
         from scipy.linalg import eigh
 
         omega = 2 * np.pi * plate.frequency_hz
-        loads = np.broadcast_to(self.mass_kg, len(plate.shapes))
-        mass = np.eye(omega.size) + (plate.shapes.T * loads) @ plate.shapes
+        sensors = self.values("mass_kg", "sensors", len(plate.shapes))
+        mass = np.eye(omega.size) + (plate.shapes.T * sensors) @ plate.shapes
         squares, vectors = eigh(np.diag(omega**2), mass)
         squares[: np.count_nonzero(omega == 0)] = 0.0  # else the root of a rounding error
         loaded = np.sqrt(np.abs(squares))

@@ -52,7 +52,23 @@ def test_an_effect_survives_json_and_does_something(identity, plate):
     assert np.any(changed.frequency_hz != plate.frequency_hz) or np.any(changed.damping_ratio != plate.damping_ratio)
 
 
-@pytest.mark.parametrize("identity", PLATE_EFFECTS)
+BY_PART = {"plate.damping": "modes", "plate.sensor_mass": "sensors"}
+
+
+@pytest.mark.parametrize("identity", BY_PART)
+def test_values_by_part_are_as_many_as_the_parts(identity, plate):
+    """The same value for each part is the value for all; another number of values is refused with both numbers."""
+    name = catalogue()[identity].parameters()[0].name
+    count = {"modes": plate.frequency_hz.size, "sensors": len(plate.shapes)}[BY_PART[identity]]
+    same, each = effect(identity, **{name: 0.5}), effect(identity, **{name: np.full(count, 0.5)})
+    np.testing.assert_array_equal(each.apply(plate).damping_ratio, same.apply(plate).damping_ratio)
+    np.testing.assert_array_equal(each.apply(plate).frequency_hz, same.apply(plate).frequency_hz)
+    wrong = effect(identity, **{name: np.full(count + 1, 0.5)})
+    with pytest.raises(ValueError, match=f"{count + 1} values.*the {count} {BY_PART[identity]}"):
+        wrong.apply(plate)
+
+
+@pytest.mark.parametrize("identity", sorted(set(PLATE_EFFECTS) - set(BY_PART)))
 def test_a_plate_is_no_batch(identity):
     name = catalogue()[identity].parameters()[0].name
     with pytest.raises(ValueError, match=f"{identity}: {name} is an array"):
