@@ -264,7 +264,7 @@ def test_interval_of_a_level_is_that_of_what_it_has_in_common_and_of_its_own():
     fit = replace(posterior.library.fits[()], laws=(law,), u=law.starts()[1], precision=sharp)
     spread = np.sqrt(np.diag(law.placing @ np.linalg.inv(sharp) @ law.placing.T))
     assert np.all(spread < 0.1)
-    coordinates = np.repeat(law.coordinates, len(law.level_names))
+    coordinates = [coordinate for coordinate in law.coordinates for _ in law.level_names]
     rows = fitted_parameters(fit, law.id)
     for row, coordinate, place, width in zip(rows, coordinates, law.placing @ fit.u, spread, strict=True):
         ends = coordinate.value(place + 1.6449 * width * np.array([-1.0, 1.0]))

@@ -196,8 +196,8 @@ def test_shared_examples_are_read_whole(shared: Path, name: str, configurations:
 
 def _find(piece: np.ndarray, whole: np.ndarray) -> int:
     """Where the samples of `piece` begin in `whole`; they must be there, exactly."""
-    places = np.flatnonzero(whole[: whole.size - piece.size + 1] == piece[0])
-    places = [int(i) for i in places if np.array_equal(whole[i : i + piece.size], piece)]
+    candidates = np.flatnonzero(whole[: whole.size - piece.size + 1] == piece[0])
+    places = [int(i) for i in candidates if np.array_equal(whole[i : i + piece.size], piece)]
     assert len(places) == 1
     return places[0]
 

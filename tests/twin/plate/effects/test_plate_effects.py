@@ -60,10 +60,11 @@ def test_values_by_part_are_as_many_as_the_parts(identity, plate):
     """The same value for each part is the value for all; another number of values is refused with both numbers."""
     name = catalogue()[identity].parameters()[0].name
     count = {"modes": plate.frequency_hz.size, "sensors": len(plate.shapes)}[BY_PART[identity]]
-    same, each = effect(identity, **{name: 0.5}), effect(identity, **{name: np.full(count, 0.5)})
-    np.testing.assert_array_equal(each.apply(plate).damping_ratio, same.apply(plate).damping_ratio)
-    np.testing.assert_array_equal(each.apply(plate).frequency_hz, same.apply(plate).frequency_hz)
-    wrong = effect(identity, **{name: np.full(count + 1, 0.5)})
+    common = of_plate(identity, **{name: 0.5}).apply(plate)
+    by_part = of_plate(identity, **{name: np.full(count, 0.5)}).apply(plate)
+    np.testing.assert_array_equal(by_part.damping_ratio, common.damping_ratio)
+    np.testing.assert_array_equal(by_part.frequency_hz, common.frequency_hz)
+    wrong = of_plate(identity, **{name: np.full(count + 1, 0.5)})
     with pytest.raises(ValueError, match=f"{count + 1} values.*the {count} {BY_PART[identity]}"):
         wrong.apply(plate)
 
