@@ -21,10 +21,10 @@ class UnknownMap:
     """logit p = `intercept` + `odds` asinh(log odds / 2) + `fraction` (1 - p_none) (1/2 - held-out fraction) + `left`
     ln(left)."""
 
-    intercept: float = -1.19
-    odds: float = 0.25
-    fraction: float = 5.00
-    left: float = 1.62
+    intercept: float = -0.99
+    odds: float = 0.31
+    fraction: float = 5.09
+    left: float = 1.27
     source: str = "development campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
 
     def __call__(self, log_odds: float, fraction: float | None, left: float | None, none: float = 0.0) -> float:
