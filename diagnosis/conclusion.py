@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 #: Entries below this probability are not listed; what is listed sums to one.
 _LISTED = 1e-3
 #: Two sets are one entry where these data leave the less likely one a twentieth of both; an entry has at most so many.
-_ALIKE, _MOST_ALIKE = 0.05, 6
+_ALIKE, _MOST_ALIKE = 0.05, 4
 #: An effect is named from this probability on that it acts.
 _INCLUDED = 0.5
 #: A named effect with less of the gap stands in the table of effects alone.
