@@ -139,12 +139,10 @@ class InferenceProblem:
 
 
 def _owners_of_kind(kind: type[Effect], owners: Owners, stages: Sequence[Stage]) -> Owners:
-    """Parameters of the plate and of its sensors differ between parts of the plate, all others between configurations.
-    What two stages show belongs to configurations in neither, since their arrays would go with different things."""
-    shown = [stage for stage in stages if kind.id in stage.shows]
-    if any(stage.name == "plate" for stage in shown):
-        return {owner: levels for stage in shown for owner, levels in stage.parts(kind).items()}
-    return owners
+    """Parameters that the plate shows differ between its parts, all others between configurations: an array of values
+    goes with the one or with the other."""
+    plate = next((stage for stage in stages if stage.name == "plate" and kind.id in stage.shows), None)
+    return owners if plate is None else plate.parts(kind)
 
 
 def _noise(gap: GapTable, c: Rows, o: Rows) -> Floats:

@@ -73,8 +73,8 @@ class ContactLaw:
         hertz = self.stiffness * top * np.sqrt(top)
         yielding = top > self.yield_m
         depth = np.where(yielding, top / np.where(yielding, self.yield_m, 1.0), 1.0)
-        way = np.minimum((depth - 1) / (FULLY_PLASTIC - 1), 1.0)
-        wider = 1 + way**2 * (3 - 2 * way)
+        transition = np.minimum((depth - 1) / (FULLY_PLASTIC - 1), 1.0)
+        wider = 1 + transition**2 * (3 - 2 * transition)
         pressure = np.minimum(1 - (1 - ONSET_SHARE) * (1 - np.log(depth) / np.log(FULLY_PLASTIC)), 1.0)
         loading = np.where(yielding, self.plastic_slope / 2 * top * wider * pressure, hertz)
         # A Hertzian contact of this radius springs back by as much as it was pressed in: by 3 F / (4 E* a).

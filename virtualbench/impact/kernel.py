@@ -68,8 +68,8 @@ def _contact(indentation: float, deepest: float, f: Floats) -> float:
     loading, wider = hertz, 1.0
     if top > f[YIELD_M]:
         depth = top / f[YIELD_M]
-        way = min((depth - 1) / (FULLY_PLASTIC - 1), 1.0)
-        wider = 1 + way**2 * (3 - 2 * way)
+        transition = min((depth - 1) / (FULLY_PLASTIC - 1), 1.0)
+        wider = 1 + transition**2 * (3 - 2 * transition)
         pressure = min(1 - (1 - ONSET_SHARE) * (1 - math.log(depth) / math.log(FULLY_PLASTIC)), 1.0)
         loading = f[SLOPE_N_M] / 2 * top * wider * pressure
     spring_back = max(top * loading / max(hertz * math.sqrt(wider), 2.2250738585072014e-308), _SMALLEST_M)

@@ -34,8 +34,8 @@ def some(rng: np.random.Generator, modes: int = 3, records: int = 4) -> np.ndarr
 
 def test_amplitudes_come_back() -> None:
     poles, amplitudes = poles_of(FREQUENCY, RATIO), some(np.random.default_rng(1))
-    found = Basis.of(poles, SAMPLES, STEP_S).projected(ringing(poles, amplitudes, offset=3.0))[0]
-    assert found == pytest.approx(amplitudes, abs=1e-8)
+    projected = Basis.of(poles, SAMPLES, STEP_S).projected(ringing(poles, amplitudes, offset=3.0))[0]
+    assert projected == pytest.approx(amplitudes, abs=1e-8)
 
 
 @given(seed=st.integers(0, 1000), off=st.floats(-0.01, 0.01), wider=st.floats(0.5, 2.0))
@@ -43,9 +43,9 @@ def test_amplitudes_come_back() -> None:
 def test_poles_are_refined_from_a_near_guess(seed: int, off: float, wider: float) -> None:
     poles = poles_of(FREQUENCY, RATIO)
     records = ringing(poles, some(np.random.default_rng(seed)))
-    found = refined(poles_of(FREQUENCY * (1 + off), RATIO * wider), records, STEP_S, 15)
-    assert frequencies_hz(found) == pytest.approx(FREQUENCY, rel=1e-5)
-    assert damping_ratios(found) == pytest.approx(RATIO, rel=1e-3)
+    fitted = refined(poles_of(FREQUENCY * (1 + off), RATIO * wider), records, STEP_S, 15)
+    assert frequencies_hz(fitted) == pytest.approx(FREQUENCY, rel=1e-5)
+    assert damping_ratios(fitted) == pytest.approx(RATIO, rel=1e-3)
 
 
 def test_lines_are_found_without_a_guess() -> None:

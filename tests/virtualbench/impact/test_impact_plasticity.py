@@ -46,8 +46,8 @@ def _loading(depth_m: float) -> tuple[float, float]:
         return 4 / 3 * MODULUS * math.sqrt(radius) * depth_m**1.5, math.sqrt(radius * depth_m)
     if depth_m >= last:
         return 2 * math.pi * radius * depth_m * HARDNESS, math.sqrt(2 * radius * depth_m)
-    way = (depth_m - first) / (last - first)
-    area = math.pi * radius * depth_m * (1 - 2 * way**3 + 3 * way**2)
+    transition = (depth_m - first) / (last - first)
+    area = math.pi * radius * depth_m * (1 - 2 * transition**3 + 3 * transition**2)
     falling = (math.log(last) - math.log(depth_m)) / (math.log(last) - math.log(first))
     return area * (HARDNESS - HARDNESS * (1 - 0.4) * falling), math.sqrt(area / math.pi)
 
@@ -167,10 +167,10 @@ def test_worn_and_pointed_tips_are_popovs_integrals(share: float, radius_m: floa
 
 
 def test_tip_of_no_wear_is_a_ball() -> None:
-    one, depth = np.ones(1), np.array([1e-4])
+    unit, depth = np.ones(1), np.array([1e-4])
     near = [
-        ContactLaw(1e9 * one, 0.03 * one, math.inf * one, 0.02 * one, w * one).force(depth, depth)
+        ContactLaw(1e9 * unit, 0.03 * unit, math.inf * unit, 0.02 * unit, w * unit).force(depth, depth)
         for w in (1e-9, -1e-9)
     ]
-    ball = ContactLaw(1e9 * one, 0.03 * one, math.inf * one, 0.02 * one, 0 * one)
+    ball = ContactLaw(1e9 * unit, 0.03 * unit, math.inf * unit, 0.02 * unit, 0 * unit)
     assert near == pytest.approx(np.array([ball.force(depth, depth)] * 2), rel=1e-6)
