@@ -4,7 +4,7 @@ how far shares are off.
     python -m benchmarks.diagnosis_maps [--jobs 2] [--fit-only]
 
 Writes a row for each campaign to docs/blind-check/development/maps.jsonl, and prints the constants of
-`diagnosis/inference/model_search.py`, `diagnosis/unknown_probability.py` and `diagnosis/inference/shares.py`.
+`diagnosis/inference/model_search.py`, `diagnosis/probability_maps.py` and `diagnosis/inference/shares.py`.
 Families outside of the catalogue and laws are those of the development split alone; seeds are listed here, and no other
 check draws them.
 """
@@ -51,13 +51,24 @@ PLAN = (
     (_GUN, "strong", "two", 8),
     (_GUN, "foreign one", "", 14),
     (_GUN, "foreign two", "", 8),
+    (("gun", "hammer"), "realistic", "", 16),
+    (("plate",), "realistic", "", 6),
+    (("hammer",), "foreign one", "", 8),
+    (("hammer",), "foreign two", "", 8),
+    (("hammer",), "strong", "unknown", 6),
+    (("gun", "hammer"), "middle", "unknown", 4),
 )
 #: Powers of the posterior that are compared, and the least probability that a set is given.
 _TEMPERS = (1.0, 0.7, 0.5, 0.4, 0.3, 0.25, 0.2, 0.15, 0.1)
 _LEAST_PROBABILITY = 1e-3
-#: Prior of the numbers of the map, in the order of `unknown_probability.features`.
+#: Prior of the numbers of the map, in the order of `probability_maps.unknown_features`.
 _MEAN = np.array([0.0, 0.3, 3.0, 1.5])
 _SD = np.array([2.0, 0.3, 3.0, 1.5])
+#: The same for the first entry's, in the order of `probability_maps.entry_features`: evidence as it is.
+_ENTRY_MEAN = np.array([0.0, 1.0, 0.0, 0.0])
+_ENTRY_SD = np.full(4, 2.0)
+#: Above this probability that no effect acts, a campaign without a gap beyond noise needs no explanation.
+_NO_GAP = 0.5
 #: How often intervals are to hold the true share, and shares that are so small do not count.
 _HELD, _COUNTED = 0.9, 0.05
 _Z90 = 1.6449
@@ -103,6 +114,7 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
         **campaign._asdict(),
         "truth": list(label.cause),
         "first": verdict["causes"][0],
+        "known": _likeliest_known(verdict["causes"], said.first_evidence),
         "beyond_noise": gap["beyond_noise"],
         "odds": said.unknown_log_odds,
         "fraction": held[0]["fraction"] if held else None,
@@ -115,7 +127,7 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
 def temper(rows: Sequence[dict[str, Any]]) -> dict[float, float]:
     """By power of the posterior: the mean logarithm of the probability that it gives to the true set of effects, of
     campaigns with none, one or two of them."""
-    used = [row for row in rows if row["truth"] != ["unknown"] and not row["tier"].startswith("realistic")]
+    used = [row for row in rows if row["truth"] != ["unknown"] and _one_or_two(row)]
     return {power: float(np.mean([_log_probability(row, power) for row in used])) for power in _TEMPERS}
 
 
@@ -138,19 +150,48 @@ def _log_probability(row: dict[str, Any], power: float) -> float:
 
 
 def unknown_map(rows: Sequence[dict[str, Any]]) -> Floats:
-    """The likeliest numbers of the map (Newton's steps)."""
-    from pyroshock.diagnosis.unknown_probability import features
+    """The likeliest numbers of the map of unknown."""
+    from pyroshock.diagnosis.probability_maps import unknown_features
 
     used = [row for row in rows if row["beyond_noise"] and row["odds"] is not None]
-    x = np.array([features(row["odds"], row["fraction"], row["left"], _none_probability(row)) for row in used])
+    x = np.array([unknown_features(row["odds"], row["fraction"], row["left"], _none_probability(row)) for row in used])
     y = np.array([float(row["truth"] == ["unknown"]) for row in used])
-    theta = _MEAN.copy()
-    for _ in range(100):
+    return likeliest(x, y, _MEAN, _SD)
+
+
+def likeliest(x: Floats, y: Floats, mean: Floats, sd: Floats) -> Floats:
+    """Weights of a logit with a normal prior (Newton's steps)."""
+    theta = mean.copy()
+    for _ in range(200):
         p = 1 / (1 + np.exp(-np.clip(x @ theta, -30, 30)))
-        slope = x.T @ (y - p) - (theta - _MEAN) / _SD**2
-        curvature = (x.T * (p * (1 - p))) @ x + np.diag(1 / _SD**2)
-        theta = theta + np.clip(np.linalg.solve(curvature, slope), -1.0, 1.0)
+        slope = x.T @ (y - p) - (theta - mean) / sd**2
+        curvature = (x.T * (p * (1 - p))) @ x + np.diag(1 / sd**2)
+        theta = theta + np.clip(np.linalg.solve(curvature, slope), -0.5, 0.5)
     return theta
+
+
+def _likeliest_known(causes: Sequence[dict[str, Any]], evidence: float) -> list[Any]:
+    """The likeliest entry but "unknown", and its probability by evidence alone."""
+    return [next(cause["effects"] for cause in causes if cause["effects"] != ["unknown"]), evidence]
+
+
+def entry_map(rows: Sequence[dict[str, Any]]) -> Floats:
+    """The likeliest numbers of `first_entry_probability`: of campaigns with a gap that the catalogue explains."""
+    from pyroshock.diagnosis.probability_maps import entry_features
+
+    used = [row for row in rows if row["known"] and row["truth"] != ["unknown"] and _one_or_two(row)]
+    used = [row for row in used if row["beyond_noise"] or _none_probability(row) < _NO_GAP]
+    x, y = [], []
+    for row in used:
+        entry, evidence = row["known"]
+        x.append(entry_features(evidence, [] if entry == ["none"] else entry[0].split("+"), row["fraction"]))
+        y.append(float(any(set(names.split("+")) == set(row["truth"]) for names in entry)))
+    return likeliest(np.array(x), np.array(y), _ENTRY_MEAN, _ENTRY_SD)
+
+
+def _one_or_two(row: dict[str, Any]) -> bool:
+    """Whether the set that acts is to be found exactly: of the many effects of a realistic bench most are too small."""
+    return not row["tier"].startswith("realistic")
 
 
 def _share_row(item: dict[str, Any], true: float) -> list[Any]:
@@ -214,6 +255,8 @@ def main() -> None:
         f"UnknownMap(intercept={intercept:.2f}, odds={odds:.2f}, fraction={fraction:.2f}, left={left:.2f}) from "
         f"{len(rows)} campaigns"
     )
+    intercept, odds, several, fraction = entry_map(rows)
+    print(f"ENTRY_INTERCEPT, _ODDS, _SEVERAL, _FRACTION = {intercept:.2f}, {odds:.2f}, {several:.2f}, {fraction:.2f}")
     for power, score in temper(rows).items():
         print(f"TEMPER = {power:g}: mean log probability of the true set {score:.3f}")
     error, held = share_error(rows)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from .inference.model_search import fit_sets
 from .inference.posterior import Posterior, fitted_effects, fitted_parameters
 from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
-from .unknown_probability import UnknownMap
+from .probability_maps import UnknownMap, first_entry_probability
 from .verdict import NONE, UNKNOWN, Cause, EffectShare, PathStep, Unexplained
 
 Floats = NDArray[np.float64]
@@ -33,24 +33,29 @@ _LEAST_SHARE = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Conclusion:
-    """The entries of a report. `fits`: every set that can be adopted, as it was fitted."""
+    """The entries of a report. `fits`: every set that can be adopted, as it was fitted; `first_evidence`: the
+    probability of the likeliest entry but "unknown" by evidence alone."""
 
     causes: tuple[Cause, ...]
     effects: tuple[EffectShare, ...]
     unexplained: Unexplained
     path: tuple[PathStep, ...]
     fits: Mapping[str, SubsetFit]
+    first_evidence: float
 
 
 def conclude(posterior: Posterior, shares: GapShares, held: HeldOut | None, unknown: UnknownMap) -> Conclusion:
     """`held` is what was held out by configuration; None where there are too few configurations."""
     gains = _held_out_gains(posterior, held)
     named = _named(posterior, shares, gains)
-    p_unknown = 0.0
-    if _large(posterior):
-        p_unknown = unknown(posterior.log_odds_unknown, *_held_out_figures(posterior, held), posterior.none_probability)
     listed = _listed_sets(posterior, [name for name in named if shares.share[name] >= _LEAST_LISTED])
-    causes = _causes(posterior, p_unknown, *listed)
+    known, p_unknown = _known_causes(posterior, *listed), 0.0
+    first_evidence = known[0].probability
+    if _large(posterior):
+        fraction, left = _held_out_figures(posterior, held)
+        p_unknown = unknown(posterior.log_odds_unknown, fraction, left, posterior.none_probability)
+        known = _weighed(known, fraction)
+    causes = _listed(known, p_unknown)
     path = _path(posterior, held, named)
     if causes[0].effects == (UNKNOWN,):
         named = ()  # those that are nearest, no causes
@@ -60,6 +65,7 @@ def conclude(posterior: Posterior, shares: GapShares, held: HeldOut | None, unkn
         unexplained=Unexplained(shares.unexplained, shares.unexplained_interval),
         path=path,
         fits=_fits(posterior, named, listed[1]),
+        first_evidence=first_evidence,
     )
 
 
@@ -153,30 +159,49 @@ def _listed_sets(
     return probabilities, fits
 
 
-def _causes(
+def _known_causes(
     posterior: Posterior,
-    p_unknown: float,
     probabilities: Mapping[tuple[str, ...], float],
     sets: Mapping[tuple[str, ...], SubsetFit],
-) -> tuple[Cause, ...]:
-    """Sets of effects by falling probability, those that the data cannot separate in one entry."""
-    none = posterior.none_probability * (1 - p_unknown)
-    rest = {names: p * (1 - p_unknown) for names, p in probabilities.items()}
-    entries: list[Cause] = []
-    remaining = sorted(rest, key=lambda names: -rest[names])
+) -> list[Cause]:
+    """No effect, and sets of effects, those that the data cannot separate in one entry; by falling probability."""
+    entries = [Cause((NONE,), posterior.none_probability)]
+    remaining = sorted(probabilities, key=lambda names: -probabilities[names])
     while remaining:
         first = remaining.pop(0)
         group = [first]
         for other in list(remaining):
-            if len(group) < _MOST_ALIKE and rest[other] >= _ALIKE * (rest[first] + rest[other]):
+            if len(group) < _MOST_ALIKE and probabilities[other] >= _ALIKE * (
+                probabilities[first] + probabilities[other]
+            ):
                 group.append(other)
                 remaining.remove(other)
-        entries.append(_cause(sets[first], group, [rest[names] for names in group]))
-    entries += [Cause((NONE,), none), Cause((UNKNOWN,), p_unknown)]
-    kept = [entry for entry in entries if entry.probability >= _LISTED or entry.effects[0] in (NONE, UNKNOWN)]
-    total = sum(entry.probability for entry in kept) or 1.0
-    scaled = [Cause(c.effects, c.probability / total, c.parameters, c.split, c.fitted) for c in kept]
-    return tuple(sorted(scaled, key=lambda entry: -entry.probability))
+        entries.append(_cause(sets[first], group, [probabilities[names] for names in group]))
+    return sorted(entries, key=lambda entry: -entry.probability)
+
+
+def _weighed(entries: Sequence[Cause], fraction: float | None) -> list[Cause]:
+    """The first entry with the probability that such entries are right by experience, and the others with what it
+    leaves, in proportion. Where there are next to no others, what it leaves is nobody's."""
+    first, *others = entries
+    effects = () if first.effects == (NONE,) else tuple(first.effects[0].split("+"))
+    p, rest = first_entry_probability(first.probability, effects, fraction), sum(each.probability for each in others)
+    if rest < _LISTED:
+        return [replace(first, probability=p), *others]
+    second = others[0].probability / rest  # the first stays first
+    p = max(p, second / (1 + second))
+    scaled = [replace(each, probability=each.probability * (1 - p) / rest) for each in others]
+    return [replace(first, probability=p), *scaled]
+
+
+def _listed(known: Sequence[Cause], p_unknown: float) -> tuple[Cause, ...]:
+    """Entries by falling probability, of sum one."""
+    entries = [replace(each, probability=each.probability * (1 - p_unknown)) for each in known]
+    entries.append(Cause((UNKNOWN,), max(1 - sum(each.probability for each in entries), 0.0)))
+    kept = [each for each in entries if each.probability >= _LISTED or each.effects[0] in (NONE, UNKNOWN)]
+    total = sum(each.probability for each in kept) or 1.0
+    scaled = [replace(each, probability=each.probability / total) for each in kept]
+    return tuple(sorted(scaled, key=lambda each: -each.probability))
 
 
 def _cause(fit: SubsetFit, group: Sequence[tuple[str, ...]], probabilities: Sequence[float]) -> Cause:

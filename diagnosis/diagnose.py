@@ -87,6 +87,7 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress) -> Ve
         fits={name: common_effects(fit) for name, fit in conclusion.fits.items()},
         unknown_log_odds=posterior.log_odds_unknown,
         set_scores=posterior.set_scores(),
+        first_evidence=conclusion.first_evidence,
         pictures=pictures_of(gap, stages, fitted_effects(posterior.best)) if options.draw else Pictures(),
     )
 
@@ -111,7 +112,7 @@ def _assumptions(
     """Priors, an assumed floor, parameters outside of their likely range, and effects that predict little."""
     yield "priors: every effect acts with the same probability, such that none acts with probability 0.2"
     if options.unknown_map.source:
-        yield f"the probability of unknown was learned on {options.unknown_map.source}"
+        yield f"the probabilities of unknown and of the first entry were learned on {options.unknown_map.source}"
     if gap.noise.assumed:
         yield (
             "floor assumed: nothing was repeated, the scatter of one run is the sensors' data sheets', and the "

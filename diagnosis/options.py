@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ..twin.strikes import ContactStage
-from .unknown_probability import UnknownMap
+from .probability_maps import UnknownMap
 
 #: Of each stage: velocity and peak force as shares, spectra in dB. What the observables' tolerances stand for.
 TOLERANCES = {"gun": 0.01, "contact": 0.03, "plate": 0.5}

@@ -207,7 +207,8 @@ class Verdict:
     What is not in the JSON: `fits`, every effect ("a+b" for two) as it was fitted by itself, from which one can be
     adopted that is not the likeliest of its group; `unknown_log_odds`, what the evidence alone says for a cause outside
     of the catalogue; `set_scores`, the major effects of each likely set with its log evidence, the log prior of the
-    set, and the probability that it is within tolerance; `pictures`, what the page draws.
+    set, and the probability that it is within tolerance; `first_evidence`, the probability of the likeliest entry but
+    "unknown" by evidence alone; `pictures`, what the page draws.
     """
 
     campaign: str
@@ -225,6 +226,7 @@ class Verdict:
     fits: Mapping[str, tuple[Effect, ...]] = field(default_factory=dict)
     unknown_log_odds: float = float("nan")
     set_scores: tuple[tuple[tuple[str, ...], float, float, float], ...] = ()
+    first_evidence: float = float("nan")
     pictures: Pictures = field(default_factory=Pictures)
 
     @property

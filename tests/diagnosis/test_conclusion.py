@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis import conclusion
 from pyroshock.diagnosis.diagnose import Options, diagnose
+from pyroshock.diagnosis.probability_maps import first_entry_probability
 from pyroshock.diagnosis.record import CampaignRecord
-from pyroshock.diagnosis.verdict import NONE, UNKNOWN, Verdict
+from pyroshock.diagnosis.verdict import NONE, UNKNOWN, Cause, Verdict
 from pyroshock.twin.effects import Effect, effect
 from support.records.gun_campaigns import gun_record
 
@@ -176,6 +177,29 @@ def test_effects_that_the_data_cannot_tell_apart_share_one_entry():
     assert verdict.first.split[-1] > 0.05
     first, second = verdict.first.effects[:2]
     assert verdict.next_runs[0].why.startswith(f"separates {first} from {second}")
+
+
+def test_what_the_first_entry_loses_goes_to_the_others_in_proportion():
+    entries = [Cause(("a",), 0.9), Cause((NONE,), 0.06), Cause(("b+c",), 0.04)]
+    first, none, other = conclusion._weighed(entries, 0.9)
+    assert first.probability == pytest.approx(first_entry_probability(0.9, ("a",), 0.9))
+    assert none.probability == pytest.approx((1 - first.probability) * 0.6)
+    assert other.probability == pytest.approx((1 - first.probability) * 0.4)
+
+
+def test_entry_that_is_likeliest_by_evidence_stays_first():
+    """A pair that predicts nothing is seldom right, but its rival is no better."""
+    first, second = conclusion._weighed([Cause(("a+b",), 0.6), Cause(("c",), 0.4)], 0.0)
+    assert first.probability == pytest.approx(0.5)
+    assert second.probability == pytest.approx(0.5)
+
+
+def test_what_the_only_set_loses_is_unknown():
+    """No other set of the catalogue is near."""
+    known = conclusion._weighed([Cause(("a",), 1.0), Cause((NONE,), 0.0)], 1.0)
+    table = {entry.effects: entry.probability for entry in conclusion._listed(known, 0.01)}
+    assert table[(NONE,)] == 0.0
+    assert table[(UNKNOWN,)] == pytest.approx(1 - 0.99 * first_entry_probability(1.0, ("a",), 1.0))
 
 
 def test_gain_is_the_difference_of_the_roots_over_the_room():

@@ -52,7 +52,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "observables.contact.stage", "observables.contact.registered_model", "observables.plate.stage", "gap",
         "gap_size", "noise", "inference.problem", "inference.effect_laws",
         "inference.model_search", "inference.posterior", "inference.held_out", "inference.shares", "conclusion",
-        "unknown_probability", "next_runs", "verdict", "gap_reduction.measure",
+        "probability_maps", "next_runs", "verdict", "gap_reduction.measure",
         "gap_reduction.iso18571", "localisation.stages",
     ),
     "validation": (

@@ -1,4 +1,4 @@
-"""The probability of unknown grows with the evidence for it, and with what the effects leave where held out."""
+"""Probabilities learned from campaigns: of unknown and of the first entry, by evidence and by what is predicted."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.diagnosis.options import Options
-from pyroshock.diagnosis.unknown_probability import UnknownMap
+from pyroshock.diagnosis.probability_maps import UnknownMap, first_entry_probability
+
+from benchmarks.diagnosis_maps import likeliest
 
 ODDS = st.floats(-200, 200)
 FRACTIONS = st.floats(-0.5, 1.0)
@@ -71,3 +73,38 @@ def test_fraction_counts_as_far_as_an_effect_is_likely():
     p = UnknownMap(0.2, 0.4, 6.0, 1.5)(3.0, 0.8, 2.0, 0.25)
     expected = 0.2 + 0.4 * np.arcsinh(1.5) + 0.75 * 6.0 * (0.5 - 0.8) + 1.5 * np.log(2.0)
     assert np.log(p / (1 - p)) == pytest.approx(expected)
+
+
+EVIDENCE = st.floats(0.0, 1.0)
+ONE, TWO = ("gun.blow_by",), ("gun.blow_by", "gun.valve_flow")
+
+
+@given(low=EVIDENCE, high=EVIDENCE, fraction=FRACTIONS)
+def test_more_evidence_makes_the_first_entry_no_less_likely(low, high, fraction):
+    low, high = sorted((low, high))
+    assert 0 < first_entry_probability(low, ONE, fraction) <= first_entry_probability(high, ONE, fraction) < 1
+
+
+@given(evidence=EVIDENCE, low=FRACTIONS, high=FRACTIONS)
+def test_effects_that_predict_are_no_less_likely(evidence, low, high):
+    low, high = sorted((low, high))
+    assert first_entry_probability(evidence, ONE, low) <= first_entry_probability(evidence, ONE, high)
+
+
+@given(evidence=EVIDENCE, fraction=FRACTIONS)
+def test_several_effects_are_less_often_the_exact_set(evidence, fraction):
+    assert first_entry_probability(evidence, TWO, fraction) < first_entry_probability(evidence, ONE, fraction)
+
+
+@pytest.mark.parametrize("fraction", [-0.5, 0.3, 1.0])
+def test_no_effect_predicts_nothing_so_that_the_fraction_says_nothing_of_it(fraction):
+    assert first_entry_probability(0.8, (), fraction) == first_entry_probability(0.8, (), None)
+
+
+def test_likeliest_weights_are_those_that_drew_the_answers():
+    """Truth: a logit of known weights, and 20,000 answers drawn from it; a prior so wide that it says nothing."""
+    rng = np.random.default_rng(1)
+    weights = np.array([0.5, -1.2])
+    x = np.column_stack([np.ones(20_000), rng.standard_normal(20_000)])
+    y = (rng.random(20_000) < 1 / (1 + np.exp(-x @ weights))).astype(float)
+    assert likeliest(x, y, np.zeros(2), np.full(2, 100.0)) == pytest.approx(weights, abs=0.06)
