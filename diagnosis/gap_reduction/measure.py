@@ -16,7 +16,7 @@ from ..verdict import CORRECTED, Shrinkage
 from .folds import Split, by_configuration, corner
 from .gaps import Gaps
 from .interval import fraction, fraction_interval
-from .iso18571 import pulse_ratings
+from .pulse_ratings import pulse_ratings
 
 
 def measure_reduction(
