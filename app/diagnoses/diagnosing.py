@@ -159,6 +159,7 @@ def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | N
     effect of `with_effects` and `without_effects` that there is not, or that the campaign cannot show."""
     from ...diagnosis.chain import full_name
     from ...diagnosis.diagnose import Options, diagnose
+    from .plot_builder import pictures_of
     from .restriction import restriction_sentences
 
     record = record_of(store, db, asked)
@@ -168,7 +169,7 @@ def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | N
         uncertain={full_name(name): deviation for name, deviation in asked.uncertain.items()},
         contact=simulator_of(store, db, record.kind, asked.simulator),
     )
-    verdict = diagnose(record, options=_restricted(record, options, asked), progress=progress)
+    verdict = diagnose(record, options=_restricted(record, options, asked), progress=progress, draw=pictures_of)
     sentences = restriction_sentences(asked.with_effects, asked.without_effects)
     return replace(verdict, assumptions=(*sentences, *verdict.assumptions))
 
