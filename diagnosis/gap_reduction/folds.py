@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...doe.factor_rules import short_between
+from ...schema.columns import column_of
 from ..localisation.means import Floats, Rows
-from ..localisation.rules import column_of, short_between
 from ..record import Configuration
 
 #: Folds by configuration; with fewer configurations each is held out alone.

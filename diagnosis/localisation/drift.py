@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...schema.columns import column_of
 from ..gap import means
 from ..observables.base import Observable
 from ..record import Configuration, Factor
 from .means import Floats, Rows, tolerances
-from .rules import column_of
 
 PERMUTATIONS = 999
 _LEVEL = 0.05
