@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ...doe.factor_rules import short_between
 from ...schema.columns import column_of
-from ..localisation.means import Floats, Rows
-from ..record import Configuration
+from ..means import Rows
+from ..record import Configuration, Floats
 
 #: Folds by configuration; with fewer configurations each is held out alone.
 _FOLDS = 5

@@ -10,8 +10,9 @@ from typing import Self
 import numpy as np
 
 from ..inference.held_out import FoldFit
-from ..localisation.means import Floats, Rows
+from ..means import Rows
 from ..observables.base import Stage
+from ..record import Floats
 from ..verdict import CORRECTED, Shrinkage
 from .folds import Split, by_configuration, corner
 from .gaps import Gaps

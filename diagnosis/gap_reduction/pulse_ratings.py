@@ -9,11 +9,12 @@ import numpy as np
 
 from ...twin.effects import Effect
 from ...twin.iso18571 import rating
-from ..localisation.means import Floats, Rows
+from ..means import Rows
 from ..observables.base import Stage
 from ..observables.batching import at_rows
 from ..observables.contact.residuals import pulse_residuals
 from ..observables.contact.stage import ContactStage
+from ..record import Floats
 
 #: Samples to which a pulse is brought: its rating needs its shape, not its rate.
 _SAMPLES = 256

@@ -8,10 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ...schema.columns import column_of
-from ..gap import means
+from ..means import Rows, means, tolerances
 from ..observables.base import Observable
-from ..record import Configuration, Factor
-from .means import Floats, Rows, tolerances
+from ..record import Configuration, Factor, Floats
 
 PERMUTATIONS = 999
 _LEVEL = 0.05

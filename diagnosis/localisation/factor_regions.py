@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...doe.factor_rules import Rule, rules
+from ..means import Means, Rows, floors, tolerances
 from ..observables.base import Observable
-from ..record import Configuration
+from ..record import Configuration, Floats
 from ..verdict import Region
-from .means import Floats, Means, Rows, floors, tolerances
 
 PERMUTATIONS = 999
 #: A region is named where this share of such searches without any region would have found as much.
