@@ -9,6 +9,7 @@ from typing import Self
 
 import numpy as np
 
+from ...training.metrics.reduction import fraction, fraction_interval
 from ..inference.held_out import FoldFit
 from ..means import Rows
 from ..observables.base import Stage
@@ -16,7 +17,6 @@ from ..record import Floats
 from ..verdict import CORRECTED, Shrinkage
 from .folds import Split, by_configuration, corner
 from .gaps import Gaps
-from .interval import fraction, fraction_interval
 from .pulse_ratings import pulse_ratings
 
 
