@@ -21,6 +21,10 @@ _INNER, _OUTER, _SHIFT, _WINDOW, _MAGNITUDE, _SLOPE = 0.05, 0.50, 0.20, 0.10, 0.
 _WEIGHTS = np.array([0.4, 0.2, 0.2, 0.2])
 _SMOOTH = 9
 _CONSTANT = 1e-12
+#: Samples to which a pulse is brought: its rating needs its shape, not its rate.
+_SAMPLES = 256
+#: A pulse and its surroundings: from before its rise to where the longest one has died out.
+_QUIET = 0.01
 
 
 def rating(measured: Floats, simulated: Floats) -> float:
@@ -33,6 +37,18 @@ def rating(measured: Floats, simulated: Floats) -> float:
     x, y = _overlap(measured, simulated, shift)
     phase = max(0.0, 1.0 - abs(shift) / (_SHIFT * len(measured)))
     return float(_WEIGHTS @ [_corridor(measured, simulated), phase, _magnitude(x, y), _slope(x, y)])
+
+
+def pulse_rating(measured: Floats, simulated: Floats) -> float:
+    """Of two pulses (n,) at the same even steps, of the stretch that is not quiet; NaN where there is none."""
+    if not (np.isfinite(measured).all() and np.isfinite(simulated).all()):
+        return float("nan")
+    size = np.maximum(np.abs(measured), np.abs(simulated))
+    loud = np.flatnonzero(size > _QUIET * size.max())
+    if loud.size < 2:
+        return float("nan")
+    position, samples = np.linspace(loud[0], loud[-1], _SAMPLES), np.arange(measured.size)
+    return rating(np.interp(position, samples, measured), np.interp(position, samples, simulated))
 
 
 def _corridor(measured: Floats, simulated: Floats) -> float:

@@ -8,18 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from ...twin.effects import Effect
-from ...twin.iso18571 import rating
+from ...twin.iso18571 import pulse_rating
 from ..means import Rows
 from ..observables.base import Stage
 from ..observables.batching import at_rows
 from ..observables.contact.residuals import pulse_residuals
 from ..observables.contact.stage import ContactStage
-from ..record import Floats
-
-#: Samples to which a pulse is brought: its rating needs its shape, not its rate.
-_SAMPLES = 256
-#: A pulse and its surroundings: from before its rise to where the longest one has died out.
-_QUIET = 0.01
 
 
 def pulse_ratings(
@@ -51,16 +45,4 @@ def _ratings(stage: ContactStage, held: Rows, effects: Sequence[Effect]) -> list
     if not rows:
         return []
     pulses = pulse_residuals(stage, at_rows(stage.acting(effects), stage.record.configuration_of))
-    return [_aligned_rating(pulses.measured[row], pulses.simulated[row]) for row in rows]
-
-
-def _aligned_rating(measured: Floats, simulated: Floats) -> float:
-    """Of the stretch that is not quiet; NaN where there is none."""
-    if not (np.isfinite(measured).all() and np.isfinite(simulated).all()):
-        return float("nan")
-    size = np.maximum(np.abs(measured), np.abs(simulated))
-    loud = np.flatnonzero(size > _QUIET * size.max())
-    if loud.size < 2:
-        return float("nan")
-    position, samples = np.linspace(loud[0], loud[-1], _SAMPLES), np.arange(measured.size)
-    return rating(np.interp(position, samples, measured), np.interp(position, samples, simulated))
+    return [pulse_rating(pulses.measured[row], pulses.simulated[row]) for row in rows]
