@@ -49,7 +49,7 @@ THEME = "Diagnosis of {} fresh virtual campaigns with one strong effect, beside 
 CAMPAIGNS, SEED, LEARN_FROM = 6, 811_001, 8
 TIER = "strong"
 #: Where and causes, as the blind check asks for them; the shrinkage and the next experiment no simpler way has.
-ASKED = Options(shrink=False, plan=OPTIONS.plan, draw=OPTIONS.draw)
+ASKED = Options(shrink=False, plan=OPTIONS.plan, rate_pulses=OPTIONS.rate_pulses)
 OURS, READING = "diagnosis", "reading and simulating"
 KEPT = ROOT / "docs" / "blind-check"
 

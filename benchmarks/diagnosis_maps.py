@@ -105,7 +105,9 @@ def diagnosed(campaign: Campaign) -> dict[str, Any]:
         case = draw_case(campaign.kind, gaps, rng, cause=campaign.cause, split=SPLIT, rough=rough)
     with tempfile.TemporaryDirectory(prefix="pyroshock-maps-") as place:
         label = record_case(case, Path(place) / "campaign", int(rng.integers(2**31)))
-        said = diagnose(read_folder(Path(place) / "campaign"), options=Options(where=False, plan=False, draw=False))
+        said = diagnose(
+            read_folder(Path(place) / "campaign"), options=Options(where=False, plan=False, rate_pulses=False)
+        )
     verdict = said.as_json()
     gap, true = verdict["gap"], shares(label.left_out)
     held = [entry for entry in verdict["shrinkage"] if entry["held_out_by"] == "configuration"]

@@ -20,7 +20,7 @@ AXIS, CURVE = "configurations", "where and causes of a gun's gap"
 #: Pressures by masses.
 GRIDS = ((4, 3), (8, 5), (12, 10), (20, 20))
 REPETITIONS, SCATTER = 3, 0.01
-OPTIONS = Options(shrink=False, plan=False, draw=False)
+OPTIONS = Options(shrink=False, plan=False, rate_pulses=False)
 
 
 def shots(pressures: int, masses: int, seed: int = 0) -> CampaignRecord:

@@ -24,7 +24,6 @@ from .next_runs import next_runs
 from .observables.base import Stage
 from .options import Options
 from .plausibility import check
-from .plot_builder import pictures_of
 from .plot_data import Pictures
 from .record import CampaignRecord
 from .verdict import NONE, UNKNOWN, Shrinkage, Verdict, Where
@@ -33,20 +32,28 @@ __all__ = ["Options", "diagnose"]
 
 #: Called with (done, total, what).
 Progress = Callable[[int, int, str], None]
+#: Called with the gap, the stages and the effects of the likeliest cause as fitted: what the page draws.
+Draw = Callable[[GapTable, Sequence[Stage], Sequence[Effect]], Pictures]
 _STEPS = 6
 #: Held out, effects that take less of the gap than this do not predict what they have not seen.
 _PREDICTS = 0.3
 
 
-def diagnose(record: CampaignRecord, *, options: Options | None = None, progress: Progress | None = None) -> Verdict:
-    """All of it, in the order of the report. Raises `ValueError` where the campaign has nothing to compare, and
-    `ImplausibleRecordError` where a channel or a unit is mislabelled."""
+def diagnose(
+    record: CampaignRecord,
+    *,
+    options: Options | None = None,
+    progress: Progress | None = None,
+    draw: Draw | None = None,
+) -> Verdict:
+    """All of it, in the order of the report; without pictures where nobody draws them. Raises `ValueError` where the
+    campaign has nothing to compare, and `ImplausibleRecordError` where a channel or a unit is mislabelled."""
     # The matrices are many and small: threads would wait for each other, and take twice the time.
     with threadpool_limits(limits=1):
-        return _verdict(record, options or Options(), progress or (lambda *_: None))
+        return _verdict(record, options or Options(), progress or (lambda *_: None), draw)
 
 
-def _verdict(record: CampaignRecord, options: Options, progress: Progress) -> Verdict:
+def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw: Draw | None) -> Verdict:
     started = time.perf_counter()
     rng = np.random.default_rng(options.seed)
     stages, notes = stages_of(record, options)
@@ -58,7 +65,7 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress) -> Ve
     shares = gap_shares(posterior.library, posterior.weights, posterior.floor, rng)
     progress(3, _STEPS, "held out")
     scales = posterior.metric.scales(posterior.gap)
-    held = measure_reduction(stages, partial(fit_fold, posterior.library), rng, scales, options.draw)
+    held = measure_reduction(stages, partial(fit_fold, posterior.library), rng, scales, options.rate_pulses)
     entries = tuple(entry for entry, _ in held)
     conclusion = conclude(posterior, shares, held[0][1] if held else None, options.unknown_map)
     progress(4, _STEPS, "where")
@@ -88,7 +95,7 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress) -> Ve
         unknown_log_odds=posterior.log_odds_unknown,
         set_scores=posterior.set_scores(),
         first_evidence=conclusion.first_evidence,
-        pictures=pictures_of(gap, stages, fitted_effects(posterior.best)) if options.draw else Pictures(),
+        pictures=draw(gap, stages, fitted_effects(posterior.best)) if draw is not None else Pictures(),
     )
 
 

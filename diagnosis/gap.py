@@ -10,12 +10,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from .means import means, tolerances
 from .noise import Noise
 from .observables.base import Observable, Stage
-from .record import CampaignRecord
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.intp]
+from .record import CampaignRecord, Floats
 
 #: Of one dB.
 _NEPER = float(np.log(10)) / 20
@@ -57,7 +55,7 @@ class GapTable:
     @property
     def tolerance(self) -> Floats:
         """(D,)"""
-        return np.array([item.tolerance for item in self.observables])
+        return tolerances(self.observables)
 
     @property
     def floor_variance(self) -> Floats:
@@ -96,14 +94,3 @@ def _loudness(stage: Stage, record: CampaignRecord) -> Floats:
         level = np.nanmean(simulated[:, lines], axis=1) * _NEPER if lines else simulated[:, 0]
     mean, _ = means(np.asarray(level)[:, None], record.configuration_of, len(record.configurations))
     return np.asarray(mean[:, 0])
-
-
-def means(residuals: Floats, configuration: Rows, configurations: int) -> tuple[Floats, NDArray[np.intp]]:
-    """Mean over the runs of each configuration (C, D), NaN where there is none, and their number."""
-    finite = np.isfinite(residuals)
-    total = np.zeros((configurations, residuals.shape[1]))
-    count = np.zeros(total.shape, dtype=np.intp)
-    np.add.at(total, configuration, np.where(finite, residuals, 0.0))
-    np.add.at(count, configuration, finite.astype(np.intp))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(count > 0, total / count, np.nan), count

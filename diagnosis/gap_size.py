@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from .gap import GapTable
 from .observables.base import Observable
+from .record import Floats
 from .verdict import GapSize
-
-Floats = NDArray[np.float64]
 
 _NAMES = {
     "gun": "rms error of velocity (natural logarithm)",

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..schema.columns import column_of
 from ..twin.effects import Effect
 from .inference.posterior import Posterior
 from .inference.subset_fit import SubsetFit, residual, split_parts
-from .localisation.rules import column_of
 from .observables.base import Stage
 from .observables.contact.stage import ContactStage
 from .observables.gun.stage import GunStage

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .observables.base import Observable
-
-Floats = NDArray[np.float64]
+from .record import Floats
 
 #: The data sheet weighs as much as so many degrees of freedom. Few: a bench scatters more than its sensors, and a
 #: scatter that is taken too small accuses.

@@ -24,8 +24,8 @@ class Options:
     want to know `plate_mass_kg`. `catalogue`: ids of the effects that are looked for (`diagnose --with`);
     None: all there are. `without`: ids that are left out (`diagnose --without`).
     `unknown_map`: from log odds to the probability of something outside of the catalogue. `shrink`, `where`, `plan`
-    and `draw` leave out parts of the report that take time. Raises `ValueError` for a stage there is none of and for a
-    tolerance that is not positive.
+    and `rate_pulses` (ISO 18571) leave out parts of the report that take time. Raises `ValueError` for a stage there is
+    none of and for a tolerance that is not positive.
     """
 
     seed: int = 0
@@ -39,7 +39,7 @@ class Options:
     shrink: bool = True
     where: bool = True
     plan: bool = True
-    draw: bool = True
+    rate_pulses: bool = True
 
     def __post_init__(self) -> None:
         for stage, value in self.tolerances.items():

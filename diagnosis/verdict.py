@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ..twin.effects import Effect
-from .number_format import number
 from .plot_data import Pictures
 
 NONE, UNKNOWN = "none", "unknown"
@@ -61,11 +60,6 @@ class TimeWindow:
     from_s: float
     to_s: float
 
-    @property
-    def text(self) -> str:
-        """`the force from 0.1 to 0.4 ms`."""
-        return f"the {self.channel.replace('_', ' ')} from {number(1e3 * self.from_s)} to {number(1e3 * self.to_s)} ms"
-
 
 @dataclass(frozen=True)
 class Band:
@@ -74,11 +68,6 @@ class Band:
     channel: str
     from_hz: float
     to_hz: float
-
-    @property
-    def text(self) -> str:
-        """`the force from 800 to 4000 Hz`."""
-        return f"the {self.channel.replace('_', ' ')} from {number(self.from_hz)} to {number(self.to_hz)} Hz"
 
 
 @dataclass(frozen=True)

@@ -51,6 +51,12 @@ BY_COLUMN = {factor.column: factor for factor in KNOWN_FACTORS}
 BY_NAME = {factor.name: factor for factor in KNOWN_FACTORS}
 
 
+def column_of(factor: str) -> tuple[str, float]:
+    """A factor as the campaign's files name it, and its unit in SI: ("tank_pressure_bar", 1e5)."""
+    column = BY_NAME.get(factor)
+    return (column.column, column.scale) if column else (factor, 1.0)
+
+
 def level_label(number: float) -> str:
     """The shortest text of a number that reads back as it: levels are compared by it."""
     return repr(float(f"{number:.12g}"))

@@ -29,8 +29,8 @@ from .tally import rows_of, scored
 Progress = Callable[[int, int, str], None]
 #: Who answers, unless others are asked.
 CREW = Crew(jobs=2)
-#: What of a diagnosis is scored: not the next experiment, and no pictures.
-OPTIONS = Options(plan=False, draw=False)
+#: What of a diagnosis is scored: not the next experiment, and no ratings of pulses.
+OPTIONS = Options(plan=False, rate_pulses=False)
 _SETTINGS, _KEY, _SEALED, _PUBLISHED = "check.json", "key", "labels.sealed", "published.txt"
 _ANSWERS, _ORACLES = "answers.jsonl", "oracles.jsonl"
 

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..diagnosis.gap import GapTable
-from ..diagnosis.gap_reduction.interval import fraction
 from ..diagnosis.gap_size import GapMetric
 from ..diagnosis.observables.base import Stage
+from ..training.metrics.reduction import fraction
 from ..twin.effects import Effect, Parameter, catalogue, effect
 
 Floats = NDArray[np.float64]

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from ..diagnosis.chain import stages_of
 from ..diagnosis.gap import GapTable
-from ..diagnosis.gap_reduction.interval import fraction
 from ..diagnosis.gap_reduction.measure import measure_reduction
 from ..diagnosis.gap_size import GapMetric
 from ..diagnosis.inference.held_out import fit_fold
@@ -22,6 +21,7 @@ from ..diagnosis.inference.problem import InferenceProblem
 from ..diagnosis.observables.base import Stage
 from ..diagnosis.options import Options
 from ..diagnosis.reading import read_folder
+from ..training.metrics.reduction import fraction
 from ..twin.effects import Effect, catalogue, effect_from_json
 from .case_plan import Task, drawn
 from .cases.case import Case

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..diagnosis.localisation.rules import holds
+from ..doe.factor_rules import holds
 from .case_plan import Task
 from .case_results import Label
 from .cases.attribution import shares

@@ -106,10 +106,10 @@ def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
 
 def _tell(verdict: Verdict) -> None:
     """The first sentences and what to do next, then effects, path and the rest of the report."""
-    from ...diagnosis.number_format import percent
-    from ...diagnosis.restriction import restrictions_among
     from ..diagnoses.recommendations import next_experiment, recommendations
+    from ..diagnoses.restriction import restrictions_among
     from ..diagnoses.summary import summary
+    from ..number_format import percent
     from ..reports.sentences import cause_name, fitted_words, shrinkage_line, where_lines
 
     click.echo(f"{verdict.campaign}: {' '.join((*restrictions_among(verdict.assumptions), summary(verdict)))}")
@@ -144,7 +144,7 @@ def _tell_effects(verdict: Verdict) -> None:
 
 
 def _tell_path(verdict: Verdict) -> None:
-    from ...diagnosis.number_format import number, percent
+    from ..number_format import number, percent
 
     if not verdict.path:
         return

@@ -159,7 +159,8 @@ def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | N
     effect of `with_effects` and `without_effects` that there is not, or that the campaign cannot show."""
     from ...diagnosis.chain import full_name
     from ...diagnosis.diagnose import Options, diagnose
-    from ...diagnosis.restriction import restriction_sentences
+    from .plot_builder import pictures_of
+    from .restriction import restriction_sentences
 
     record = record_of(store, db, asked)
     options = Options(
@@ -168,7 +169,7 @@ def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | N
         uncertain={full_name(name): deviation for name, deviation in asked.uncertain.items()},
         contact=simulator_of(store, db, record.kind, asked.simulator),
     )
-    verdict = diagnose(record, options=_restricted(record, options, asked), progress=progress)
+    verdict = diagnose(record, options=_restricted(record, options, asked), progress=progress, draw=pictures_of)
     sentences = restriction_sentences(asked.with_effects, asked.without_effects)
     return replace(verdict, assumptions=(*sentences, *verdict.assumptions))
 
@@ -178,8 +179,8 @@ def _restricted(record: CampaignRecord, options: Options, asked: Asked) -> Optio
     if not (asked.with_effects or asked.without_effects):
         return options
     from ...diagnosis.chain import stages_of
-    from ...diagnosis.restriction import considered_effects
     from ...twin.effects import catalogue
+    from .restriction import considered_effects
 
     stages, _ = stages_of(record, options)
     detectable = [name for name in catalogue() if any(name in stage.shows for stage in stages)]
@@ -245,7 +246,7 @@ def last_report(session: Session, campaign: str) -> dict[str, Any] | None:
 
     A what-if diagnosis (`--with`, `--without`) answers another question. Raises `LookupError` for an unknown campaign.
     """
-    from ...diagnosis.restriction import restrictions_among
+    from .restriction import restrictions_among
 
     reports = (row.report for row in _rows(session, campaign))
     return next((report for report in reports if not restrictions_among(report["assumptions"])), None)

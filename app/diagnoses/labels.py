@@ -5,6 +5,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
+from ...diagnosis.verdict import Band, TimeWindow
+from ..number_format import number
+
 STAGE_NAMES = {"gun": "the gun", "contact": "the contact", "plate": "the plate"}
 
 #: By the id of the catalogue: an effect as it stands in a sentence before "causes 61 % of it".
@@ -126,3 +129,12 @@ def with_labels(sentence: str) -> str:
     """A sentence with the physical labels in the place of the names of observables."""
     names = "|".join(map(re.escape, _FEATURES))
     return re.sub(rf"\b({names})\b", lambda match: _FEATURES[match[1]], sentence)
+
+
+def span_label(span: TimeWindow | Band) -> str:
+    """Where the gap of a channel stands out: `the force from 0.1 to 0.4 ms`, `the force from 800 to 4000 Hz`."""
+    if isinstance(span, TimeWindow):
+        low, high, unit = 1e3 * span.from_s, 1e3 * span.to_s, "ms"
+    else:
+        low, high, unit = span.from_hz, span.to_hz, "Hz"
+    return f"the {span.channel.replace('_', ' ')} from {number(low)} to {number(high)} {unit}"

@@ -8,14 +8,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ...diagnosis.number_format import number, percent, percent_range
 from ...diagnosis.plot_data import Pictures
-from ...diagnosis.restriction import restrictions_among
 from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict, single_effects
 from ...schema.outputs import write_text
 from ..diagnoses.labels import effect_subject
 from ..diagnoses.recommendations import next_experiment, recommendations
+from ..diagnoses.restriction import restrictions_among
 from ..diagnoses.summary import summary
+from ..number_format import number, percent, percent_range
 from .charts import curve_chart, legend_keys, residual_chart, residual_title
 from .document import Bar, Bars, Block, Bullets, Cell, Document, Figure, Figures, Paragraph, Section, Table
 from .page import block_html, html_of

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..localisation.means import Floats, Rows
-from ..localisation.rules import column_of, short_between
-from ..record import Configuration
+from ...doe.factor_rules import short_between
+from ...schema.columns import column_of
+from ..means import Rows
+from ..record import Configuration, Floats
 
 #: Folds by configuration; with fewer configurations each is held out alone.
 _FOLDS = 5
@@ -54,24 +54,17 @@ def corner(configurations: Sequence[Configuration], rows: Rows, size: Floats) ->
             ends.append(_end(name, np.array(values, dtype=np.float64), size[rows]))
     texts: list[str] = []
     inside = np.ones(len(rows), dtype=bool)
-    for end in sorted(ends, key=lambda end: -end.influence):
-        if not texts or (np.mean(inside) > _LARGE and (inside & end.inside).sum() >= _LEAST):
-            texts.append(end.text)
-            inside &= end.inside
+    for text, part, _ in sorted(ends, key=lambda end: -end[2]):
+        if not texts or (np.mean(inside) > _LARGE and (inside & part).sum() >= _LEAST):
+            texts.append(text)
+            inside &= part
     if not _LEAST <= inside.sum() <= min(len(rows) // 2, len(rows) - _LEAST):
         return None
     return Split(f"corner: {' and '.join(texts)}", (rows[inside],))
 
 
-class _End(NamedTuple):
-    """One end of a factor, `influence` being how closely the gap goes with the factor."""
-
-    text: str
-    inside: NDArray[np.bool_]
-    influence: float
-
-
-def _end(name: str, values: Floats, size: Floats) -> _End:
+def _end(name: str, values: Floats, size: Floats) -> tuple[str, NDArray[np.bool_], float]:
+    """One end of a factor as a rule, the configurations in it, and how closely the gap goes with the factor."""
     from scipy.stats import spearmanr
 
     levels = np.unique(values)
@@ -81,4 +74,4 @@ def _end(name: str, values: Floats, size: Floats) -> _End:
     nearest = int(np.argmin([abs(np.mean(part) - _CORNER) for part in candidates]))
     column, unit = column_of(name)
     edge = short_between(levels[nearest] / unit, levels[nearest + 1] / unit)
-    return _End(f"{column} {'>' if correlation >= 0 else '<='} {edge:g}", candidates[nearest], abs(float(correlation)))
+    return f"{column} {'>' if correlation >= 0 else '<='} {edge:g}", candidates[nearest], abs(float(correlation))

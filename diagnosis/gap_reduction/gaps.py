@@ -8,8 +8,9 @@ from typing import Self
 
 import numpy as np
 
-from ..localisation.means import Floats, Means, Rows, floors, tolerances
+from ..means import Means, Rows, floors, tolerances
 from ..observables.base import Observable, Stage
+from ..record import Floats
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,14 +9,15 @@ from typing import Self
 
 import numpy as np
 
+from ...training.metrics.reduction import fraction, fraction_interval
 from ..inference.held_out import FoldFit
-from ..localisation.means import Floats, Rows
+from ..means import Rows
 from ..observables.base import Stage
+from ..record import Floats
 from ..verdict import CORRECTED, Shrinkage
 from .folds import Split, by_configuration, corner
 from .gaps import Gaps
-from .interval import fraction, fraction_interval
-from .iso18571 import pulse_ratings
+from .pulse_ratings import pulse_ratings
 
 
 def measure_reduction(

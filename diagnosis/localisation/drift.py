@@ -7,11 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..gap import means
+from ...schema.columns import column_of
+from ..means import Rows, means, tolerances
 from ..observables.base import Observable
-from ..record import Configuration, Factor
-from .means import Floats, Rows, tolerances
-from .rules import column_of
+from ..record import Configuration, Factor, Floats
 
 PERMUTATIONS = 999
 _LEVEL = 0.05

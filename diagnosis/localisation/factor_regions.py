@@ -10,11 +10,11 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...doe.factor_rules import Rule, rules
+from ..means import Means, Rows, floors, tolerances
 from ..observables.base import Observable
-from ..record import Configuration
+from ..record import Configuration, Floats
 from ..verdict import Region
-from .means import Floats, Means, Rows, floors, tolerances
-from .rules import Rule, rules
 
 PERMUTATIONS = 999
 #: A region is named where this share of such searches without any region would have found as much.
@@ -57,7 +57,7 @@ def factor_regions(
     searches: list[_Search] = []
     for table, size in zip(tables, sizes, strict=True):
         if size > 0 and size >= 0.5 * max(sizes) and len(table.rows) >= _FEWEST:
-            candidates = rules([configurations[i] for i in table.rows], least=max(2, len(table.rows) // 10))
+            candidates = rules([configurations[i].factors for i in table.rows], least=max(2, len(table.rows) // 10))
             searches += _search(table, candidates, rng, permutations) if candidates else []
     return _regions(searches) if searches else ()
 

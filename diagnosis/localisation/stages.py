@@ -10,10 +10,10 @@ from itertools import pairwise, permutations
 
 import numpy as np
 
+from ..means import Means, floors, tolerances
 from ..observables.base import Observable, Stage, Upstream
-from ..record import CampaignRecord
+from ..record import CampaignRecord, Floats
 from ..verdict import StageShare
-from .means import Floats, Means, floors, tolerances
 
 _RESAMPLES = 2000
 #: Relative step of the velocity in finite differences.

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_opening, find_objects, label
 
+from ..means import Rows
+from ..record import Floats
 from ..verdict import Band, TimeWindow
-from .means import Floats, Rows
 
 #: Up to which part of its peak a pulse is said to agree, and by how many dB a spectrum.
 _PULSE_TOLERANCE, _SPECTRUM_TOLERANCE_DB = 0.03, 0.5

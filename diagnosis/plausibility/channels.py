@@ -13,10 +13,11 @@ from itertools import combinations
 
 import numpy as np
 
+from ...ingest.unit_mistakes import mistakes
 from ...twin.plate.modal import ModalPlate
 from ...twin.plate.respond import kept_below, respond
 from ..record import CampaignRecord, Floats, Run, Series
-from .unit_factors import Finding, LogGap, Suspicion, mistakes, unit_finding
+from .unit_factors import Finding, LogGap, Suspicion, unit_finding
 
 #: From the start of contact on; longer where the force takes longer, to so many times its rise.
 _EARLY_S, _RISES = 1e-3, 2.0

@@ -12,10 +12,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...ingest.unit_mistakes import mistakes
 from ...twin.gun.shot import ATMOSPHERE_PA
 from ..observables.base import Stage
 from ..record import CampaignRecord, Floats
-from .unit_factors import ORDER, WORTH_A_LOOK, Finding, LogGap, Suspicion, mistakes, unit_finding
+from .unit_factors import ORDER, WORTH_A_LOOK, Finding, LogGap, Suspicion, unit_finding
 
 #: One atmosphere is suspected where taking it off leaves a third of a gap of this size (nats), and no more than that.
 _PRESSURE_GAP, _PRESSURE_SHARE, _PRESSURE_REST = 0.15, 1 / 3, 0.05

@@ -25,7 +25,7 @@ PRESSURES_PA = (0.3e5, 0.8e5, 1.4e5, 2.4e5)
 @cache
 def report(*planted: Effect, only: tuple[str, ...] = IDS, without: tuple[str, ...] = ()) -> Verdict:
     record = gun_record(planted, seed=3, pressures_pa=PRESSURES_PA)
-    return diagnose(record, options=Options(catalogue=only, without=without, draw=False))
+    return diagnose(record, options=Options(catalogue=only, without=without, rate_pulses=False))
 
 
 @cache
@@ -39,7 +39,7 @@ def alternating() -> CampaignRecord:
 
 @cache
 def unknown_report() -> Verdict:
-    return diagnose(alternating(), options=Options(catalogue=IDS, draw=False))
+    return diagnose(alternating(), options=Options(catalogue=IDS, rate_pulses=False))
 
 
 REPORTS = pytest.mark.parametrize(
@@ -168,7 +168,7 @@ def test_effects_that_the_data_cannot_tell_apart_share_one_entry():
     likeliest two."""
     record = gun_record([DEAD_VOLUME], seed=1, pressures_pa=(0.8e5, 1.0e5), masses_kg=(0.5, 0.55), scatter=0.015)
     names = ("gun.blow_by", "gun.dead_volume", "sensor.velocity_gain")
-    verdict = diagnose(record, options=Options(catalogue=names, draw=False))
+    verdict = diagnose(record, options=Options(catalogue=names, rate_pulses=False))
     assert {"gun.blow_by", "gun.dead_volume"} <= set(verdict.first.effects)
     assert set(names) == {name for entry in verdict.first.effects for name in entry.split("+")}
     assert len(verdict.first.effects) == 4  # sets of unlike size stand together, and no more are listed

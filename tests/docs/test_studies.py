@@ -160,7 +160,7 @@ def test_free_atmosphere_makes_a_volume_and_a_factor_one(small: GunStage) -> Non
 
 def test_diagnosis_predicts_an_unseen_pressure_with_atmosphere_and_dead_volume(small: GunStage) -> None:
     """74 shots with one dart: the pair that the table has as the best on a pressure that it was not fitted to."""
-    said = diagnose(small.record, options=Options(where=False, plan=False, draw=False))
+    said = diagnose(small.record, options=Options(where=False, plan=False, rate_pulses=False))
     assert set(said.first.effects[0].split("+")) == {"gun.back_pressure", "gun.dead_volume"}
     assert said.shrinkage[0].held_out_by == "configuration"
     assert said.shrinkage[0].fraction is not None and said.shrinkage[0].fraction > 0.9

@@ -44,7 +44,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "plate.table", "plate.respond", "plate.response", "plate.cache", "plate.effect", "sensors.chain",
         "sensors.effect", "srs.spectrum", "srs.record", "srs.grid", "srs.iso_filter", "srs.oscillator", "srs.moments",
         "srs.target", "srs.target_csv", "srs.tolerance", "srs.comparison", "srs.checks", "srs.checks.base",
-        "tune.space", "tune.goal", "tune.forward", "tune.tuner", "tune.probability", "tune.search",
+        "tune.space", "tune.goal", "tune.forward", "tune.tuner", "tune.probability", "tune.search", "iso18571",
     ),
     "diagnosis": (
         "diagnose", "options", "record", "reading.campaign", "reading.folder", "plausibility",
@@ -53,7 +53,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "gap_size", "noise", "inference.problem", "inference.effect_laws",
         "inference.model_search", "inference.posterior", "inference.held_out", "inference.shares", "conclusion",
         "probability_maps", "next_runs", "verdict", "gap_reduction.measure",
-        "gap_reduction.iso18571", "localisation.stages",
+        "gap_reduction.pulse_ratings", "localisation.stages",
     ),
     "validation": (
         "blind_check", "report", "cases.case", "cases.draw", "cases.record", "cases.sealing",

@@ -10,12 +10,12 @@ import pytest
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.gap_reduction.folds import by_configuration, corner
 from pyroshock.diagnosis.gap_reduction.gaps import Gaps
-from pyroshock.diagnosis.gap_reduction.interval import fraction, fraction_interval
 from pyroshock.diagnosis.gap_reduction.measure import measure_reduction
 from pyroshock.diagnosis.inference.held_out import fit_fold
 from pyroshock.diagnosis.inference.model_search import search
 from pyroshock.diagnosis.inference.problem import InferenceProblem
 from pyroshock.diagnosis.verdict import CORRECTED
+from pyroshock.training.metrics.reduction import fraction
 from support.records.toy_bench import (
     Design,
     Scatter,
@@ -167,25 +167,6 @@ def test_chance_is_the_scatter_of_the_mean_square() -> None:
         gaps = Gaps.of([stage])
         means.append((gaps.squares().mean(), np.sqrt((gaps.chance**2).sum()) / 24))
     assert np.mean([m[1] for m in means]) == pytest.approx(np.std([m[0] for m in means]), rel=0.2)
-
-
-def test_fraction_agrees_with_what_is_printed() -> None:
-    """The numbers of the report's example: (0.041 - 0.011) / (0.041 - 0.009)."""
-    squares = [np.array(each**2) for each in (0.041, 0.011, 0.009)]
-    assert float(fraction(*squares)) == pytest.approx(0.9375)
-
-
-def test_interval_widens_with_what_is_unsure() -> None:
-    rng = np.random.default_rng(0)
-    squares = 9 + rng.random(12), 1 + rng.random(12), np.ones(12)
-    plain = fraction_interval(*squares, np.random.default_rng(1))
-    wider = fraction_interval(*squares, np.random.default_rng(1), training_error=0.1)
-    assert plain is not None and wider is not None
-    assert wider[0] < plain[0] < plain[1] < wider[1] <= 1.0
-
-
-def test_interval_needs_three_configurations() -> None:
-    assert fraction_interval(np.ones(2), np.zeros(2), np.zeros(2), np.random.default_rng(0)) is None
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""ISO/TS 18571 ratings of the force pulses, before and after a correction: from 0 to 1 for a perfect simulation.
+"""The rating of a simulated record beside a measured one after ISO/TS 18571: from 0 to 1 for a perfect simulation.
 
 Written from the specification's formulas. `objective-rating-metrics` (TU Graz) is a peer for the tests and no
 dependency: it brings seaborn, shapely and others along.
@@ -7,24 +7,13 @@ dependency: it brings seaborn, shapely and others along.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ...twin.effects import Effect
-from ..localisation.means import Floats, Rows
-from ..observables.base import Stage
-from ..observables.batching import at_rows
-from ..observables.contact.residuals import pulse_residuals
-from ..observables.contact.stage import ContactStage
+Floats = NDArray[np.float64]
 
-#: Samples to which a pulse is brought: its rating needs its shape, not its rate.
-_SAMPLES = 256
-#: A pulse and its surroundings: from before its rise to where the longest one has died out.
-_QUIET = 0.01
 #: Inner and outer corridor as parts of the largest measured value; the largest shift and the warping's window as parts
 #: of the record; the errors of magnitude and slope at which their scores are 0.
 _INNER, _OUTER, _SHIFT, _WINDOW, _MAGNITUDE, _SLOPE = 0.05, 0.50, 0.20, 0.10, 0.50, 2.0
@@ -32,50 +21,10 @@ _INNER, _OUTER, _SHIFT, _WINDOW, _MAGNITUDE, _SLOPE = 0.05, 0.50, 0.20, 0.10, 0.
 _WEIGHTS = np.array([0.4, 0.2, 0.2, 0.2])
 _SMOOTH = 9
 _CONSTANT = 1e-12
-
-
-def pulse_ratings(
-    stages: Sequence[Stage], folds: Sequence[Rows], effects_of_folds: Sequence[Sequence[Effect]]
-) -> tuple[float, float] | None:
-    """Mean ratings over one run of each held-out configuration; None without measured pulses.
-
-    Records are aligned at half their peak, so that the rating is of size and shape and no trigger counts.
-    """
-    pairs: list[tuple[float, float]] = []
-    for stage in [stage for stage in stages if isinstance(stage, ContactStage)]:
-        for held, effects in zip(folds, effects_of_folds, strict=True):
-            contact = [effect for effect in effects if effect.id in stage.shows]
-            before = _ratings(stage, held, ())
-            pairs += zip(before, _ratings(stage, held, contact) if contact else before, strict=True)
-    ratings = np.array(pairs).reshape(-1, 2)
-    ratings = ratings[np.isfinite(ratings).all(axis=1)]
-    return (float(ratings[:, 0].mean()), float(ratings[:, 1].mean())) if len(ratings) else None
-
-
-def _ratings(stage: ContactStage, held: Rows, effects: Sequence[Effect]) -> list[float]:
-    """Of each held-out configuration that has a pulse: of its first run with a force and a velocity."""
-    runs = stage.record.runs
-    usable = [i for i, run in enumerate(runs) if run.force is not None and run.velocity_m_s]
-    rows = sorted({runs[i].configuration: i for i in reversed(usable) if runs[i].configuration in held}.values())
-    if type(stage) is ContactStage and rows:  # a physical stage is cut down to these runs, a learned one is not
-        stage = ContactStage(replace(stage.record, runs=tuple(runs[i] for i in rows)))
-        rows = list(range(len(rows)))
-    if not rows:
-        return []
-    pulses = pulse_residuals(stage, at_rows(stage.acting(effects), stage.record.configuration_of))
-    return [_aligned_rating(pulses.measured[row], pulses.simulated[row]) for row in rows]
-
-
-def _aligned_rating(measured: Floats, simulated: Floats) -> float:
-    """Of the stretch that is not quiet; NaN where there is none."""
-    if not (np.isfinite(measured).all() and np.isfinite(simulated).all()):
-        return float("nan")
-    size = np.maximum(np.abs(measured), np.abs(simulated))
-    loud = np.flatnonzero(size > _QUIET * size.max())
-    if loud.size < 2:
-        return float("nan")
-    position, samples = np.linspace(loud[0], loud[-1], _SAMPLES), np.arange(measured.size)
-    return rating(np.interp(position, samples, measured), np.interp(position, samples, simulated))
+#: Samples to which a pulse is brought: its rating needs its shape, not its rate.
+_SAMPLES = 256
+#: A pulse and its surroundings: from before its rise to where the longest one has died out.
+_QUIET = 0.01
 
 
 def rating(measured: Floats, simulated: Floats) -> float:
@@ -88,6 +37,18 @@ def rating(measured: Floats, simulated: Floats) -> float:
     x, y = _overlap(measured, simulated, shift)
     phase = max(0.0, 1.0 - abs(shift) / (_SHIFT * len(measured)))
     return float(_WEIGHTS @ [_corridor(measured, simulated), phase, _magnitude(x, y), _slope(x, y)])
+
+
+def pulse_rating(measured: Floats, simulated: Floats) -> float:
+    """Of two pulses (n,) at the same even steps, of the stretch that is not quiet; NaN where there is none."""
+    if not (np.isfinite(measured).all() and np.isfinite(simulated).all()):
+        return float("nan")
+    size = np.maximum(np.abs(measured), np.abs(simulated))
+    loud = np.flatnonzero(size > _QUIET * size.max())
+    if loud.size < 2:
+        return float("nan")
+    position, samples = np.linspace(loud[0], loud[-1], _SAMPLES), np.arange(measured.size)
+    return rating(np.interp(position, samples, measured), np.interp(position, samples, simulated))
 
 
 def _corridor(measured: Floats, simulated: Floats) -> float:

@@ -1,13 +1,13 @@
-"""The share of the gap that disappears, and how sure it is."""
+"""The share of an error above its noise that disappears, and how sure it is."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ..record import Floats
+from ...dataset.table import Floats
+from .clusters import COVERAGE
 
 _RESAMPLES = 2000
-_COVERAGE = 0.90
 
 
 def fraction(before: Floats | float, after: Floats | float, floor: Floats | float) -> Floats:
@@ -37,7 +37,7 @@ def fraction_interval(
     """
     from scipy.stats import norm, t
 
-    cells, tail = len(before), (1 - _COVERAGE) / 2
+    cells, tail = len(before), (1 - COVERAGE) / 2
     table = np.stack([before, after, floor])
     estimate = float(fraction(*table.mean(axis=1)))
     if cells < 3 or not np.isfinite(estimate):

@@ -6,15 +6,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..twin.effects import Effect
-from .gap import GapTable
-from .observables.base import Observable, Stage
-from .observables.batching import Rows, at_rows
-from .observables.contact.residuals import pulse_residuals
-from .observables.contact.stage import ContactStage
-from .observables.plate.stage import PlateStage
-from .plot_data import CurvePicture, Pictures, ResidualPicture
-from .record import Floats
+from ...diagnosis.gap import GapTable
+from ...diagnosis.observables.base import Observable, Stage
+from ...diagnosis.observables.batching import Rows, at_rows
+from ...diagnosis.observables.contact.residuals import pulse_residuals
+from ...diagnosis.observables.contact.stage import ContactStage
+from ...diagnosis.observables.plate.stage import PlateStage
+from ...diagnosis.plot_data import CurvePicture, Pictures, ResidualPicture
+from ...diagnosis.record import Floats
+from ...twin.effects import Effect
 
 #: Spectra are drawn of so many channels.
 _CHANNELS = 2

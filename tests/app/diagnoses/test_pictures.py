@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+from pyroshock.app.diagnoses.plot_builder import pictures_of, residual_pictures
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.observables.base import Observable
 from pyroshock.diagnosis.observables.contact.stage import ContactStage
 from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.diagnosis.observables.plate.stage import PlateStage
-from pyroshock.diagnosis.plot_builder import pictures_of, residual_pictures
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.nominal import muzzle_velocity

@@ -10,17 +10,19 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ...schema.columns import BY_NAME
-from ..record import Configuration, Factor
+from ..schema.columns import column_of
+
+#: A level: a text, or a number in SI.
+Level = str | float
 
 _AND, _SIGN = " and ", "(?:=|!=|>|<=)"
 
 
 @dataclass(frozen=True, eq=False)
 class Rule:
-    """`inside` (C,) are the configurations that it holds for.
+    """`inside` (C,) are the settings that it holds for.
 
-    `same`: rules of one condition on other factors that hold for the same configurations. `columns`: the factors of
+    `same`: rules of one condition on other factors that hold for the same settings. `columns`: the factors of
     all of these, as the campaign's files name them.
     """
 
@@ -31,20 +33,15 @@ class Rule:
     same: tuple[str, ...] = ()
 
 
-def column_of(factor: str) -> tuple[str, float]:
-    """A factor as the campaign's files name it, and its unit in SI: ("tank_pressure_bar", 1e5)."""
-    column = BY_NAME.get(factor)
-    return (column.column, column.scale) if column else (factor, 1.0)
+def rules(settings: Sequence[Mapping[str, Level]], least: int = 2) -> tuple[Rule, ...]:
+    """All rules of one or two conditions that split the settings (levels by factor), with at least so many on both
+    sides.
 
-
-def rules(configurations: Sequence[Configuration], least: int = 2) -> tuple[Rule, ...]:
-    """All rules of one or two conditions that split the configurations, with at least so many on both sides.
-
-    Rules that hold for the same configurations are one: the first, and simplest, stands for them, and names those on
-    other factors.
+    Rules that hold for the same settings are one: the first, and simplest, stands for them, and names those on other
+    factors.
     """
-    names = dict.fromkeys(name for configuration in configurations for name in configuration.factors)
-    single = [rule for name in names for rule in _conditions(name, configurations)]
+    names = dict.fromkeys(name for setting in settings for name in setting)
+    single = [rule for name in names for rule in _conditions(name, settings)]
     pairs = [
         Rule(f"{first.text}{_AND}{second.text}", 2, first.inside & second.inside, first.columns | second.columns)
         for first, second in combinations(single, 2)
@@ -52,7 +49,7 @@ def rules(configurations: Sequence[Configuration], least: int = 2) -> tuple[Rule
     distinct: dict[bytes, Rule] = {}
     for rule in [*single, *pairs]:
         size, key = int(rule.inside.sum()), rule.inside.tobytes()
-        if least <= size <= len(configurations) - least:
+        if least <= size <= len(settings) - least:
             first = distinct.setdefault(key, rule)
             if rule.conditions == 1 and not rule.columns <= first.columns:
                 same, columns = (*first.same, rule.text), first.columns | rule.columns
@@ -60,18 +57,18 @@ def rules(configurations: Sequence[Configuration], least: int = 2) -> tuple[Rule
     return tuple(distinct.values())
 
 
-def holds(text: str, factors: Mapping[str, Factor]) -> bool:
-    """Whether a configuration with these factors (SI, by their names in the store) lies in the region of a rule.
+def holds(text: str, setting: Mapping[str, Level]) -> bool:
+    """Whether a setting (levels in SI by the factors' names in the store) lies in the region of a rule.
 
-    Raises `ValueError` for a text that is no rule, `LookupError` for a factor that the configuration does not have.
+    Raises `ValueError` for a text that is no rule, `LookupError` for a factor that the setting does not have.
     """
-    named = {column_of(name)[0]: (value, column_of(name)[1]) for name, value in factors.items()}
+    named = {column_of(name)[0]: (value, column_of(name)[1]) for name, value in setting.items()}
     # A level may hold the word "and": only before a column and its sign does it join two conditions.
     columns = "|".join(map(re.escape, named))
     return all(_holds(condition, named) for condition in re.split(f"{_AND}(?=(?:{columns}) {_SIGN} )", text))
 
 
-def _holds(condition: str, named: Mapping[str, tuple[Factor, float]]) -> bool:
+def _holds(condition: str, named: Mapping[str, tuple[Level, float]]) -> bool:
     match = re.fullmatch(f"(.+?) ({_SIGN}) (.*)", condition, re.DOTALL)
     if match is None:
         raise ValueError(f"{condition!r} is no rule: expected 'factor = level' or 'factor > number'")
@@ -84,9 +81,9 @@ def _holds(condition: str, named: Mapping[str, tuple[Factor, float]]) -> bool:
     return (float(value) / unit > float(level)) == (sign == ">")
 
 
-def _conditions(name: str, configurations: Sequence[Configuration]) -> list[Rule]:
+def _conditions(name: str, settings: Sequence[Mapping[str, Level]]) -> list[Rule]:
     """Rules of one condition on a factor: thresholds where all its values are numbers, else levels."""
-    values = [configuration.factors.get(name) for configuration in configurations]
+    values = [setting.get(name) for setting in settings]
     column, unit = column_of(name)
     if all(isinstance(value, int | float) for value in values):
         numbers = np.array(values, dtype=np.float64)
@@ -101,7 +98,7 @@ def _conditions(name: str, configurations: Sequence[Configuration]) -> list[Rule
     return [Rule(text, 1, inside, frozenset({column})) for text, inside in texts]
 
 
-def _word(value: Factor, unit: float) -> str:
+def _word(value: Level, unit: float) -> str:
     """A number with the digits in which levels of the store differ."""
     return value if isinstance(value, str) else f"{value / unit:.12g}"
 

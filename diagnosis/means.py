@@ -1,4 +1,4 @@
-"""Means over the runs of a configuration, and what their scatter leaves of them: what localisation starts from."""
+"""Means over the runs of a configuration, and what their scatter leaves of them."""
 
 from __future__ import annotations
 
@@ -7,11 +7,23 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ..gap import Floats, Rows, means
-from ..observables.base import Observable
+from .observables.base import Observable
+from .record import Floats
 
-__all__ = ["Floats", "Means", "Rows", "floors", "tolerances"]
+Rows = NDArray[np.intp]
+
+
+def means(residuals: Floats, configuration: Rows, configurations: int) -> tuple[Floats, NDArray[np.intp]]:
+    """Mean over the runs of each configuration (C, D), NaN where there is none, and their number."""
+    finite = np.isfinite(residuals)
+    total = np.zeros((configurations, residuals.shape[1]))
+    count = np.zeros(total.shape, dtype=np.intp)
+    np.add.at(total, configuration, np.where(finite, residuals, 0.0))
+    np.add.at(count, configuration, finite.astype(np.intp))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(count > 0, total / count, np.nan), count
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.gap_reduction.iso18571 import rating, warping_path
+from pyroshock.twin.iso18571 import pulse_rating, rating, warping_path
 
 TIME = np.arange(200) / 200
 PULSE = np.sin(np.pi * TIME) ** 2
@@ -78,3 +78,12 @@ def test_peer_agrees() -> None:
         other = rng.uniform(0.6, 1.4) * np.interp(t * rng.uniform(0.9, 1.1) + rng.uniform(-0.1, 0.1), t, one)
         expected = peer(np.c_[t, one], np.c_[t, other]).overall_rating(-1)
         assert rating(one, other) == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_pulse_is_rated_without_the_rest_around_it() -> None:
+    """Rest before and after counts for nothing, at whatever rate; where there is no pulse there is no rating."""
+    rested = np.concatenate([np.zeros(500), PULSE, np.zeros(500)])
+    assert pulse_rating(rested, 1.2 * rested) == pytest.approx(pulse_rating(PULSE, 1.2 * PULSE), abs=0.01)
+    assert pulse_rating(rested, rested) == pytest.approx(1.0)
+    assert np.isnan(pulse_rating(np.zeros(100), np.zeros(100)))
+    assert np.isnan(pulse_rating(np.full(200, np.nan), PULSE))
