@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....twin.plate.modal import ModalPlate
+from ....twin.plate.poles import Basis, damping_ratios, frequencies_hz, moved, poles_of, refined, search_poles
 from ...record import Floats
 from ..batching import Rows
 from .match import Lines, candidate_plates, matched
-from .poles import Basis, damping_ratios, frequencies_hz, moved, poles_of, refined, search_poles
 from .ringing import delays_s, excited, levels, phases
 from .signals import AccelerationBlock, PlateSignals
 from .spectra import RingingWindow

@@ -16,11 +16,12 @@ import numpy as np
 
 from ....twin.effects import Effect
 from ....twin.plate.modal import ModalPlate
+from ....twin.plate.poles import poles_of
+from ....twin.plate.recursion import Complexes
 from ....twin.sensors.effects.acceleration_gain import AccelerationGain
 from ....twin.sensors.effects.mount_resonance import MountResonance
 from ...record import Floats, Series
 from ..batching import Rows
-from .poles import Complexes, poles_of
 from .signals import PlateSignals
 
 Forces = Sequence[Series | None]

@@ -12,6 +12,7 @@ import numpy as np
 from ....twin.effects import Effect
 from ....twin.plate.effect import PlateEffect, with_effects
 from ....twin.plate.modal import ModalPlate
+from ....twin.plate.poles import Basis, poles_of
 from ....twin.plate.respond import kept_below
 from ....twin.plate.response import PlateResponse
 from ....twin.sensors.chain import SensorChain
@@ -23,7 +24,6 @@ from ..batching import Rows
 from .columns import Columns
 from .force import on_clock, true_force
 from .modes import HIGHEST, LEAST_RATIO, Reading, measured_modes
-from .poles import Basis, poles_of
 from .ringing import Forces, delays_s, levels, phases
 from .signals import PlateSignals
 from .spectra import Spectra
