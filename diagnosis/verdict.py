@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, is_dataclass
 from typing import Any
 
 import numpy as np
 
 from ..twin.effects import Effect
-from .number_format import number
 from .plot_data import Pictures
 
 NONE, UNKNOWN = "none", "unknown"
@@ -61,11 +60,6 @@ class TimeWindow:
     from_s: float
     to_s: float
 
-    @property
-    def text(self) -> str:
-        """`the force from 0.1 to 0.4 ms`."""
-        return f"the {self.channel.replace('_', ' ')} from {number(1e3 * self.from_s)} to {number(1e3 * self.to_s)} ms"
-
 
 @dataclass(frozen=True)
 class Band:
@@ -74,11 +68,6 @@ class Band:
     channel: str
     from_hz: float
     to_hz: float
-
-    @property
-    def text(self) -> str:
-        """`the force from 800 to 4000 Hz`."""
-        return f"the {self.channel.replace('_', ' ')} from {number(self.from_hz)} to {number(self.to_hz)} Hz"
 
 
 @dataclass(frozen=True)
@@ -244,11 +233,6 @@ class Verdict:
             if len(cause["split"]) < 2:
                 del cause["split"]
         return table
-
-
-def single_effects(names: Iterable[str]) -> tuple[str, ...]:
-    """The ids in names of effects and of sets of effects ("a+b"), each once."""
-    return tuple(dict.fromkeys(identity for name in names for identity in name.split("+")))
 
 
 def plain(value: Any) -> Any:

@@ -106,8 +106,8 @@ def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
 
 def _tell(verdict: Verdict) -> None:
     """The first sentences and what to do next, then effects, path and the rest of the report."""
-    from ...diagnosis.number_format import percent
     from ...diagnosis.restriction import restrictions_among
+    from ..diagnoses.number_format import percent
     from ..diagnoses.recommendations import next_experiment, recommendations
     from ..diagnoses.summary import summary
     from ..reports.sentences import cause_name, fitted_words, shrinkage_line, where_lines
@@ -144,7 +144,7 @@ def _tell_effects(verdict: Verdict) -> None:
 
 
 def _tell_path(verdict: Verdict) -> None:
-    from ...diagnosis.number_format import number, percent
+    from ..diagnoses.number_format import number, percent
 
     if not verdict.path:
         return

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
+
+from ...diagnosis.verdict import Band, TimeWindow
+from .number_format import number
 
 STAGE_NAMES = {"gun": "the gun", "contact": "the contact", "plate": "the plate"}
 
@@ -73,6 +77,20 @@ def effect_subject(identity: str) -> str:
 def effect_check(identity: str) -> str:
     """What to measure on the bench for an effect; "" where nothing is known."""
     return EFFECT_CHECKS.get(identity, "")
+
+
+def single_effects(names: Iterable[str]) -> tuple[str, ...]:
+    """The ids in names of effects and of sets of effects ("a+b"), each once."""
+    return tuple(dict.fromkeys(identity for name in names for identity in name.split("+")))
+
+
+def span_words(span: TimeWindow | Band) -> str:
+    """`the force from 0.1 to 0.4 ms`, `the force from 800 to 4000 Hz`."""
+    if isinstance(span, TimeWindow):
+        first, last, unit = 1e3 * span.from_s, 1e3 * span.to_s, "ms"
+    else:
+        first, last, unit = span.from_hz, span.to_hz, "Hz"
+    return f"the {span.channel.replace('_', ' ')} from {number(first)} to {number(last)} {unit}"
 
 
 @dataclass(frozen=True)

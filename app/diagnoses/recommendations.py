@@ -6,10 +6,10 @@ import re
 import shlex
 from collections.abc import Iterable, Iterator
 
-from ...diagnosis.number_format import join_words, number, percent
-from ...diagnosis.verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict, single_effects
+from ...diagnosis.verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict
 from ...twin.effects import catalogue
-from .labels import EFFECT_SUBJECTS, effect_check, effect_subject, with_labels
+from .labels import EFFECT_SUBJECTS, effect_check, effect_subject, single_effects, span_words, with_labels
+from .number_format import join_words, number, percent
 from .summary import (
     MOST,
     NEAREST,
@@ -199,7 +199,7 @@ def rest_sentence(verdict: Verdict) -> str:
         shown = [
             span for span in spans if not where.stage or _STAGE_OF_CHANNEL.get(span.channel, "plate") == main_stage
         ]
-        places += [f"in {span.text}" for span in shown[:1]]
+        places += [f"in {span_words(span)}" for span in shown[:1]]
     largest = f"The error is largest {join_words(places)}." if places else ""
     drift = f"It changes while the campaign goes on: {with_labels(where.drift[0])}." if where.drift else ""
     return " ".join(filter(None, (largest, drift)))

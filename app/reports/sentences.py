@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from ...diagnosis.number_format import number, number_beside, percent, percent_with_range
 from ...diagnosis.verdict import CORRECTED, NONE, UNKNOWN, Cause, Fitted, Shrinkage, Where
 from ...twin.effects import catalogue
-from ..diagnoses.labels import with_labels
+from ..diagnoses.labels import span_words, with_labels
+from ..diagnoses.number_format import number, number_beside, percent, percent_with_range
 
 
 def fitted_words(parameter: Fitted) -> str:
@@ -48,9 +48,9 @@ def where_lines(where: Where) -> Iterator[str]:
             f"measurement noise (p = {number(region.p_value)})."
         )
     for window in where.time:
-        yield f"In time the error stands out in {window.text}."
+        yield f"In time the error stands out in {span_words(window)}."
     for band in where.frequency:
-        yield f"In frequency the error stands out in {band.text}."
+        yield f"In frequency the error stands out in {span_words(band)}."
     yield from map(with_labels, where.drift)
 
 

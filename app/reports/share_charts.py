@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from html import escape
 
-from ...diagnosis.number_format import number, percent, percent_with_range
 from ...diagnosis.verdict import CORRECTED, Verdict
 from ..diagnoses.labels import effect_subject
+from ..diagnoses.number_format import number, percent, percent_with_range
 from .svg import WIDTH, tick_text, ticks
 
 #: Effects that are drawn; further ones stand in the table.

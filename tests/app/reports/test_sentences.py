@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from pyroshock.app.diagnoses.number_format import join_words, number, percent, percent_range, times
 from pyroshock.app.reports.sentences import effect_title, shrinkage_line, where_lines
-from pyroshock.diagnosis.number_format import join_words, number, percent, percent_range, times
 from pyroshock.twin.effects import catalogue
 from support.records import verdicts
 
