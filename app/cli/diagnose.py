@@ -106,9 +106,9 @@ def _tell_past(campaign: str, db: str, json_to: str | None) -> None:
 
 def _tell(verdict: Verdict) -> None:
     """The first sentences and what to do next, then effects, path and the rest of the report."""
-    from ...diagnosis.restriction import restrictions_among
     from ..diagnoses.number_format import percent
     from ..diagnoses.recommendations import next_experiment, recommendations
+    from ..diagnoses.restriction import restrictions_among
     from ..diagnoses.summary import summary
     from ..reports.sentences import cause_name, fitted_words, shrinkage_line, where_lines
 

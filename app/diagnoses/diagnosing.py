@@ -158,7 +158,7 @@ def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | N
     """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line: also for an
     effect of `with_effects` and `without_effects` that there is not, or that the campaign cannot show."""
     from ...diagnosis.diagnose import Options, diagnose
-    from ...diagnosis.restriction import restriction_sentences
+    from .restriction import restriction_sentences
     from .uncertain_numbers import full_name
 
     record = record_of(store, db, asked)
@@ -178,8 +178,8 @@ def _restricted(record: CampaignRecord, options: Options, asked: Asked) -> Optio
     if not (asked.with_effects or asked.without_effects):
         return options
     from ...diagnosis.chain import stages_of
-    from ...diagnosis.restriction import considered_effects
     from ...twin.effects import catalogue
+    from .restriction import considered_effects
 
     stages, _ = stages_of(record, options)
     detectable = [name for name in catalogue() if any(name in stage.shows for stage in stages)]
@@ -245,7 +245,7 @@ def last_report(session: Session, campaign: str) -> dict[str, Any] | None:
 
     A what-if diagnosis (`--with`, `--without`) answers another question. Raises `LookupError` for an unknown campaign.
     """
-    from ...diagnosis.restriction import restrictions_among
+    from .restriction import restrictions_among
 
     reports = (row.report for row in _rows(session, campaign))
     return next((report for report in reports if not restrictions_among(report["assumptions"])), None)

@@ -42,7 +42,7 @@ def list_diagnoses(
 
 
 def _first_answer(row: Diagnosis) -> dict[str, Any]:
-    from ...diagnosis.restriction import restrictions_among
+    from .restriction import restrictions_among
 
     first, gap = row.report["causes"][0], row.report["gap"]
     return {

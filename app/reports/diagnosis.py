@@ -9,12 +9,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from ...diagnosis.plot_data import Pictures
-from ...diagnosis.restriction import restrictions_among
 from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict
 from ...schema.outputs import write_text
 from ..diagnoses.labels import effect_subject, single_effects
 from ..diagnoses.number_format import number, percent, percent_range
 from ..diagnoses.recommendations import next_experiment, recommendations
+from ..diagnoses.restriction import restrictions_among
 from ..diagnoses.summary import summary
 from .charts import curve_chart, legend_keys, residual_chart, residual_title
 from .document import Bar, Bars, Block, Bullets, Cell, Document, Figure, Figures, Paragraph, Section, Table

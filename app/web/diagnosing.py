@@ -15,7 +15,7 @@ def diagnose_job(jobs: Jobs, store: Store, asked: DiagnoseArguments) -> JobView:
     Raises `LookupError` for a campaign that is not in the store, for a path of the server's disk is nobody's to name,
     and for an effect that the catalogue does not have.
     """
-    from ...diagnosis.restriction import check_effects
+    from ..diagnoses.restriction import check_effects
 
     if not is_stored(store, asked.target):
         raise LookupError(f"no campaign {asked.target!r} in the store; ingest it first")

@@ -6,9 +6,9 @@ import pytest
 from pyroshock.app.demo import ingest_examples
 from pyroshock.app.diagnoses.diagnosing import Asked, keep, last_report, past_diagnoses, report_json
 from pyroshock.app.diagnoses.kept import kept_options, kept_report, kept_verdict, list_diagnoses
+from pyroshock.app.diagnoses.restriction import restriction_sentences
 from pyroshock.app.reports.diagnosis import page
 from pyroshock.app.twins.adopting import adopt
-from pyroshock.diagnosis.restriction import restriction_sentences
 from pyroshock.schema.diagnoses import Diagnosis
 from sqlalchemy import event
 from support.records import verdicts

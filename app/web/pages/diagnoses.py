@@ -174,7 +174,7 @@ class _Drawn:
 
 
 def _drawn(verdict: Verdict) -> _Drawn:
-    from ....diagnosis.restriction import restrictions_among
+    from ...diagnoses.restriction import restrictions_among
     from ...diagnoses.summary import summary
     from ...reports.diagnosis import EFFECT_COLUMNS, EFFECTS, FIRST_SECTIONS, section_html, sections
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from ..twin.effects import catalogue
+from ...twin.effects import catalogue
 
 _ONLY, _WITHOUT = "The diagnosis considers only", "The diagnosis does not consider"
 
