@@ -60,7 +60,7 @@ class ContactStage(Stage):
     def shows(self) -> tuple[str, ...]:
         if not any(run.force is not None for run in self.record.runs):
             return ()
-        nominal = self.sites.impacts(np.ones(len(self.sites)))
+        nominal = Impacts.of(self.sites.bodies, self.sites.insulated, self.sites.impedance_n_s_m)
         return tuple(identity for identity in super().shows if _changes_impacts(catalogue()[identity], nominal))
 
     def measured(self) -> Floats:
