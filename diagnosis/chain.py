@@ -1,18 +1,14 @@
-"""The stages that a campaign's record has something to say of, and their numbers that a user may declare uncertain."""
+"""The stages that a campaign's record has something to say of."""
 
 from __future__ import annotations
 
-from dataclasses import fields
-from difflib import get_close_matches
-
 import numpy as np
 
-from ..twin.gun.bench import GunBench
 from .observables.base import Stage
 from .observables.contact.registered_model import RegisteredContactStage
 from .observables.contact.site import sites_of
-from .observables.contact.stage import UNCERTAIN, ContactStage
-from .observables.gun.stage import READINGS, GunStage
+from .observables.contact.stage import ContactStage
+from .observables.gun.stage import GunStage
 from .observables.plate.ringdown import PlateRingdownStage
 from .observables.plate.stage import PlateStage
 from .options import Options
@@ -93,23 +89,3 @@ def _plate(record: CampaignRecord, options: Options) -> Stage | str:  # noqa: AR
         return (PlateStage if driven and record.plate_points_known else PlateRingdownStage)(record)
     except ValueError as error:
         return f"plate: not diagnosed: {error}"
-
-
-def uncertain_numbers() -> dict[str, tuple[str, ...]]:
-    """By stage: settings of the gun with the readings of a shot, and quantities of the nominal impact."""
-    return {"gun": (*(item.name for item in fields(GunBench)), *READINGS), "contact": UNCERTAIN}
-
-
-def full_name(name: str) -> str:
-    """`gun.bullet_mass_kg` for that, and for `bullet_mass_kg`: no two stages have a number of the same name.
-
-    Raises `ValueError` for a name that no stage has, with the nearest one, or all.
-    """
-    numbers = {number: f"{stage}.{number}" for stage, names in uncertain_numbers().items() for number in names}
-    bare = name.rpartition(".")[2]
-    if bare in numbers and name in (bare, numbers[bare]):
-        return numbers[bare]
-    near = get_close_matches(bare, numbers, 1, 0.5)
-    if near:
-        raise ValueError(f"no number {name!r}; the nearest is {numbers[near[0]]}")
-    raise ValueError(f"no number {name!r}; there are {', '.join(numbers.values())}")

@@ -113,3 +113,7 @@ class CampaignRecord:
     def configuration_of(self) -> NDArray[np.intp]:
         """(R,): the configuration of each run."""
         return np.array([run.configuration for run in self.runs], dtype=np.intp)
+
+    def run_values(self, name: str) -> Floats:
+        """(R,): a number of each run by its name in `Run`; NaN where it was not measured."""
+        return np.array([getattr(run, name) for run in self.runs], dtype=np.float64)

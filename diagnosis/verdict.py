@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, is_dataclass
 from typing import Any
 
@@ -235,11 +235,6 @@ class Verdict:
             if len(cause["split"]) < 2:
                 del cause["split"]
         return table
-
-
-def single_effects(names: Iterable[str]) -> tuple[str, ...]:
-    """The ids in names of effects and of sets of effects ("a+b"), each once."""
-    return tuple(dict.fromkeys(identity for name in names for identity in name.split("+")))
 
 
 def plain(value: Any) -> Any:

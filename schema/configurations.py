@@ -1,4 +1,4 @@
-"""Configurations by their levels: found where the combination is known, added once where it is new."""
+"""Configurations by their levels: found where the combination is known, added once where it is new, and read."""
 
 from __future__ import annotations
 
@@ -40,6 +40,22 @@ def configuration_ids(session: Session, combinations: Sequence[Sequence[Level]])
         level_rows = _levels(session, [level for levels in new.values() for level in levels])
         known |= {key: _add(session, key, [level_rows[_key(level)] for level in levels]) for key, levels in new.items()}
     return [known[key] for key in prints]
+
+
+def configuration_factors(session: Session, keys: Sequence[int]) -> dict[int, dict[str, str | float]]:
+    """Factors of each configuration by its key, in the order of the factors: a number in SI where the level is one."""
+    factors: dict[int, dict[str, str | float]] = {key: {} for key in keys}
+    query = (
+        select(ConfigurationLevel.configuration_id, Factor.name, FactorLevel.label, FactorLevel.number)
+        .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
+        .join(Factor, FactorLevel.factor_id == Factor.id)
+        .order_by(Factor.id)
+    )
+    for i in range(0, len(keys), _AT_ONCE):
+        part = query.where(ConfigurationLevel.configuration_id.in_(keys[i : i + _AT_ONCE]))
+        for key, name, label, number in session.execute(part):
+            factors[key][name] = label if number is None else number
+    return factors
 
 
 def _known(session: Session, fingerprints: Sequence[str]) -> dict[str, int]:

@@ -185,7 +185,7 @@ def _tolerance(text: str) -> tuple[str, float]:
 
 
 def _uncertain(text: str) -> tuple[str, float]:
-    from ...diagnosis.chain import full_name
+    from ..diagnoses.uncertain_numbers import full_name
 
     name, _, size = (part.strip() for part in text.partition("="))
     example = "expected NUMBER=SD, such as gun.friction_coefficient=0.05 or bullet_mass_kg=0.001"

@@ -157,10 +157,10 @@ def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> C
 def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | None = None) -> Verdict:
     """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line: also for an
     effect of `with_effects` and `without_effects` that there is not, or that the campaign cannot show."""
-    from ...diagnosis.chain import full_name
     from ...diagnosis.diagnose import Options, diagnose
     from .plot_builder import pictures_of
     from .restriction import restriction_sentences
+    from .uncertain_numbers import full_name
 
     record = record_of(store, db, asked)
     options = Options(

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from sqlalchemy import select
 
 from ...dataset.stored_bench import gun_bench
-from ...diagnosis.reading.settings import read_factors
 from ...doe.designs.base import Design
 from ...doe.factors import number_label
 from ...doe.guards import PlannedShot, check_run
@@ -21,6 +20,7 @@ from ...doe.plans import StoredPlan, add_plan, read_plan
 from ...doe.space import space_from_text
 from ...schema.campaigns import Campaign
 from ...schema.columns import BY_COLUMN, BY_NAME
+from ...schema.configurations import configuration_factors
 from ...schema.impacts import Impact
 from ...schema.listings import get_campaign_id
 from ...schema.materials import Material, material_names
@@ -133,7 +133,7 @@ def _usual_levels(session: Session, campaign: Campaign) -> dict[str, str]:
     table = Shot if campaign.kind == "gun" else Impact
     runs = Counter(session.scalars(select(table.configuration_id).where(table.campaign_id == campaign.id)))
     counts: dict[str, Counter[Level]] = {}
-    for key, levels in read_factors(session, list(runs)).items():
+    for key, levels in configuration_factors(session, list(runs)).items():
         for name, level in levels.items():
             counts.setdefault(name, Counter())[level] += runs[key]
     return dict(_cells({name: levels.most_common(1)[0][0] for name, levels in counts.items()}))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ...diagnosis.verdict import Band, TimeWindow
@@ -76,6 +77,11 @@ def effect_subject(identity: str) -> str:
 def effect_check(identity: str) -> str:
     """What to measure on the bench for an effect; "" where nothing is known."""
     return EFFECT_CHECKS.get(identity, "")
+
+
+def single_effects(names: Iterable[str]) -> tuple[str, ...]:
+    """The ids in names of effects and of sets of effects ("a+b"), each once."""
+    return tuple(dict.fromkeys(identity for name in names for identity in name.split("+")))
 
 
 @dataclass(frozen=True)

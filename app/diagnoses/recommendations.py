@@ -6,10 +6,10 @@ import re
 import shlex
 from collections.abc import Iterable, Iterator
 
-from ...diagnosis.verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict, single_effects
+from ...diagnosis.verdict import NONE, UNKNOWN, Fitted, NextRun, Verdict
 from ...twin.effects import catalogue
 from ..number_format import join_words, number, percent
-from .labels import EFFECT_SUBJECTS, effect_check, effect_subject, span_label, with_labels
+from .labels import EFFECT_SUBJECTS, effect_check, effect_subject, single_effects, span_label, with_labels
 from .summary import (
     MOST,
     NEAREST,

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Verdict, single_effects
+from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Verdict
 from ..number_format import join_words, percent, percent_range, percent_with_range, times
-from .labels import STAGE_NAMES, effect_subject
+from .labels import STAGE_NAMES, effect_subject, single_effects
 
 #: A stage with this share of the error is where most of it arises; from _WHOLE on, all of it.
 MOST, _WHOLE = 0.5, 0.995

@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from ...diagnosis.plot_data import Pictures
-from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict, single_effects
+from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict
 from ...schema.outputs import write_text
-from ..diagnoses.labels import effect_subject
+from ..diagnoses.labels import effect_subject, single_effects
 from ..diagnoses.recommendations import next_experiment, recommendations
 from ..diagnoses.restriction import restrictions_among
 from ..diagnoses.summary import summary

@@ -7,9 +7,10 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from ...diagnosis.verdict import Verdict, single_effects
+from ...diagnosis.verdict import Verdict
 from ...schema.diagnoses import Diagnosis
 from ..diagnoses.kept import kept_report, kept_verdict
+from ..diagnoses.labels import single_effects
 from ..diagnoses.verdict_json import FORMAT, verdict_from_json
 from .diagnosis import document_of
 from .document import Document

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ...ingest.stored import list_channels, read_channel
-from ...schema.campaigns import ConfigurationLevel, Factor, FactorLevel
+from ...schema.configurations import configuration_factors
 from ...schema.listings import get_campaign_id
 from ...schema.recordings import RecordedChannel
 from ...schema.shots import Shot
@@ -68,7 +67,7 @@ class ShotReader:
         return Measured(tuple(settings), np.array(levels)) if settings else Measured(), left_out
 
     def _setting(self, shot: Shot) -> Setting:
-        words = _factors(self.session, shot.configuration_id)
+        words = configuration_factors(self.session, [shot.configuration_id])[shot.configuration_id]
         plate = self.material(str(words.get("plate_material", next(iter(self.plates)))))
         if plate.name not in self.plates:
             raise ValueError(f"no modes of its plate of {plate.name}")
@@ -109,15 +108,3 @@ class ShotReader:
             if row.name == self.sensor:
                 return row
         raise ValueError(f"no channel {self.sensor}" if rows else "no recording")
-
-
-def _factors(session: Session, configuration: int) -> dict[str, Any]:
-    """Factor to level, a number in SI where it is one."""
-    query = (
-        select(Factor.name, FactorLevel.label, FactorLevel.number)
-        .select_from(ConfigurationLevel)
-        .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
-        .join(Factor, FactorLevel.factor_id == Factor.id)
-        .where(ConfigurationLevel.configuration_id == configuration)
-    )
-    return {name: label if number is None else number for name, label, number in session.execute(query)}

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ...schema.campaigns import ConfigurationLevel, FactorLevel
-from ...schema.campaigns import Factor as FactorRow
 from ...schema.columns import BY_NAME
+from ...schema.configurations import configuration_factors
 from ..record import Configuration, Factor
 
 #: Columns of a projectile's own travel to the vent holes, and their units in m.
@@ -26,28 +24,12 @@ def read_settings(
 ) -> tuple[tuple[Configuration, ...], tuple[int, ...], tuple[str, ...]]:
     """Of runs by the store's `keys` of their configurations: configurations in the order of their first runs, the row
     of each run's, and sentences on columns that are no settings. Configurations that differ in those alone are one."""
-    stored = read_factors(session, list(dict.fromkeys(keys)))
+    stored = configuration_factors(session, list(dict.fromkeys(keys)))
     notes = note_columns([stored[key] for key in keys])
     runs = [tuple(sorted((name, x) for name, x in stored[key].items() if name not in notes)) for key in keys]
     row_of = {setting: row for row, setting in enumerate(dict.fromkeys(runs))}
     sentences = tuple(f"{name}: a note on each run, and not a setting" for name in notes)
     return _labelled([dict(setting) for setting in row_of]), tuple(row_of[run] for run in runs), sentences
-
-
-def read_factors(session: Session, keys: Sequence[int]) -> dict[int, dict[str, Factor]]:
-    """Factors of each configuration by its key: a number in SI where the level is one."""
-    factors: dict[int, dict[str, Factor]] = {key: {} for key in keys}
-    query = (
-        select(ConfigurationLevel.configuration_id, FactorRow.name, FactorLevel.label, FactorLevel.number)
-        .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
-        .join(FactorRow, FactorLevel.factor_id == FactorRow.id)
-        .order_by(FactorRow.id)
-    )
-    for i in range(0, len(keys), 500):  # SQLite allows a limited number of variables
-        part = query.where(ConfigurationLevel.configuration_id.in_(keys[i : i + 500]))
-        for key, name, label, number in session.execute(part):
-            factors[key][name] = label if number is None else number
-    return factors
 
 
 def note_columns(runs: Sequence[Mapping[str, Factor]]) -> tuple[str, ...]:

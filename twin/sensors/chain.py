@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from functools import reduce
 from typing import Self
 
+import numpy as np
+
 from ..effects import Effect, Floats, checked_effects
-from .effect import SensorEffect
+from .effect import Complexes, SensorEffect
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,18 @@ class SensorChain:
         """(..., n) in steps of `dt_s`."""
         return reduce(lambda value, each: each.measured_force_n(value, dt_s), self.effects, force_n)
 
+    def true_force_n(self, reading_n: Floats, dt_s: float) -> Floats:
+        """Forces from readings (n,) in steps of `dt_s`: the chain walked backwards."""
+        return reduce(lambda value, each: each.true_force_n(value, dt_s), reversed(self.effects), reading_n)
+
     def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:
         """(..., n) in steps of `dt_s`."""
         return reduce(lambda value, each: each.measured_acceleration_m_s2(value, dt_s), self.effects, acceleration_m_s2)
+
+    def transmissibility(self, poles: Complexes) -> Complexes:
+        """(k, K), or (1, K) where all sensors are alike: what it shows of accelerations exp(lambda t), `poles` (K,).
+
+        Effects without a closed form have no part in it.
+        """
+        unit = np.ones((1, poles.size), dtype=np.complex128)
+        return reduce(lambda value, each: each.measured_amplitude(value, poles), self.effects, unit)

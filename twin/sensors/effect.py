@@ -5,8 +5,14 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..effects import Effect, Floats, Value
+
+Complexes = NDArray[np.complex128]
+
+#: Goings back and forth that undo an effect on the force without an inverse of its own.
+_ROUNDS = 40
 
 
 class SensorEffect(Effect):
@@ -30,9 +36,28 @@ class SensorEffect(Effect):
         """What the force channel shows of a true force (..., n), at rest before it."""
         return force_n
 
+    def true_force_n(self, reading_n: Floats, dt_s: float) -> Floats:
+        """The force under a reading (n,).
+
+        By going back and forth, which closes in on the force where an effect changes it by less than itself.
+        """
+        if type(self).measured_force_n is SensorEffect.measured_force_n:
+            return reading_n
+        force_n = reading_n
+        for _ in range(_ROUNDS):
+            force_n = force_n + reading_n - self.measured_force_n(force_n, dt_s)
+        return force_n
+
     def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook
         """What an accelerometer's channel shows of a true acceleration (..., n), at rest before it."""
         return acceleration_m_s2
+
+    def measured_amplitude(self, amplitude: Complexes, poles: Complexes) -> Complexes:  # noqa: ARG002 - a hook
+        """What an accelerometer's channel shows of accelerations A exp(lambda t) with `poles` lambda (K,).
+
+        Amplitudes A are (k, K), or (1, K) where they are common. Effects without a closed form leave them as they are.
+        """
+        return amplitude
 
 
 def along_first(value: Value, series: Floats) -> Value:

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from ....twin.contact.bodies import Bodies
 from ....twin.contact.effect import ContactEffect
-from ....twin.contact.impact import solve
-from ....twin.contact.impacts import Impacts, plate_impedance
+from ....twin.contact.impact import impact
+from ....twin.contact.impacts import plate_impedance
 from ....twin.contact.pulse import ContactPulse
 from ....twin.materials import Material
 from ...record import CampaignRecord, Configuration, Factor, Floats, Run
@@ -38,17 +38,10 @@ class Sites:
         bodies = replace(self.bodies, **{name: value[rows] for name, value in quantities.items()})
         return Sites(bodies, self.insulated[rows], self.impedance_n_s_m[rows])
 
-    def impacts(self, velocity_m_s: Floats) -> Impacts:
-        """Nominal ones at these velocities (n,), all above 0."""
-        bodies = replace(self.bodies, impact_velocity_m_s=velocity_m_s)
-        return Impacts.of(bodies, self.insulated, self.impedance_n_s_m)
-
     def pulses(self, velocity_m_s: Floats, effects: tuple[ContactEffect, ...] = ()) -> ContactPulse:
-        """Raises `ArithmeticError` where a contact does not end."""
-        impacts = self.impacts(velocity_m_s)
-        for effect in effects:
-            impacts = effect.prepare(impacts)
-        return solve(impacts, _STEPS)
+        """At these velocities (n,), all above 0. Raises `ArithmeticError` where a contact does not end."""
+        bodies, place = replace(self.bodies, impact_velocity_m_s=velocity_m_s), self.impedance_n_s_m
+        return impact(bodies, effects, insulated=self.insulated, plate_impedance_n_s_m=place, steps=_STEPS)
 
 
 def sites_of(record: CampaignRecord) -> Sites:

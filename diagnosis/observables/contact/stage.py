@@ -50,8 +50,7 @@ class ContactStage(Stage):
     def __init__(self, record: CampaignRecord, uncertain: Mapping[str, float] | None = None) -> None:
         super().__init__(record)
         self.sites = sites_of(record)
-        speeds = [np.nan if run.velocity_m_s is None else run.velocity_m_s for run in record.runs]
-        self.recorded_m_s = np.array(speeds, dtype=np.float64)
+        self.recorded_m_s = record.run_values("velocity_m_s")
         self.step_s = np.array([1 / _rate_hz(run) for run in record.runs])
         self._measured: Floats | None = None
         self._nuisances = self._derivatives(uncertain or {})
@@ -60,7 +59,7 @@ class ContactStage(Stage):
     def shows(self) -> tuple[str, ...]:
         if not any(run.force is not None for run in self.record.runs):
             return ()
-        nominal = self.sites.impacts(np.ones(len(self.sites)))
+        nominal = Impacts.of(self.sites.bodies, self.sites.insulated, self.sites.impedance_n_s_m)
         return tuple(identity for identity in super().shows if _changes_impacts(catalogue()[identity], nominal))
 
     def measured(self) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from typing import cast
 
@@ -47,19 +47,17 @@ class GunStage(Stage):
             raise ValueError(f"campaign {record.name!r} has no gun: its settings stand in [bench.gun]")
         self.bench: GunBench = record.gun
         self.uncertain = dict(uncertain or {})
-        self._velocity_m_s = _numbers(run.velocity_m_s for run in record.runs)
+        self._velocity_m_s = record.run_values("velocity_m_s")
         self._shots = {
-            "tank_pressure_pa": _numbers(run.tank_pressure_pa for run in record.runs),
-            "bullet_mass_kg": _numbers(run.bullet_mass_kg for run in record.runs),
-            "travel_m": _numbers(run.travel_m or self.bench.travel_m for run in record.runs),
+            **{name: record.run_values(name) for name in READINGS},
+            "travel_m": np.array([run.travel_m or self.bench.travel_m for run in record.runs], dtype=np.float64),
         }
         self._medians = {name: self._median(values) for name, values in self._shots.items()}
         self._nuisances = self._derivatives()
 
     @property
     def observables(self) -> tuple[Observable, ...]:
-        stated = _numbers(run.velocity_u_m_s for run in self.record.runs)
-        stated = np.exp(_logarithms(stated) - self.measured()[:, 0])
+        stated = np.exp(_logarithms(self.record.run_values("velocity_u_m_s")) - self.measured()[:, 0])
         good = stated[np.isfinite(stated)]
         floor = float(np.median(good)) if good.size else ASSUMED_FLOOR
         return (Observable("ln_velocity", "gun", "velocity", "1", TOLERANCE, floor),)
@@ -145,10 +143,6 @@ class GunStage(Stage):
         except ValueError:
             return None
         return self._shown((), self._fired((), self._medians, bench=bench))
-
-
-def _numbers(values: Iterable[float | None]) -> Floats:
-    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
 
 
 def _logarithms(velocity_m_s: Floats) -> Floats:

@@ -9,9 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....twin.effects import Effect
-from ....twin.sensors.effect import SensorEffect
-from ....twin.sensors.effects.force_bandwidth import ForceBandwidth
-from ....twin.sensors.effects.force_gain import ForceGain
 from ...record import Floats, Series
 from ..base import sensor_chain
 
@@ -19,8 +16,6 @@ from ..base import sensor_chain
 _OVER = 0.02
 #: How far the impulse of samples may be off before they are too few to stand for a contact.
 _NEAR = 0.2
-#: Goings back and forth that undo an effect without an inverse of its own.
-_ROUNDS = 40
 #: Samples on either side of a contact that are kept, and in how many more the force fades: a cut would be a jump, which
 #: the inverse of a low pass makes much of.
 _AROUND, _FADE = 8, 16
@@ -54,38 +49,11 @@ def _acting(force: Series) -> NDArray[np.intp]:
 
 
 def true_force(reading: Series, effects: Sequence[Effect]) -> Series:
-    """The force on the plate under a reading: what the force channel does to it undone, last in the chain first.
-
-    Other effects on the force than gain and low pass are undone by going back and forth, which closes in on the force
-    where an effect changes it by less than itself.
-    """
-    acting = sensor_chain(effects, "measured_force_n").effects
-    values = reading.values
-    for effect in reversed(acting):
-        values = _undone(effect, values, 1 / reading.sampling_rate_hz)
-    return replace(reading, values=values) if acting else reading
-
-
-def _undone(effect: SensorEffect, reading: Floats, step_s: float) -> Floats:
-    if isinstance(effect, ForceGain):
-        return np.asarray(reading / effect.gain)
-    if isinstance(effect, ForceBandwidth):  # both differential equations of the low passes, read from right to left
-        seconds = float(np.asarray(effect.corner_period_s)) / (2 * np.pi)
-        if seconds > 0:
-            rate = _rate(reading, step_s)
-            reading = reading + np.sqrt(2) * seconds * rate + seconds**2 * _rate(rate, step_s)
-        return np.asarray(reading + effect.time_constant_s * _rate(reading, step_s))
-    force = reading
-    for _ in range(_ROUNDS):
-        force = force + reading - effect.measured_force_n(force, step_s)
-    return force
-
-
-def _rate(values: Floats, step_s: float) -> Floats:
-    """Change per second, by differences of sixth order: a force has content up to a tenth of its sampling rate."""
-    from scipy.signal import savgol_filter
-
-    return np.asarray(savgol_filter(values, 7, 6, deriv=1, delta=step_s, mode="nearest"))
+    """The force on the plate under a reading: what the force channel does to it undone."""
+    chain = sensor_chain(effects, "measured_force_n")
+    if not chain.effects:
+        return reading
+    return replace(reading, values=chain.true_force_n(reading.values, 1 / reading.sampling_rate_hz))
 
 
 def on_clock(force: Series, first_s: float, step_s: float, samples: int) -> Floats:

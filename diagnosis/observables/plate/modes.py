@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....twin.plate.modal import ModalPlate
+from ....twin.plate.poles import Basis, damping_ratios, frequencies_hz, moved, poles_of, refined, search_poles
 from ...record import Floats
 from ..batching import Rows
 from .match import Lines, candidate_plates, matched
-from .poles import Basis, damping_ratios, frequencies_hz, moved, poles_of, refined, search_poles
 from .ringing import delays_s, excited, levels, phases
 from .signals import AccelerationBlock, PlateSignals
 from .spectra import RingingWindow
@@ -107,23 +107,15 @@ def median(values: Floats) -> Floats:
         return np.asarray(np.nanmedian(values, axis=0))
 
 
-@dataclass(frozen=True, eq=False)
 class ModeSearch:
     """The `modes` (M,) of a plate, by their rows in its table, that are looked for below the end of a band.
 
     In `ringing` (R, S, n), which is what `window` leaves of the accelerations, and first in the runs `searched` (r,).
     """
 
-    modes: Rows
-    band_hz: tuple[float, float]
-    damping_ratio: float
-    window: RingingWindow
-    ringing: Floats
-    searched: Rows
-    configuration: Rows
-
-    @classmethod
-    def of(cls, plate: ModalPlate, block: AccelerationBlock, begin: int, configuration: Rows, peak: Floats) -> Self:
+    def __init__(
+        self, plate: ModalPlate, block: AccelerationBlock, begin: int, configuration: Rows, peak: Floats
+    ) -> None:
         """Of a plate with an elastic mode, in accelerations that ring freely from the sample `begin` on.
 
         Of each of some of the configurations (R,) the run with the highest `peak` (R,) is searched; 0 for a run that
@@ -132,19 +124,15 @@ class ModeSearch:
         elastic = plate.frequency_hz > 0
         frequency = plate.frequency_hz[elastic]
         highest = float(frequency.max()) * _BAND[1] if frequency.size <= _MANY else float(frequency[_MANY])
-        band = _BAND[0] * float(frequency.min()), min(highest, _MOST_OF_RATE * block.rate_hz)
-        window = RingingWindow.of(begin, block.samples, block.rate_hz, band[1])
+        self.band_hz = _BAND[0] * float(frequency.min()), min(highest, _MOST_OF_RATE * block.rate_hz)
+        self.damping_ratio = max(float(np.median(plate.damping_ratio[elastic])), _LEAST_DAMPING)
+        self.modes: Rows = np.flatnonzero(elastic & (plate.frequency_hz <= self.band_hz[1]))
+        self.window = RingingWindow.of(begin, block.samples, block.rate_hz, self.band_hz[1])
+        self.ringing = self.window.cut(block.acceleration)
+        self.configuration = configuration
         best = [int(np.argmax(np.where(configuration == c, peak, -1.0))) for c in np.unique(configuration)]
         rows = np.array([row for row in best if peak[row] > 0], dtype=np.intp)
-        return cls(
-            modes=np.flatnonzero(elastic & (plate.frequency_hz <= band[1])),
-            band_hz=band,
-            damping_ratio=max(float(np.median(plate.damping_ratio[elastic])), _LEAST_DAMPING),
-            window=window,
-            ringing=window.cut(block.acceleration),
-            searched=rows[np.linspace(0, rows.size - 1, min(_SEARCHED, rows.size)).round().astype(np.intp)],
-            configuration=configuration,
-        )
+        self.searched: Rows = rows[np.linspace(0, rows.size - 1, min(_SEARCHED, rows.size)).round().astype(np.intp)]
 
     def read(self, candidates: Sequence[Lines]) -> tuple[Rows, Reading]:
         """The rows in the table (K,) of the modes that ring, and their reading run by run.
@@ -201,7 +189,7 @@ class MeasuredModes:
 def measured_modes(plate: ModalPlate, signals: PlateSignals, configuration: Rows) -> MeasuredModes:
     """Modes that ring and that are the table's: the ends and the loudest of the clear modes, in rising order."""
     peak = np.where(signals.good.all(axis=1), np.nan_to_num(signals.peak_n), 0.0)
-    search = ModeSearch.of(plate, signals, signals.ringing, configuration, peak)
+    search = ModeSearch(plate, signals, signals.ringing, configuration, peak)
     modes, reading = search.read(_candidate_lines(plate, signals, search))
     # how much of a force acts on a mode, where it is and where the table has it
     measured = np.where(np.isfinite(reading.frequency), np.exp(reading.frequency), plate.frequency_hz[modes])

@@ -92,7 +92,7 @@ class PlateRingdownStage(Stage):
         if not np.any(self.plate.frequency_hz > 0):
             return np.zeros(0, dtype=np.intp), np.zeros((len(configuration), 0))
         peak = np.nan_to_num(np.abs(records.acceleration).max(axis=2)).max(axis=1)
-        search = ModeSearch.of(self.plate, records, 0, configuration, peak)
+        search = ModeSearch(self.plate, records, 0, configuration, peak)
         modes, reading = search.read(
             [Lines(plate.frequency_hz[search.modes]) for plate in candidate_plates(self.plate)]
         )

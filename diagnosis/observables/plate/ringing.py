@@ -14,16 +14,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ....twin.effects import Effect
 from ....twin.plate.modal import ModalPlate
-from ....twin.sensors.effects.acceleration_gain import AccelerationGain
-from ....twin.sensors.effects.mount_resonance import MountResonance
+from ....twin.plate.poles import poles_of
+from ....twin.plate.recursion import Complexes
+from ....twin.sensors.chain import SensorChain
 from ...record import Floats, Series
 from ..batching import Rows
-from .poles import Complexes, poles_of
 from .signals import PlateSignals
 
 Forces = Sequence[Series | None]
+_NO_EFFECTS = SensorChain()
 
 
 def levels(
@@ -33,40 +33,24 @@ def levels(
     runs: Rows,
     forces: Forces,
     begin_s: float,
-    effects: Sequence[Effect] = (),
+    chain: SensorChain = _NO_EFFECTS,
 ) -> Floats:
     """Amplitudes (k, S, K) in m/s2 of K modes as sensors show them; NaN without a force.
 
     Of the `runs` (k,) of the record under other `forces` (k,), `begin_s` after the first sample.
     """
     poles = poles_of(plate.frequency_hz[modes], plate.damping_ratio[modes])
-    gain = np.abs(poles**2 / poles.imag * shown(poles, effects))
+    gain = np.abs(poles**2 / poles.imag * chain.transmissibility(poles))
     at_sensors = np.abs(plate.shapes[[plate.sensor(name) for name in signals.channels]][:, modes]) * gain
     at_points = np.abs(plate.shape_impact[[plate.point(signals.points[run]) for run in runs]][:, modes])
     transforms = np.abs(_transforms(forces, poles, signals.first_s[runs] + begin_s))
     return at_sensors * at_points[:, None] * transforms[:, None]
 
 
-def phases(poles: Complexes, forces: Forces, centre_s: Floats, effects: Sequence[Effect] = ()) -> Floats:
+def phases(poles: Complexes, forces: Forces, centre_s: Floats, chain: SensorChain = _NO_EFFECTS) -> Floats:
     """(R, S, K), or (R, 1, K) where all sensors show the same: phases that K modes begin with at the times `centre_s`
     (R,), up to half turns; NaN without a force."""
-    return np.angle(_transforms(forces, poles, centre_s)[:, None] * shown(poles, effects))
-
-
-def shown(poles: Complexes, effects: Sequence[Effect]) -> Complexes:
-    """What sensors show of accelerations exp(lambda t), `poles` (K,): gain, and transmissibility of the mounting.
-
-    (S, K), or (1, K) where all sensors show the same.
-    """
-    factor = np.ones((1, poles.size), dtype=np.complex128)
-    for effect in effects:
-        if isinstance(effect, AccelerationGain):
-            factor = factor * np.reshape(effect.gain, (-1, 1))
-        elif isinstance(effect, MountResonance):
-            period = np.reshape(effect.period_s, (-1, 1)) / (2 * np.pi)  # 0: a mounting that follows the plate
-            follows = 2 * np.reshape(effect.damping_ratio, (-1, 1)) * period * poles + 1
-            factor = factor * follows / ((period * poles) ** 2 + follows)
-    return np.asarray(factor)
+    return np.angle(_transforms(forces, poles, centre_s)[:, None] * chain.transmissibility(poles))
 
 
 def excited(forces: Forces, frequency_hz: Floats) -> Floats:

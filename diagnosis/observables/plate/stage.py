@@ -12,18 +12,16 @@ import numpy as np
 from ....twin.effects import Effect
 from ....twin.plate.effect import PlateEffect, with_effects
 from ....twin.plate.modal import ModalPlate
+from ....twin.plate.poles import Basis, poles_of
 from ....twin.plate.respond import kept_below
 from ....twin.plate.response import PlateResponse
 from ....twin.sensors.chain import SensorChain
-from ....twin.sensors.effects.acceleration_gain import AccelerationGain
-from ....twin.sensors.effects.mount_resonance import MountResonance
 from ...record import CampaignRecord, Floats, Series
 from ..base import Observable, Stage, Upstream, changes_reading, sensor_chain
 from ..batching import Rows
 from .columns import Columns
 from .force import on_clock, true_force
 from .modes import HIGHEST, LEAST_RATIO, Reading, measured_modes
-from .poles import Basis, poles_of
 from .ringing import Forces, delays_s, levels, phases
 from .signals import PlateSignals
 from .spectra import Spectra
@@ -34,8 +32,6 @@ _MOST_OF_RATE = 0.499
 _LEAST_LEVEL = 1e-12
 #: With fewer compared modes there are no bands of them that could differ.
 _FEWEST_IN_BANDS = 6
-#: What these do to a mode's amplitude has a closed form.
-_CLOSED = (AccelerationGain, MountResonance)
 
 
 @dataclass(eq=False)
@@ -154,11 +150,11 @@ class PlateStage(Stage):
         answered = np.where(np.isfinite(shown[:, 0, :1]), 0.0, np.nan)
         frequency = np.log(frequency_hz) + answered
         damping = np.log(np.maximum(ratio, LEAST_RATIO)) + answered
-        level = levels(plate, modes.rows, signals, runs, forces, modes.window.start_s, chain.effects)
+        level = levels(plate, modes.rows, signals, runs, forces, modes.window.start_s, chain)
         level = np.log(np.maximum(level, _LEAST_LEVEL))
-        if modes.rows.size and not all(isinstance(effect, _CLOSED) for effect in chain.effects):
+        closed = sensor_chain(effects, "measured_amplitude")
+        if modes.rows.size and len(closed.effects) < len(chain.effects):
             # what effects without a closed form add to the modes as they are read
-            closed = sensor_chain(effect for effect in chain.effects if isinstance(effect, _CLOSED))
             basis = self._nominal_basis if plate is self.plate else self._basis(plate)
             before = self._read(basis, _by_channel(closed, accelerations, signals.step_s))
             after = self._read(basis, shown)
@@ -166,7 +162,7 @@ class PlateStage(Stage):
             damping = damping + after.damping - before.damping
             level = level + after.level - before.level
         poles, centre_s = poles_of(frequency_hz, ratio), signals.centre_s[runs]
-        angle = phases(poles, forces, centre_s, chain.effects)
+        angle = phases(poles, forces, centre_s, chain)
         angle = angle - phases(poles, [signals.force[run] for run in runs], centre_s)
         count, channels = len(runs), len(signals.channels)
         omega = np.broadcast_to(2 * np.pi * frequency_hz, (count, frequency_hz.size))

@@ -10,7 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.twin.effects import catalogue, effect
 from pyroshock.twin.sensors.chain import SensorChain
-from scipy.signal import TransferFunction, lsim
+from pyroshock.twin.sensors.effect import SensorEffect
+from pyroshock.twin.sensors.effects.force_gain import ForceGain
+from scipy.signal import TransferFunction, freqs, lsim
 
 STEP_S = 1e-5
 SENSOR_EFFECTS = [identity for identity in catalogue() if identity.startswith("sensor.")]
@@ -32,6 +34,8 @@ def test_off_is_identity_to_the_bit(identity):
     np.testing.assert_array_equal(still.measured_velocity_m_s(np.array([0.0, 7.3])), [0.0, 7.3])
     np.testing.assert_array_equal(still.measured_force_n(series[:, 0], STEP_S), series[:, 0])
     np.testing.assert_array_equal(still.measured_acceleration_m_s2(series, STEP_S), series)
+    np.testing.assert_array_equal(still.true_force_n(series[0, 0], STEP_S), series[0, 0])
+    np.testing.assert_array_equal(still.transmissibility(np.array([-3 + 900j])), [[1.0]])
 
 
 @pytest.mark.parametrize(
@@ -168,3 +172,19 @@ def test_shift_after_a_long_wait_is_as_after_none():
     alone = shift.measured_acceleration_m_s2(short, 1e-3)
     waited = shift.measured_acceleration_m_s2(np.concatenate([before, short]), 1e-3)
     np.testing.assert_array_equal(waited, np.concatenate([before, alone]))
+
+
+def test_transmissibility_of_a_mounting_is_that_of_its_transfer_function():
+    omega, zeta, gains = 2 * np.pi / 1e-4, 0.05, np.array([0.9, 1.2])
+    mount = effect("sensor.mount_resonance", period_s=1e-4, damping_ratio=zeta)
+    driven = 2 * np.pi * np.array([100.0, 5e3, 2e4])
+    _, mounting = freqs([2 * zeta * omega, omega**2], [1, 2 * zeta * omega, omega**2], driven)
+    both = SensorChain.of([mount, effect("sensor.acceleration_gain", gain=gains)])
+    seen = both.transmissibility(1j * driven)
+    np.testing.assert_allclose(seen, gains[:, None] * mounting, rtol=1e-12)
+
+
+def test_force_without_an_inverse_of_its_own_is_found_by_going_back_and_forth():
+    force, cell = np.hanning(40), ForceGain(gain=0.8)
+    back = SensorEffect.true_force_n(cell, cell.measured_force_n(force, STEP_S), STEP_S)
+    np.testing.assert_allclose(back, force, atol=1e-12)

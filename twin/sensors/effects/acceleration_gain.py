@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...effects import Floats, Value, parameter
-from ..effect import SensorEffect, along_first
+from ..effect import Complexes, SensorEffect, along_first
 
 
 @dataclass(frozen=True)
@@ -33,3 +33,6 @@ class AccelerationGain(SensorEffect):
 
     def measured_acceleration_m_s2(self, acceleration_m_s2: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook
         return np.asarray(acceleration_m_s2 * along_first(self.gain, acceleration_m_s2))
+
+    def measured_amplitude(self, amplitude: Complexes, poles: Complexes) -> Complexes:  # noqa: ARG002 - a hook
+        return np.asarray(amplitude * np.reshape(self.gain, (-1, 1)))

@@ -51,6 +51,21 @@ class ForceBandwidth(SensorEffect):
             force_n = filtered(force_n, lambda period: _two_poles(period, dt_s), self.corner_period_s)
         return force_n
 
+    def true_force_n(self, reading_n: Floats, dt_s: float) -> Floats:
+        """Both differential equations of the low passes, read from right to left."""
+        seconds = float(np.asarray(self.corner_period_s)) / (2 * np.pi)
+        if seconds > 0:
+            rate = _rate(reading_n, dt_s)
+            reading_n = reading_n + np.sqrt(2) * seconds * rate + seconds**2 * _rate(rate, dt_s)
+        return np.asarray(reading_n + self.time_constant_s * _rate(reading_n, dt_s))
+
+
+def _rate(values: Floats, dt_s: float) -> Floats:
+    """Change per second, by differences of sixth order: a force has content up to a tenth of its sampling rate."""
+    from scipy.signal import savgol_filter
+
+    return np.asarray(savgol_filter(values, 7, 6, deriv=1, delta=dt_s, mode="nearest"))
+
 
 def _one_pole(time_constant_s: float, dt_s: float) -> tuple[Floats, Floats]:
     """Ramp-invariant: y' = (x - y) / tau solved for x linear over a step."""

@@ -33,3 +33,6 @@ class ForceGain(SensorEffect):
 
     def measured_force_n(self, force_n: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook
         return np.asarray(force_n * along_first(self.gain, force_n))
+
+    def true_force_n(self, reading_n: Floats, dt_s: float) -> Floats:  # noqa: ARG002 - a hook
+        return np.asarray(reading_n / self.gain)

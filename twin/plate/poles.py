@@ -12,11 +12,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...record import Floats
-
-Complexes = NDArray[np.complex128]
+from .recursion import Complexes, Floats
 
 #: Powers of time that take an offset up, so that it does not leak into the modes.
 _OFFSET = 3

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.diagnosis.observables.plate.poles import (
+from pyroshock.twin.plate.poles import (
     Basis,
     damping_ratios,
     frequencies_hz,
