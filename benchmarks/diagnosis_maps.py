@@ -236,10 +236,19 @@ def _rows(jobs: int) -> Iterator[dict[str, Any]]:
         work = [pool.submit(diagnosed, campaign) for campaign in reversed(campaigns()) if campaign.number not in done]
         for future in as_completed(work):
             row = future.result()
-            file.write(json.dumps(row) + "\n")
+            file.write(json.dumps(_rounded(row)) + "\n")
             file.flush()
             print(row["number"], row["kind"], row["truth"], row["first"]["effects"], row["fraction"], flush=True)
             yield row
+
+
+def _rounded(value: Any) -> Any:
+    """Numbers to five digits: nothing that is learned depends on more."""
+    if isinstance(value, float):
+        return float(f"{value:.5g}")
+    if isinstance(value, dict):
+        return {key: _rounded(each) for key, each in value.items()}
+    return [_rounded(each) for each in value] if isinstance(value, list | tuple) else value
 
 
 def _lines() -> list[str]:

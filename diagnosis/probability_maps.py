@@ -20,7 +20,7 @@ import numpy as np
 #: Of the probability that the first entry holds the set that acts (`first_entry_probability`): intercept of the logit,
 #: weight of the logit of the probability by evidence, what several effects at once take off, and the weight of the
 #: fraction held out; and no evidence is surer than the last.
-ENTRY_INTERCEPT, ENTRY_ODDS, ENTRY_SEVERAL, ENTRY_FRACTION, ENTRY_SUREST = 1.06, 0.23, -1.01, 2.02, 0.99
+ENTRY_INTERCEPT, ENTRY_ODDS, ENTRY_SEVERAL, ENTRY_FRACTION, ENTRY_SUREST = 1.08, 0.18, -1.10, 2.33, 0.99
 #: Fraction held out about which the weight turns, and which stands for one that is not known.
 _USUAL_FRACTION = 0.85
 #: Less than this is left by any simulator, and more than that says no more, in tolerances.
@@ -32,10 +32,10 @@ class UnknownMap:
     """logit p = `intercept` + `odds` asinh(log odds / 2) + `fraction` (1 - p_none) (1/2 - held-out fraction) + `left`
     ln(left)."""
 
-    intercept: float = -0.99
-    odds: float = 0.31
-    fraction: float = 5.09
-    left: float = 1.27
+    intercept: float = -0.28
+    odds: float = 0.40
+    fraction: float = 5.54
+    left: float = 0.91
     source: str = "development campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
 
     def __call__(self, log_odds: float, fraction: float | None, left: float | None, none: float = 0.0) -> float:
@@ -73,10 +73,11 @@ def entry_features(
 ) -> tuple[float, float, float, float]:
     """One, and the figures of the logit of `first_entry_probability`."""
     evidence = float(np.clip(evidence, 1 - ENTRY_SUREST, ENTRY_SUREST))
-    known = fraction is not None and np.isfinite(fraction) and bool(effects)
+    if fraction is None or not np.isfinite(fraction) or not effects:
+        fraction = _USUAL_FRACTION
     return (
         1.0,
         float(np.log(evidence / (1 - evidence))),
         float(len(effects) > 1),
-        float(np.clip(fraction, 0.0, 1.0)) - _USUAL_FRACTION if known else 0.0,
+        float(np.clip(fraction, 0.0, 1.0)) - _USUAL_FRACTION,
     )

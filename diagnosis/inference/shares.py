@@ -27,7 +27,7 @@ _EXACT = 6
 DRAWS, _SIMULATED = 400, 10
 #: Spread of a share m beyond the posterior, because benches have laws of their own and small effects that no set needs:
 #: `SHARE_ERROR` sqrt(m (1 - m)), and at least `LEAST_ERROR`; learned by `benchmarks/diagnosis_maps.py`.
-SHARE_ERROR, LEAST_ERROR = 0.24, 0.04
+SHARE_ERROR, LEAST_ERROR = 0.34, 0.04
 #: Sets whose shares are averaged, at most, and the least weight of one. The first so many of them, and with so much
 #: weight, have exact shares with the spread of their parameters; the others come from what their effects take alone and
 #: after all others, which is simulated already.
