@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .contact import Contact
-from .segmentation import Level, Segment, delimit, find_events, orientation, rest_level
+from .segmentation import Level, Segment, delimit, find_events, orientation, record_rest
 from .settings import ExtractionSettings
 from .spline import nrmse, smoothing_spline
 
@@ -69,7 +69,7 @@ def extract_pulses(
     settings = settings or ExtractionSettings()
     if force.size < 2 or not np.isfinite(force).any():
         return ()
-    level = rest_level(force)
+    level = record_rest(force)
     sign = orientation(force, level)
     upright = force if sign > 0 else -force
     level = level if sign > 0 else Level(-level.baseline, level.noise)

@@ -9,7 +9,7 @@ thesis saw on nine-sample contacts.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +24,15 @@ Floats = NDArray[np.float64]
 
 #: Samples for an estimate of baseline and noise: enough for 1 %, cheap on a record of millions.
 _ESTIMATE_SAMPLES = 16384
+#: Fewer samples say nothing of a rest.
+_LEAST_SAMPLES = 16
+#: Where more of a record than this share lies beyond `_FOOT` of its height, its median is not its rest.
+_FILLED, _FOOT = 0.2, 0.05
+#: What lies so near before a contact, as a share of its length, may be its flank already: below a twentieth of the peak
+#: a half sine spends 2 % of its length, and its square 8 %.
+_FLANK = 0.15
+#: Share of the peak to which a contact is followed before its rest is known.
+_ROUGH_SHARE = 0.1
 #: A robust standard deviation is this times the median absolute deviation (normal noise).
 _MAD_TO_SIGMA = 1.4826
 
@@ -67,6 +76,39 @@ def rest_level(force: Floats) -> Level:
         return Level(0.0, 0.0)
     baseline = float(np.median(sample))
     return Level(baseline, _MAD_TO_SIGMA * float(np.median(np.abs(sample - baseline))))
+
+
+def record_rest(force: Floats) -> Level:
+    """Rest of a record (n,) that contacts may fill: its median and deviation, unless a slow pulse or what a sensor sags
+    by after it makes up much of the record. Then those of the stretch before the pulse, or else of that behind it."""
+    whole = rest_level(force)
+    sample = force[:: max(1, force.size // _ESTIMATE_SAMPLES)]
+    sample = sample[np.isfinite(sample)]
+    if sample.size < 2 * _LEAST_SAMPLES:
+        return whole
+    before, behind = _quiet_stretch(sample), _quiet_stretch(sample[::-1])
+    if before is None or behind is None:
+        return whole
+    return behind if _climbs(sample[:_LEAST_SAMPLES]) else before
+
+
+def _quiet_stretch(sample: Floats) -> Level | None:
+    """Rest of what comes before the excursion of a record (n,); None where that is not much of the record."""
+    away = np.abs(sample - np.median(sample[:_LEAST_SAMPLES]))
+    beyond = np.flatnonzero(away > _FOOT * away.max())
+    if beyond.size < _FILLED * sample.size:
+        return None
+    return rest_level(sample[: max(int(beyond[0] - _FLANK * beyond.size), _LEAST_SAMPLES)])
+
+
+def _climbs(values: Floats) -> bool:
+    """Whether values (n,) lie on a flank, as where a record begins inside of a pulse: a line through them climbs or
+    falls by more than four of its standard errors."""
+    at = np.arange(values.size) - (values.size - 1) / 2
+    slope = float(at @ values) / float(at @ at)
+    left = values - values.mean() - slope * at
+    error = np.sqrt(float(left @ left) / (values.size - 2) / float(at @ at))
+    return abs(slope) > 4 * error
 
 
 def orientation(force: Floats, level: Level) -> int:
@@ -121,21 +163,24 @@ def delimit(
     force: Floats, peaks: NDArray[np.int64], level: Level, sampling_rate_hz: float, settings: ExtractionSettings
 ) -> tuple[Level, Segment]:
     """The contact around `peaks[0]` in `force` (n,), oriented upwards, and the rest before it that it was cut by."""
-    roughly = segment(force, peaks, level, settings).walk
-    rest = local_baseline(force, roughly[0], level, sampling_rate_hz)
+    # roughly: a rest that drifts between hits, or that a sensor sags below, is no end of a contact
+    roughly = replace(settings, threshold=max(settings.threshold, _ROUGH_SHARE))
+    rest = local_baseline(force, segment(force, peaks, level, roughly).walk, level, sampling_rate_hz)
     return rest, segment(force, peaks, rest, settings)
 
 
-def local_baseline(force: Floats, first: int, level: Level, sampling_rate_hz: float) -> Level:
-    """The rest just before a contact that begins at `first`: drift between hits must not tilt the threshold.
+def local_baseline(force: Floats, walk: tuple[int, int], level: Level, sampling_rate_hz: float) -> Level:
+    """The rest just before a contact that `walk` (first, last) delimits: drift between hits must not tilt thresholds.
 
-    Median of the 5 ms (at least 16 samples) that end four samples earlier, where the record holds them; else `level`.
+    Median of the 5 ms (at least 16 samples) that end four samples earlier, of a long contact 15 % of it, where the
+    record holds them; else `level`.
     """
-    stop = first - 4
-    start = stop - max(16, round(5e-3 * sampling_rate_hz))
+    first, last = walk
+    stop = first - max(4, round(_FLANK * (last - first)))
+    start = stop - max(_LEAST_SAMPLES, round(5e-3 * sampling_rate_hz))
     stretch = force[max(0, start) : max(0, stop)]
     stretch = stretch[np.isfinite(stretch)]
-    if stretch.size < 16:
+    if stretch.size < _LEAST_SAMPLES:
         return level
     return Level(float(np.median(stretch)), level.noise)
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, fields
 from typing import Any, Literal, get_args
 
 #: Raised whenever a change of the code changes a number that the same settings give.
-EXTRACTION_VERSION = 1
+EXTRACTION_VERSION = 2
 
 Segmentation = Literal["walk", "mask"]
 

@@ -17,7 +17,7 @@ from sqlalchemy.orm import Session, undefer
 from ...ingest.channel import Channel
 from ...ingest.processing import total_force
 from ...ingest.pulses import Pulse
-from ...ingest.segmentation import Level, orientation, rest_level
+from ...ingest.segmentation import Level, orientation, record_rest
 from ...ingest.settings import ExtractionSettings
 from ...ingest.stored import list_channels, read_channel
 from ...schema.impacts import Pulse as PulseRow
@@ -67,7 +67,7 @@ def pulse_view(session: Session, impact_key: int, preview: tuple[Pulse, Extracti
     if not rows or force is None or impact.recording is None:
         raise LookupError(f"impact {impact_key} has no pulse with a force record to show")
     recorded, channel = force
-    level = rest_level(recorded)
+    level = record_rest(recorded)
     sign = orientation(recorded, level)
     record = ForceRecord(sign * recorded, channel, Level(sign * level.baseline, level.noise))
     versions = tuple(record.stored(row) for row in rows)

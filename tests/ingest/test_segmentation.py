@@ -49,16 +49,22 @@ def test_orientation_is_that_of_the_largest_excursion(force, sign):
     ],
 )
 def test_local_rest_is_the_stretch_that_ends_four_samples_earlier(first, rate, expected):
-    level = local_baseline(np.arange(2000.0), first, Level(-1.0, 0.25), rate)
+    level = local_baseline(np.arange(2000.0), (first, first + 9), Level(-1.0, 0.25), rate)
     assert level == Level(expected, 0.25)
+
+
+def test_local_rest_of_a_long_contact_ends_15_per_cent_of_it_earlier():
+    """The foot of a slow pulse is no rest: 256 samples that end 150 before a contact of 1000."""
+    level = local_baseline(np.arange(2000.0), (1000, 2000), Level(-1.0, 0.25), 51_200.0)
+    assert level.baseline == 850 - 128.5
 
 
 def test_gap_before_a_contact_is_passed_over():
     force = np.arange(2000.0)
     force[500:996:2] = np.nan
-    assert local_baseline(force, 1000, QUIET, 51_200.0).baseline == 868.0
+    assert local_baseline(force, (1000, 1009), QUIET, 51_200.0).baseline == 868.0
     force[500:] = np.nan
-    assert local_baseline(force, 1000, Level(-1.0, 0.0), 51_200.0).baseline == -1.0
+    assert local_baseline(force, (1000, 1009), Level(-1.0, 0.0), 51_200.0).baseline == -1.0
 
 
 def test_contact_of_known_samples():
