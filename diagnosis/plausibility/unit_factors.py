@@ -26,6 +26,9 @@ _SENSOR_REMEDY = "correct its unit or sensitivity in campaign.toml"
 WORTH_A_LOOK = math.log(1.9)
 #: Factors from here on are refused when they fit within `_FIT`, the same within `_SAME` in all configurations.
 _REFUSED_FROM, _FIT, _SAME = math.log(3.0), math.log(1.05), 0.10
+#: ... and leave no more than this of all observables: a soft layer takes a third of the peak as well, but it lengthens
+#: the pulse, which no unit does.
+_LEFT = 0.35
 #: Factors beyond any physics of a bench are refused by their order of magnitude.
 _BEYOND_PHYSICS, ORDER = math.log(20.0), math.log(2.5)
 #: What is only named fits within `_NEAR`, a factor below that within `_NEAR_SMALL`: losses come on top of it.
@@ -86,7 +89,7 @@ class Suspicion:
     def severity(self) -> Severity | None:
         """None where it does not fit well enough to be said."""
         size, off, scatter = abs(self.shift), abs(self.remaining.centre), self.remaining.scatter
-        fits = size >= _REFUSED_FROM and off <= _FIT and scatter <= _SAME
+        fits = size >= _REFUSED_FROM and off <= _FIT and scatter <= _SAME and self.remaining.rms <= _LEFT
         if fits or (size >= _BEYOND_PHYSICS and off <= ORDER):
             return "refuse"
         near = _NEAR if size >= _REFUSED_FROM else _NEAR_SMALL

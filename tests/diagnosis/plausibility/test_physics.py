@@ -59,6 +59,13 @@ def test_no_effect_on_gun_or_contact_is_refused(name: str) -> None:
     assert refusals(ends(catalogue()[name])[-1:]) == []
 
 
+@pytest.mark.parametrize("factor", [4.93, 5.56, 6.27])
+def test_mass_that_raises_the_force_by_the_factor_of_a_unit_is_not_refused(factor: float) -> None:
+    """In feet per second, in kilometres per hour, in pounds: a wrong unit does not lengthen pulses."""
+    (kind,) = [kind for name, kind in catalogue().items() if name == "contact.effective_mass"]
+    assert refusals([kind(mass_factor=factor)]) == []
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(catalogue()))
 def test_no_effect_on_gun_or_contact_is_refused_at_any_corner(name: str) -> None:
