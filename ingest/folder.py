@@ -65,6 +65,7 @@ class CampaignFile:
     hammer: HammerPart | None
     plate: PlatePart | None
     sensors: Mapping[str, Sensor]
+    factors: Mapping[str, str]  # `[factors]`: columns of runs.csv that are free factors, and what they are
 
     @property
     def fingerprint(self) -> str:
@@ -83,7 +84,7 @@ def read_campaign_file(folder: Path) -> CampaignFile:
     if not folder.is_dir():
         raise IngestError(f"{folder}: no such folder; expected a campaign folder with {FILE} and runs.csv")
     data = _load(folder / FILE)
-    _known_keys(data, ("campaign", "bench", "channels"), "")
+    _known_keys(data, ("campaign", "bench", "channels", "factors"), "")
     campaign = _table(data, "campaign", required=True)
     _known_keys(campaign, ("name", "kind", "date", "description", "operator"), "campaign")
     bench = _table(data, "bench")
@@ -99,6 +100,7 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         hammer=_hammer(bench),
         plate=_plate(bench),
         sensors=_sensors(_table(data, "channels")),
+        factors=_factors(_table(data, "factors")),
     )
 
 
@@ -266,6 +268,10 @@ def _outline(table: Mapping[str, Any]) -> tuple[tuple[float, float], ...] | None
 def _corner(value: object) -> tuple[float, float] | None:
     x, y = (_float(value[0]), _float(value[1])) if isinstance(value, list) and len(value) == 2 else (None, None)
     return None if x is None or y is None else (x, y)
+
+
+def _factors(table: Mapping[str, Any]) -> dict[str, str]:
+    return {column: _text(table, column, "factors", required=True) or "" for column in table}
 
 
 def _sensors(channels: Mapping[str, Any]) -> dict[str, Sensor]:
