@@ -29,6 +29,13 @@ from .settings import settings_from, settings_options
     metavar="COLUMN",
     help="This column of runs.csv is a factor of its own, though its name resembles a known column. Repeatable.",
 )
+@click.option(
+    "--confirm",
+    "confirmed",
+    multiple=True,
+    metavar="RULE",
+    help="Rows may break this rule of what a bench can have; the refusal names it. Repeatable.",
+)
 @settings_options
 def ingest(
     folders: tuple[Path, ...],
@@ -37,6 +44,7 @@ def ingest(
     jobs: int | None,
     plan: str | None,
     free_factors: tuple[str, ...],
+    confirmed: tuple[str, ...],
     **given: Any,
 ) -> None:
     """Read campaign folders into the store (which is made if there is none).
@@ -62,7 +70,9 @@ def ingest(
         settings = settings_from(given)
         for folder in folders:
             with progress_bar(folder.name, "recordings") as step:
-                report = ingest_folder(store, folder, settings, jobs=jobs, progress=step, free_factors=free_factors)
+                report = ingest_folder(
+                    store, folder, settings, jobs=jobs, progress=step, free_factors=free_factors, confirmed=confirmed
+                )
             reports.append(report)
             _tell(report)
             links = link_to_plan(store, report.campaign, plan)
