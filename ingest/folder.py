@@ -12,6 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from ..schema.columns import MAX_REGULATED_PRESSURE_PA
 from .channel import Sensor
 from .errors import IngestError
 from .texts import LONGEST_NAME, shown
@@ -65,6 +66,9 @@ class CampaignFile:
     hammer: HammerPart | None
     plate: PlatePart | None
     sensors: Mapping[str, Sensor]
+    factors: Mapping[str, str]  # `[factors]`: columns of runs.csv that are free factors, and what they are
+    confirmed: tuple[str, ...]  # `confirmed` of `[bench]`: rules of `bench_rules` that this bench breaks rightly
+    max_regulated_pressure_pa: float  # of `[bench.gun]`: gauge; a limit for rows, not a property of the gun
 
     @property
     def fingerprint(self) -> str:
@@ -83,11 +87,11 @@ def read_campaign_file(folder: Path) -> CampaignFile:
     if not folder.is_dir():
         raise IngestError(f"{folder}: no such folder; expected a campaign folder with {FILE} and runs.csv")
     data = _load(folder / FILE)
-    _known_keys(data, ("campaign", "bench", "channels"), "")
+    _known_keys(data, ("campaign", "bench", "channels", "factors"), "")
     campaign = _table(data, "campaign", required=True)
     _known_keys(campaign, ("name", "kind", "date", "description", "operator"), "campaign")
     bench = _table(data, "bench")
-    _known_keys(bench, ("gun", "hammer", "plate"), "bench")
+    _known_keys(bench, ("gun", "hammer", "plate", "confirmed"), "bench")
     return CampaignFile(
         folder=folder,
         name=_text(campaign, "name", "campaign", required=True) or "",
@@ -99,6 +103,9 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         hammer=_hammer(bench),
         plate=_plate(bench),
         sensors=_sensors(_table(data, "channels")),
+        factors=_factors(_table(data, "factors")),
+        confirmed=_confirmed(bench),
+        max_regulated_pressure_pa=_regulator(bench),
     )
 
 
@@ -190,6 +197,7 @@ _GUN: dict[str, Rule] = {
     "heat_capacity_ratio": AT_LEAST_ONE,
     "efficiency": SHARE,
 }
+_REGULATOR = "max_regulated_pressure_pa"
 
 
 def _number(table: Mapping[str, Any], key: str, where: str, rule: Rule) -> float:
@@ -216,7 +224,7 @@ def _gun(bench: Mapping[str, Any]) -> GunPart | None:
     if "gun" not in bench:
         return None
     table = _table(bench, "gun")
-    _known_keys(table, tuple(_GUN), "bench.gun")
+    _known_keys(table, (*_GUN, _REGULATOR), "bench.gun")
     gun = GunPart(**{key: _number(table, key, "bench.gun", rule) for key, rule in _GUN.items()})
     if gun.projectile_diameter_m > gun.bore_diameter_m:
         raise IngestError(
@@ -224,6 +232,20 @@ def _gun(bench: Mapping[str, Any]) -> GunPart | None:
             f"expected at most the bore, {gun.bore_diameter_m}"
         )
     return gun
+
+
+def _regulator(bench: Mapping[str, Any]) -> float:
+    table = _table(bench, "gun")
+    if _REGULATOR not in table:
+        return MAX_REGULATED_PRESSURE_PA
+    return _number(table, _REGULATOR, "bench.gun", ABOVE_ZERO)
+
+
+def _confirmed(bench: Mapping[str, Any]) -> tuple[str, ...]:
+    value = bench.get("confirmed", [])
+    if not isinstance(value, list) or not all(isinstance(rule, str) for rule in value):
+        raise IngestError(f'{FILE}: bench.confirmed is {shown(value)}; expected a list such as ["negative-size"]')
+    return tuple(value)
 
 
 def _hammer(bench: Mapping[str, Any]) -> HammerPart | None:
@@ -266,6 +288,10 @@ def _outline(table: Mapping[str, Any]) -> tuple[tuple[float, float], ...] | None
 def _corner(value: object) -> tuple[float, float] | None:
     x, y = (_float(value[0]), _float(value[1])) if isinstance(value, list) and len(value) == 2 else (None, None)
     return None if x is None or y is None else (x, y)
+
+
+def _factors(table: Mapping[str, Any]) -> dict[str, str]:
+    return {column: _text(table, column, "factors", required=True) or "" for column in table}
 
 
 def _sensors(channels: Mapping[str, Any]) -> dict[str, Sensor]:

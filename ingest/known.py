@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ..schema.benches import ModalTable, Plate
 from ..schema.campaigns import Campaign, Configuration
-from ..schema.configurations import configuration_fingerprint
 from ..schema.impacts import Impact
 from ..schema.recordings import Recording
 from ..schema.shots import Shot
+from .changed_bench import mode_changes
 from .errors import IngestError
 from .modes import ModalTableFile
 from .runs import RunRow
@@ -31,10 +31,12 @@ class KnownRecording:
 
 @dataclass(frozen=True)
 class KnownRow:
-    """A row of `runs.csv` that is in the store: its recording's path, and what else it said."""
+    """A row of `runs.csv` that is in the store: its recording's path, the fingerprint of its factors, and the values
+    that it reported, by column."""
 
     recording: str | None
-    content: tuple[object, ...]
+    factors: str
+    values: Mapping[str, float | None]
 
 
 def known_recordings(session: Session, campaign: Campaign | None) -> dict[str, KnownRecording]:
@@ -51,43 +53,56 @@ def known_rows(session: Session, campaign: Campaign | None) -> dict[tuple[int, i
     if campaign is None:
         return {}
     # a gun's hit is impact and shot, and the shot has the say
-    table: type[Impact] | type[Shot] = Shot if campaign.kind == "gun" else Impact
-    values: tuple[Any, ...] = (
-        (Shot.measured_velocity_m_s, Shot.measured_velocity_u_m_s, Shot.bullet_length_m)
-        if table is Shot
-        else (Impact.impact_velocity_m_s, Impact.impact_velocity_u_m_s)
-    )
-    query = (
-        select(table.run, table.repetition, Recording.path, Configuration.fingerprint, table.velocity_source, *values)
-        .join(Configuration, table.configuration_id == Configuration.id)
-        .outerjoin(Recording, table.recording_id == Recording.id)
-        .where(table.campaign_id == campaign.id)
-    )
-    known: dict[tuple[int, int], KnownRow] = {}
-    for run, repetition, path, fingerprint, source, speed, speed_u, *bullet in session.execute(query):
-        reported = (speed, speed_u) if source == "reported" else (None, None)
-        known[run, repetition] = KnownRow(path, (fingerprint, *reported, *bullet))
-    return known
+    if campaign.kind == "gun":
+        return dict(_known_shots(session, campaign))
+    return dict(_known_impacts(session, campaign))
 
 
-def row_content(row: RunRow, kind: str) -> tuple[object, ...]:
-    """What `known_rows` finds where the store has this very row."""
-    fingerprint = configuration_fingerprint(row.levels)
-    if kind == "gun":
-        speed = row.measured_velocity_m_s
-        return (fingerprint, speed, None if speed is None else reported_uncertainty(row), row.bullet_length_m)
-    speed = row.impact_velocity_m_s
-    return (fingerprint, speed, None if speed is None else row.impact_velocity_u_m_s)
+def _known_impacts(session: Session, campaign: Campaign) -> Iterator[tuple[tuple[int, int], KnownRow]]:
+    columns = (Impact.run, Impact.repetition, Recording.path, Configuration.fingerprint, *_IMPACT_VELOCITY)
+    query = select(*columns).join(Configuration, Impact.configuration_id == Configuration.id)
+    query = query.outerjoin(Recording, Impact.recording_id == Recording.id)
+    rows = session.execute(query.where(Impact.campaign_id == campaign.id))
+    for run, repetition, path, factors, source, speed, speed_u in rows:
+        yield (run, repetition), KnownRow(path, factors, reported_velocity("impact", source, speed, speed_u))
+
+
+def _known_shots(session: Session, campaign: Campaign) -> Iterator[tuple[tuple[int, int], KnownRow]]:
+    measured = (Shot.velocity_source, Shot.measured_velocity_m_s, Shot.measured_velocity_u_m_s)
+    columns = (Shot.run, Shot.repetition, Recording.path, Configuration.fingerprint, Shot.bullet_length_m, *measured)
+    query = select(*columns, *_IMPACT_VELOCITY).join(Configuration, Shot.configuration_id == Configuration.id)
+    query = query.outerjoin(Recording, Shot.recording_id == Recording.id).outerjoin(Impact, Shot.impact_id == Impact.id)
+    for run, repetition, path, factors, length, *speeds in session.execute(
+        query.where(Shot.campaign_id == campaign.id)
+    ):
+        values = (
+            reported_velocity("measured", *speeds[:3])
+            | reported_velocity("impact", *speeds[3:])
+            | {"bullet_length_m": length}
+        )
+        yield (run, repetition), KnownRow(path, factors, values)
+
+
+_IMPACT_VELOCITY = (Impact.velocity_source, Impact.impact_velocity_m_s, Impact.impact_velocity_u_m_s)
+
+
+def reported_velocity(
+    what: str, source: str | None, speed: float | None, speed_u: float | None
+) -> dict[str, float | None]:
+    """A velocity and its uncertainty where the laboratory reported them; what a record gave is no word of a row."""
+    names = (f"{what}_velocity_m_s", f"{what}_velocity_u_m_s")
+    return dict(zip(names, (speed, speed_u) if source == "reported" else (None, None), strict=True))
 
 
 def refuse_other_modes(session: Session, campaign: Campaign, modes: ModalTableFile | None) -> None:
-    """Raise `IngestError` when the stored campaign's plate has another modal table than `modes`."""
-    query = select(ModalTable.fingerprint).join(Plate, Plate.modal_table_id == ModalTable.id)
-    known = session.scalar(query.where(Plate.id == campaign.plate_id))
-    if modes is not None and known != modes.fingerprint:
+    """Raise `IngestError`, with both values, when the stored plate of the campaign has another modal table."""
+    query = select(ModalTable.id, ModalTable.fingerprint).join(Plate, Plate.modal_table_id == ModalTable.id)
+    known = session.execute(query.where(Plate.id == campaign.plate_id)).one_or_none()
+    if modes is not None and known is not None and known.fingerprint != modes.fingerprint:
+        changes = "; ".join(mode_changes(session, known.id, modes))
         raise IngestError(
-            f"campaign.toml: campaign {campaign.name!r} is in the store with another modal table; "
-            "give this one another name"
+            f"campaign.toml: campaign {campaign.name!r} is in the store with another modal table: {changes}; "
+            "restore the stored values, or give this campaign another name"
         )
 
 

@@ -8,7 +8,7 @@ recordings leaves whole ones, and a repeat goes on where it stopped, because wha
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -17,6 +17,8 @@ from ..schema.levels import MaterialNames
 from ..schema.materials import material_names
 from ..schema.session import Store
 from .aside import Damaged
+from .bench_rules import check_bench
+from .column_names import undeclared
 from .errors import IngestError
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile, read_campaign_file
@@ -59,16 +61,21 @@ def ingest_folder(
     *,
     jobs: int | None = None,
     progress: Progress | None = None,
+    free_factors: Collection[str] = (),
+    confirmed: Collection[str] = (),
 ) -> IngestReport:
     """Ingest the campaign in `folder`; `jobs` processes read and extract (None: what pays), and this one writes.
 
+    `free_factors` are columns of `runs.csv` that are factors of their own though they resemble a known one, and
+    `confirmed` rules of `bench_rules` that rows may break.
     Raises `IngestError`, with nothing stored, for a campaign that is refused or holds nothing usable.
     """
     settings = settings or ExtractionSettings()
     with store.reading() as session:
         names = material_names(session)
     file = _with_known_material(read_campaign_file(folder), names)
-    rows = read_runs(folder, file.kind, names)
+    rows = read_runs(folder, file.kind, names, file.factors, free_factors)
+    told = check_bench(file, rows, confirmed)
     target = CampaignStore(store, file, _modes(file), rows, settings)
     work = _plan(file, rows, target)
     damaged: list[Damaged] = []
@@ -89,7 +96,10 @@ def ingest_folder(
     if damaged and not target.holds_anything():
         raise IngestError(f"{file.folder}: no usable recording; {damaged[0].path}: {damaged[0].reason}")
     target.set_aside(damaged)
-    return target.report()
+    report = target.report()
+    report.findings += told
+    report.undeclared_factors = undeclared({name: None for row in rows for name in row.levels_by_factor}, file.factors)
+    return report
 
 
 def _with_known_material(file: CampaignFile, names: MaterialNames) -> CampaignFile:

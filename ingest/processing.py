@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from ..schema.series import EncodedSeries, encode_series
 from .channel import Channel, Sensor
 from .gunshot import ShotMeasurement, measure_shot
+from .hit_findings import hits_without_row, touches_before
 from .impact_speed import ImpactSpeed, impact_speeds
 from .magnitude import refuse_no_reading
-from .pulses import Pulse, extract_pulses
+from .pulses import Hits, Pulse, find_hits
 from .quality import run_checks
 from .quality.base import Finding
 from .readers import RecordingError, open_recording, reader_for
@@ -79,13 +80,14 @@ def process_recording(
     file = folder / path
     digest = sha256 or file_hash(file)
     channels, unread = read_channels(file, sensors)
-    pulses = pulses_of(channels, settings, expected)
+    hits = hits_of(channels, settings, expected)
+    pulses = hits.pulses
     force = total_force(channels)
     speeds, conditioning = impact_speeds(channels, pulses, settings, force[0] if force else None)
     shot, shot_findings = measure_shot(channels, bullet_length_m, bullet_length_u_m)
     findings = (
         [f for c in channels for f in run_checks(c, tuple(p.contact for p in pulses))]
-        + _pulse_findings(channels, pulses)
+        + _pulse_findings(channels, hits)
         + unread
         + conditioning
         + shot_findings
@@ -166,22 +168,29 @@ def total_force(channels: list[Channel]) -> tuple[NDArray[np.float64], Channel] 
 
 def pulses_of(channels: list[Channel], settings: ExtractionSettings, expected: int | None) -> tuple[Pulse, ...]:
     """Pulses of a recording's contact force; none without a force channel."""
+    return hits_of(channels, settings, expected).pulses
+
+
+def hits_of(channels: list[Channel], settings: ExtractionSettings, expected: int | None) -> Hits:
+    """The pulses, and the hits of the same record that were left out because `expected` are fewer."""
     force = total_force(channels)
     if force is None:
-        return ()
+        return Hits(())
     values, channel = force
-    return extract_pulses(values, channel.sampling_rate_hz, settings, start_s=channel.start_s, expected=expected)
+    return find_hits(values, channel.sampling_rate_hz, settings, start_s=channel.start_s, expected=expected)
 
 
-def _pulse_findings(channels: list[Channel], pulses: tuple[Pulse, ...]) -> list[Finding]:
-    """What the extraction itself noticed: no contact, a contact cut by the record's end, a raised threshold."""
+def _pulse_findings(channels: list[Channel], hits: Hits) -> list[Finding]:
+    """What the extraction itself noticed: no contact, a hit without a row or before another one, a contact cut by the
+    record's end, a raised threshold."""
     name = next((c.name for c in channels if c.quantity == "force"), None)
     if name is None:
         return []
-    if not pulses:
+    if not hits.pulses:
         return [Finding("no-contact", "reject", "no contact rises above the noise of the force", name)]
-    found = []
-    for i, pulse in enumerate(pulses):
+    found = hits_without_row(hits, name)
+    for i, pulse in enumerate(hits.pulses):
+        found += touches_before(pulse, i, name)
         if pulse.truncated:
             message = "the record begins or ends inside the contact"
             found.append(Finding("truncated-contact", "reject", message, name, {"start_s": pulse.start_s}, i))

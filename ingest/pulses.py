@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,16 @@ Floats = NDArray[np.float64]
 
 #: Samples on either side of the contact that the spline sees, so that its ends are not its weak spots.
 _MARGIN = 4
+#: As in `quality.double_hit`: a swing below rest by more than this share of a peak is ringing.
+_RINGING_SHARE = 0.5
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A contact that is not cut out: the time of its peak (s, on the record's clock) and its peak (N) above rest."""
+
+    time_s: float
+    peak_force_n: float
 
 
 @dataclass(frozen=True)
@@ -52,6 +63,16 @@ class Pulse:
     sign: int
     rest_n: float
     threshold_n: float
+    #: Contacts within the separation before this one, lower than it: they belong to the same impact.
+    earlier_touches: tuple[Touch, ...] = ()
+
+
+@dataclass(frozen=True)
+class Hits:
+    """The pulses of a record in time order, and the hits that were left out because fewer were expected."""
+
+    pulses: tuple[Pulse, ...]
+    left_out: tuple[Touch, ...] = ()
 
 
 def extract_pulses(
@@ -66,22 +87,57 @@ def extract_pulses(
 
     `expected` keeps that many main peaks where the record shows more (the thesis's "ten main peaks").
     """
+    return find_hits(force, sampling_rate_hz, settings, start_s=start_s, expected=expected).pulses
+
+
+def find_hits(
+    force: Floats,
+    sampling_rate_hz: float,
+    settings: ExtractionSettings | None = None,
+    *,
+    start_s: float = 0.0,
+    expected: int | None = None,
+) -> Hits:
+    """`extract_pulses`, with the hits beyond `expected` as well: nothing that was found is forgotten."""
     settings = settings or ExtractionSettings()
     if force.size < 2 or not np.isfinite(force).any():
-        return ()
+        return Hits(())
     level = record_rest(force)
     sign = orientation(force, level)
     upright = force if sign > 0 else -force
     level = level if sign > 0 else Level(-level.baseline, level.noise)
     events = find_events(upright, level, sampling_rate_hz, settings)
+    left_out: list[int] = []
     if expected is not None and len(events) > expected:
-        largest = sorted(events, key=lambda peaks: -upright[peaks[0]])[:expected]
-        events = sorted(largest, key=lambda peaks: int(peaks[0]))
+        by_height = sorted(events, key=lambda peaks: -upright[peaks[0]])
+        events = sorted(by_height[:expected], key=lambda peaks: int(peaks[0]))
+        left_out = sorted(int(peaks[0]) for peaks in by_height[expected:])
     pulses = []
     for peaks in events:
         rest, found = delimit(upright, peaks, level, sampling_rate_hz, settings)
-        pulses.append(_measure(upright, rest, found, sampling_rate_hz, settings, start_s, sign))
-    return tuple(pulses)
+        pulse = _measure(upright, rest, found, sampling_rate_hz, settings, start_s, sign)
+        earlier = _touches_before(upright, peaks, found.contact.first, rest)
+        if earlier:
+            pulse = replace(pulse, earlier_touches=_touches(upright, earlier, rest, sampling_rate_hz, start_s))
+        pulses.append(pulse)
+    return Hits(tuple(pulses), _touches(upright, left_out, level, sampling_rate_hz, start_s))
+
+
+def _touches_before(force: Floats, peaks: NDArray[np.int64], first: int, rest: Level) -> list[int]:
+    """Peaks before sample `first` that are contacts: a contact cannot pull, so what swings below rest by a good part of
+    its height is the ringing of a filter that has no phase."""
+    earlier = []
+    for peak in sorted(int(p) for p in peaks if p < first):
+        around = force[max(0, 2 * peak - first) : first + 1]
+        if rest.baseline - float(np.nanmin(around)) <= _RINGING_SHARE * (float(force[peak]) - rest.baseline):
+            earlier.append(peak)
+    return earlier
+
+
+def _touches(
+    force: Floats, peaks: Iterable[int], rest: Level, sampling_rate_hz: float, start_s: float
+) -> tuple[Touch, ...]:
+    return tuple(Touch(start_s + i / sampling_rate_hz, float(force[i]) - rest.baseline) for i in map(int, peaks))
 
 
 def _measure(

@@ -53,7 +53,7 @@ def _damaged(store: Store, file: CampaignFile) -> list[ChannelRow]:
             raise IngestError(
                 f"no campaign {file.name!r} in the store to repair; pyroshock ingest {file.folder} adds it"
             )
-        refuse_other_campaign(campaign, file)
+        refuse_other_campaign(session, campaign, file)
         connection = session.connection()
         return [row for row in iter_channels(connection, Scope(campaign.id)) if any(damages(connection, row))]
 

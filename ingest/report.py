@@ -26,6 +26,8 @@ class IngestReport:
     set_aside: list[dict[str, str]] = field(default_factory=list)
     findings: list[dict[str, Any]] = field(default_factory=list)
     added: dict[str, int] = field(default_factory=lambda: {"recordings": 0, "impacts": 0, "shots": 0})
+    #: Columns of runs.csv without a known meaning and without a declaration in campaign.toml.
+    undeclared_factors: list[str] = field(default_factory=list)
 
     def as_json(self) -> dict[str, Any]:
         """The form of the command line's contract."""

@@ -14,6 +14,7 @@ from ..schema.impacts import ExtractionSettings as SettingsRow
 from ..schema.keys import fingerprint_of, get_or_add
 from ..schema.materials import material_id
 from ..schema.series import encode
+from .changed_bench import bench_changes
 from .errors import IngestError
 from .folder import CampaignFile, PlatePart
 from .modes import ModalTableFile
@@ -28,7 +29,7 @@ def campaign_row(session: Session, file: CampaignFile, modes: ModalTableFile | N
     """The campaign and its bench, added on first sight. Raises `IngestError` when another folder has the name."""
     known = session.scalars(select(Campaign).filter_by(name=file.name)).one_or_none()
     row = known or get_or_add(session, Campaign, {"name": file.name}, _campaign_values(session, file, modes))
-    refuse_other_campaign(row, file)
+    refuse_other_campaign(session, row, file)
     return row
 
 
@@ -45,13 +46,15 @@ def _campaign_values(session: Session, file: CampaignFile, modes: ModalTableFile
     }
 
 
-def refuse_other_campaign(row: Campaign, file: CampaignFile) -> None:
-    """Raise `IngestError` when a stored campaign of this name has another kind, date or bench."""
-    if row.fingerprint != file.fingerprint:
-        raise IngestError(
-            f"campaign.toml: campaign {file.name!r} is in the store with another kind, date or bench; "
-            "give this one another name"
-        )
+def refuse_other_campaign(session: Session, row: Campaign, file: CampaignFile) -> None:
+    """Raise `IngestError`, with both values, when a stored campaign of this name has another kind, date or bench."""
+    if row.fingerprint == file.fingerprint:
+        return
+    changes = "; ".join(bench_changes(session, row, file)) or "the name of the modal table's file is another"
+    raise IngestError(
+        f"campaign.toml: campaign {file.name!r} is in the store with another kind, date or bench: {changes}; "
+        "restore the stored values, or give this campaign another name"
+    )
 
 
 def _part(session: Session, model: type[Part], content: dict[str, float]) -> Part:

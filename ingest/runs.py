@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 from ..schema.columns import BY_COLUMN, BY_NAME, parse_number
 from ..schema.levels import Level, LevelError, MaterialNames, level_of
+from .column_names import KEYS, MEASURED, RUNS_FILE, check_columns, suggestion
 from .errors import IngestError
 from .tables import Line, read_table
 from .texts import LONGEST_NAME, shown
 
-FILE = "runs.csv"
+FILE = RUNS_FILE
 
 
 @dataclass(frozen=True)
@@ -39,26 +41,24 @@ class RunRow:
         return level.number if level else None
 
 
-#: Columns that are measurements, not factors: (attribute, scale to SI, what is expected, zero allowed).
-_MEASURED: dict[str, tuple[str, float, bool]] = {
-    "impact_velocity_m_s": ("impact_velocity_m_s", 1.0, True),
-    "impact_velocity_u_m_s": ("impact_velocity_u_m_s", 1.0, True),
-    "measured_velocity_m_s": ("measured_velocity_m_s", 1.0, True),
-    "measured_velocity_u_m_s": ("measured_velocity_u_m_s", 1.0, True),
-    "bullet_length_mm": ("bullet_length_m", 1e-3, False),
-    "bullet_length_u_mm": ("bullet_length_u_m", 1e-3, True),
-    "laser_sampling_rate_hz": ("laser_sampling_rate_hz", 1.0, False),
-}
-_REQUIRED = {"hammer": ("run", "repetition"), "gun": ("run", "repetition", "bullet_mass_kg", "tank_pressure_bar")}
+_REQUIRED = {"hammer": KEYS, "gun": (*KEYS, "bullet_mass_kg", "tank_pressure_bar")}
 
 
-def read_runs(folder: Path, kind: str, materials: MaterialNames) -> tuple[RunRow, ...]:
+def read_runs(
+    folder: Path,
+    kind: str,
+    materials: MaterialNames,
+    declared: Mapping[str, str] = MappingProxyType({}),
+    confirmed: Collection[str] = (),
+) -> tuple[RunRow, ...]:
     """Read and check `folder`/runs.csv. Raises `IngestError` with file, row, column, value and what was expected.
 
     Delimiter (comma, semicolon, tab) and decimal comma are recognised. Recordings must lie inside `folder` and exist.
+    `declared` (with what they are) and `confirmed` are columns that are free factors though they resemble a known one.
     """
     header, lines = _table(folder)
     _check_header(header, kind)
+    check_columns(header, declared, confirmed)
     rows = []
     seen: dict[tuple[int, int], int] = {}
     for line, cells in lines:
@@ -85,7 +85,8 @@ def _table(folder: Path) -> tuple[list[str], list[Line]]:
 def _check_header(header: list[str], kind: str) -> None:
     for column in _REQUIRED[kind]:
         if column not in header:
-            raise IngestError(f"{FILE}: no column {column!r}; a {kind} campaign needs {', '.join(_REQUIRED[kind])}")
+            needs = f"a {kind} campaign needs {', '.join(_REQUIRED[kind])}"
+            raise IngestError(f"{FILE}: no column {column!r}; {needs}{suggestion(column, header)}")
     for column in header:
         if column in BY_NAME and column not in BY_COLUMN:
             raise IngestError(f"{FILE}: column {column!r} states no unit; expected {BY_NAME[column].column!r}")
@@ -99,8 +100,8 @@ def _row(folder: Path, line: int, cells: dict[str, str], kind: str, materials: M
             raise _refusal(line, column, text, f"at most {LONGEST_NAME} characters")
         if column in ("run", "repetition", "recording"):
             continue
-        if column in _MEASURED:
-            name, scale, zero = _MEASURED[column]
+        if column in MEASURED:
+            name, scale, zero = MEASURED[column]
             measured[name] = _measurement(line, column, text, scale, zero)
         elif text:
             levels.append(_level(line, column, text, materials))

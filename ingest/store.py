@@ -19,6 +19,8 @@ from ..schema.series import write_series
 from ..schema.session import Store
 from ..schema.shots import Shot
 from .aside import Damaged, forget_aside, keep_aside
+from .changed_channels import refuse_changed_channels
+from .changed_rows import row_changes
 from .errors import IngestError
 from .folder import CampaignFile
 from .hit_values import finding_values, impact_values, shot_values
@@ -28,7 +30,6 @@ from .known import (
     known_recordings,
     known_rows,
     refuse_other_modes,
-    row_content,
 )
 from .matching import Hit
 from .modes import ModalTableFile
@@ -66,7 +67,7 @@ class CampaignStore:
         self._settings = settings
         self._report = IngestReport(file.name)
         self._recordings, self._known = store.read(self._stored)
-        self._refuse_changed_rows()
+        store.read(self._refuse_changed_rows)
 
     def has_recording(self, path: str, sha256: str) -> bool:
         """Whether this recording is stored. One that was set aside is not: what mends it may be a row or a channel.
@@ -127,7 +128,8 @@ class CampaignStore:
         """Recordings and rows of this campaign that are there. Raises `IngestError` for one with another bench."""
         campaign = session.scalars(select(Campaign).where(Campaign.name == self._file.name)).one_or_none()
         if campaign is not None:
-            refuse_other_campaign(campaign, self._file)
+            refuse_other_campaign(session, campaign, self._file)
+            refuse_changed_channels(session, campaign, self._file)
             refuse_other_modes(session, campaign, self._modes)
         return known_recordings(session, campaign), known_rows(session, campaign)
 
@@ -155,7 +157,7 @@ class CampaignStore:
             forget_aside(session, campaign, item.path)
             keep_aside(session, campaign, self._file, item)
 
-    def _refuse_changed_rows(self) -> None:
+    def _refuse_changed_rows(self, session: Session) -> None:
         for row in self._rows:
             where = f"{FILE}: row {row.line}: run {row.run}, repetition {row.repetition}"
             known = self._known.get((row.run, row.repetition))
@@ -166,10 +168,10 @@ class CampaignStore:
             elif known.recording != row.recording:
                 source = known.recording or "a row without recording"
                 raise IngestError(f"{where} is in the store from {source}; give this one a number of its own")
-            elif known.content != row_content(row, self._file.kind):
+            elif changes := row_changes(session, row, self._file.kind, known):
                 raise IngestError(
-                    f"{where} is in the store with other factors, velocity or bullet; "
-                    "a corrected run gets a number of its own"
+                    f"{where} is in the store with other factors, velocity or bullet: {'; '.join(changes)}; "
+                    "restore the stored values, or give the corrected run a number of its own"
                 )
 
     def _write(self, session: Session, done: ProcessedRecording, hits: list[Hit]) -> Added:

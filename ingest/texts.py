@@ -13,3 +13,9 @@ def shown(value: object) -> str:
     except ValueError:  # Python writes no whole number of more than 4300 digits
         return "a number of thousands of digits"
     return text if len(text) <= 100 else text[:100] + "…"
+
+
+def difference(name: str, given: str | None, stored: str | None) -> str:
+    """How a message tells what a folder says and what the store holds; None where one of them says nothing."""
+    absent = "not given"
+    return f"{name} is {absent if given is None else given}, {absent if stored is None else stored} in the store"

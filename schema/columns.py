@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 #: A layer that is not there.
 NONE = "none"
+#: What the regulator of the thesis's gun gives at most (gauge; section 2.1.2). Another gun states its own.
+MAX_REGULATED_PRESSURE_PA = 0.8e6
 
 
 @dataclass(frozen=True)

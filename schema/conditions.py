@@ -16,7 +16,7 @@ from sqlalchemy.orm import Session
 from .campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
 from .impacts import Impact, Pulse
 from .pages import Span, Table, span_of
-from .quality import SEVERITIES, QualityFinding
+from .quality import NOT_JUDGED, SEVERITIES, QualityFinding
 from .shots import Shot
 
 OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
@@ -54,7 +54,7 @@ SHOT_COLUMNS: dict[str, Any] = {
 
 #: The listing of impacts has it beside those columns, from their findings: a note is no doubt.
 QUALITY = "quality"
-QUALITIES = ("ok", *SEVERITIES[1:])
+QUALITIES = ("ok", *SEVERITIES[1:], NOT_JUDGED)
 
 
 #: Every listing has it.
@@ -123,15 +123,19 @@ def _of_campaign(session: Session, table: Table, condition: Condition) -> Column
 
 
 def _of_quality(condition: Condition) -> ColumnElement[bool]:
-    """Of an impact's findings and its recording's, the gravest, as the listing has it."""
+    """Of an impact's findings and its recording's, the gravest, as the listing has it; without a recording, none."""
     wanted = str(condition.value)
     if condition.operator not in ("=", "!=") or wanted not in QUALITIES:
         asked = f"{QUALITY}{condition.operator}{wanted}"
         raise ValueError(f"condition {asked!r}; expected {QUALITY}= or {QUALITY}!= one of {', '.join(QUALITIES)}")
-    graver = QUALITIES[QUALITIES.index(wanted) + 1 :]
-    said = [] if wanted == QUALITIES[0] else [_said(wanted)]
+    graver = QUALITIES[QUALITIES.index(wanted) + 1 : -1]
     unsaid = [not_(_said(*graver))] if graver else []
-    found = and_(*said, *unsaid)
+    if wanted == NOT_JUDGED:
+        found: ColumnElement[bool] = Impact.recording_id.is_(None)
+    elif wanted == QUALITIES[0]:
+        found = and_(Impact.recording_id.is_not(None), *unsaid)
+    else:
+        found = and_(_said(wanted), *unsaid)
     return found if condition.operator == "=" else not_(found)
 
 

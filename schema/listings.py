@@ -29,7 +29,7 @@ from .conditions import (
 from .impacts import Impact, Pulse
 from .pages import iter_pages
 from .plans import PlannedRun
-from .quality import SEVERITIES, QualityFinding
+from .quality import NOT_JUDGED, SEVERITIES, QualityFinding
 from .shots import Shot
 
 PAGE = 2000
@@ -118,7 +118,7 @@ def iter_impacts(
                 "peak_force_n": row["peak_force_n"],
                 "impulse_n_s": row["impulse_n_s"],
                 "compression_time_s": row["compression_time_s"],
-                "quality": quality.get(row["id"], "ok"),
+                "quality": NOT_JUDGED if row["recording_id"] is None else quality.get(row["id"], "ok"),
             }
 
 

@@ -10,6 +10,8 @@ from sqlalchemy.orm import Mapped, mapped_column
 from .base import Base, HasId, Written, one_of
 
 SEVERITIES = ("note", "warning", "reject")
+#: What the listing says of an impact that no check has seen, because it has no recording.
+NOT_JUDGED = "not judged"
 
 
 class QualityFinding(HasId, Written, Base):

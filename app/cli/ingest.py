@@ -22,9 +22,30 @@ from .settings import settings_from, settings_options
     help="Processes that read and extract. [cores, at most 4; 1 for small files]",
 )
 @click.option("--plan", default=None, help="The plan that is worked off. [the one of the campaign's name, if any]")
+@click.option(
+    "--free-factor",
+    "free_factors",
+    multiple=True,
+    metavar="COLUMN",
+    help="This column of runs.csv is a factor of its own, though its name resembles a known column. Repeatable.",
+)
+@click.option(
+    "--confirm",
+    "confirmed",
+    multiple=True,
+    metavar="RULE",
+    help="Rows may break this rule of what a bench can have; the refusal names it. Repeatable.",
+)
 @settings_options
 def ingest(
-    folders: tuple[Path, ...], db: str, json_to: str | None, jobs: int | None, plan: str | None, **given: Any
+    folders: tuple[Path, ...],
+    db: str,
+    json_to: str | None,
+    jobs: int | None,
+    plan: str | None,
+    free_factors: tuple[str, ...],
+    confirmed: tuple[str, ...],
+    **given: Any,
 ) -> None:
     """Read campaign folders into the store (which is made if there is none).
 
@@ -49,7 +70,9 @@ def ingest(
         settings = settings_from(given)
         for folder in folders:
             with progress_bar(folder.name, "recordings") as step:
-                report = ingest_folder(store, folder, settings, jobs=jobs, progress=step)
+                report = ingest_folder(
+                    store, folder, settings, jobs=jobs, progress=step, free_factors=free_factors, confirmed=confirmed
+                )
             reports.append(report)
             _tell(report)
             links = link_to_plan(store, report.campaign, plan)
@@ -71,6 +94,8 @@ def _tell(report: Any) -> None:
     added = ", ".join(f"{count} {what}" for what, count in report.added.items() if count) or "nothing new"
     totals = f"{report.recordings} recordings, {report.impacts} impacts, {report.shots} shots"
     note(f"{report.campaign}: added {added}; the campaign holds {totals}")
+    if report.undeclared_factors:
+        note(f"  free factors: {', '.join(report.undeclared_factors)} (not declared in [factors] of campaign.toml)")
     for item in report.set_aside:
         note(f"  set aside {item['recording']}: {item['reason']}")
     counts: dict[tuple[str, str], int] = {}

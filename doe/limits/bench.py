@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from ...schema.columns import MAX_REGULATED_PRESSURE_PA
 from .ballistic import BALLISTIC_LAWS, STANDARD_GRAVITY_M_S2, positive
 from .bolts import LoadCellArray
 from .contact_force import Elastic, ResonantPlate
@@ -39,7 +40,7 @@ class BenchLimits:
     """
 
     max_tank_pressure_pa: float = 2.0e6
-    max_regulated_pressure_pa: float = 0.8e6
+    max_regulated_pressure_pa: float = MAX_REGULATED_PRESSURE_PA
     max_valve_pressure_pa: float = 6.48e6
     safety_plate_material: str = "aluminum"
     safety_plate_thickness_m: float = 0.010

@@ -90,7 +90,7 @@ def test_row_carries_campaign_factors_and_si_keys(filled):
     row = listed(filled, campaign="b")[1]
     assert row["campaign"] == "b"
     assert (row["tip_material"], row["tip_radius_m"]) == ("delrin", 0.03)
-    assert (row["impact_velocity_m_s"], row["peak_force_n"], row["quality"]) == (1.0, None, "ok")
+    assert (row["impact_velocity_m_s"], row["peak_force_n"], row["quality"]) == (1.0, None, "not judged")
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def test_condition_keeps_just_what_it_says(filled, condition, expected):
 @pytest.fixture(scope="module")
 def doubted(new_database):
     """Impact 1 is warned of, 2 warned of and rejected, 3 shares a recording that is warned of with 4, whose own finding
-    is a note; 5 has one of a note alone.
+    is a note; 5 has one of a note alone. The others have no recording.
     """
     warnings = [(1, 1, "warning"), (2, 2, "warning"), (3, None, "warning")]
     said = [*warnings, (2, 2, "reject"), (3, 4, "note"), (5, 5, "note")]
@@ -133,25 +133,39 @@ def doubted(new_database):
 
 @pytest.mark.parametrize(
     ("operator", "value", "expected"),
-    [("!=", "ok", [1, 2, 3, 4]), ("=", "warning", [1, 3, 4]), ("=", "reject", [2]), ("!=", "reject", [1, 3, 4, 5])],
+    [
+        ("!=", "ok", [1, 2, 3, 4, 6]),
+        ("=", "warning", [1, 3, 4]),
+        ("=", "reject", [2]),
+        ("!=", "reject", [1, 3, 4, 5, 6]),
+        ("=", "not judged", [6]),
+        ("!=", "not judged", [1, 2, 3, 4, 5]),
+    ],
 )
 def test_quality_is_a_column_like_others(doubted, operator, value, expected):
     """`impacts --where quality!=ok` was refused, though the listing shows it."""
-    rows = listed(doubted, Condition("quality", operator, value), Condition("id", "<=", 5.0))
+    rows = listed(doubted, Condition("quality", operator, value), Condition("id", "<=", 6.0))
     assert [row["id"] for row in rows] == expected
     meets = OPERATORS[operator]
-    assert rows == [row for row in listed(doubted) if row["id"] <= 5 and meets(row["quality"], value)]
+    assert rows == [row for row in listed(doubted) if row["id"] <= 6 and meets(row["quality"], value)]
 
 
 def test_ok_is_what_has_no_doubt(doubted):
     rows = listed(doubted, Condition("quality", "=", "ok"))
     assert rows == [row for row in listed(doubted) if row["quality"] == "ok"]
-    assert len(rows) == 20
+    assert [row["id"] for row in rows] == [5]
+
+
+def test_what_has_no_record_is_not_judged(doubted):
+    """No check has seen it: `ok` would be a verdict without evidence."""
+    rows = listed(doubted, Condition("quality", "=", "not judged"))
+    assert [row["id"] for row in rows] == [row["id"] for row in listed(doubted) if row["quality"] == "not judged"]
+    assert len(rows) == 24 - 5
 
 
 @pytest.mark.parametrize(("operator", "value"), [("=", "good"), ("=", 1.0), (">", 1.0)])
 def test_no_quality_is_refused(filled, operator, value):
-    with pytest.raises(ValueError, match="expected quality= or quality!= one of ok, warning, reject"):
+    with pytest.raises(ValueError, match="expected quality= or quality!= one of ok, warning, reject, not judged"):
         listed(filled, Condition("quality", operator, value))
 
 

@@ -1,0 +1,95 @@
+"""What the bench cannot have, held against the rows of `runs.csv`: refused, unless confirmed by name."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+
+from ..schema.columns import BY_NAME, NONE
+from .errors import IngestError
+from .folder import CampaignFile
+from .runs import FILE, RunRow
+from .texts import shown
+
+INSULATOR, SIZE, PRESSURE = RULES = ("insulator-without-anvil", "negative-size", "pressure-above-regulator")
+
+#: A free factor with one of these words in its name is a size, a mass or the like: below zero there is none.
+_SIZES = frozenset(
+    {"area", "density", "depth", "diameter", "height", "length", "mass"}
+    | {"radius", "stiffness", "thickness", "travel", "volume", "weight", "width"}
+)
+
+#: As `IngestReport.findings` holds them.
+Told = dict[str, str | None]
+
+
+def check_bench(file: CampaignFile, rows: Sequence[RunRow], confirmed: Collection[str]) -> list[Told]:
+    """Findings on rows that the bench hardly has. Raises `IngestError` for the first row that it cannot have.
+
+    `confirmed` are rules that the user, or `confirmed` in `[bench]`, has confirmed; they are told all the same. Raises
+    `IngestError` for a rule that there is not.
+    """
+    confirmed = {*confirmed, *file.confirmed}
+    for rule in sorted(confirmed - set(RULES)):
+        raise IngestError(f"{shown(rule)} is no rule that can be confirmed; known: {', '.join(RULES)}")
+    told: dict[str, list[int]] = {}
+    for row in rows:
+        for rule, why in _broken(file, row):
+            # A hammer's pad may lie on the bare plate: the disclosed hammer campaigns have such rows.
+            if rule not in confirmed and not (rule == INSULATOR and file.kind == "hammer"):
+                raise IngestError(
+                    f"{FILE}: row {row.line}: {why}; correct the row, or, if it is true, confirm it with "
+                    f'--confirm {rule} or with confirmed = ["{rule}"] in [bench] of campaign.toml'
+                )
+            told.setdefault(rule, []).append(row.line)
+    findings = [_finding(rule, f"{FILE}: {_lines(lines)}: {_WORDS[rule]}") for rule, lines in told.items()]
+    unjudged = [row.line for row in rows if row.recording is None and _is_impact(file, row)]
+    if unjudged:
+        findings.append(
+            _finding("not-judged", f"{FILE}: {_lines(unjudged)} without a recording: no check can judge them")
+        )
+    return findings
+
+
+_WORDS = {
+    INSULATOR: "an insulator without an anvil",
+    SIZE: "a size below zero",
+    PRESSURE: "a tank pressure above the regulator's limit",
+}
+
+
+def _broken(file: CampaignFile, row: RunRow) -> Iterator[tuple[str, str]]:
+    """The rules that a row breaks, each with the values."""
+    levels = row.levels_by_factor
+    insulator, anvil = levels.get("insulator"), levels.get("anvil_material")
+    if insulator and insulator.label != NONE and (anvil is None or anvil.label == NONE):
+        stated = "not given" if anvil is None else repr(anvil.label)
+        yield INSULATOR, f"insulator is {insulator.label!r} and anvil_material is {stated}; an insulator needs an anvil"
+    for name, level in levels.items():
+        if (
+            name not in BY_NAME
+            and level.number is not None
+            and level.number < 0
+            and _SIZES & set(name.lower().split("_"))
+        ):
+            yield SIZE, f"column {shown(name)} is {level.label}; a size is not below zero"
+    pressure, limit = row.number("tank_pressure"), file.max_regulated_pressure_pa
+    if pressure is not None and pressure > limit:
+        yield (
+            PRESSURE,
+            f"tank_pressure_bar is {pressure / 1e5:g}, the regulator gives at most {limit / 1e5:g} bar "
+            "(max_regulated_pressure_pa in [bench.gun] states another limit)",
+        )
+
+
+def _is_impact(file: CampaignFile, row: RunRow) -> bool:
+    """Whether a row without a recording is stored as an impact."""
+    return file.kind != "gun" or row.impact_velocity_m_s is not None
+
+
+def _finding(check: str, message: str) -> Told:
+    return {"recording": None, "check": check, "severity": "note", "message": message}
+
+
+def _lines(lines: Sequence[int]) -> str:
+    named = ", ".join(map(str, lines[:5])) + (f" and {len(lines) - 5} more" if len(lines) > 5 else "")
+    return f"{'row' if len(lines) == 1 else 'rows'} {named}"

@@ -1,0 +1,58 @@
+"""A row of `runs.csv` beside the stored one of its number: every value that differs, with both."""
+
+from __future__ import annotations
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from ..schema.campaigns import Configuration, ConfigurationLevel, Factor, FactorLevel
+from ..schema.configurations import configuration_fingerprint
+from .known import KnownRow, reported_uncertainty, reported_velocity
+from .runs import RunRow
+from .texts import difference
+
+
+def row_values(row: RunRow, kind: str) -> dict[str, float | None]:
+    """What `known_rows` has as the values of this very row."""
+    speed, speed_u = row.impact_velocity_m_s, row.impact_velocity_u_m_s
+    values = reported_velocity("impact", None if speed is None else "reported", speed, speed_u)
+    if kind != "gun":
+        return values
+    measured = row.measured_velocity_m_s
+    reported = reported_velocity(
+        "measured", None if measured is None else "reported", measured, reported_uncertainty(row)
+    )
+    return reported | values | {"bullet_length_m": row.bullet_length_m}
+
+
+def row_changes(session: Session, row: RunRow, kind: str, known: KnownRow) -> list[str]:
+    """What a row says otherwise than the stored one: "tip_radius is 0.02 m, 0.01 m in the store"; none where equal."""
+    values = row_values(row, kind)
+    changes = [
+        difference(key, _text(value), _text(known.values[key]))
+        for key, value in values.items()
+        if value != known.values[key]
+    ]
+    if configuration_fingerprint(row.levels) == known.factors:
+        return changes
+    stored = select(Factor.name, FactorLevel.label, Factor.si_unit).join(
+        FactorLevel, FactorLevel.factor_id == Factor.id
+    )
+    stored = stored.join(ConfigurationLevel, ConfigurationLevel.level_id == FactorLevel.id)
+    stored = stored.join(Configuration, ConfigurationLevel.configuration_id == Configuration.id)
+    there = {
+        name: _level(label, unit)
+        for name, label, unit in session.execute(stored.where(Configuration.fingerprint == known.factors))
+    }
+    given = {level.factor: _level(level.label, level.si_unit) for level in row.levels}
+    names = sorted({*given, *there})
+    factors = [difference(n, given.get(n), there.get(n)) for n in names if given.get(n) != there.get(n)]
+    return factors + changes
+
+
+def _level(label: str, unit: str | None) -> str:
+    return f"{label} {unit}" if unit else label
+
+
+def _text(value: float | None) -> str | None:
+    return None if value is None else repr(value)

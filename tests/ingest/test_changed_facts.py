@@ -1,0 +1,172 @@
+"""What gives stored numbers their meaning cannot change under a campaign: both values are told, and the way out."""
+
+from __future__ import annotations
+
+import pytest
+from pyroshock.schema.recordings import RecordedChannel
+from sqlalchemy import select
+from support.records.campaigns import (
+    gun_campaign,
+    gun_rows,
+    hammer_campaign,
+    hammer_rows,
+    replace_in,
+    with_cell,
+    write_runs,
+)
+from support.records.plate_folders import plate_campaign
+from support.stores.stores import counts, ingest, ingested, opened
+
+
+def refused_again(url, folder):
+    """The one line with which the folder is refused; the store is as before."""
+    before = counts(url)
+    result = ingest(url, folder)
+    assert (result.exit_code, result.stdout, len(result.stderr.splitlines())) == (2, "", 1), result.output
+    assert counts(url) == before
+    return result.stderr
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('unit = "N"', 'unit = "kN"', ("channels.force.unit is 'kN'", "'N' in the store")),
+        (
+            'unit = "N"',
+            'unit = "N"\nsensitivity = 0.01',
+            ("channels.force.sensitivity is 0.01", "not given in the store"),
+        ),
+        ("range = 10000.0", "range = 5000.0", ("channels.force.range is 5000.0", "10000.0 in the store")),
+        ("range = 10000.0\n", "", ("channels.force.range is not given", "10000.0 in the store")),
+        ('position = "tip"', 'position = "plate"', ("channels.force.position is 'plate'", "'tip' in the store")),
+        ('"tip"', '"tip"\naxis = "z"', ("channels.force.axis is 'z'", "not given in the store")),
+        (
+            'quantity = "force"\nunit = "N"',
+            'quantity = "acceleration"\nunit = "m/s2"',
+            ("channels.force.quantity is 'acceleration'", "'force' in the store"),
+        ),
+    ],
+)
+def test_changed_channel_is_refused(sqlite_url, hammer_folder, old, new, words):
+    ingested(sqlite_url, hammer_folder)
+    replace_in(hammer_folder / "campaign.toml", old, new)
+    told = refused_again(sqlite_url, hammer_folder)
+    for word in (*words, "another name"):
+        assert word in told
+
+
+def test_recordings_added_later_do_not_take_another_unit(sqlite_url, tmp_path):
+    folder = hammer_campaign(tmp_path / "c", recordings=3)
+    write_runs(folder, hammer_rows(2))
+    ingested(sqlite_url, folder)
+    replace_in(folder / "campaign.toml", 'unit = "N"', 'unit = "kN"')
+    write_runs(folder, hammer_rows(3))
+    refused_again(sqlite_url, folder)
+    with opened(sqlite_url) as store, store.reading() as session:
+        assert set(session.scalars(select(RecordedChannel.unit))) == {"N"}
+
+
+def test_all_changes_are_told_at_once(sqlite_url, hammer_folder):
+    ingested(sqlite_url, hammer_folder)
+    replace_in(hammer_folder / "campaign.toml", 'unit = "N"', 'unit = "kN"')
+    replace_in(hammer_folder / "campaign.toml", "range = 10000.0", "range = 5.0")
+    told = refused_again(sqlite_url, hammer_folder)
+    assert "channels.force.unit" in told
+    assert "channels.force.range" in told
+
+
+def test_the_same_meaning_in_other_words_is_no_change(sqlite_url, hammer_folder):
+    """10 kN are 10,000 N; volts of 1 V/N are newtons, but these are other numbers of a file and stay refused above."""
+    replace_in(hammer_folder / "campaign.toml", 'unit = "N"', 'unit = "N"\nsensitivity = 0.01\noffset_v = 0.5')
+    ingested(sqlite_url, hammer_folder)
+    replace_in(hammer_folder / "campaign.toml", 'unit = "N"\nsensitivity = 0.01', 'unit = "kN"\nsensitivity = 10')
+    replace_in(hammer_folder / "campaign.toml", "range = 10000.0", "range = 10")
+    replace_in(hammer_folder / "campaign.toml", '"tip"', '" Tip"')
+    assert "nothing new" in ingested(sqlite_url, hammer_folder).stderr
+
+
+def test_second_force_channel_is_refused(sqlite_url, hammer_folder):
+    """Several force channels are summed: the same column would hold one cell's force and an array's."""
+    ingested(sqlite_url, hammer_folder)
+    with (hammer_folder / "campaign.toml").open("a", encoding="utf-8") as file:
+        file.write('[channels.force_2]\nquantity = "force"\nunit = "N"\n')
+    told = refused_again(sqlite_url, hammer_folder)
+    assert "force channels are force, force_2 in campaign.toml, force in the store" in told
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("mass_kg = 0.32", "mass_kg = 0.4", ("bench.hammer.mass_kg is 0.4", "0.32 in the store")),
+        ("[bench.hammer]\nmass_kg = 0.32\n", "", ("bench.hammer.mass_kg is not given", "0.32 in the store")),
+        ("2026-03-02", "2026-03-09", ("campaign.date is 2026-03-09", "2026-03-02 in the store")),
+    ],
+)
+def test_changed_bench_is_told_with_both_values(sqlite_url, hammer_folder, old, new, words):
+    ingested(sqlite_url, hammer_folder)
+    replace_in(hammer_folder / "campaign.toml", old, new)
+    told = refused_again(sqlite_url, hammer_folder)
+    for word in (*words, "another name"):
+        assert word in told
+
+
+def test_changed_gun_is_told_with_both_values(sqlite_url, gun_folder):
+    ingested(sqlite_url, gun_folder)
+    replace_in(gun_folder / "campaign.toml", "travel_m = 0.9", "travel_m = 0.85")
+    told = refused_again(sqlite_url, gun_folder)
+    assert "bench.gun.travel_m is 0.85" in told
+    assert "0.9 in the store" in told
+
+
+def test_changed_plate_is_told_with_both_values(sqlite_url, hammer_folder):
+    with (hammer_folder / "campaign.toml").open("a", encoding="utf-8") as file:
+        file.write('[bench.plate]\nmaterial = "steel"\nthickness_m = 0.01\n')
+    ingested(sqlite_url, hammer_folder)
+    replace_in(hammer_folder / "campaign.toml", "thickness_m = 0.01", "thickness_m = 0.012")
+    told = refused_again(sqlite_url, hammer_folder)
+    assert "bench.plate.thickness_m is 0.012" in told
+    assert "0.01 in the store" in told
+
+
+def test_changed_modal_table_is_told_with_both_values(sqlite_url, tmp_path):
+    folder = plate_campaign(tmp_path / "plate", recordings=1).folder
+    ingested(sqlite_url, folder)
+    table = folder / "plate_modes.csv"
+    header, first, *rest = table.read_text(encoding="utf-8").splitlines()
+    cells = dict(zip(header.split(","), first.split(","), strict=True))
+    stored = float(cells["frequency_hz"])
+    cells["frequency_hz"] = "1234.5"
+    table.write_text("\n".join([header, ",".join(cells.values()), *rest]) + "\n", encoding="utf-8")
+    told = refused_again(sqlite_url, folder)
+    assert "another modal table" in told
+    assert f"mode {cells['mode']}: frequency_hz is 1234.5" in told
+    assert f"{stored!r} in the store" in told
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "words"),
+    [
+        ("tip_radius_mm", 45, ("tip_radius is 0.045 m", "0.01 m in the store")),
+        ("tip_material", "steel", ("tip_material is steel", "aluminum in the store")),
+        ("impact_velocity_m_s", 1.5, ("impact_velocity_m_s is 1.5", "not given in the store")),
+        ("tip_material", "", ("tip_material is not given", "aluminum in the store")),
+    ],
+)
+def test_changed_row_is_told_with_both_values(sqlite_url, hammer_folder, column, value, words):
+    ingested(sqlite_url, hammer_folder)
+    write_runs(hammer_folder, with_cell(hammer_rows(), column, value))
+    told = refused_again(sqlite_url, hammer_folder)
+    for word in words:
+        assert word in told
+
+
+def test_changed_impact_velocity_of_a_shot_is_refused(sqlite_url, tmp_path):
+    folder = gun_campaign(tmp_path / "gun")
+    rows = [{**row, "impact_velocity_m_s": 9.0} for row in gun_rows()]
+    write_runs(folder, rows)
+    ingested(sqlite_url, folder)
+    write_runs(folder, with_cell(rows, "impact_velocity_m_s", 8.0, row=1))
+    told = refused_again(sqlite_url, folder)
+    assert "row 3" in told
+    assert "impact_velocity_m_s is 8.0" in told
+    assert "9.0 in the store" in told

@@ -1,0 +1,120 @@
+"""Misspelt columns of runs.csv are refused; what is meant as a free factor is declared or confirmed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from pyroshock.diagnosis.reading.settings import TRAVEL as TRAVEL_OF_DIAGNOSIS
+from pyroshock.ingest.column_names import KNOWN, TRAVEL, resembled
+from support.records.campaigns import hammer_rows, replace_in, write_runs
+from support.stores.stores import ingest, ingested, pyroshock
+
+Refused = Callable[..., str]
+
+
+def renamed(folder: Path, old: str, new: str) -> Path:
+    write_runs(folder, [{new if key == old else key: value for key, value in row.items()} for row in hammer_rows()])
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("known", "written"),
+    [
+        ("recording", "Recording"),
+        ("recording", "recordings"),
+        ("tip_material", "tip_materal"),
+        ("tip_material", "Tip material"),
+        ("tip_material", "tip-material"),
+        ("tip_material", "tipmaterial"),
+        ("tip_radius_mm", "tip_radius_m"),
+        ("tip_radius_mm", "Tip radius"),
+        ("hammer_speed", "hamer_sped"),
+    ],
+)
+def test_misspelt_column_is_refused_with_the_known_one(hammer_folder, refused: Refused, known, written):
+    refused(
+        renamed(hammer_folder, known, written), "runs.csv", repr(written), repr(known), "[factors]", "--free-factor"
+    )
+
+
+@pytest.mark.parametrize(
+    ("written", "known"),
+    [
+        ("tank_pressure_psi", "tank_pressure_bar"),
+        ("tank_pressure_Pa", "tank_pressure_bar"),
+        ("bullet_mass_g", "bullet_mass_kg"),
+        ("bullet_length_m", "bullet_length_mm"),
+        ("impact_velocity", "impact_velocity_m_s"),
+        ("impact_velocity_km_h", "impact_velocity_m_s"),
+        ("Measured velocity", "measured_velocity_m_s"),
+        ("anvil_materail", "anvil_material"),  # letters swapped
+    ],
+)
+def test_other_units_and_swapped_letters_resemble(written, known):
+    assert resembled(written) == known
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("pulse_setting", "order", "repetitions", "velocity_level", "operator", "temperature_c", "chain_height_mm"),
+        *("tip_mass_g", "travel_time", "tip", "plate_thickness_mm", "treatment", "remarks", "Feuchte_%"),
+        *KNOWN,
+    ],
+)
+def test_names_of_their_own_do_not_resemble(name):
+    assert resembled(name) is None
+
+
+def test_factor_is_declared_in_the_campaign_file(hammer_folder, sqlite_url):
+    renamed(hammer_folder, "tip_material", "tip_material_2")
+    with (hammer_folder / "campaign.toml").open("a", encoding="utf-8") as file:
+        file.write('[factors]\ntip_material_2 = "material of the second tip"\n')
+    assert "free factors" not in ingested(sqlite_url, hammer_folder).stderr
+    assert "tip_material_2" in pyroshock("impacts", "--db", sqlite_url).stdout
+
+
+def test_factor_is_confirmed_on_the_command_line(hammer_folder, sqlite_url):
+    renamed(hammer_folder, "tip_material", "tip_material_2")
+    assert ingest(sqlite_url, hammer_folder).exit_code == 2
+    told = pyroshock("ingest", hammer_folder, "--db", sqlite_url, "--jobs", "1", "--free-factor", "tip_material_2")
+    assert told.exit_code == 0, told.stderr
+    assert "free factors: tip_material_2" in told.stderr
+
+
+@pytest.mark.parametrize(("column", "why"), [("tip_material", "known column"), ("humidity", "no column")])
+def test_declaration_that_the_table_does_not_bear_out_is_refused(hammer_folder, refused: Refused, column, why):
+    with (hammer_folder / "campaign.toml").open("a", encoding="utf-8") as file:
+        file.write(f'[factors]\n{column} = "what it is"\n')
+    refused(hammer_folder, "campaign.toml", "[factors]", repr(column), why)
+
+
+def test_declaration_without_a_text_is_refused(hammer_folder, refused: Refused):
+    with (hammer_folder / "campaign.toml").open("a", encoding="utf-8") as file:
+        file.write("[factors]\nhumidity = 3\n")
+    refused(hammer_folder, "campaign.toml", "factors.humidity", "3", "text")
+
+
+def test_undeclared_factor_is_kept_and_told(hammer_folder, sqlite_url):
+    """The contract of the folder: further columns are kept as free factors."""
+    write_runs(hammer_folder, [{**row, "pulse_setting": "soft"} for row in hammer_rows()])
+    assert "free factors: pulse_setting" in ingested(sqlite_url, hammer_folder).stderr
+    assert "soft" in pyroshock("impacts", "--db", sqlite_url).stdout
+
+
+def test_missing_key_names_the_column_that_was_meant(hammer_folder, refused: Refused):
+    replace_in(hammer_folder / "runs.csv", "run,repetition", "run,Repetitions")
+    refused(hammer_folder, "no column 'repetition'", "'Repetitions' resembles it")
+
+
+def test_columns_of_the_shared_campaigns_do_not_resemble(shared: Path):
+    tables = [*shared.glob("examples/*/runs.csv"), shared / "reference" / "table_a1_lhs_105_runs.csv"]
+    for table in tables:
+        header = table.read_text(encoding="utf-8").split("\n", 1)[0].strip().split(",")
+        assert [column for column in header if resembled(column)] == [], table
+
+
+def test_travel_is_known_as_diagnose_knows_it():
+    assert set(TRAVEL) == set(TRAVEL_OF_DIAGNOSIS)
