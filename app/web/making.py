@@ -36,7 +36,10 @@ def _check(store: Store, wanted: PlanArguments) -> None:
     if wanted.seed is not None and not 0 <= wanted.seed < 2**31:
         raise ValueError(f"seed is {wanted.seed}; expected 0 to {2**31 - 1}, or none to draw one")
     if wanted.factors:
-        space_from_text(wanted.factors)
+        try:
+            space_from_text(wanted.factors)
+        except ValueError as error:
+            raise ValueError(f"factors: {error}") from error
     with store.reading() as session:
         if session.scalar(select(Plan.id).where(Plan.name == wanted.name)) is not None:
             raise PlanExistsError(f"plan {wanted.name!r} is in the store already; choose another name")
