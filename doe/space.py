@@ -212,6 +212,14 @@ def space_from_text(text: str) -> Space:
     return space_of(content.name, cast(Kind, content.kind), content.factors, content.rules, content.bench)
 
 
+def space_from_form(text: str) -> Space:
+    """The space that a text typed into a form describes. Raises `ValueError` as `read_space`, with the field's name."""
+    try:
+        return space_from_text(text)
+    except ValueError as error:
+        raise ValueError(f"factors: {error}") from error
+
+
 def shipped_factors(kind: Kind) -> str:
     """The text of the thesis's factors for a hammer or a gun: what a lab's own file starts from."""
     return read_toml_text(_DATA / f"{kind}.toml")

@@ -131,6 +131,10 @@ def test_the_window_refuses_what_is_typed_and_what_is_uploaded(tmp_path: Path) -
         assert typed.status_code == 422
         assert "factors: the key 'a.a." in typed.text
         assert "16,001 parts" in typed.text
+        target = "frequency_hz,level_g\n100,10\n1000,100\n"
+        tuned = post_json(client, "/api/tune", {"target": target, "factors": DEEP})
+        assert tuned.status_code == 422
+        assert "factors: the key 'a.a." in tuned.text
         files = [("files", ("c/campaign.toml", io.BytesIO(DEEP.encode()))), ("files", ("c/runs.csv", b"run\n1\n"))]
         sent = client.post("/api/ingest/upload", files=files, headers={"X-CSRF-Token": token(client)})
         job = json.dumps(ended(client, sent), ensure_ascii=False)
