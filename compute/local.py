@@ -15,6 +15,7 @@ from .hands import Hands, abandoned_after
 from .parcel import packed
 from .parent import end_with
 from .threads import one_thread
+from .working_directory import working_directory_closed
 
 
 @contextmanager
@@ -27,7 +28,7 @@ def here(function: Callable[..., Any], shared: tuple[Any, ...]) -> Iterator[Hand
 @contextmanager
 def beside(jobs: int, function: Callable[..., Any], shared: tuple[Any, ...]) -> Iterator[Hands]:
     """`jobs` processes; joblib keeps them for the next call."""
-    with packed(shared) as parcel:
+    with working_directory_closed(), packed(shared) as parcel:
         yield _Beside(jobs, function, parcel)
 
 

@@ -6,10 +6,12 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from .errand import Died, Errand, Outcome, carried_out
 from .hands import Hands, abandoned_after
+from .working_directory import working_directory_closed
 
 
 @contextmanager
@@ -17,14 +19,17 @@ def on_ray(address: str | None, function: Callable[..., Any], shared: tuple[Any,
     """Workers of the cluster; without an address, of one that is started on this machine for as long as it lasts."""
     import ray
 
-    try:
-        ray.init(address=address, include_dashboard=False if address is None else None, log_to_driver=False)
-    except (OSError, ValueError) as error:
-        raise ValueError(f"no Ray cluster answers at {address} ({error}); start one: ray start --head") from None
-    try:
-        yield _OnRay(function, Put(ray.put(shared)) if shared else ())
-    finally:
-        ray.shutdown()
+    # Ray has its workers look for modules in the caller's working directory, unless it is told of another.
+    with working_directory_closed(), TemporaryDirectory(prefix="pyroshock-") as nothing:
+        options = {"include_dashboard": False} if address is None else {}
+        try:
+            ray.init(address, log_to_driver=False, runtime_env={"working_dir": nothing}, **options)
+        except (OSError, ValueError) as error:
+            raise ValueError(f"no Ray cluster answers at {address} ({error}); start one: ray start --head") from None
+        try:
+            yield _OnRay(function, Put(ray.put(shared)) if shared else ())
+        finally:
+            ray.shutdown()
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ levels = ["none", "polymeric"]      # of a category: its value is the position o
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -27,6 +26,7 @@ from typing import Any
 
 from ..schema.campaigns import KINDS
 from ..schema.columns import BY_NAME
+from ..schema.toml_text import read_toml_text, toml_table
 from .sources import FACTOR, NUMBERS, WORDS, known_sources
 from .table import Predictor
 
@@ -65,20 +65,14 @@ def predictors_named(text: str) -> PredictorSet:
     if text in SHIPPED or not Path(text).suffix:
         return shipped(text)
     try:
-        return parse(Path(text).read_bytes().decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{text}: byte {error.start} is not UTF-8; save the file as UTF-8") from error
+        return parse(read_toml_text(Path(text)))
     except ValueError as error:
         raise ValueError(f"{text}: {error}") from error
 
 
 def parse(text: str) -> PredictorSet:
     """A set from TOML. Raises `ValueError` naming the key, its value and what was expected."""
-    try:
-        table = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise ValueError(f"not TOML: {error}") from error
-    return from_json(table)
+    return from_json(toml_table(text))
 
 
 def from_json(table: Mapping[str, Any]) -> PredictorSet:

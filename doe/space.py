@@ -16,8 +16,9 @@ from typing import Any, Literal, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from ..schema.toml_text import read_toml_text
 from .factors import Factor, Rule, connected
-from .toml_space import parse, read_text
+from .toml_space import parse
 
 Kind = Literal["hammer", "gun"]
 
@@ -200,7 +201,7 @@ def read_space(path: Path) -> Space:
     Raises `ValueError` naming file, key, value and what was expected; `FileNotFoundError` where there is none.
     """
     try:
-        return space_from_text(read_text(path))
+        return space_from_text(read_toml_text(path))
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
 
@@ -211,9 +212,17 @@ def space_from_text(text: str) -> Space:
     return space_of(content.name, cast(Kind, content.kind), content.factors, content.rules, content.bench)
 
 
+def space_from_form(text: str) -> Space:
+    """The space that a text typed into a form describes. Raises `ValueError` as `read_space`, with the field's name."""
+    try:
+        return space_from_text(text)
+    except ValueError as error:
+        raise ValueError(f"factors: {error}") from error
+
+
 def shipped_factors(kind: Kind) -> str:
     """The text of the thesis's factors for a hammer or a gun: what a lab's own file starts from."""
-    return read_text(_DATA / f"{kind}.toml")
+    return read_toml_text(_DATA / f"{kind}.toml")
 
 
 def gun_space() -> Space:

@@ -33,13 +33,12 @@ combinations = [["aluminum", 30], ["polyurethane", 15]]
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 from ..schema.columns import BY_COLUMN, BY_NAME
+from ..schema.toml_text import toml_table
 from .factors import Factor, Requirement, Rule, Tie, number_label
 
 _KINDS = ("numeric", "ordered", "categorical")
@@ -61,22 +60,9 @@ class SpaceFile:
     bench: Mapping[str, Any]
 
 
-def read_text(path: Path) -> str:
-    """The text of a file of factors. Raises `ValueError` where it is not UTF-8; `FileNotFoundError`."""
-    try:
-        return path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"byte {error.start} is not UTF-8; save the file as UTF-8") from error
-
-
 def parse(text: str) -> SpaceFile:
     """What a file of factors says. Raises `ValueError` naming key, value and what was expected."""
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"not TOML: {error}") from error
-    except RecursionError as error:
-        raise ValueError("not TOML that we read: lists within lists beyond any use") from error
+    table = toml_table(text)
     _check_keys(table, _TOP, "the file")
     bench = table.get("bench", {})
     if not isinstance(bench, dict):

@@ -6,13 +6,13 @@ import datetime as dt
 import hashlib
 import json
 import math
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from ..schema.columns import MAX_REGULATED_PRESSURE_PA
+from ..schema.toml_text import read_toml_text, toml_table
 from .channel import Sensor
 from .errors import IngestError
 from .texts import LONGEST_NAME, shown
@@ -111,13 +111,11 @@ def read_campaign_file(folder: Path) -> CampaignFile:
 
 def _load(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        return toml_table(read_toml_text(path))
     except FileNotFoundError as error:
         raise IngestError(f"{path.parent}: no {FILE}; a campaign folder needs one (docs/campaigns.md)") from error
-    except UnicodeDecodeError as error:
-        raise IngestError(f"{FILE}: byte {error.start} is not UTF-8; save the file as UTF-8") from error
-    except (ValueError, RecursionError) as error:  # a number of thousands of digits is no TOMLDecodeError
-        raise IngestError(f"{FILE}: not valid TOML: {error}") from error
+    except ValueError as error:
+        raise IngestError(f"{FILE}: {error}") from error
     except OSError as error:
         raise IngestError(f"{path}: cannot be read: {error.strerror}") from error
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
 
+from ..compute.working_directory import working_directory_closed
 from .readers.patience import end_this_process_when_stuck
 
 Item = TypeVar("Item")
@@ -112,7 +113,7 @@ def _until_a_crash(
 ) -> Iterator[tuple[Item, Result]]:
     """Work off `rest`; after a crash `under_way` holds the items of which one did it."""
     waiting: deque[tuple[Item, Future[Result]]] = deque()
-    with _pool(jobs) as pool:
+    with working_directory_closed(), _pool(jobs) as pool:
         try:
             while rest or waiting:
                 while rest and len(waiting) < 2 * jobs:
@@ -130,7 +131,7 @@ def _until_a_crash(
 
 
 def _alone(function: Callable[[Item], Result], item: Item, isolation: Isolation[Item, Result]) -> Result:
-    with _pool(1) as pool:
+    with working_directory_closed(), _pool(1) as pool:
         try:
             return pool.submit(_watched, function, isolation.patience_s(item), item).result()
         except BrokenProcessPool:

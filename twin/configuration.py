@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Self
@@ -151,11 +150,6 @@ class TwinConfiguration:
             raise ValueError(f"key {error} is missing; known: {', '.join(known)}") from error
         except TypeError as error:  # a keyword that a record has not
             raise ValueError(str(error)) from error
-
-    @classmethod
-    def from_toml(cls, text: str) -> Self:
-        """The same keys as TOML. Raises as `from_json`."""
-        return cls.from_json(tomllib.loads(text))
 
 
 def configuration_of(twin: Twin, sources: Mapping[str, Source] | None = None) -> TwinConfiguration:

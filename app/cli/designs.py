@@ -81,12 +81,23 @@ def import_(name: str, table: Path, **given: Any) -> None:
     _make(name, "import", given, table=table)
 
 
+def _factors(path: Path) -> str:
+    from ...doe.space import space_from_text
+    from ...schema.toml_text import read_toml_text
+
+    try:
+        text = read_toml_text(path)
+        space_from_text(text)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    return text
+
+
 def _make(name: str, method: str, given: dict[str, Any], **own: Any) -> None:
-    from ...doe.toml_space import read_text
     from ..plans.planning import make_plan
 
     with opened(given["db"], create=True) as store:
-        factors = read_text(given["factors"]) if given["factors"] else None
+        factors = _factors(given["factors"]) if given["factors"] else None
         common = {key: given[key] for key in ("kind", "repetitions", "seed")}
         stored = make_plan(store, method, name, factors=factors, gun=given["bench"], **common, **own)
     told = f", seed {stored.seed}" if stored.seed is not None else ""

@@ -9,6 +9,8 @@ from typing import Any
 
 import click
 
+from ...compute.working_directory import close_working_directory
+
 #: Command -> (module in this folder, its object, what `--help` says). The table keeps help from importing them.
 COMMANDS: dict[str, tuple[str, str, str]] = {
     "init": ("store", "init", "Make an empty store."),
@@ -61,6 +63,8 @@ class LazyGroup(click.Group):
         """Run, and end every error as one line on standard error with exit code 2."""
         if not standalone_mode:
             return super().main(args, standalone_mode=False, **extra)
+        if args is None:  # the process was started for this command, and is nobody else's
+            close_working_directory()
         try:
             # click returns the code of an early exit, and None of a command that ran through
             code = super().main(args, standalone_mode=False, **extra)

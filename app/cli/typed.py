@@ -15,7 +15,8 @@ _ADDRESSES = frozenset({"--db", "--mlflow", "--scheduler"})
 
 def command_line(arguments: Sequence[str]) -> str:
     """`arguments` as of `sys.argv`, in one line."""
-    before, words = "", [Path(arguments[0]).name]
+    program = Path(arguments[0]).name
+    before, words = "", ["pyroshock" if program == "__main__.py" else program]  # as `python -m pyroshock` calls it
     for word in arguments[1:]:
         words.append(_shown(word, before))
         before = word

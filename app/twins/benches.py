@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from importlib.resources import files
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...schema.toml_text import read_toml_text, toml_table
 from ...twin.gun.bench import GunBench
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class Bench:
 def shipped_bench() -> Bench:
     """The gun of the thesis's first shots, and a plate of assumed size."""
     text = (files("pyroshock") / "examples" / "first-shots" / "campaign.toml").read_text(encoding="utf-8")
-    gun = GunBench(**tomllib.loads(text)["bench"]["gun"])
+    gun = GunBench(**toml_table(text)["bench"]["gun"])
     return Bench(gun, "first-shots, shipped", PlateDrawing.of(OUTLINE_M, "assumed outline, 1 m x 0.6 m"), "aluminum")
 
 
@@ -108,7 +108,7 @@ def bench_of_campaign(session: Session, name: str | None) -> Bench:
 def bench_of_file(path: Path, bench: Bench) -> Bench:
     """The tables [gun] and [plate] of a TOML file in place of those of `bench`. Raises `ValueError` naming the key."""
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        table = toml_table(read_toml_text(path))
         _known(table, ("gun", "plate"), "the file")
         if "gun" in table:
             _known(table["gun"], tuple(f.name for f in fields(GunBench)), "[gun]", every=True)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from sqlalchemy import select
 
 from ...doe.plans import PlanExistsError
-from ...doe.space import space_from_text
+from ...doe.space import space_from_form
 from ...schema.plans import Plan
 from ...schema.session import Store
 from ..jobs.kinds.plan import PLAN, PlanArguments
@@ -36,7 +36,7 @@ def _check(store: Store, wanted: PlanArguments) -> None:
     if wanted.seed is not None and not 0 <= wanted.seed < 2**31:
         raise ValueError(f"seed is {wanted.seed}; expected 0 to {2**31 - 1}, or none to draw one")
     if wanted.factors:
-        space_from_text(wanted.factors)
+        space_from_form(wanted.factors)
     with store.reading() as session:
         if session.scalar(select(Plan.id).where(Plan.name == wanted.name)) is not None:
             raise PlanExistsError(f"plan {wanted.name!r} is in the store already; choose another name")

@@ -19,7 +19,7 @@ from pyroshock.app.twins.benches import PlateDrawing, bench_of_file, shipped_ben
         ("[plate]\noutline_m = [[0, 0], [1, 0], [2, 0]]", "around an area"),
         ("[plate]\noutline_m = [[0, 0], [1e308, 0], [1e308, 1e308]]", "within 1000 m"),
         ("[plate]\noutline_m = [[0, 0], [nan, 0], [1, 1]]", "within 1000 m"),
-        ("a = " + "[" * 5000, "recursion"),
+        ("a = " + "[" * 5000, "hundreds deep; expected at most 16"),
     ],
 )
 def test_what_is_no_bench_is_refused(tmp_path: Path, text: str, said: str) -> None:

@@ -9,6 +9,7 @@ import pytest
 from pyroshock.compute.crew import HERE, Crew
 from pyroshock.compute.mapping import mapped
 from support.processes import chores
+from support.processes.planted import planted, ran
 
 pytest.importorskip("ray", reason="Ray is not among the extras: pip install ray")
 pytestmark = [
@@ -31,3 +32,12 @@ def test_results_are_those_of_this_process(function, shared):
 def test_item_that_kills_its_workers_costs_no_other():
     found = dict(mapped(Crew("ray"), chores.deadly, range(6), lost=lambda number: -number))
     assert found == {n: -3 if n == 3 else n for n in range(6)}
+
+
+def test_its_processes_import_nothing_from_the_working_directory(tmp_path, monkeypatch):
+    """Ray itself puts the caller's working directory first."""
+    (tmp_path / "c").mkdir()
+    trap = planted(tmp_path / "c")
+    monkeypatch.chdir(tmp_path / "c")
+    assert dict(mapped(Crew("ray"), chores.squared, range(3))) == {0: 0, 1: 1, 2: 4}
+    assert ran(trap) == ""

@@ -73,6 +73,7 @@ def test_a_command_is_kept_without_what_only_its_user_knows() -> None:
     assert command_line(words) == "pyroshock serve --token *** --db=postgresql://me:***@h/d --host 0.0.0.0"
     assert command_line(["x", "serve", "--token=WORD"]) == "x serve --token=***"
     assert command_line(["x", "impacts", "--db", "me:PW@host/d"]) == "x impacts --db ***@host/d"
+    assert command_line(["/lib/clone/__main__.py", "ingest", "c"]) == "pyroshock ingest c"  # python -m pyroshock
     assert command_line(["x", "promote", "hybrid@3", "--reason", "a=b"]) == "x promote hybrid@3 --reason a=b"
 
 

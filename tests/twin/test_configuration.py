@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -65,7 +66,7 @@ def test_reads_back_from_json():
 
 
 def test_reads_toml():
-    found = TwinConfiguration.from_toml(TOML)
+    found = TwinConfiguration.from_json(tomllib.loads(TOML))
     assert found.effects == (effect("plate.damping", factor=1.7),)
     assert found.gun == BENCH
     assert found.sources["plate.damping.factor"].where == "campaign spring"

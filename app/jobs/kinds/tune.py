@@ -37,7 +37,7 @@ class TuneArguments:
 
     def ask(self) -> Ask:
         """Raises `ValueError` for a target or factors that cannot be read."""
-        from ....doe.space import shipped_factors, space_from_text
+        from ....doe.space import shipped_factors, space_from_form
         from ...spectra.targets import target_from_upload
         from ...tuning.session import Ask
         from ...twins.building import TwinRequest
@@ -54,7 +54,7 @@ class TuneArguments:
         return Ask(
             target,
             request,
-            space_from_text(self.factors or shipped_factors("gun")),
+            space_from_form(self.factors or shipped_factors("gun")),
             measured=tuple(self.measured),
             sensor=self.sensor or None,
             share=self.share,
