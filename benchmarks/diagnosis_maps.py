@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import tempfile
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -158,16 +159,28 @@ def unknown_map(rows: Sequence[dict[str, Any]]) -> Floats:
     used = [row for row in rows if row["beyond_noise"] and row["odds"] is not None]
     x = np.array([unknown_features(row["odds"], row["fraction"], row["left"], _none_probability(row)) for row in used])
     y = np.array([float(row["truth"] == ["unknown"]) for row in used])
-    return likeliest(x, y, _MEAN, _SD)
+    return likeliest(x, y, _MEAN, _SD, _balanced(used))
 
 
-def likeliest(x: Floats, y: Floats, mean: Floats, sd: Floats) -> Floats:
-    """Weights of a logit with a normal prior (Newton's steps)."""
+def _balanced(rows: Sequence[dict[str, Any]]) -> Floats:
+    """Weights (n,) of mean one, so that it does not matter how many campaigns of a tier were drawn: unknown causes have
+    the share `UNKNOWN_PRIOR`, and the tiers of all others count alike."""
+    from pyroshock.diagnosis.inference.posterior import UNKNOWN_PRIOR
+
+    groups = ["unknown" if row["truth"] == ["unknown"] else row["tier"] for row in rows]
+    number = Counter(groups)
+    share = {name: (1 - UNKNOWN_PRIOR) / (len(number) - ("unknown" in number)) for name in number}
+    share["unknown"] = UNKNOWN_PRIOR
+    return np.array([len(rows) * share[name] / number[name] for name in groups])
+
+
+def likeliest(x: Floats, y: Floats, mean: Floats, sd: Floats, weights: Floats | float = 1.0) -> Floats:
+    """Parameters of a logit with a normal prior, of rows that count by their `weights` (Newton's steps)."""
     theta = mean.copy()
     for _ in range(200):
         p = 1 / (1 + np.exp(-np.clip(x @ theta, -30, 30)))
-        slope = x.T @ (y - p) - (theta - mean) / sd**2
-        curvature = (x.T * (p * (1 - p))) @ x + np.diag(1 / sd**2)
+        slope = x.T @ (weights * (y - p)) - (theta - mean) / sd**2
+        curvature = (x.T * (weights * p * (1 - p))) @ x + np.diag(1 / sd**2)
         theta = theta + np.clip(np.linalg.solve(curvature, slope), -0.5, 0.5)
     return theta
 

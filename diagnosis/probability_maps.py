@@ -32,10 +32,10 @@ class UnknownMap:
     """logit p = `intercept` + `odds` asinh(log odds / 2) + `fraction` (1 - p_none) (1/2 - held-out fraction) + `left`
     ln(left)."""
 
-    intercept: float = -0.28
-    odds: float = 0.40
-    fraction: float = 5.54
-    left: float = 0.91
+    intercept: float = -0.90
+    odds: float = 0.49
+    fraction: float = 3.27
+    left: float = 1.66
     source: str = "development campaigns of the virtual bench (docs/blind-check/development/maps.jsonl)"
 
     def __call__(self, log_odds: float, fraction: float | None, left: float | None, none: float = 0.0) -> float:

@@ -108,3 +108,12 @@ def test_likeliest_weights_are_those_that_drew_the_answers():
     x = np.column_stack([np.ones(20_000), rng.standard_normal(20_000)])
     y = (rng.random(20_000) < 1 / (1 + np.exp(-x @ weights))).astype(float)
     assert likeliest(x, y, np.zeros(2), np.full(2, 100.0)) == pytest.approx(weights, abs=0.06)
+
+
+def test_rows_that_count_twice_are_as_good_as_rows_that_stand_twice():
+    rng = np.random.default_rng(2)
+    x, y = rng.standard_normal((50, 2)), (rng.random(50) < 0.5).astype(float)
+    counts = rng.integers(1, 4, 50)
+    prior = np.zeros(2), np.ones(2)
+    repeated = likeliest(np.repeat(x, counts, axis=0), np.repeat(y, counts), *prior)
+    assert likeliest(x, y, *prior, counts) == pytest.approx(repeated)
