@@ -87,7 +87,7 @@ def _is_impact(file: CampaignFile, row: RunRow) -> bool:
 
 
 def _finding(check: str, message: str) -> Told:
-    return {"recording": None, "check": check, "severity": "note", "message": message}
+    return {"recording": None, "channel": None, "check": check, "severity": "note", "message": message}
 
 
 def _lines(lines: Sequence[int]) -> str:

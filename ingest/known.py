@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from ..schema.benches import ModalTable, Plate
 from ..schema.campaigns import Campaign, Configuration
 from ..schema.impacts import Impact
-from ..schema.recordings import Recording
+from ..schema.recordings import RecordedChannel, Recording
 from ..schema.shots import Shot
 from .changed_bench import mode_changes
 from .errors import IngestError
@@ -116,3 +116,19 @@ def reported_uncertainty(row: RunRow) -> float | None:
     length_u = {} if row.bullet_length_u_m is None else {"length_u_m": row.bullet_length_u_m}
     period = 1.0 / row.laser_sampling_rate_hz
     return float(muzzle_velocity_uncertainty(row.bullet_length_m, transit, time_u_s=period, **length_u))
+
+
+def recordings_alike(session: Session, recording: Recording) -> list[str]:
+    """Other recordings of the same campaign with the same samples on every channel, by path."""
+    own = select(RecordedChannel.sha256).where(RecordedChannel.recording_id == recording.id)
+    channels = session.scalars(own).all()
+    query = (
+        select(Recording.path)
+        .join(RecordedChannel, RecordedChannel.recording_id == Recording.id)
+        .where(RecordedChannel.sha256.in_(channels))
+        .where(Recording.campaign_id == recording.campaign_id, Recording.id != recording.id)
+        .group_by(Recording.path)
+        .having(func.count(RecordedChannel.id) >= len(channels))
+        .order_by(Recording.path)
+    )
+    return list(session.scalars(query)) if channels else []

@@ -42,6 +42,7 @@ class PlanLinks:
         return [
             {
                 "recording": None,
+                "channel": None,
                 "check": "plan-mismatch",
                 "severity": "warning",
                 "message": f"run {item['run']} of plan {self.plan}: {item['reason']}",

@@ -22,6 +22,7 @@ from .magnitude import refuse_no_reading
 from .pulses import Hits, Pulse, find_hits
 from .quality import run_checks
 from .quality.base import Finding
+from .quality.recording import judge_together
 from .readers import RecordingError, open_recording, reader_for
 from .settings import ExtractionSettings
 from .units import UnitError, to_si
@@ -85,13 +86,7 @@ def process_recording(
     force = total_force(channels)
     speeds, conditioning = impact_speeds(channels, pulses, settings, force[0] if force else None)
     shot, shot_findings = measure_shot(channels, bullet_length_m, bullet_length_u_m)
-    findings = (
-        [f for c in channels for f in run_checks(c, tuple(p.contact for p in pulses))]
-        + _pulse_findings(channels, hits)
-        + unread
-        + conditioning
-        + shot_findings
-    )
+    findings = judged(channels, hits) + unread + conditioning + shot_findings
     return ProcessedRecording(
         path=path,
         sha256=digest,
@@ -178,6 +173,13 @@ def hits_of(channels: list[Channel], settings: ExtractionSettings, expected: int
         return Hits(())
     values, channel = force
     return find_hits(values, channel.sampling_rate_hz, settings, start_s=channel.start_s, expected=expected)
+
+
+def judged(channels: list[Channel], hits: Hits) -> list[Finding]:
+    """What the checks find on the channels of one recording and in its pulses, each event once."""
+    contacts = tuple(pulse.contact for pulse in hits.pulses)
+    found = [finding for channel in channels for finding in run_checks(channel, contacts)]
+    return judge_together(channels, found + _pulse_findings(channels, hits))
 
 
 def _pulse_findings(channels: list[Channel], hits: Hits) -> list[Finding]:

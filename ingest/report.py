@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from ..schema.campaigns import Campaign
 from ..schema.impacts import Impact
 from ..schema.quality import QualityFinding
-from ..schema.recordings import STORED, Recording
+from ..schema.recordings import STORED, RecordedChannel, Recording
 from ..schema.shots import Shot
 
 
@@ -48,10 +48,17 @@ class IngestReport:
         self.impacts = session.scalar(select(func.count()).where(Impact.campaign_id == campaign)) or 0
         self.shots = session.scalar(select(func.count()).where(Shot.campaign_id == campaign)) or 0
         query = (
-            select(Recording.path, QualityFinding.check, QualityFinding.severity, QualityFinding.message)
+            select(
+                Recording.path,
+                RecordedChannel.name,
+                QualityFinding.check,
+                QualityFinding.severity,
+                QualityFinding.message,
+            )
             .join(Recording, QualityFinding.recording_id == Recording.id)
+            .outerjoin(RecordedChannel, QualityFinding.channel_id == RecordedChannel.id)
             .where(Recording.campaign_id == campaign)
             .order_by(QualityFinding.id)
         )
-        keys = ("recording", "check", "severity", "message")
+        keys = ("recording", "channel", "check", "severity", "message")
         self.findings = [dict(zip(keys, row, strict=True)) for row in session.execute(query)]

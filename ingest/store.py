@@ -23,17 +23,20 @@ from .changed_channels import refuse_changed_channels
 from .changed_rows import row_changes
 from .errors import IngestError
 from .folder import CampaignFile
-from .hit_values import finding_values, impact_values, shot_values
+from .hit_values import finding_values, hit_velocity, impact_values, shot_values
 from .known import (
     KnownRecording,
     KnownRow,
     known_recordings,
     known_rows,
+    recordings_alike,
     refuse_other_modes,
 )
 from .matching import Hit
 from .modes import ModalTableFile
+from .plausibility import check_impulse, check_same_samples, check_tip
 from .processing import ProcessedRecording
+from .quality.base import Finding
 from .report import IngestReport
 from .rows import campaign_row, channel_values, pulse_values, refuse_other_campaign, settings_id
 from .runs import FILE, RunRow
@@ -189,9 +192,31 @@ class CampaignStore:
         session.flush()
         channels = self._add_channels(session, recording.id, done)
         added, impacts = self._add_hits(session, campaign, hits, recording.id, done)
-        findings = [finding_values(finding, recording.id, channels, impacts) for finding in done.findings]
+        doubted = self._implausible(session, recording, channels, hits, done)
+        findings = [finding_values(each, recording.id, channels, impacts) for each in (*done.findings, *doubted)]
         self._store.add_rows(session, QualityFinding, findings)
         return replace(added, recordings=1)
+
+    def _implausible(
+        self,
+        session: Session,
+        recording: Recording,
+        channels: dict[str, int],
+        hits: list[Hit],
+        done: ProcessedRecording,
+    ) -> list[Finding]:
+        """What mass, velocity and tip of the rows say against the pulses, and recordings of the same samples."""
+        name = next((s.channel.name for s in done.series if s.channel.quantity == "force"), next(iter(channels)))
+        found = [check_same_samples(recordings_alike(session, recording), name)]
+        for hit in hits:
+            if hit.pulse is not None:
+                mass_kg = self._file.hammer.mass_kg if self._file.hammer else hit.row.number("bullet_mass")
+                velocity = hit_velocity(hit.row, hit, done)
+                found.append(check_tip(hit.row.number("tip_radius"), hit.pulse, name))
+                if mass_kg is not None and velocity is not None:
+                    pulse, held = done.pulses[hit.pulse], self._file.hammer is not None
+                    found.append(check_impulse(pulse, mass_kg, velocity, hit.pulse, name, held=held))
+        return [finding for finding in found if finding is not None]
 
     def _add_channels(self, session: Session, recording: int, done: ProcessedRecording) -> dict[str, int]:
         """Channels with their series; their keys by name."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 #: Longest name of a campaign, channel, factor or level: PostgreSQL indexes no text beyond 2.7 kB.
 LONGEST_NAME = 500
 
@@ -19,3 +21,8 @@ def difference(name: str, given: str | None, stored: str | None) -> str:
     """How a message tells what a folder says and what the store holds; None where one of them says nothing."""
     absent = "not given"
     return f"{name} is {absent if given is None else given}, {absent if stored is None else stored} in the store"
+
+
+def enumerated(names: Sequence[str], most: int = 5) -> str:
+    """Names one after another; of more than `most` the first, and how many more there are."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

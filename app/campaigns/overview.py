@@ -7,13 +7,14 @@ from typing import Any
 from sqlalchemy import Integer, case, func, select
 from sqlalchemy.orm import Session
 
+from ...ingest.texts import enumerated
 from ...schema.campaigns import Campaign
 from ...schema.conditions import get_campaign_id
 from ...schema.impacts import Impact
 from ...schema.listings import list_impacts_page, list_shots_page
 from ...schema.materials import Material
 from ...schema.quality import SEVERITIES, QualityFinding
-from ...schema.recordings import SET_ASIDE, Recording
+from ...schema.recordings import SET_ASIDE, RecordedChannel, Recording
 from ...schema.shots import Shot
 from ..predictions.nominal import with_predictions
 from .achieved import achieved_settings
@@ -106,7 +107,8 @@ def _set_aside(session: Session, key: int) -> list[dict[str, Any]]:
 
 
 def count_findings(session: Session, campaign_key: int) -> list[dict[str, Any]]:
-    """Findings of a campaign by check and severity, the worst first; how many recordings and impacts they name."""
+    """Findings of a campaign by check and severity, the worst first; how many recordings and impacts they name,
+    and which channels (a text; None where they are of none)."""
     rank = case({severity: i for i, severity in enumerate(SEVERITIES)}, value=QualityFinding.severity)
     query = (
         select(
@@ -121,4 +123,23 @@ def count_findings(session: Session, campaign_key: int) -> list[dict[str, Any]]:
         .group_by(QualityFinding.check, QualityFinding.severity)
         .order_by(rank.cast(Integer).desc(), func.count().desc(), QualityFinding.check)
     )
-    return [dict(row) for row in session.execute(query).mappings()]
+    named = _channels_named(session, campaign_key)
+    return [
+        {**row, "channels": named.get((row["check"], row["severity"]))} for row in session.execute(query).mappings()
+    ]
+
+
+def _channels_named(session: Session, campaign_key: int) -> dict[tuple[str, str], str]:
+    """(check, severity) -> the channels that its findings are of, as a text."""
+    query = (
+        select(QualityFinding.check, QualityFinding.severity, RecordedChannel.name)
+        .join(RecordedChannel, QualityFinding.channel_id == RecordedChannel.id)
+        .join(Recording, QualityFinding.recording_id == Recording.id)
+        .where(Recording.campaign_id == campaign_key)
+        .distinct()
+        .order_by(RecordedChannel.name)
+    )
+    names: dict[tuple[str, str], list[str]] = {}
+    for check, severity, name in session.execute(query):
+        names.setdefault((check, severity), []).append(name)
+    return {key: enumerated(found) for key, found in names.items()}

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from ...ingest.texts import enumerated
 from .common import STDOUT, db_option, json_option, note, opened, write_json
 from .settings import settings_from, settings_options
 
@@ -98,9 +99,10 @@ def _tell(report: Any) -> None:
         note(f"  free factors: {', '.join(report.undeclared_factors)} (not declared in [factors] of campaign.toml)")
     for item in report.set_aside:
         note(f"  set aside {item['recording']}: {item['reason']}")
-    counts: dict[tuple[str, str], int] = {}
+    by_check: dict[tuple[str, str], list[str | None]] = {}
     for finding in report.findings:
-        key = (finding["severity"], finding["check"])
-        counts[key] = counts.get(key, 0) + 1
-    for (severity, check), count in sorted(counts.items()):
-        note(f"  {severity}: {check} ({count})")
+        by_check.setdefault((finding["severity"], finding["check"]), []).append(finding["channel"])
+    for (severity, check), channels in sorted(by_check.items()):
+        named = sorted({channel for channel in channels if channel is not None})
+        of = f" of {enumerated(named)}" if named else ""
+        note(f"  {severity}: {check} ({len(channels)}){of}")

@@ -65,11 +65,13 @@ def _findings(session: Session, impact: Impact) -> list[dict[str, Any]]:
     if impact.recording_id is None:
         return []
     mine = or_(QualityFinding.impact_id == impact.id, QualityFinding.impact_id.is_(None))
-    query = select(QualityFinding).where(QualityFinding.recording_id == impact.recording_id, mine)
-    return [
-        {"severity": f.severity, "check": f.check, "message": f.message}
-        for f in session.scalars(query.order_by(QualityFinding.id))
-    ]
+    query = (
+        select(QualityFinding.severity, QualityFinding.check, RecordedChannel.name, QualityFinding.message)
+        .outerjoin(RecordedChannel, QualityFinding.channel_id == RecordedChannel.id)
+        .where(QualityFinding.recording_id == impact.recording_id, mine)
+    )
+    heads = ("severity", "check", "channel", "message")
+    return [dict(zip(heads, row, strict=True)) for row in session.execute(query.order_by(QualityFinding.id))]
 
 
 def _channels(session: Session, impact: Impact) -> list[dict[str, Any]]:

@@ -19,7 +19,7 @@ _MOST = 100
 
 def quality_section(session: Session, campaign_id: int) -> Section:
     """Findings by check and severity, doubts one by one, recordings that were set aside with their reasons."""
-    heads = ("severity", "check", "findings")
+    heads = ("severity", "check", "channels", "findings")
     counts = [[row[head] for head in heads] for row in count_findings(session, campaign_id)]
     blocks: list[Block] = [Table("Findings by check.", heads, counts, "No findings.")]
     doubts = _doubts(session, campaign_id)

@@ -8,7 +8,9 @@ from .clipping import check_clipping
 from .double_hit import check_double_hit
 from .dropouts import check_dropouts
 from .few_samples import check_few_samples
+from .no_shock import check_no_shock
 from .pre_trigger_noise import check_pre_trigger_noise
+from .rest_level import check_rest_level
 from .saturation import check_saturation
 from .zero_shift import check_zero_shift
 
@@ -18,6 +20,8 @@ CHECKS: tuple[Check, ...] = (
     check_dropouts,
     check_clipping,
     check_saturation,
+    check_no_shock,
+    check_rest_level,
     check_zero_shift,
     check_double_hit,
     check_few_samples,

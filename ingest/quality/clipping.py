@@ -1,11 +1,15 @@
-"""Clipping: consecutive samples at one code at the extreme of the record, where a crest should be."""
+"""Clipping: samples at one code at the extreme of the record, where a crest should be."""
 
 from __future__ import annotations
+
+import numpy as np
 
 from ..channel import Channel
 from .base import Contact, Finding, Severity
 from .levels import finite_samples, scale_of
 from .plateaus import Plateaus, find_plateaus
+from .runs import runs_of
+from .short_tops import find_code_limit, find_short_top
 
 #: Samples within one code of the extreme count as at the rail (an analogue rail toggles between two codes). The rest is
 #: for the rounding of values that went through a float32 or a printed number.
@@ -13,14 +17,23 @@ BAND_STEPS = 1.01
 
 
 def check_clipping(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
-    """A finding per rail and contact with a cut top; outside of contacts one per rail. Any quantity."""
+    """A finding per rail and contact with a cut top; outside of contacts one per rail. Any quantity.
+
+    A cut top has three samples or more at one level; two that no crest explains; or any at the last code of the whole
+    numbers that the file holds.
+    """
     x = finite_samples(channel)
     if x.size == 0:
         return []
     scale = scale_of(x)
     findings: list[Finding] = []
     for polarity in (1, -1):
-        flat = find_plateaus(x, scale, polarity, BAND_STEPS * scale.step)
+        band = BAND_STEPS * scale.step
+        flat = find_plateaus(x, scale, polarity, band) or find_short_top(x, scale, polarity, band)
+        # a channel may be mounted upside down, so that its gain turns codes round
+        ends = find_code_limit(channel.recorded, polarity if channel.sensor.conversion[0] > 0 else -polarity)
+        if ends.size and flat is None and np.ptp(channel.recorded):
+            flat = Plateaus(float(x[ends[0]]), runs_of(ends))
         if flat is not None:
             findings += by_contact(channel, contacts, flat, "clipping", "flat top")
     return findings

@@ -27,6 +27,8 @@ BESIDE = 4
 #: through a pulse says anything: so far from the stand, as a share of the range, on both sides of it.
 RESTING_SHARE = 0.5
 CUT_SHARE = 0.1
+#: These move so slowly that one code from begin to end may be right, unless it is zero.
+SLOW = ("pressure", "temperature")
 #: Only this many stands are looked at closely, the longest: a record with more is not better for it.
 MAX_STANDS = 16
 
@@ -36,7 +38,7 @@ def check_dropouts(channel: Channel, contacts: tuple[Contact, ...]) -> list[Find
 
     `time_gaps` is a list of [sample, missing_samples]: so many are missing right before `sample`. Severity is `reject`
     for what touches a contact (its impulse and width are gone) and `warning` elsewhere; a channel that never moves is
-    `reject`. Raises `ValueError` for `time_gaps` of another form.
+    `reject`, a pressure or temperature that does not a `note`. Raises `ValueError` for `time_gaps` of another form.
     """
     if channel.recorded.size == 0:
         return []
@@ -132,4 +134,5 @@ def _dead(channel: Channel) -> Finding:
     value = float(channel.si[0])
     evidence = {"kind": "dead", "level": value, "unit": channel.si_unit, "samples": int(channel.recorded.size)}
     message = f"the channel never moves from {value:.6g} {channel.si_unit}"
-    return Finding("dropouts", "reject", message, channel.name, evidence)
+    severity: Severity = "note" if channel.quantity in SLOW and value != 0.0 else "reject"
+    return Finding("dropouts", severity, message, channel.name, evidence)

@@ -16,13 +16,16 @@ from .runs import runs_of
 BAND_SHARE = 0.01
 #: Below this a crest in so wide a band is too easily flat by noise: from five on, two merged crests are told apart.
 MIN_SAMPLES = 5
+#: These may stay at one level for as long as they like (a tank before the valve opens, a light barrier), so that the
+#: shape of a top says nothing; what has a rest and leaves it for a shock may not.
+PULSED = ("force", "acceleration", "velocity", "strain")
 #: Their zero is a convention (273.15 K), so that a full scale as a magnitude means nothing for them.
 WITHOUT_RANGE = ("temperature",)
 
 
 def check_saturation(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
     """Findings as for clipping: against `sensor.range` where it is declared and reached, else by the shape of the
-    top (the range of a sensor says nothing about the amplifier behind it).
+    top (the range of a sensor says nothing about the amplifier behind it). By shape only what rests between shocks.
 
     A sample at full scale is a lower bound of the truth however short it stayed there, hence the same severities.
     """
@@ -35,7 +38,7 @@ def check_saturation(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
         beyond = _beyond_range(channel, contacts, x, full_scale, scale.step)
         if beyond:
             return beyond
-    return _pressed_flat(channel, contacts, x, scale)
+    return _pressed_flat(channel, contacts, x, scale) if channel.quantity in PULSED else []
 
 
 def _beyond_range(

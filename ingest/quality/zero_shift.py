@@ -16,13 +16,10 @@ from numpy.typing import NDArray
 from ..channel import Channel
 from .base import Contact, Finding, Severity
 from .levels import Span, event_span, finite_samples
+from .rest import block_mean, rest_after, rest_before
 
-#: The standard error comes from the means of ten blocks, which ringing and slow wander spread as they should; with nine
-#: degrees of freedom five of them are exceeded by chance once in 1350 (Student's t).
-BLOCKS = 10
+#: Standard errors that make a shift (`rest.BLOCKS` tells why so many).
 MIN_ERRORS = 5.0
-#: Fewer samples than this before or after give no level to compare with.
-MIN_SAMPLES = 16
 #: An elastic suspension can turn the velocity v that the shock gave into -v, a change of 2 v; more has no cause.
 MAX_VELOCITY_RATIO = 2.0
 #: A step b drives a slow oscillator to 2 b. Two decades below its knee a shock spectrum is some 40 dB below its plateau
@@ -69,22 +66,13 @@ def check_zero_shift(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
 
 
 def _levels(x: NDArray[np.float64], span: Span) -> _Levels | None:
-    """Block means of what lies before the shock and after it; the last quarter where it rings to the end."""
-    quarter = x.size - (x.size - span.first) // 4
-    start = min(span.last + 1, quarter)
-    before, after = x[: span.first], x[start:]
-    if min(before.size, after.size) < MIN_SAMPLES:
+    """Levels of what rests before the shock and after it; the last quarter where it rings to the end."""
+    before, after = rest_before(x, span), rest_after(x, span)
+    if before.size == 0 or after.size == 0:
         return None
-    (level_before, error_before), (level_after, error_after) = _block_mean(before), _block_mean(after)
+    (level_before, error_before), (level_after, error_after) = block_mean(before), block_mean(after)
     error = float(np.hypot(error_before, error_after))
-    return _Levels(level_before, level_after, error, truncated=span.last >= start)
-
-
-def _block_mean(x: NDArray[np.float64]) -> tuple[float, float]:
-    """Mean and its standard error by batch means, of as much of `x` (n,) as ten equal blocks hold."""
-    length = x.size // BLOCKS
-    means = x[x.size - BLOCKS * length :].reshape(BLOCKS, length).mean(axis=1)
-    return float(means.mean()), float(means.std(ddof=1)) / BLOCKS**0.5
+    return _Levels(level_before, level_after, error, truncated=span.last >= x.size - after.size)
 
 
 def _force_finding(channel: Channel, levels: _Levels, span: Span) -> list[Finding]:

@@ -14,7 +14,7 @@ from pyroshock import __version__
 from pyroshock.app.cli.main import COMMANDS, main
 from pyroshock.app.filters import parse_where
 from pyroshock.schema.listings import Condition
-from support.records.campaigns import hammer_campaign, recording_name
+from support.records.campaigns import blows, force_record, hammer_campaign, recording_name, write_recording
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -209,6 +209,24 @@ def test_show_tells_versions_and_findings(filled):
     assert page["pulses"][0]["in_use"] == "yes"
     assert page["pulses"][0]["written_by"].startswith(f"{__version__}: ")
     assert page["channels"][0]["channel"] == "force"
+
+
+def test_a_finding_says_of_which_channel_it_is(sqlite_url, tmp_path):
+    """Of two accelerometers one never moves: its name stands with the finding, wherever findings are told."""
+    folder = hammer_campaign(tmp_path / "h", 1)
+    toml = folder / "campaign.toml"
+    more = "".join(f'[channels.{name}]\nquantity = "acceleration"\nunit = "m/s2"\n' for name in ("a1", "a2"))
+    toml.write_text(toml.read_text() + more)
+    force = force_record(blows(1, 2), np.random.default_rng(1))
+    write_recording(folder / recording_name(1), {"force": force, "a1": force / 10, "a2": np.full(force.size, 2.5)})
+    told = run("ingest", folder, "--db", sqlite_url, "--jobs", "1", "--json")
+    assert "reject: dropouts (1) of a2" in told.stderr
+    found = json.loads(told.stdout)["findings"]
+    assert [f["channel"] for f in found if f["check"] == "dropouts"] == ["a2"]
+    page = json_of("show", 1, "--db", sqlite_url)
+    assert [f["channel"] for f in page["findings"] if f["check"] == "dropouts"] == ["a2"]
+    line = next(x for x in run("show", 1, "--db", sqlite_url).stdout.splitlines() if "never moves" in x)
+    assert line.split()[:3] == ["reject", "dropouts", "a2"]
 
 
 def test_show_draws(filled, tmp_path):

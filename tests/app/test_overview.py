@@ -198,15 +198,17 @@ def test_findings_are_counted_by_check_the_worst_first(store, tmp_path):
     with store.writing() as session:
         session.query(QualityFinding).delete()
         session.add_all(
-            QualityFinding(recording_id=r, impact_id=i, check=check, severity=severity, message="", evidence={})
+            QualityFinding(
+                recording_id=r, channel_id=r, impact_id=i, check=check, severity=severity, message="", evidence={}
+            )
             for r, i, check, severity in said
         )
     with store.reading() as session:
         found = count_findings(session, 1)
     assert found == [
-        {"check": "clipping", "severity": "reject", "findings": 3, "recordings": 2, "impacts": 2},
-        {"check": "drift", "severity": "warning", "findings": 2, "recordings": 2, "impacts": 0},
-        {"check": "clipping", "severity": "note", "findings": 1, "recordings": 1, "impacts": 0},
+        {"check": "clipping", "severity": "reject", "findings": 3, "recordings": 2, "impacts": 2, "channels": "force"},
+        {"check": "drift", "severity": "warning", "findings": 2, "recordings": 2, "impacts": 0, "channels": "force"},
+        {"check": "clipping", "severity": "note", "findings": 1, "recordings": 1, "impacts": 0, "channels": "force"},
     ]
 
 

@@ -198,7 +198,7 @@ def test_rejected_pulses_are_left_out_and_told(hits: Store) -> None:
     assert [row[list(table.columns).index("pulses")] for row in table.rows] == [HITS - 1, HITS, HITS, HITS]
     (doubt,) = [row for row in tables(found)["Rejects and warnings."].rows if row[0] == "reject"]
     assert doubt[1:] == ["double-hit", "recordings/test-01.npz", 1, 1, "two blows <script>"]
-    assert ["reject", "double-hit", 1] in tables(found)["Findings by check."].rows
+    assert ["reject", "double-hit", None, 1] in tables(found)["Findings by check."].rows
 
 
 def test_recordings_set_aside_are_listed(hits: Store) -> None:

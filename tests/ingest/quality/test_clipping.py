@@ -119,3 +119,33 @@ def test_crest_rounded_to_codes_is_never_clipped(bits, width, noise_codes, seed)
     x[width : 2 * width] = 2**bits * np.sin(np.pi * (np.arange(width) + rng.random()) / width)
     codes = np.round(x + rng.normal(scale=noise_codes, size=x.size))
     assert check_clipping(Channel(Sensor("force", "force", "N"), codes.astype(np.int32), 51200.0), ()) == []
+
+
+def cut(width: int, phase: float, share: float) -> np.ndarray:
+    """A half sine of 1000 whose samples lie `phase` off its zero, in noise of 0.01, held at a share of its height."""
+    x = np.random.default_rng(0).normal(scale=0.01, size=2048)
+    x[400 : 400 + width] += 1000.0 * np.sin(np.pi * (np.arange(width) + phase) / width)
+    return np.minimum(x, 1000.0 * share)
+
+
+@pytest.mark.parametrize("phase", [0.2, 0.35, 0.7, 0.85])
+@pytest.mark.parametrize("quantity", ["force", "acceleration"])
+def test_two_samples_at_the_rail_are_found(channel_of, phase, quantity):
+    x = np.round(cut(9, phase, 0.93) / 0.03) * 0.03
+    assert np.count_nonzero(x == x.max()) == 2
+    (finding,) = check_clipping(channel_of(x, quantity), ())
+    assert (finding.severity, finding.evidence["samples"]) == ("reject", 2)
+
+
+@pytest.mark.parametrize("width", range(6, 14))
+@pytest.mark.parametrize("phase", np.linspace(0.0, 1.0, 21))
+def test_whole_crest_of_a_short_pulse_is_left_alone(channel_of, width, phase):
+    """Sampled evenly as well, where its two highest samples are equal."""
+    assert check_clipping(channel_of(np.round(cut(width, phase, 2.0) / 0.03) * 0.03), ()) == []
+
+
+def test_one_sample_at_the_last_code_of_whole_numbers_is_found(channel_of):
+    x = np.round(np.clip(33.0 * cut(9, 0.5, 2.0), -32768, 32767)).astype(np.int16)
+    assert np.count_nonzero(x == 32767) == 1
+    (finding,) = check_clipping(channel_of(x, "acceleration"), ())
+    assert finding.severity == "reject"

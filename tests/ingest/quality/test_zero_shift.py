@@ -2,8 +2,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pyroshock.ingest.processing import hits_of
 from pyroshock.ingest.quality import Contact
 from pyroshock.ingest.quality.zero_shift import check_zero_shift
+from pyroshock.ingest.settings import ExtractionSettings
 
 CONTACT = (Contact(1000, 1010, 1020),)
 
@@ -147,3 +149,25 @@ def test_measured_hits_and_their_responses_do_not_shift(channel_of, contact_at_p
         if check_zero_shift(channel_of(hit[row], quantity, 2e4), contact_at_peak(hit[0]))
     ]
     assert flagged == []
+
+
+@pytest.mark.parametrize("width", [60, 150, 400])
+@pytest.mark.parametrize("begin", [0.01, 0.02, 0.03])
+def test_rising_foot_of_a_pulse_is_no_rest(channel_of, width, begin):
+    """A drop table's bell-shaped pulse, triggered late: the record begins at a share of the peak, and what lies before
+    5 % of it is its foot alone."""
+    t = np.arange(200 * width) - width * np.sqrt(2.0 * np.log(1.0 / begin))
+    x = 1000.0 * np.exp(-((t / width) ** 2) / 2.0) + np.random.default_rng(0).normal(scale=0.1, size=t.size)
+    assert check_zero_shift(channel_of(x, "acceleration"), ()) == []
+
+
+@pytest.mark.parametrize("seed", range(51))
+def test_rising_foot_of_a_slow_contact_is_no_rest(channel_of, seed):
+    """A contact that grows and fades exponentially, as of foam, in a record that rests at zero before and after."""
+    rng = np.random.default_rng(seed)
+    width = int(rng.integers(50, 1500))
+    t = np.arange(int(width * rng.uniform(8, 80))) - width * rng.uniform(3.2, 5.0)
+    x = 1000.0 / np.cosh(np.clip(1.3 * t / width, -50, 50)) + rng.normal(scale=0.2, size=t.size)
+    channel = channel_of(x)
+    contacts = tuple(pulse.contact for pulse in hits_of([channel], ExtractionSettings(), None).pulses)
+    assert check_zero_shift(channel, contacts) == []

@@ -1,0 +1,127 @@
+"""`python -m benchmarks.quality_scores [FOLDER] [--seed N] [--each N]`: what the quality verdicts are worth.
+
+Made records (`labelled_records`) and the measured ones of FOLDER (default: where the tests look for them), each judged
+as an ingest judges it. Precision: the share of a verdict's records that deserve it. Recall: the share of records that
+deserve it and get it. A record's verdict is its gravest finding.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+from pyroshock.ingest.channel import Channel, Sensor
+from pyroshock.ingest.processing import hits_of, judged
+from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.ingest.units import SI_UNITS
+
+from .labelled_records import Labelled, Signal, made_records
+from .measuring import ROOT
+
+VERDICTS = ("ok", "warning", "reject")
+G = 9.80665
+
+
+def judge(record: Labelled) -> tuple[str, tuple[str, ...]]:
+    """The verdict, and the checks that said it."""
+    channels = [_channel(signal, record.rate_hz) for signal in record.signals]
+    found = [f for f in judged(channels, hits_of(channels, ExtractionSettings(), None)) if f.severity != "note"]
+    worst = max((f.severity for f in found), key=VERDICTS.index, default="ok")
+    return worst, tuple(sorted({f.check for f in found if f.severity == worst}))
+
+
+def _channel(signal: Signal, rate_hz: float) -> Channel:
+    more = {"range": signal.range_si, "axis": signal.axis, "position": signal.position}
+    sensor = Sensor(signal.name, signal.quantity, SI_UNITS[signal.quantity], **more)  # type: ignore[arg-type]
+    return Channel(sensor, signal.samples, rate_hz)
+
+
+def real_records(folder: Path) -> Iterator[Labelled]:
+    """Measured ones whose verdict their authors disclosed: hits verified as single, shocks with published figures, one
+    saturated sensor beside its reference, one raw record with an offset beside its cleaned ones."""
+    hits = np.load(folder / "vrtac-impact-hammer" / "dewesoft_20000Hz.npz")
+    for key in hits.files:
+        for hit in hits[key] if hits[key].ndim == 3 else ():
+            axes = tuple(
+                Signal(f"a{axis}", "acceleration", x.astype(float), axis=axis)
+                for axis, x in zip("xyz", hit[1:], strict=True)
+            )
+            force = Signal("force", "force", hit[0].astype(float))
+            yield Labelled(key, "ok", 20e3, (force, *axes), "vrtac")
+    shocks = np.load(folder / "afrl-ds3-electronics-shock" / "shocks.npz")
+    for key in shocks.files:
+        if shocks[key].ndim == 2:
+            yield Labelled(key, "ok", 1e6, (Signal("fixture", "acceleration", shocks[key][:, 1] * G),), "afrl")
+    windows = np.load(folder / "endaq-ide" / "windows_300ms.npz")
+    for key in windows.files:
+        record = windows[key].astype(float)
+        verdict = "reject" if key == "water6mps_40g_DC_Acceleration" else "ok"
+        # the sphere that enters the water carries its sensor, and goes on moving
+        position = "impactor" if key.startswith("water") else "plate"
+        signals = tuple(
+            Signal(f"a{a}", "acceleration", record[:, i] * G, axis=a, position=position) for i, a in enumerate("xyz", 1)
+        )
+        yield Labelled(key, verdict, 1 / float(np.median(np.diff(record[:, 0]))), signals, "endaq")
+    irvine = np.load(folder / "vibrationdata-irvine" / "records.npz")
+    for key, verdict in IRVINE.items():
+        record = irvine[key]
+        signal = Signal("a", "acceleration", record[:, 1] * G)
+        yield Labelled(key, verdict, 1 / float(np.median(np.diff(record[:, 0]))), (signal,), "irvine")
+
+
+#: Channel 33 rests 6 g lower after the shock than before (its neighbours move by 1.5 g and less).
+IRVINE = {
+    "rv_separation_raw_txt": "warning",
+    "rv_separation_cleaned_txt": "ok",
+    "rv_separation_dat": "ok",
+    "flight_stage_sep_txt": "ok",
+    "pyro_sep_test": "ok",
+    "avionics_channel_25": "ok",
+    "avionics_channel_30": "ok",
+    "avionics_channel_33": "warning",
+    "midfield_shock_txt": "ok",
+    "asrs_txt": "ok",
+    "srs2000G_accel_txt": "ok",
+}
+
+
+def report(records: Iterable[Labelled]) -> list[str]:
+    """Precision and recall by verdict, then each kind that was judged otherwise than it deserves."""
+    pairs: Counter[tuple[str, str]] = Counter()
+    wrong: Counter[tuple[str, str, str, str]] = Counter()
+    origins: Counter[str] = Counter()
+    for record in records:
+        verdict, checks = judge(record)
+        pairs[record.verdict, verdict] += 1
+        origins[record.origin] += 1
+        if verdict != record.verdict:
+            kind = record.kind if record.origin == "made" else f"{record.origin} {record.kind}"
+            wrong[kind, record.verdict, verdict, ", ".join(checks)] += 1
+    lines = [f"{sum(origins.values())} records: {', '.join(f'{n} {name}' for name, n in origins.items())}"]
+    lines += ["", "| verdict | records | given | precision | recall |", "| --- | --- | --- | --- | --- |"]
+    for verdict in VERDICTS:
+        right = pairs[verdict, verdict]
+        deserve = sum(n for (label, _), n in pairs.items() if label == verdict)
+        given = sum(n for (_, said), n in pairs.items() if said == verdict)
+        shares = (f"{right / of:.3f}" if of else "-" for of in (given, deserve))
+        lines.append(f"| {verdict} | {deserve} | {given} | {' | '.join(shares)} |")
+    lines += ["", "| judged otherwise | deserves | got | by | records |", "| --- | --- | --- | --- | --- |"]
+    lines += [f"| {' | '.join(key)} | {count} |" for key, count in sorted(wrong.items())]
+    return lines
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=ROOT.parent / "shared" / "real-data")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--each", type=int, default=15, help="made records of each kind")
+    given = parser.parse_args()
+    measured = real_records(given.folder) if given.folder.is_dir() else ()
+    print("\n".join(report([*made_records(given.seed, given.each), *measured])))
+
+
+if __name__ == "__main__":
+    main()

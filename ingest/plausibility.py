@@ -1,0 +1,71 @@
+"""What a pulse must be by the impactor's mass and velocity, and by what other recordings hold.
+
+A mass m that arrives with u leaves with -e u, 0 <= e <= 1: the impulse is m u (1 + e), between m u and 2 m u, as long
+as what it hits hardly moves in the contact. A plate that is not heavy takes its share: with the plate's mass M free to
+move, it is m M / (m + M) that counts, and the impulse is smaller; a hand that holds a hammer makes it larger.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .pulses import Pulse
+from .quality.base import Finding
+
+#: Half of m u is what a free plate as light as the impactor takes; a lighter one is none of an impact bench.
+LOWEST_RATIO = 0.5
+#: A hand adds to a hammer's head: a campaign with an effective mass of 1.3 times the head's was disclosed. What flies
+#: free has nothing to add; 15 % are for velocity and calibration.
+HIGHEST_RATIO_HELD, HIGHEST_RATIO_FREE = 3.0, 2.3
+#: From this factor outside of the range on, mass, velocity, unit or sensitivity is wrong.
+REJECT_FACTOR = 3.0
+#: A rounded tip that is sharper than this is no tip of an impactor: a needle's point, or a unit (mm for m).
+SMALLEST_RADIUS_M = 0.5e-3
+
+
+def check_impulse(
+    pulse: Pulse, mass_kg: float, velocity_m_s: float, contact: int | None, channel: str, *, held: bool
+) -> Finding | None:
+    """An impulse outside of m u to 2 m u; None inside (with margins), and for a velocity or a mass that
+    is not above zero. `held`: by a hand, as a hammer is."""
+    momentum = mass_kg * velocity_m_s
+    if momentum <= 0.0:
+        return None
+    ratio = pulse.impulse_n_s / momentum
+    limits = (LOWEST_RATIO, HIGHEST_RATIO_HELD if held else HIGHEST_RATIO_FREE)
+    if limits[0] <= ratio <= limits[1]:
+        return None
+    far = ratio < 1.0 / REJECT_FACTOR or ratio > 2.0 * REJECT_FACTOR
+    evidence = {
+        "impulse_n_s": pulse.impulse_n_s,
+        "mass_kg": mass_kg,
+        "impact_velocity_m_s": velocity_m_s,
+        "impulse_over_momentum": ratio,
+        "expected": [1.0, 2.0],
+        "limits": list(limits),
+    }
+    message = (
+        f"an impulse of {pulse.impulse_n_s:.3g} N s is {ratio:.2g} times mass times velocity ({mass_kg:.3g} kg, "
+        f"{velocity_m_s:.3g} m/s), where 1 to 2 are possible: look at mass, velocity, unit and sensitivity of the force"
+    )
+    return Finding("implausible-impulse", "reject" if far else "warning", message, channel, evidence, contact)
+
+
+def check_tip(radius_m: float | None, contact: int | None, channel: str) -> Finding | None:
+    """A tip that is sharper than any."""
+    if radius_m is None or radius_m >= SMALLEST_RADIUS_M:
+        return None
+    message = (
+        f"a tip radius of {radius_m * 1e3:.3g} mm is smaller than {SMALLEST_RADIUS_M * 1e3:g} mm: look whether "
+        "runs.csv gives it in mm"
+    )
+    evidence = {"tip_radius_m": radius_m, "limit_m": SMALLEST_RADIUS_M}
+    return Finding("implausible-tip", "warning", message, channel, evidence, contact)
+
+
+def check_same_samples(twins: Sequence[str], channel: str) -> Finding | None:
+    """A recording whose samples are those of other recordings of the campaign, `twins` by path."""
+    if not twins:
+        return None
+    message = f"holds the same samples as {twins[0]}: one recording stands for two runs; look which run it is of"
+    return Finding("same-recording", "warning", message, channel, {"same_as": list(twins)})

@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pyroshock.ingest.quality.rest_level import check_rest_level
+
+HEIGHT = 1000.0
+
+
+def shock(offset=0.0, begin=1000):
+    """A decaying sine of 1000 m/s2 on a level of its own, with noise of 1."""
+    t = np.arange(16384) - begin
+    wave = np.where(t >= 0, np.exp(-np.maximum(t, 0) / 500.0) * np.sin(0.2 * t), 0.0)
+    return offset + HEIGHT * wave / np.abs(wave).max() + np.random.default_rng(0).normal(size=t.size)
+
+
+@pytest.mark.parametrize("share", [0.22, 0.5, 1.0, 1.58, -0.4])
+def test_offset_of_a_fifth_of_the_peak_is_rejected(channel_of, share):
+    (finding,) = check_rest_level(channel_of(shock(share * HEIGHT), "acceleration"), ())
+    assert finding.severity == "reject"
+    assert finding.evidence["before_m_s2"] == pytest.approx(share * HEIGHT, rel=0.01)
+    assert finding.evidence["peak_share"] == pytest.approx(abs(share), rel=0.02)
+
+
+@pytest.mark.parametrize("share", [0.06, -0.15])
+def test_offset_above_a_twentieth_is_doubted(channel_of, share):
+    (finding,) = check_rest_level(channel_of(shock(share * HEIGHT), "acceleration"), ())
+    assert finding.severity == "warning"
+
+
+@pytest.mark.parametrize("share", [0.0, 0.03])
+def test_small_offset_is_left_alone(channel_of, share):
+    assert check_rest_level(channel_of(shock(share * HEIGHT), "acceleration"), ()) == []
+
+
+def test_gravity_is_a_note(channel_of):
+    """The same record at a tenth of the height: 9.8 m/s2 are a tenth of its peak."""
+    (finding,) = check_rest_level(channel_of(shock() / 10.0 - 9.80665, "acceleration"), ())
+    assert (finding.severity, finding.evidence["could_be_gravity"]) == ("note", True)
+
+
+def test_level_after_the_shock_is_taken_where_nothing_lies_before(channel_of):
+    (finding,) = check_rest_level(channel_of(shock(300.0, begin=3), "acceleration"), ())
+    assert finding.severity == "reject"
+    assert finding.evidence["after_m_s2"] == pytest.approx(300.0, rel=0.01)
+
+
+@pytest.mark.parametrize(("quantity", "more"), [("force", {}), ("acceleration", {"position": "hammer"})])
+def test_other_channels_may_rest_where_they_like(channel_of, quantity, more):
+    assert check_rest_level(channel_of(shock(500.0), quantity, **more), ()) == []
