@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 from ..schema.datasets import DatasetSnapshot, SnapshotPulse
 from ..schema.session import Store
 from .catalog import get_snapshot_row, list_snapshots
+from .deleted import source_deleted
 from .identity import content_hash
 from .predictors import PredictorSet, from_json
 from .rows import levels_of, rows_of_snapshot
@@ -26,6 +27,10 @@ _LONGEST_NAME = 200
 
 class SnapshotError(ValueError):
     """A snapshot cannot be made under this name, or does not read back as it was frozen."""
+
+
+class SourceDeletedError(SnapshotError):
+    """A snapshot has lost pulses because what it stood on was deleted, as a tombstone tells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +80,8 @@ def build_snapshot(
         known = _known(session, name, digest)
         if known is None:
             _add(store, session, name, digest, draft)
+        else:
+            _fill_up(store, session, known, draft)
         return known
 
     known = store.write(freeze, idempotent=True)
@@ -90,6 +97,7 @@ def _check_name(name: str) -> None:
 
 @dataclass(frozen=True)
 class _Known:
+    key: int
     name: str
     definition: dict[str, Any]
 
@@ -98,7 +106,7 @@ def _known(session: Session, name: str, digest: str) -> _Known | None:
     """The snapshot of this content. Raises `SnapshotError` where there is none and the name is taken."""
     same = session.scalars(select(DatasetSnapshot).where(DatasetSnapshot.content_hash == digest)).one_or_none()
     if same is not None:
-        return _Known(same.name, same.definition)
+        return _Known(same.id, same.name, same.definition)
     taken = session.scalar(select(DatasetSnapshot.content_hash).where(DatasetSnapshot.name == name))
     if taken is not None:
         raise SnapshotError(
@@ -113,8 +121,20 @@ def _add(store: Store, session: Session, name: str, digest: str, draft: Draft) -
     row = DatasetSnapshot(name=name, content_hash=digest, frozen_at=now, definition=draft.definition)
     session.add(row)
     session.flush()
-    common = {"snapshot_id": row.id, "written_by_id": store.written_by(session)}
-    session.execute(insert(SnapshotPulse), [{"pulse_id": key, **common} for key in draft.table.pulse_id.tolist()])
+    _add_pulses(store, session, row.id, draft.table.pulse_id.tolist())
+
+
+def _fill_up(store: Store, session: Session, known: _Known, draft: Draft) -> None:
+    """Give a snapshot back the pulses that it lost by a deletion, when the same content was ingested again."""
+    own = set(session.scalars(select(SnapshotPulse.pulse_id).where(SnapshotPulse.snapshot_id == known.key)))
+    lost = [key for key in draft.table.pulse_id.tolist() if key not in own]
+    if lost and len(own) + len(lost) == len(draft.table.pulse_id):
+        _add_pulses(store, session, known.key, lost)
+
+
+def _add_pulses(store: Store, session: Session, snapshot: int, pulses: Sequence[int]) -> None:
+    common = {"snapshot_id": snapshot, "written_by_id": store.written_by(session)}
+    session.execute(insert(SnapshotPulse), [{"pulse_id": key, **common} for key in pulses])
 
 
 def read_snapshot(source: Store | Session, name: str) -> Snapshot:
@@ -124,13 +144,21 @@ def read_snapshot(source: Store | Session, name: str) -> Snapshot:
     """
     with _session(source) as session:
         row = get_snapshot_row(session, name)
-        definition = _understood(row)
-        predictors = from_json(definition["predictors"])
-        rows = rows_of_snapshot(session, row.id)
-        levels = levels_of(session, (one["configuration_id"] for one in rows))
-        frozen = Snapshot(
-            row.name, row.content_hash, definition, _table(row.name, rows, levels, definition, predictors)
-        )
+        try:
+            return _frozen(session, row)
+        except SnapshotError as error:
+            deleted = source_deleted(session, row)
+            if deleted is None:
+                raise
+            raise SourceDeletedError(deleted) from error
+
+
+def _frozen(session: Session, row: DatasetSnapshot) -> Snapshot:
+    definition = _understood(row)
+    predictors = from_json(definition["predictors"])
+    rows = rows_of_snapshot(session, row.id)
+    levels = levels_of(session, (one["configuration_id"] for one in rows))
+    frozen = Snapshot(row.name, row.content_hash, definition, _table(row.name, rows, levels, definition, predictors))
     digest = content_hash(predictors, frozen.table)
     if digest != frozen.hash:
         raise SnapshotError(

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from ..schema.levels import MaterialNames
 from ..schema.materials import material_names
+from ..schema.rehearsal import Rehearsal
 from ..schema.session import Store
 from .aside import Damaged
 from .bench_rules import check_bench
@@ -68,6 +69,7 @@ def ingest_folder(
 
     `free_factors` are columns of `runs.csv` that are factors of their own though they resemble a known one, and
     `confirmed` rules of `bench_rules` that rows may break.
+    A `Rehearsal` is written to when all recordings are read, so that its transaction is short, and without samples.
     Raises `IngestError`, with nothing stored, for a campaign that is refused or holds nothing usable.
     """
     settings = settings or ExtractionSettings()
@@ -79,6 +81,7 @@ def ingest_folder(
     target = CampaignStore(store, file, _modes(file), rows, settings)
     work = _plan(file, rows, target)
     damaged: list[Damaged] = []
+    held: list[tuple[list[Hit], ProcessedRecording]] = []
     jobs = jobs or default_jobs(sum(item.size_bytes for item in work))
     crashing = any(may_crash(folder / item.path) for item in work)
     results = map_ahead(
@@ -89,9 +92,14 @@ def ingest_folder(
             damaged.append(result)
         else:
             hits, recording = result
-            target.add_recording(recording, hits)
+            if isinstance(store, Rehearsal):
+                held.append((hits, recording.without_samples()))
+            else:
+                target.add_recording(recording, hits)
         if progress:
             progress(done, len(work), item.path)
+    for hits, recording in held:
+        target.add_recording(recording, hits)
     target.add_rows_without_recording()
     if damaged and not target.holds_anything():
         raise IngestError(f"{file.folder}: no usable recording; {damaged[0].path}: {damaged[0].reason}")

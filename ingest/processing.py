@@ -56,6 +56,11 @@ class ProcessedRecording:
     findings: tuple[Finding, ...]
     has_force: bool
 
+    def without_samples(self) -> ProcessedRecording:
+        """The same without the frames of its series: all that a dry run writes."""
+        series = (replace(each, encoded=replace(each.encoded, frames=[])) for each in self.series)
+        return replace(self, series=tuple(series))
+
 
 def file_hash(path: Path) -> str:
     """SHA-256 of a file, read in pieces. Raises `RecordingError` when it cannot be read."""

@@ -107,7 +107,7 @@ def _climbs(values: Floats) -> bool:
     at = np.arange(values.size) - (values.size - 1) / 2
     slope = float(at @ values) / float(at @ at)
     left = values - values.mean() - slope * at
-    error = np.sqrt(float(left @ left) / (values.size - 2) / float(at @ at))
+    error = float(np.sqrt(float(left @ left) / (values.size - 2) / float(at @ at)))
     return abs(slope) > 4 * error
 
 

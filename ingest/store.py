@@ -226,7 +226,8 @@ class CampaignStore:
         keys = dict(iter(session.execute(of_recording)))
         for series in done.series:
             name, frames = series.channel.name, series.encoded.frames
-            write_series(session, keys[name], frames, self._store.written_by(session))
+            if frames:  # a dry run has none
+                write_series(session, keys[name], frames, self._store.written_by(session))
         return keys
 
     def _add_hits(

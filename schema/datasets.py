@@ -24,7 +24,7 @@ class DatasetSnapshot(HasId, Written, Base):
 
 
 class SnapshotPulse(Written, Base):
-    """A pulse belongs to a snapshot; being used, it cannot be deleted."""
+    """A pulse belongs to a snapshot; only a deletion that leaves a tombstone takes it away."""
 
     __tablename__ = "snapshot_pulses"
 

@@ -42,6 +42,10 @@ class StoreError(RuntimeError):
     """The store cannot be used; the message names it and the command that mends it."""
 
 
+class NoStoreError(StoreError):
+    """There is no store at this address yet."""
+
+
 class StoreRoleError(StoreError):
     """The login may not do this; the message names the role that may."""
 
@@ -179,5 +183,5 @@ def make_engine_of_existing(url: str) -> Engine:
     engine = make_engine(url)
     path = engine.url.database
     if engine.dialect.name == "sqlite" and path and path != ":memory:" and not Path(path).exists():
-        raise StoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {shown(url)}")
+        raise NoStoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {shown(url)}")
     return engine

@@ -10,6 +10,7 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from .base import Base, HasId, Written, not_negative, positive
 from .campaigns import Campaign, Configuration
+from .figures import IMPACT, PULSE, hashed
 from .recordings import Recording
 
 
@@ -39,6 +40,7 @@ class Impact(HasId, Written, Base):
     impact_velocity_m_s: Mapped[float | None]
     impact_velocity_u_m_s: Mapped[float | None]
     velocity_source: Mapped[str | None]  # "reported" by the lab, or "integrated" from the impactor's acceleration
+    figures_sha256: Mapped[str | None] = mapped_column(default=hashed(IMPACT))
     campaign: Mapped[Campaign] = relationship()
     configuration: Mapped[Configuration] = relationship()
     recording: Mapped[Recording | None] = relationship()
@@ -95,5 +97,6 @@ class Pulse(HasId, Written, Base):
     force_points_n: Mapped[list[Any]]  # 20 equidistant points of the contact
     fine_period_s: Mapped[float]
     fine_force_n: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)  # float64 frame, see `series`
+    figures_sha256: Mapped[str | None] = mapped_column(default=hashed(PULSE))
     impact: Mapped[Impact] = relationship(back_populates="pulses")
     settings: Mapped[ExtractionSettings] = relationship()

@@ -24,6 +24,7 @@ from .base import Written
 from .denied import refusal
 from .engine import (
     BUSY_TIMEOUT_S,
+    NoStoreError,
     StoreError,
     StoreVersionError,
     describe,
@@ -232,7 +233,7 @@ def _check_revision(engine: Engine, url: str, create: bool) -> None:
     if revision is not None:
         raise StoreVersionError(_version_message(engine, url, revision))
     if not create:
-        raise StoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {shown(url)}")
+        raise NoStoreError(f"no store at {describe(engine)}; make one with: pyroshock init --db {shown(url)}")
     migrate.upgrade(engine)
 
 

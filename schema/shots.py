@@ -7,6 +7,7 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from .base import Base, HasId, Written, not_negative, positive
 from .campaigns import Campaign, Configuration
+from .figures import SHOT, hashed
 from .impacts import Impact
 from .recordings import Recording
 
@@ -45,6 +46,7 @@ class Shot(HasId, Written, Base):
     measured_velocity_m_s: Mapped[float | None]
     measured_velocity_u_m_s: Mapped[float | None]
     velocity_source: Mapped[str | None]  # "reported", or "laser"
+    figures_sha256: Mapped[str | None] = mapped_column(default=hashed(SHOT))
     campaign: Mapped[Campaign] = relationship()
     configuration: Mapped[Configuration] = relationship()
     recording: Mapped[Recording | None] = relationship()

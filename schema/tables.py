@@ -15,6 +15,7 @@ from . import (
     quality,
     recordings,
     shots,
+    tombstones,
     twins,
 )
 from .base import Base
@@ -35,5 +36,6 @@ __all__ = [
     "quality",
     "recordings",
     "shots",
+    "tombstones",
     "twins",
 ]

@@ -103,6 +103,18 @@ def opened(db: str, *, create: bool = False) -> Iterator[Store]:
 
 
 @contextmanager
+def opened_to_try(db: str) -> Iterator[Store]:
+    """The store at `db` for a dry run; where there is none, an empty one that is gone afterwards."""
+    with errors_as_one_line():
+        from ...schema.rehearsal import opened_to_rehearse
+        from ...schema.session import Writer
+        from .typed import command_line
+
+        with opened_to_rehearse(db, Writer(command_line(sys.argv), _version())) as store:
+            yield store
+
+
+@contextmanager
 def opened_or_none(db: str, *, silent: bool = False) -> Iterator[Store | None]:
     """The store, or None where its file is not there yet: not every command needs one."""
     with errors_as_one_line():

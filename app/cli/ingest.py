@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ...ingest.texts import enumerated
-from .common import STDOUT, db_option, json_option, note, opened, write_json
+from .common import STDOUT, db_option, json_option, note, opened, opened_to_try, write_json
 from .settings import settings_from, settings_options
+
+if TYPE_CHECKING:
+    from ...schema.session import Store
 
 
 @click.command()
@@ -37,6 +42,7 @@ from .settings import settings_from, settings_options
     metavar="RULE",
     help="Rows may break this rule of what a bench can have; the refusal names it. Repeatable.",
 )
+@click.option("--dry-run", is_flag=True, help="Say everything, store nothing: each folder beside what is stored now.")
 @settings_options
 def ingest(
     folders: tuple[Path, ...],
@@ -46,6 +52,7 @@ def ingest(
     plan: str | None,
     free_factors: tuple[str, ...],
     confirmed: tuple[str, ...],
+    dry_run: bool,
     **given: Any,
 ) -> None:
     """Read campaign folders into the store (which is made if there is none).
@@ -55,6 +62,7 @@ def ingest(
 
     \b
     Example:
+        pyroshock ingest my-campaign/ --dry-run
         pyroshock ingest my-campaign/ --db sqlite:///lab.db
     """
     # `--json FOLDER`: the folder is the argument, not where the JSON goes.
@@ -63,20 +71,27 @@ def ingest(
     if not folders:
         raise click.UsageError("no campaign folder given; try: pyroshock ingest my-campaign/")
     reports = []
-    with opened(db, create=True) as store:
+    with opened_to_try(db) if dry_run else opened(db, create=True) as store:
         from ...ingest.load import ingest_folder
         from ...ingest.plan_link import link_to_plan
         from ..progress import progress_bar
 
         settings = settings_from(given)
         for folder in folders:
-            with progress_bar(folder.name, "recordings") as step:
-                report = ingest_folder(
-                    store, folder, settings, jobs=jobs, progress=step, free_factors=free_factors, confirmed=confirmed
-                )
+            with _target(store, dry_run) as target:
+                with progress_bar(folder.name, "recordings") as step:
+                    report = ingest_folder(
+                        target,
+                        folder,
+                        settings,
+                        jobs=jobs,
+                        progress=step,
+                        free_factors=free_factors,
+                        confirmed=confirmed,
+                    )
+                links = link_to_plan(target, report.campaign, plan)
             reports.append(report)
-            _tell(report)
-            links = link_to_plan(store, report.campaign, plan)
+            _tell(report, dry_run)
             if links is not None:
                 _tell_links(links)
                 report.findings += links.as_findings()
@@ -85,16 +100,31 @@ def ingest(
         write_json(data[0] if len(data) == 1 else data, json_to)
 
 
+@contextmanager
+def _target(store: Store, dry_run: bool) -> Iterator[Store]:
+    """What a folder is written to: the store, or a transaction on it that is rolled back."""
+    if not dry_run:
+        yield store
+        return
+    from ...schema.rehearsal import rehearsed
+
+    with rehearsed(store) as rehearsal:
+        yield rehearsal
+
+
 def _tell_links(links: Any) -> None:
     note(f"  plan {links.plan}: {links.linked} repetitions linked, {links.done} runs done")
     for item in links.mismatches:
         note(f"  not as planned: run {item['run']}: {item['reason']}")
 
 
-def _tell(report: Any) -> None:
+def _tell(report: Any, dry_run: bool) -> None:
     added = ", ".join(f"{count} {what}" for what, count in report.added.items() if count) or "nothing new"
     totals = f"{report.recordings} recordings, {report.impacts} impacts, {report.shots} shots"
-    note(f"{report.campaign}: added {added}; the campaign holds {totals}")
+    if dry_run:
+        note(f"{report.campaign}: dry run, nothing is stored; would add {added}; the campaign would hold {totals}")
+    else:
+        note(f"{report.campaign}: added {added}; the campaign holds {totals}")
     if report.undeclared_factors:
         note(f"  free factors: {', '.join(report.undeclared_factors)} (not declared in [factors] of campaign.toml)")
     for item in report.set_aside:

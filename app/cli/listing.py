@@ -1,31 +1,10 @@
-"""`campaigns`, `impacts`, `shots`: what is in the store."""
+"""`impacts`, `shots`: what is in the store."""
 
 from __future__ import annotations
 
 import click
 
 from .common import db_option, json_option, opened, print_table, write_json
-
-
-@click.command()
-@db_option
-@json_option
-def campaigns(db: str, json_to: str | None) -> None:
-    """List the campaigns with their counts.
-
-    \b
-    Example:
-        pyroshock campaigns --json
-    """
-    with opened(db) as store, store.reading() as session:
-        from ...schema.listings import list_campaigns
-
-        rows = list_campaigns(session)
-        if json_to is not None:
-            write_json(rows, json_to)
-        else:
-            print_table(rows, "no campaigns yet; read one with: pyroshock ingest FOLDER")
-
 
 _CAMPAIGN = click.option("--campaign", metavar="NAME", help="Only of this campaign.")
 _WHERE = click.option(

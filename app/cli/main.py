@@ -17,7 +17,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "ingest": ("ingest", "ingest", "Read campaign folders into the store."),
     "plan": ("plan", "plan", "Plan a campaign: designs, run sheets, what is to do."),
     "simulate": ("simulate", "simulate", "Play a plan on the virtual bench, into a campaign folder."),
-    "campaigns": ("listing", "campaigns", "List the campaigns."),
+    "campaigns": ("campaigns", "campaigns", "List the campaigns, delete one, tell what was deleted."),
     "impacts": ("listing", "impacts", "List impacts with their factors and pulse figures."),
     "shots": ("listing", "shots", "List shots of the gun beside the model's velocity."),
     "show": ("show", "show", "Show one impact: figures, findings, versions of its pulse, a plot."),

@@ -14,6 +14,7 @@ from ...schema.benches import ModalTable
 from ...schema.campaigns import Campaign
 from ...schema.materials import Material
 from ...schema.shots import Shot
+from ...schema.tombstones import Tombstone
 from ...schema.twins import TwinVersion
 from ...twin.contact.laws import LAWS
 from ..models.training import registry_of
@@ -27,8 +28,9 @@ if TYPE_CHECKING:
 
 #: A registry on a server is asked for its champion at most so often.
 _ASKED_EVERY_S = 10.0
-#: Their newest keys tell what was added; rows that a twin is made of are never changed.
-_TABLES = (Campaign, Shot, TwinVersion, Material, ModalTable)
+#: Their newest keys tell what was added; rows that a twin is made of are never changed, and what is
+#: deleted leaves a tombstone (a key may be given again).
+_TABLES = (Campaign, Shot, TwinVersion, Material, ModalTable, Tombstone)
 
 _Signature = tuple[tuple[int, int], ...]
 

@@ -13,6 +13,7 @@ from .bar import Bar, Progress
 from .checks.belonging import check_belonging
 from .checks.chunks import check_chunks
 from .checks.database import check_database, check_pages
+from .checks.figures import check_figures
 from .checks.fingerprints import check_fingerprints
 from .checks.pulses import check_pulses
 from .checks.references import check_references
@@ -28,10 +29,10 @@ Check = Callable[[Connection, Scope], Iterator[Finding]]
 #: Of rows that no campaign has alone.
 _SHARED: tuple[Check, ...] = (check_tables, check_values, check_references, check_fingerprints, check_sequences)
 #: With every byte of every series; and without.
-_THOROUGH: tuple[Check, ...] = (check_database, *_SHARED, check_belonging, check_pulses, check_series)
+_THOROUGH: tuple[Check, ...] = (check_database, *_SHARED, check_belonging, check_figures, check_pulses, check_series)
 _FAST: tuple[Check, ...] = (check_pages, *_SHARED, check_belonging, check_chunks)
 #: Of one campaign's own rows.
-_OF_A_CAMPAIGN: tuple[Check, ...] = (check_belonging, check_chunks, check_pulses, check_series)
+_OF_A_CAMPAIGN: tuple[Check, ...] = (check_belonging, check_chunks, check_figures, check_pulses, check_series)
 
 
 def checks(*, fast: bool = False, of_a_campaign: bool = False) -> tuple[Check, ...]:

@@ -16,8 +16,9 @@ from ..quality import QualityFinding
 from ..recordings import RecordedChannel, Recording, SeriesChunk
 from ..shots import Shot
 
-#: A dataset and an adopted effect are a laboratory's own choice, from campaigns of its own; a job is a machine's.
-STAY_BEHIND = frozenset({"dataset_snapshots", "snapshot_pulses", "twin_configurations", "jobs"})
+#: A dataset and an adopted effect are a laboratory's own choice, from campaigns of its own; a job is a machine's, and a
+#: tombstone tells of what that store no longer has.
+STAY_BEHIND = frozenset({"dataset_snapshots", "snapshot_pulses", "twin_configurations", "jobs", "tombstones"})
 #: Follows from the rows that were taken: who wrote them.
 WRITERS = "provenance"
 

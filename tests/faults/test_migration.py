@@ -162,7 +162,14 @@ COMMAND_LINES = {
 #: These open no store, or one of their own.
 WITHOUT_STORE = {"models", "srs", "blind-check", "demo"}
 #: The rest of a group whose first command is above.
-OTHERS = ("db upgrade", "db export spring --out spring.pyroshock", "db import target.csv", "plan quality autumn")
+OTHERS = (
+    "campaigns deleted",
+    "campaigns delete spring --reason r",
+    "db upgrade",
+    "db export spring --out spring.pyroshock",
+    "db import target.csv",
+    "plan quality autumn",
+)
 
 
 def test_every_command_is_here_or_needs_no_store():

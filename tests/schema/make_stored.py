@@ -3,8 +3,8 @@
     python tests/schema/make_stored.py
 
 The database holds a hammer campaign of two recordings with two hits each, and the shipped gun shots with two diagnoses
-(one with details) and what was adopted from the first, and a job that waits beside one that is done, so that an upgrade
-is tried on every kind of row that they write. It is deflated: SQLite pages are mostly air.
+(one with details) and what was adopted from the first, a job that waits beside one that is done, and a tombstone, so
+that an upgrade is tried on every kind of row that they write. It is deflated: SQLite pages are mostly air.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from pyroshock.schema.jobs import DONE, Job
 from pyroshock.schema.listings import get_campaign_id
 from pyroshock.schema.migrate import HEAD
 from pyroshock.schema.session import Store, Writer, open_store
+from pyroshock.schema.tombstones import Tombstone
 from pyroshock.schema.twins import TwinVersion
 
 HERE = Path(__file__).parent
@@ -126,6 +127,17 @@ def add_jobs(store: Store) -> None:
         )
 
 
+def add_tombstone(store: Store) -> None:
+    """A campaign that was there once."""
+    when = datetime(2026, 1, 5, tzinfo=UTC)
+    stood_on: dict[str, list[str]] = {"datasets": [], "models": [], "diagnoses": [], "adopted": [], "reopened": []}
+    with store.writing() as session:
+        session.add(
+            Tombstone(kind="campaign", campaign="gone", content_hash="0" * 64, deleted_at=when, reason="a test",
+                      counts={"impacts": 2}, stood_on=stood_on)
+        )  # fmt: skip
+
+
 def main() -> int:
     target = HERE / "stored" / f"{HEAD}.sqlite.z"
     with tempfile.TemporaryDirectory() as temporary:
@@ -137,6 +149,7 @@ def main() -> int:
             ingest_folder(store, EXAMPLES / "first-shots")
             add_diagnosis(store)
             add_jobs(store)
+            add_tombstone(store)
             with store.engine.connect() as connection:
                 connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
         target.write_bytes(zlib.compress(database.read_bytes(), 9))

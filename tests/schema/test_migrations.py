@@ -11,12 +11,15 @@ from pyroshock.app.cli.main import main
 from pyroshock.app.diagnoses.kept import kept_verdict
 from pyroshock.app.reports.diagnosis import page
 from pyroshock.schema import migrate
+from pyroshock.schema.care.checking import checks, iter_findings
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.listings import iter_impacts, iter_shots
 from pyroshock.schema.recordings import RecordedChannel
 from pyroshock.schema.series import layout_of, read_slice, series_hash
 from pyroshock.schema.session import StoreVersionError, Writer, make_engine, open_store
 from sqlalchemy import select
+from support.records.campaigns import gun_campaign, hammer_campaign
+from support.stores.stores import ingested
 
 STORED = Path(__file__).parent / "stored"
 WRITER = Writer("test", "0")
@@ -43,6 +46,33 @@ def test_upgraded_store_is_used_as_a_new_one(old_store):
             for channel in session.scalars(select(RecordedChannel)):
                 whole = read_slice(session.connection(), channel.id, layout_of(channel), 0, channel.samples)
                 assert series_hash(whole) == channel.sha256
+
+
+def _unsound(store):
+    with store.reading() as session:
+        return [(each.check, each.message) for each in iter_findings(session.connection(), checks())]
+
+
+def test_figures_of_an_older_store_are_hashed_and_an_altered_one_is_found(old_store):
+    CliRunner().invoke(main, ["db", "upgrade", "--db", old_store])
+    with open_store(old_store, WRITER) as store:
+        assert _unsound(store) == []
+        with store.engine.begin() as connection:
+            connection.exec_driver_sql("UPDATE pulses SET peak_force_n = peak_force_n + 1 WHERE id = 2")
+            connection.exec_driver_sql("UPDATE shots SET measured_velocity_m_s = 1 WHERE id = 3")
+        found = _unsound(store)
+        assert sorted(check for check, _ in found) == ["figures", "pulses"]
+        assert all("a figure was altered" in said for _, said in found)
+
+
+def test_figures_that_were_stored_before_they_were_hashed_are_hashed_by_the_upgrade(database_url, tmp_path):
+    ingested(database_url, gun_campaign(tmp_path / "gun"), hammer_campaign(tmp_path / "hammer"))
+    engine = make_engine(database_url)
+    migrate.downgrade(engine, "0006")
+    migrate.upgrade(engine)
+    engine.dispose()
+    with open_store(database_url, WRITER) as store:
+        assert _unsound(store) == []
 
 
 def test_diagnosis_of_an_older_store_says_to_diagnose_again(old_store):

@@ -34,6 +34,7 @@ def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair
     with opened(db) as store:
         from ....schema.engine import describe
         from ...care.checked import Wanted, findings_of
+        from ...care.datasets import datasets_without_source
         from ...progress import progress_bar
 
         if repair is not None:
@@ -45,6 +46,10 @@ def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair
         else:
             for each in found:
                 click.echo(str(each))
+        if not fast and campaign is None:
+            with store.reading() as session:
+                for words in datasets_without_source(session):
+                    note(words)
         address = describe(store.engine)
     note(f"{address}: {len(found)} findings" if found else f"{address} is sound")
     if found:

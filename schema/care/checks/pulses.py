@@ -1,4 +1,7 @@
-"""Every stored pulse can be drawn: its fine force decodes, and peaks where its row says."""
+"""Every stored pulse can be drawn, and is as it was written.
+
+Its fine force decodes and peaks where its row says, and its figures have the SHA-256 that was recorded of them.
+"""
 
 from __future__ import annotations
 
@@ -8,9 +11,13 @@ from typing import Any
 from sqlalchemy import Connection, select
 
 from ...campaigns import Campaign
+from ...figures import PULSE
 from ...impacts import Impact, Pulse
 from ...series import SeriesError, as_floats, content_bytes
+from ...tables import metadata
 from ..findings import Finding
+from ..rows import stored_columns
+from .figures import figures_problem
 from .scope import Scope
 
 ADVICE = (
@@ -21,12 +28,14 @@ ADVICE = (
 PulseRow = Any
 
 _PAGE = 200
+_TABLE = metadata.tables[Pulse.__tablename__]
+_READ = {"id", "figures_sha256", *PULSE}
 #: More points than a pulse of minutes has: a few bytes may declare gigabytes.
 _MOST_POINTS = 4_000_000
 
 
 def check_pulses(connection: Connection, scope: Scope) -> Iterator[Finding]:
-    """Pulses whose fine force is damaged, or is not the one that the figures beside it were taken from."""
+    """Pulses whose fine force is damaged or peaks elsewhere than their row says, and altered figures."""
     for row in _iter_pulses(connection, scope):
         problem = _problem(row)
         if problem is not None:
@@ -46,21 +55,18 @@ def _problem(row: PulseRow) -> str | None:
     peak = float(fine.max())
     if peak != row.spline_peak_force_n:
         return f"its fine force peaks at {peak:.6g} N, its row says {row.spline_peak_force_n:.6g} N"
-    return None
+    return figures_problem(dict(row._mapping), PULSE)
 
 
 def _iter_pulses(connection: Connection, scope: Scope) -> Iterator[PulseRow]:
     query = (
         select(
-            Pulse.id,
             Campaign.name.label("campaign"),
             Impact.run,
             Impact.repetition,
-            Pulse.contact_time_s,
-            Pulse.fine_period_s,
-            Pulse.spline_peak_force_n,
-            Pulse.fine_force_n,
+            *(column for column in stored_columns(_TABLE) if column.name in _READ),
         )
+        .select_from(Pulse)
         .join(Impact, Pulse.impact_id == Impact.id)
         .join(Campaign, Impact.campaign_id == Campaign.id)
         .order_by(Pulse.id)

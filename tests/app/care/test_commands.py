@@ -59,8 +59,9 @@ def test_check_of_nothing_is_unusable_input(care_copy, tmp_path):
 @pytest.mark.slow
 def test_a_dataset_whose_pulses_were_changed_is_named(care_copy):
     execute(care_copy, "UPDATE pulses SET contact_time_s = contact_time_s * 1.0001 WHERE id = 12")
-    (line,) = run("db", "check", "--db", care_copy, code=1).stdout.splitlines()
-    assert line.startswith("datasets: dataset small: ")
+    pulse, dataset = run("db", "check", "--db", care_copy, code=1).stdout.splitlines()
+    assert pulse.startswith("pulses: campaign spring, run 1, repetition 1, pulse 12: a figure was altered")
+    assert dataset.startswith("datasets: dataset small: ")
 
 
 def test_a_registered_model_without_its_files_is_named():

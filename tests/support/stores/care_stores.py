@@ -23,6 +23,7 @@ from pyroshock.schema.plans import Plan, PlannedRun
 from pyroshock.schema.quality import QualityFinding
 from pyroshock.schema.recordings import RecordedChannel, Recording
 from pyroshock.schema.session import Store
+from pyroshock.schema.tombstones import Tombstone
 from pyroshock.schema.twins import TwinVersion
 from sqlalchemy import select, text
 
@@ -102,7 +103,7 @@ def _fill(store: Store) -> None:
         session.flush()
         session.add(
             TwinVersion(version=1, campaign_id=campaign.id, diagnosis_id=diagnosis.id, adopted_at=WHEN, reason="r",
-                        configuration={"effects": []})
+                        configuration={"stages": [], "effects": []})
         )  # fmt: skip
         recording = session.scalars(select(Recording).where(Recording.campaign_id == campaign.id)).first()
         assert recording is not None
@@ -111,6 +112,10 @@ def _fill(store: Store) -> None:
         session.add(
             QualityFinding(recording_id=recording.id, channel_id=channel.id, check="rest", severity="note",
                            message="m", evidence={"share": 0.1})
+        )  # fmt: skip
+        session.add(
+            Tombstone(kind="campaign", campaign="winter", content_hash="0" * 64, deleted_at=WHEN, reason="r", counts={},
+                      stood_on={"datasets": [], "models": [], "diagnoses": [], "adopted": [], "reopened": []})
         )  # fmt: skip
         session.add(Job(kind="ingest", label="l", arguments={"folder": "x"}, asked_at=WHEN))
     link_campaign(store, HAMMER, HAMMER)

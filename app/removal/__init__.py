@@ -1,0 +1,1 @@
+"""Deleting with what stands on it named: datasets, models, diagnoses, adopted effects."""

@@ -1,0 +1,1 @@
+"""Campaigns and recordings taken out of the store, with a tombstone for each."""
