@@ -121,14 +121,14 @@ def reported_uncertainty(row: RunRow) -> float | None:
 def recordings_alike(session: Session, recording: Recording) -> list[str]:
     """Other recordings of the same campaign with the same samples on every channel, by path."""
     own = select(RecordedChannel.sha256).where(RecordedChannel.recording_id == recording.id)
-    channels = session.scalars(own).all()
+    number = select(func.count(RecordedChannel.id)).where(RecordedChannel.recording_id == recording.id)
     query = (
         select(Recording.path)
         .join(RecordedChannel, RecordedChannel.recording_id == Recording.id)
-        .where(RecordedChannel.sha256.in_(channels))
+        .where(RecordedChannel.sha256.in_(own))
         .where(Recording.campaign_id == recording.campaign_id, Recording.id != recording.id)
         .group_by(Recording.path)
-        .having(func.count(RecordedChannel.id) >= len(channels))
+        .having(func.count(RecordedChannel.id) >= number.scalar_subquery())
         .order_by(Recording.path)
     )
-    return list(session.scalars(query)) if channels else []
+    return list(session.scalars(query))

@@ -12,8 +12,8 @@ from support.stores.counting import statements
 
 #: Of a recording whose configuration is known: BEGIN; whether it is there, was set aside, and its campaign; itself;
 #: its channels and their keys; the series of each channel (here one); configurations, impacts and their keys; settings
-#: and pulses. COMMIT is not counted.
-OF_A_RECORDING = 13
+#: and pulses; other recordings with the same samples. COMMIT is not counted.
+OF_A_RECORDING = 14
 
 
 @pytest.fixture

@@ -125,7 +125,7 @@ def test_a_campaign_goes_to_another_laboratory_and_back(care_copy, tmp_path):
     run("db", "check", "--db", there)
     left = json.loads(run("db", "import", tmp_path / "lab.db", "--db", there, "--json").stdout)["left_behind"]
     assert left == ["1 rows of dataset_snapshots", "1 rows of jobs", "10 rows of snapshot_pulses",
-                    "1 rows of twin_configurations"]  # fmt: skip
+                    "1 rows of tombstones", "1 rows of twin_configurations"]  # fmt: skip
 
 
 def test_damage_keeps_no_page_from_being_shown(damaged):
