@@ -185,23 +185,23 @@ def _weighed(entries: Sequence[Cause], fraction: float | None) -> list[Cause]:
     leaves, in proportion. Where there are next to no others, what it leaves is nobody's."""
     first, *others = entries
     effects = () if first.effects == (NONE,) else tuple(first.effects[0].split("+"))
-    p, rest = first_entry_probability(first.probability, effects, fraction), sum(each.probability for each in others)
+    p, rest = first_entry_probability(first.probability, effects, fraction), sum(entry.probability for entry in others)
     if rest < _LISTED:
         return [replace(first, probability=p), *others]
     second = others[0].probability / rest  # the first stays first
     p = max(p, second / (1 + second))
-    scaled = [replace(each, probability=each.probability * (1 - p) / rest) for each in others]
+    scaled = [replace(entry, probability=entry.probability * (1 - p) / rest) for entry in others]
     return [replace(first, probability=p), *scaled]
 
 
 def _listed(known: Sequence[Cause], p_unknown: float) -> tuple[Cause, ...]:
     """Entries by falling probability, of sum one."""
-    entries = [replace(each, probability=each.probability * (1 - p_unknown)) for each in known]
-    entries.append(Cause((UNKNOWN,), max(1 - sum(each.probability for each in entries), 0.0)))
-    kept = [each for each in entries if each.probability >= _LISTED or each.effects[0] in (NONE, UNKNOWN)]
-    total = sum(each.probability for each in kept) or 1.0
-    scaled = [replace(each, probability=each.probability / total) for each in kept]
-    return tuple(sorted(scaled, key=lambda each: -each.probability))
+    entries = [replace(entry, probability=entry.probability * (1 - p_unknown)) for entry in known]
+    entries.append(Cause((UNKNOWN,), max(1 - sum(entry.probability for entry in entries), 0.0)))
+    kept = [entry for entry in entries if entry.probability >= _LISTED or entry.effects[0] in (NONE, UNKNOWN)]
+    total = sum(entry.probability for entry in kept) or 1.0
+    scaled = [replace(entry, probability=entry.probability / total) for entry in kept]
+    return tuple(sorted(scaled, key=lambda entry: -entry.probability))
 
 
 def _cause(fit: SubsetFit, group: Sequence[tuple[str, ...]], probabilities: Sequence[float]) -> Cause:
