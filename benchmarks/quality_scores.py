@@ -13,10 +13,10 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
-from pyroshock.ingest.channel import Channel, Sensor
 from pyroshock.ingest.processing import hits_of, judged
 from pyroshock.ingest.settings import ExtractionSettings
-from pyroshock.ingest.units import SI_UNITS
+from pyroshock.signals.channel import Channel, Sensor
+from pyroshock.signals.units import SI_UNITS
 
 from .labelled_records import Labelled, Signal, made_records
 from .measuring import ROOT

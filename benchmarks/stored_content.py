@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.ingest.channel import Channel
 from pyroshock.ingest.folder import CampaignFile, read_campaign_file
 from pyroshock.ingest.matching import Hit, expected_hits, match
 from pyroshock.ingest.processing import ProcessedRecording, process_recording, read_channels
 from pyroshock.ingest.runs import RunRow, read_runs
 from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.signals.channel import Channel
 
 Samples = NDArray[np.float32]
 #: A factor of every recording, by a level of which pulses are asked for.

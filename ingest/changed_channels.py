@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
 from ..schema.recordings import RecordedChannel, Recording
-from .channel import Sensor
+from ..signals.channel import Sensor
 from .errors import IngestError
 from .folder import FILE, CampaignFile
 from .texts import difference, shown

@@ -13,10 +13,10 @@ from typing import Any
 
 from ..schema.columns import MAX_REGULATED_PRESSURE_PA
 from ..schema.toml_text import read_toml_text, toml_table
-from .channel import Sensor
+from ..signals.channel import Sensor
+from ..signals.units import SI_UNITS, UnitError
 from .errors import IngestError
 from .texts import LONGEST_NAME, shown
-from .units import SI_UNITS, UnitError
 
 FILE = "campaign.toml"
 KINDS = ("hammer", "gun")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .channel import Channel
+from ..signals.channel import Channel
+from ..signals.checks.base import Finding
 from .laser import NoPassageError, muzzle_velocity
-from .quality.base import Finding
 from .tank_pressure import NoDropError, tank_pressure_before
 
 #: Where a laser across the barrel stands in campaign.toml's `position`; a channel named laser… is one too.

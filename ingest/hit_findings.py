@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from ..signals.checks.base import Finding
 from .pulses import Hits, Pulse, Touch
-from .quality.base import Finding
 
 #: From this share of the smallest hit that has a row, a hit without a row may be the row's own: the largest hits are
 #: taken to be the rows', and between peaks that differ by less than a factor of two their size says nothing.
@@ -33,7 +33,7 @@ def hits_without_row(hits: Hits, channel: str) -> list[Finding]:
 
 
 def touches_before(pulse: Pulse, contact: int, channel: str) -> list[Finding]:
-    """A contact before the hit that belongs to the same swing; `quality.double_hit` looks for those after it."""
+    """A contact before the hit that belongs to the same swing; `signals.checks.double_hit` looks for those after it."""
     if not pulse.earlier_touches:
         return []
     message = f"before this hit of {pulse.peak_force_n:.4g} N the force shows {_named(pulse.earlier_touches)}"

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from ..signals.checks.base import Finding
 from .known import reported_uncertainty
 from .matching import Hit
 from .processing import ProcessedRecording
-from .quality.base import Finding
 from .runs import RunRow
 
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .channel import Channel
+from ..signals.channel import Channel
+from ..signals.checks.base import Finding
 from .conditioning import TransferFunctionError, clean_acceleration, delay_is_plausible, measured_delay_samples
 from .pulses import Pulse
-from .quality.base import Finding
 from .settings import ExtractionSettings
 from .velocity import impact_velocity
 

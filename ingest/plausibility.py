@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..signals.checks.base import Finding
 from .pulses import Pulse
-from .quality.base import Finding
 
 #: Half of m u is what a free plate as light as the impactor takes; a lighter one is none of an impact bench.
 LOWEST_RATIO = 0.5

@@ -14,18 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..schema.series import EncodedSeries, encode_series
-from .channel import Channel, Sensor
+from ..signals.channel import Channel, Sensor
+from ..signals.checks import run_checks
+from ..signals.checks.base import Finding
+from ..signals.checks.recording import judge_together
+from ..signals.units import UnitError, to_si
 from .gunshot import ShotMeasurement, measure_shot
 from .hit_findings import hits_without_row, touches_before
 from .impact_speed import ImpactSpeed, impact_speeds
 from .magnitude import refuse_no_reading
 from .pulses import Hits, Pulse, find_hits
-from .quality import run_checks
-from .quality.base import Finding
-from .quality.recording import judge_together
 from .readers import RecordingError, open_recording, reader_for
 from .settings import ExtractionSettings
-from .units import UnitError, to_si
 
 
 @dataclass(frozen=True)

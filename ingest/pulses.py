@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .contact import Contact
+from ..signals.contact import Contact
 from .segmentation import Level, Segment, delimit, find_events, orientation, record_rest
 from .settings import ExtractionSettings
 from .spline import nrmse, smoothing_spline
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 #: Samples on either side of the contact that the spline sees, so that its ends are not its weak spots.
 _MARGIN = 4
-#: As in `quality.double_hit`: a swing below rest by more than this share of a peak is ringing.
+#: As in `signals.checks.double_hit`: a swing below rest by more than this share of a peak is ringing.
 _RINGING_SHARE = 0.5
 
 

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 from ..schema.impacts import Impact
 from ..schema.impacts import Pulse as PulseRow
-from .channel import Channel
+from ..signals.channel import Channel
 from .processing import pulses_of
 from .pulses import Pulse
 from .rows import pulse_values, settings_id

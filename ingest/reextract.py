@@ -17,7 +17,7 @@ from ..schema.recordings import STORED, Recording
 from ..schema.series import SeriesError
 from ..schema.session import Store
 from ..schema.turns import take_turn
-from .channel import Channel
+from ..signals.channel import Channel
 from .recut import Cut, add_versions, cut, cut_of, force_channels, impacts_of, put_in_use, versions
 from .settings import ExtractionSettings
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from .contact import Contact
+from ..signals.contact import Contact
 
 if TYPE_CHECKING:
     from .settings import ExtractionSettings

@@ -18,6 +18,7 @@ from ..schema.recordings import SET_ASIDE, STORED, RecordedChannel, Recording
 from ..schema.series import write_series
 from ..schema.session import Store
 from ..schema.shots import Shot
+from ..signals.checks.base import Finding
 from .aside import Damaged, forget_aside, keep_aside
 from .changed_channels import refuse_changed_channels
 from .changed_rows import row_changes
@@ -36,7 +37,6 @@ from .matching import Hit
 from .modes import ModalTableFile
 from .plausibility import check_impulse, check_same_samples, check_tip
 from .processing import ProcessedRecording
-from .quality.base import Finding
 from .report import IngestReport
 from .rows import campaign_row, channel_values, pulse_values, refuse_other_campaign, settings_id
 from .runs import FILE, RunRow

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 from ..schema.recordings import RecordedChannel, Recording
 from ..schema.series import SeriesError, layout_of, read_slice, resolve
-from .channel import Channel, Sensor
+from ..signals.channel import Channel, Sensor
 
 
 def list_channels(session: Session, recording_id: int) -> list[RecordedChannel]:

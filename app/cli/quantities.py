@@ -13,7 +13,7 @@ def parse_quantity(text: str, si_unit: str, name: str) -> float:
     """`text` in `si_unit`. A bare number, an unknown unit or another dimension is refused by `ValueError`."""
     from pint.errors import PintError
 
-    from ...ingest.units import registry, spelled
+    from ...signals.units import registry, spelled
 
     number = _NUMBER.match(text)
     unit = text[number.end() :].strip() if number else ""

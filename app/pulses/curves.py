@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...ingest.channel import Channel
 from ...ingest.pulses import Pulse
 from ...ingest.segmentation import Level, delimit
 from ...ingest.settings import ExtractionSettings
 from ...schema.impacts import Pulse as PulseRow
 from ...schema.series import as_floats
+from ...signals.channel import Channel
 
 Floats = NDArray[np.float64]
 

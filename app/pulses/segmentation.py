@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
-from ...ingest.channel import Channel
 from ...ingest.processing import total_force
 from ...ingest.pulses import Pulse
 from ...ingest.segmentation import Level, orientation, record_rest
 from ...ingest.settings import ExtractionSettings
 from ...ingest.stored import list_channels, read_channel
 from ...schema.impacts import Pulse as PulseRow
+from ...signals.channel import Channel
 from .curves import ForceRecord, PulseCurve, preview_curve
 from .envelope import envelope
 from .impact import get_impact

@@ -14,7 +14,7 @@ from ...ingest.magnitude import refuse_no_reading
 from ...ingest.parallel import Isolation, map_ahead
 from ...ingest.readers import ChannelInfo, OpenRecording, RecordingError, may_crash, open_recording
 from ...ingest.readers.contents import is_unit
-from ...ingest.units import UnitError, to_si
+from ...signals.units import UnitError, to_si
 
 Floats = NDArray[np.float64]
 

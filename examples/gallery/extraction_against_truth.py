@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 from pyroshock.app.plots import MEASURED, QUIET, new_figure
-from pyroshock.ingest.channel import Channel
 from pyroshock.ingest.pulses import Pulse
+from pyroshock.signals.channel import Channel
 
 from .contact_differences import difference_percent
 from .extraction_methods import extracted

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pyroshock.app.plots import MEASURED, MODEL, QUIET, new_figure
-from pyroshock.ingest.channel import Channel
 from pyroshock.ingest.pulses import Pulse, extract_pulses
 from pyroshock.ingest.settings import ExtractionSettings, Segmentation
+from pyroshock.signals.channel import Channel
 
 from .virtual_campaign import HammerCampaign
 

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pyroshock.app.plots import MEASURED, MODEL, QUIET, new_figure
-from pyroshock.ingest.channel import Channel
 from pyroshock.ingest.folder import read_campaign_file
 from pyroshock.ingest.processing import read_channels
+from pyroshock.signals.channel import Channel
 from pyroshock.twin.srs.grid import octave_grid
 from pyroshock.twin.srs.oscillator import oscillator_response
 from pyroshock.twin.srs.spectrum import Floats, shock_response_spectrum

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pyroshock.app.pulses.signals import channel_window, list_signals
 from pyroshock.ingest import stored
-from pyroshock.ingest.channel import Sensor
 from pyroshock.schema.series import read_slice
 from pyroshock.schema.session import Writer, open_store
+from pyroshock.signals.channel import Sensor
 from support.stores.recorded import add_recording
 
 RATE, START_S, SAMPLES = 100_000.0, -0.25, 300_000

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.app.spectra.overlays import MOST_SPECTRA, spectrum_overlay
-from pyroshock.ingest.channel import Sensor
 from pyroshock.schema.campaigns import Configuration
 from pyroshock.schema.impacts import ExtractionSettings, Impact
 from pyroshock.schema.session import Writer, open_store
+from pyroshock.signals.channel import Sensor
 from pyroshock.twin.chain import default_lines
 from pyroshock.twin.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.srs.target import ramps

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from doc_pages.running import place_in
 from pyroshock.app.cli.main import COMMANDS
-from pyroshock.ingest.quality import CHECKS
 from pyroshock.ingest.readers import READERS
 from pyroshock.schema.tables import metadata
+from pyroshock.signals.checks import CHECKS
 from support.records import sealed_table
 from support.stores.hammer_stores import full_campaign
 from support.stores.registries import fresh_registry

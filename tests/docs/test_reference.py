@@ -9,9 +9,9 @@ import click
 import pytest
 from pyroshock.dataset import predictors
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
-from pyroshock.ingest.quality import CHECKS
 from pyroshock.ingest.readers import READERS
 from pyroshock.schema.tables import metadata
+from pyroshock.signals.checks import CHECKS
 from pyroshock.training.models.kinds import KINDS
 from pyroshock.training.zoo import ZOO
 from pyroshock.twin.effects import catalogue

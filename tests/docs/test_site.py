@@ -71,11 +71,11 @@ def test_docstrings_say_what_they_say() -> None:
 
 
 def test_signatures_are_the_sources_own() -> None:
-    from pyroshock.ingest.quality import run_checks
+    from pyroshock.signals.checks import run_checks
 
     assert signature_of(run_checks) == (
-        "(channel: pyroshock.ingest.channel.Channel, contacts: tuple[pyroshock.ingest.contact.Contact, ...])"
-        " -> list[pyroshock.ingest.quality.base.Finding]"
+        "(channel: pyroshock.signals.channel.Channel, contacts: tuple[pyroshock.signals.contact.Contact, ...])"
+        " -> list[pyroshock.signals.checks.base.Finding]"
     )
 
 

@@ -117,7 +117,7 @@ TABLES = (
         "campaign.toml",
         _campaign_toml,
         _of(seeds.HAMMER, seeds.PLATE, seeds.GUN),
-        "ingest/folder.py ingest/texts.py ingest/units.py",
+        "ingest/folder.py ingest/texts.py signals/units.py",
         toml.damaged,
     ),
     _table("runs.csv", _runs_csv, _of(*_RUNS), "ingest/runs.py ingest/tables.py schema/levels.py schema/columns.py"),

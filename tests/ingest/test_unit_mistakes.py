@@ -6,7 +6,7 @@ import re
 
 import pytest
 from pyroshock.ingest.unit_mistakes import mistakes
-from pyroshock.ingest.units import to_si
+from pyroshock.signals.units import to_si
 
 
 @pytest.mark.parametrize("quantity", ["force", "acceleration", "velocity", "pressure"])

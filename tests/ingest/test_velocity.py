@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from pyroshock.ingest.channel import Channel, Sensor
 from pyroshock.ingest.velocity import (
     NoDropError,
     NoPassageError,
@@ -19,6 +18,7 @@ from pyroshock.ingest.velocity import (
     muzzle_velocity_uncertainty,
     tank_pressure_before,
 )
+from pyroshock.signals.channel import Channel, Sensor
 
 RATE_HZ = 25_000.0
 LENGTH_M = 0.085

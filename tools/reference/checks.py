@@ -6,8 +6,8 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from pyroshock.ingest import quality
-from pyroshock.ingest.quality import levels as recorded_levels
+from pyroshock.signals import checks as quality
+from pyroshock.signals.checks import levels as recorded_levels
 from pyroshock.twin.srs import checks as alone
 from pyroshock.twin.srs.checks import base as alone_base
 

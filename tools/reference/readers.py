@@ -8,9 +8,10 @@ from collections.abc import Iterator
 from importlib import import_module
 from types import ModuleType
 
-from pyroshock.ingest import readers, units
+from pyroshock.ingest import readers
 from pyroshock.ingest.readers import READERS, base, contents
 from pyroshock.ingest.readers.base import Reader
+from pyroshock.signals import units
 
 from .comments import source_of
 from .markdown import code, joined, prose, table

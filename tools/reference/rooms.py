@@ -12,9 +12,10 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "carry.importing",
     ),
     "compute": ("crew", "mapping"),
+    "signals": ("units", "channel", "contact", "checks", "checks.base"),
     "ingest": (
-        "load", "report", "errors", "folder", "runs", "settings", "units", "channel", "contact", "readers",
-        "readers.base", "quality", "quality.base", "segmentation", "pulses", "spline", "transfer_function",
+        "load", "report", "errors", "folder", "runs", "settings", "readers", "readers.base",
+        "segmentation", "pulses", "spline", "transfer_function",
         "deconvolution", "delay", "deceleration", "impact_speed", "laser", "tank_pressure", "gunshot", "processing",
         "stored", "reextract", "repair", "plan_link",
     ),

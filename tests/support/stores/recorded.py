@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.ingest.channel import Channel, Sensor
 from pyroshock.ingest.processing import StoredSeries
 from pyroshock.ingest.rows import channel_values
 from pyroshock.schema.campaigns import Campaign
@@ -16,6 +15,7 @@ from pyroshock.schema.keys import get_or_add
 from pyroshock.schema.recordings import RecordedChannel, Recording
 from pyroshock.schema.series import write_series
 from pyroshock.schema.session import Store
+from pyroshock.signals.channel import Channel, Sensor
 
 WHEN = dt.datetime(2026, 1, 1, tzinfo=dt.UTC)
 _ZERO = (

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.quality.rest_level import check_rest_level
+from pyroshock.signals.checks.rest_level import check_rest_level
 
 HEIGHT = 1000.0
 

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.quality import Contact
-from pyroshock.ingest.quality.no_shock import check_no_shock
+from pyroshock.signals.checks import Contact
+from pyroshock.signals.checks.no_shock import check_no_shock
 
 T = np.arange(16384)
 

@@ -8,7 +8,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from pyroshock.ingest.quality import CHECKS, Contact, run_checks
+from pyroshock.signals.checks import CHECKS, Contact, run_checks
 
 ODD_RECORDS = {
     "empty": np.empty(0),

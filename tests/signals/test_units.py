@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.ingest.channel import Channel, Sensor
-from pyroshock.ingest.units import SI_UNITS, UnitError, to_si
+from pyroshock.signals.channel import Channel, Sensor
+from pyroshock.signals.units import SI_UNITS, UnitError, to_si
 
 
 @pytest.mark.parametrize(

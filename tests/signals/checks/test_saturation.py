@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.quality import Contact
-from pyroshock.ingest.quality.saturation import check_saturation
+from pyroshock.signals.checks import Contact
+from pyroshock.signals.checks.saturation import check_saturation
 
 
 def pressed(half_sine, rng, ripple=1.0):

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pyroshock.ingest.channel import Channel, Sensor
-from pyroshock.ingest.quality import Contact, run_checks
+from pyroshock.signals.channel import Channel, Sensor
+from pyroshock.signals.checks import Contact, run_checks
 
 CASES = 250
 RATE_HZ = 51200.0

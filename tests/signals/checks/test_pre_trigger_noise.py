@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.quality import Contact
-from pyroshock.ingest.quality.pre_trigger_noise import check_pre_trigger_noise
+from pyroshock.signals.checks import Contact
+from pyroshock.signals.checks.pre_trigger_noise import check_pre_trigger_noise
 
 CONTACT = (Contact(30000, 30030, 30059),)
 

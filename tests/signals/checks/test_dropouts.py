@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.quality import Contact
-from pyroshock.ingest.quality.dropouts import check_dropouts
+from pyroshock.signals.checks import Contact
+from pyroshock.signals.checks.dropouts import check_dropouts
 
 CONTACT = (Contact(400, 430, 459),)
 

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.quality import Contact
-from pyroshock.ingest.quality.double_hit import check_double_hit
+from pyroshock.signals.checks import Contact
+from pyroshock.signals.checks.double_hit import check_double_hit
 
 
 def two_hits(half_sine, share, delay, rng=None):

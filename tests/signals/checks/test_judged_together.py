@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.channel import Channel, Sensor
 from pyroshock.ingest.processing import hits_of, judged
 from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.signals.channel import Channel, Sensor
 
 RATE_HZ = 51200.0
 N = 12000

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.ingest.quality import Contact
-from pyroshock.ingest.quality.few_samples import check_few_samples
+from pyroshock.signals.checks import Contact
+from pyroshock.signals.checks.few_samples import check_few_samples
 
 
 def contact_of(samples):

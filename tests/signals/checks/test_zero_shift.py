@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.ingest.processing import hits_of
-from pyroshock.ingest.quality import Contact
-from pyroshock.ingest.quality.zero_shift import check_zero_shift
 from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.signals.checks import Contact
+from pyroshock.signals.checks.zero_shift import check_zero_shift
 
 CONTACT = (Contact(1000, 1010, 1020),)
 

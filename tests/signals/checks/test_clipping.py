@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.ingest.channel import Channel, Sensor
-from pyroshock.ingest.quality import Contact
-from pyroshock.ingest.quality.clipping import check_clipping
+from pyroshock.signals.channel import Channel, Sensor
+from pyroshock.signals.checks import Contact
+from pyroshock.signals.checks.clipping import check_clipping
 
 G_M_S2 = 9.80665
 

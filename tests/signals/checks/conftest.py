@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pyroshock.ingest.channel import Channel, Sensor
-from pyroshock.ingest.quality import Contact
+from pyroshock.signals.channel import Channel, Sensor
+from pyroshock.signals.checks import Contact
 
 UNITS = {"force": "N", "acceleration": "m/s2", "temperature": "K", "pressure": "Pa", "strain": "1"}
 
