@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 from ..schema.impacts import Impact
 from ..schema.quality import QualityFinding
 from ..schema.recordings import RecordedChannel
+from ..signals.channel import on_impactor
 from .rows import Row
 
 #: Rule -> severities that leave an impact out.
@@ -49,8 +50,6 @@ _Finding = tuple[int | None, int, bool, bool, str]
 
 def _findings(session: Session, campaigns: Sequence[int], severities: tuple[str, ...]) -> list[_Finding]:
     """(impact, recording, on the force or the recording, on the impactor's accelerometer, text), rejects first."""
-    from ..ingest.impact_speed import IMPACTOR_POSITIONS  # loads SciPy
-
     query = (
         select(
             QualityFinding.impact_id,
@@ -65,7 +64,7 @@ def _findings(session: Session, campaigns: Sequence[int], severities: tuple[str,
     )
     found = []
     for impact, recording, check, severity, quantity, position in session.execute(query):
-        rides = quantity == "acceleration" and (position or "").lower() in IMPACTOR_POSITIONS
+        rides = quantity == "acceleration" and on_impactor(position)
         found.append((impact, recording, quantity in (None, "force"), rides, f"{check} ({severity})"))
     return sorted(found, key=lambda finding: (finding[4].endswith("(warning)"), finding[4]))
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..signals.channel import Channel
+from ..signals.channel import Channel, on_impactor
 from ..signals.checks.base import Finding
 from .conditioning import TransferFunctionError, clean_acceleration, delay_is_plausible, measured_delay_samples
 from .pulses import Pulse
@@ -18,9 +18,6 @@ from .settings import ExtractionSettings
 from .velocity import impact_velocity
 
 Floats = NDArray[np.float64]
-
-#: Positions of an accelerometer that move with the impactor.
-IMPACTOR_POSITIONS = ("hammer", "impactor", "projectile", "bullet", "tip")
 
 
 @dataclass(frozen=True)
@@ -34,7 +31,7 @@ class ImpactSpeed:
 def impactor_channel(channels: list[Channel]) -> Channel | None:
     """The accelerometer on the impactor, if one was recorded."""
     for channel in channels:
-        if channel.quantity == "acceleration" and (channel.sensor.position or "").lower() in IMPACTOR_POSITIONS:
+        if channel.quantity == "acceleration" and on_impactor(channel.sensor.position):
             return channel
     return None
 

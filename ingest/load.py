@@ -17,13 +17,13 @@ from ..schema.levels import MaterialNames
 from ..schema.materials import material_names
 from ..schema.rehearsal import Rehearsal
 from ..schema.session import Store
+from ..signals.channel import on_impactor
 from .aside import Damaged
 from .bench_rules import check_bench
 from .column_names import undeclared
 from .errors import IngestError
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile, read_campaign_file
-from .impact_speed import IMPACTOR_POSITIONS
 from .matching import Hit, expected_hits, match
 from .modes import ModalTableFile, read_modal_table
 from .parallel import Isolation, default_jobs, map_ahead
@@ -129,7 +129,7 @@ def _modes(file: CampaignFile) -> ModalTableFile | None:
     on_plate = (
         sensor.name
         for sensor in file.sensors.values()
-        if sensor.quantity == "acceleration" and (sensor.position or "").lower() not in IMPACTOR_POSITIONS
+        if sensor.quantity == "acceleration" and not on_impactor(sensor.position)
     )
     return read_modal_table(file.folder, file.plate.modes, tuple(on_plate))
 

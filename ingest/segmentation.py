@@ -166,7 +166,34 @@ def delimit(
     # roughly: a rest that drifts between hits, or that a sensor sags below, is no end of a contact
     roughly = replace(settings, threshold=max(settings.threshold, _ROUGH_SHARE))
     rest = local_baseline(force, segment(force, peaks, level, roughly).walk, level, sampling_rate_hz)
-    return rest, segment(force, peaks, rest, settings)
+    contact = segment(force, peaks, rest, settings)
+    if contact.walk[1] == force.size - 1 and contact.truncated:
+        contact = _until_shifted_rest(force, contact, rest, settings)
+    return rest, contact
+
+
+def _until_shifted_rest(force: Floats, contact: Segment, rest: Level, settings: ExtractionSettings) -> Segment:
+    """A contact that seems to last to the record's end, cut where the force comes down to a rest above the one before
+    it; unchanged where the second half of what follows the peak is no such rest.
+
+    A sensor that rests higher after a hit (zero shift) never comes back to the threshold.
+    """
+    first, peak = contact.walk[0], contact.contact.peak
+    tail = force[peak + (force.size - peak) // 2 :]
+    tail = tail[np.isfinite(tail)]
+    if tail.size < _LEAST_SAMPLES or _climbs(tail):
+        return contact
+    shifted = rest_level(tail)
+    offset, height = shifted.baseline - rest.baseline, float(force[peak]) - rest.baseline
+    if not 0.0 < offset < _ROUGH_SHARE * height:
+        return contact
+    margin = max(contact.threshold - rest.baseline, settings.threshold_noise * shifted.noise)
+    last, open_right = _walk_right(force, peak, shifted.baseline + margin)
+    if open_right or force.size - last < last - first:
+        return contact
+    ends = Contact(contact.contact.first, peak, last if settings.segmentation == "walk" else last - 1)
+    mask = (contact.mask[0], last - 1)
+    return replace(contact, contact=ends, walk=(first, last), mask=mask, truncated=first == 0)
 
 
 def local_baseline(force: Floats, walk: tuple[int, int], level: Level, sampling_rate_hz: float) -> Level:

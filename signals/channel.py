@@ -11,6 +11,14 @@ from numpy.typing import NDArray
 
 from .units import SI_UNITS, to_si
 
+#: Positions of sensors on what the operator's arm or the gun moves on purpose: its velocity changes for good.
+IMPACTOR_POSITIONS = ("hammer", "impactor", "projectile", "bullet", "tip")
+
+
+def on_impactor(position: str | None) -> bool:
+    """Whether a sensor at `position` of campaign.toml rides on what strikes."""
+    return (position or "").strip().lower() in IMPACTOR_POSITIONS
+
 
 @dataclass(frozen=True)
 class Sensor:

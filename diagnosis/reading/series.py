@@ -11,9 +11,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from sqlalchemy.orm import Session
 
-from ...ingest.impact_speed import IMPACTOR_POSITIONS
 from ...ingest.stored import list_channels, read_channel
 from ...schema.recordings import RecordedChannel
+from ...signals.channel import on_impactor
 from ..record import Floats, Series
 from .impacts import Hit
 from .quality_exclusions import QualityExclusions
@@ -91,7 +91,7 @@ def read_series(
 def _on_plate(rows: Sequence[RecordedChannel], result: HitSeries) -> list[RecordedChannel]:
     """Accelerometers that do not ride on the impactor; those that do are noted in `result`."""
     accelerations = [row for row in rows if row.quantity == "acceleration"]
-    riding = {row.name for row in accelerations if (row.position or "").lower() in IMPACTOR_POSITIONS}
+    riding = {row.name for row in accelerations if on_impactor(row.position)}
     result.of_impactor |= riding
     return [row for row in accelerations if row.name not in riding]
 

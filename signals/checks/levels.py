@@ -17,8 +17,14 @@ from .base import Contact
 
 #: Median and MAD of this many samples have a standard error of about 2 % of sigma: finer than any limit here.
 DECIMATED_SAMPLES = 4096
-#: Below this share of the peak a record counts as at rest, where no contact says otherwise.
+#: Below this share of the peak a record counts as at rest, where no contact says otherwise ...
 EVENT_SHARE = 0.05
+#: ... unless noise passes it: so many sigmas of the first samples are passed once in two million.
+NOISE_SIGMAS, NOISE_SAMPLES = 5.0, 32
+#: What is louder than this share of the peak is shock, however noisy the record.
+MAX_EVENT_SHARE = 0.5
+#: A record is scanned in pieces that stay in the processor's cache, and not beyond what is sought.
+_SCANNED = 16384
 #: MAD of a normal distribution times this is its standard deviation.
 MAD_TO_SIGMA = 1.4826
 
@@ -94,7 +100,8 @@ def quantisation_step(x: NDArray[np.float64]) -> float:
 
 
 def event_span(x: NDArray[np.float64], contacts: tuple[Contact, ...], ringing: bool) -> Span | None:
-    """Where the shock is: from the contacts, stretched over what rings above 5 % of the peak if `ringing`.
+    """Where the shock is: from the contacts, stretched over what rings above 5 % of the peak, and above the noise, if
+    `ringing`.
 
     Without contacts the record itself says. None for a constant record.
     """
@@ -107,15 +114,30 @@ def event_span(x: NDArray[np.float64], contacts: tuple[Contact, ...], ringing: b
         return None
     if contacts and not ringing:
         return Span(contacts[0].first, contacts[-1].last, peak)
+    limit = _loudness(x, peak)
     # Each side against its own rest: an offset after the shock is no ringing.
-    before, after = _loud(x[:at], peak), _loud(x[at:], peak)
-    first = int(before.argmax()) if before.any() else at
-    last = at + after.size - 1 - int(after[::-1].argmax())
+    before, after = _first_loud(x[:at], limit), _first_loud(x[at:][::-1], limit)
+    first = at if before is None else before
+    last = at if after is None else x.size - 1 - after
     if contacts:
         first, last = contacts[0].first, max(last, contacts[-1].last)
     return Span(first, last, peak)
 
 
-def _loud(x: NDArray[np.float64], peak: float) -> NDArray[np.bool_]:
-    rest, limit = baseline(x), EVENT_SHARE * peak
-    return np.asarray((x > rest + limit) | (x < rest - limit))
+def _loudness(x: NDArray[np.float64], peak: float) -> float:
+    """What no longer counts as rest. The noise is that of differences of neighbours at the begin of `x` (n,), in which
+    the smooth rise of a pulse leaves nothing."""
+    steps = np.diff(x[:NOISE_SAMPLES] / peak)
+    sigma = MAD_TO_SIGMA * float(np.median(np.abs(steps - np.median(steps)))) / math.sqrt(2.0) if steps.size else 0.0
+    return min(max(EVENT_SHARE, NOISE_SIGMAS * sigma), MAX_EVENT_SHARE) * peak
+
+
+def _first_loud(x: NDArray[np.float64], limit: float) -> int | None:
+    """Index of the first sample of `x` (n,) farther from its median than `limit`; None where there is none."""
+    rest = baseline(x)
+    for start in range(0, x.size, _SCANNED):
+        piece = x[start : start + _SCANNED]
+        loud = (piece > rest + limit) | (piece < rest - limit)
+        if loud.any():
+            return start + int(loud.argmax())
+    return None

@@ -12,9 +12,11 @@ from .base import Finding
 
 #: What one check tells of a channel -> what others would tell of the same event.
 TELLS_ALREADY: dict[str, tuple[str, ...]] = {
-    "no-shock": ("pre-trigger-noise", "zero-shift"),
-    "no-contact": ("pre-trigger-noise", "zero-shift", "rest-level"),
-    "rest-level": ("zero-shift",),
+    "no-shock": ("pre-trigger-noise", "zero-shift", "velocity", "displacement", "truncation"),
+    "no-contact": ("pre-trigger-noise", "zero-shift", "rest-level", "velocity", "displacement", "truncation"),
+    "rest-level": ("zero-shift", "velocity", "displacement"),
+    "zero-shift": ("velocity", "displacement"),
+    "velocity": ("displacement",),
 }
 #: The same for findings of the same contact: full scale is why the top is flat.
 TELLS_OF_CONTACT: dict[str, tuple[str, ...]] = {"saturation": ("clipping",)}

@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from ..channel import Channel
+from ..channel import Channel, on_impactor
 from .base import Contact, Finding, Severity
 from .levels import baseline, event_span, finite_samples
 from .rest import block_mean, rest_after, rest_before
-from .zero_shift import MOVING_POSITIONS
 
 #: A constant b is b in every line of a shock spectrum: 5 % of the peak stand above the slow lines of most shocks.
 WARNING_SHARE = 0.05
@@ -30,8 +29,7 @@ def check_rest_level(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
 
     `warning` from 5 % of the peak, `reject` from 20 %, `note` where gravity explains it. The peak is counted from rest.
     """
-    moving = (channel.sensor.position or "").strip().lower() in MOVING_POSITIONS
-    if channel.quantity != "acceleration" or moving:
+    if channel.quantity != "acceleration" or on_impactor(channel.sensor.position):
         return []
     x = finite_samples(channel)
     if x.size == 0 or abs(baseline(x)) < MEDIAN_SHARE * float(np.ptp(x)):

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..channel import Channel
+from ..channel import Channel, on_impactor
 from .base import Contact, Finding, Severity
 from .levels import Span, event_span, finite_samples
 from .rest import block_mean, rest_after, rest_before
@@ -32,8 +32,6 @@ WARNING_FORCE_SHARE = 0.01
 #: A sensor that responds to DC changes by as much when it is turned over. Its velocity is as wrong, hence the same
 #: severity; the evidence tells who looks for the cause.
 TILT_M_S2 = 2 * 9.80665
-#: What the operator's arm or the gun moves on purpose changes its velocity for good, and slowly before and after.
-MOVING_POSITIONS = ("hammer", "impactor", "bullet", "projectile")
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ class _Levels:
 
 def check_zero_shift(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
     """At most one finding. Acceleration (but of what moves on purpose) and force channels."""
-    moving = (channel.sensor.position or "").strip().lower() in MOVING_POSITIONS
+    moving = on_impactor(channel.sensor.position)
     if channel.quantity not in ("acceleration", "force") or (channel.quantity == "acceleration" and moving):
         return []
     x = finite_samples(channel)

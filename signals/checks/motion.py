@@ -1,0 +1,62 @@
+"""What an acceleration record says of the motion of the structure: its velocity, about the level before the shock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..channel import Channel, on_impactor
+from .base import Contact
+from .levels import event_span, finite_samples
+from .rest import block_mean, rest_before
+
+#: Standard errors of the level taken off that its drift of the velocity is allowed (`rest.BLOCKS` tells why so many).
+MIN_ERRORS = 5.0
+
+
+#: A longer record is integrated in so many blocks: what swings within one carries little velocity.
+BLOCKS = 65536
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What an acceleration record integrates to from the begin of its shock on, about the level before it.
+
+    `velocity_m_s` (k,) is that at the ends of blocks of `block_s`, one sample each as long as the record is short, and
+    `shock_velocity_m_s` the largest while the shock lasts. `drift_m_s2` is an acceleration that noise in the level
+    taken off may have left.
+    """
+
+    velocity_m_s: NDArray[np.float64]
+    block_s: float
+    shock_velocity_m_s: float
+    drift_m_s2: float
+
+    @property
+    def lasts_s(self) -> float:
+        return self.velocity_m_s.size * self.block_s
+
+
+def motion_of(channel: Channel, contacts: tuple[Contact, ...]) -> Motion | None:
+    """The motion that an acceleration tells; None of other quantities, of what moves on purpose, and of a constant."""
+    if channel.quantity != "acceleration" or on_impactor(channel.sensor.position):
+        return None
+    x = finite_samples(channel)
+    span = event_span(x, contacts, ringing=True)
+    if span is None:
+        return None
+    before = rest_before(x, span)
+    level, error = block_mean(before) if before.size else (0.0, 0.0)
+    length = -(-(x.size - span.first) // BLOCKS)
+    count = (x.size - span.first) // length
+    sums = x[span.first : span.first + count * length].reshape(count, length) @ np.ones(length) - length * level
+    velocity_m_s = np.cumsum(sums) * channel.period_s
+    in_shock = velocity_m_s[: (span.last - span.first) // length + 1]
+    return Motion(
+        velocity_m_s=velocity_m_s,
+        block_s=length * channel.period_s,
+        shock_velocity_m_s=float(np.abs(in_shock).max()),
+        drift_m_s2=MIN_ERRORS * error,
+    )
