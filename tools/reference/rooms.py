@@ -12,6 +12,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "carry.importing",
     ),
     "compute": ("crew", "mapping"),
+    "signals": ("srs.spectrum", "srs.record", "srs.grid", "srs.iso_filter", "srs.oscillator", "srs.moments"),
     "ingest": (
         "load", "report", "errors", "folder", "runs", "settings", "units", "channel", "contact", "readers",
         "readers.base", "quality", "quality.base", "segmentation", "pulses", "spline", "transfer_function",
@@ -42,9 +43,9 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "contact.restitution.base", "contact.restitution.zener", "contact.restitution.weir_tallon",
         "contact.restitution.measured", "plate.build", "plate.damping", "plate.edges", "plate.modes", "plate.modal",
         "plate.table", "plate.respond", "plate.response", "plate.cache", "plate.effect", "sensors.chain",
-        "sensors.effect", "srs.spectrum", "srs.record", "srs.grid", "srs.iso_filter", "srs.oscillator", "srs.moments",
-        "srs.target", "srs.target_csv", "srs.tolerance", "srs.comparison", "srs.checks", "srs.checks.base",
-        "tune.space", "tune.goal", "tune.forward", "tune.tuner", "tune.probability", "tune.search", "iso18571",
+        "sensors.effect", "srs.target", "srs.target_csv", "srs.tolerance", "srs.comparison", "srs.checks",
+        "srs.checks.base", "tune.space", "tune.goal", "tune.forward", "tune.tuner", "tune.probability",
+        "tune.search", "iso18571",
     ),
     "diagnosis": (
         "diagnose", "options", "record", "reading.campaign", "reading.folder", "plausibility",
