@@ -15,10 +15,10 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
-from pyroshock.twin.srs.grid import octave_grid
-from pyroshock.twin.srs.iso_filter import absolute_acceleration
-from pyroshock.twin.srs.spectrum import Floats, shock_response_spectrum
-from pyroshock.twin.srs.threads import processors
+from pyroshock.signals.srs.grid import octave_grid
+from pyroshock.signals.srs.iso_filter import absolute_acceleration
+from pyroshock.signals.srs.spectrum import Floats, shock_response_spectrum
+from pyroshock.signals.srs.threads import processors
 
 from .measuring import Spread, interleaved, ratio
 

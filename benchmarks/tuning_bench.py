@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.setting import Setting
-from pyroshock.twin.srs.spectrum import shock_response_spectrum
 from pyroshock.virtualbench.campaigns.gun import RATE_HZ, GunBench, set_up
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.sensors.adc import calibrated

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..signals.srs.grid import octave_grid
 from .bands import Band, Quantity, stratified_normals
 from .launch import GunStage
 from .plate.response import PlateResponse
@@ -17,7 +18,6 @@ from .sampling import MeasuredForce, sampled
 from .sensors.chain import SensorChain
 from .sensors.seen import seen_pulses
 from .setting import Setting
-from .srs.grid import octave_grid
 from .strikes import ContactStage, Floats, Pulses, Strikes
 from .windows import ringing_spectra
 

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from ..signals.srs.grid import octave_grid
 from .chain import Twin
 from .effects import Effect, checked_effects, effect_from_json
 from .gun.bench import GunBench
@@ -17,7 +18,6 @@ from .launch import GunStage
 from .plate.modal import ModalPlate
 from .plates import PlateSpread, PlateStage
 from .sensors.chain import SensorChain
-from .srs.grid import octave_grid
 from .strikes import ContactStage
 
 FORMAT = 1

@@ -19,7 +19,7 @@ def ringing_spectra(
     acceleration: Floats, sampling_rate_hz: float, frequency_hz: Floats, q: float, pulse_s: float
 ) -> Floats:
     """Maximax (..., f) of records (..., n) that begin with a pulse of at most `pulse_s` and ring down after it."""
-    from .srs.spectrum import shock_response_spectrum
+    from ..signals.srs.spectrum import shock_response_spectrum
 
     out = np.empty((*acceleration.shape[:-1], frequency_hz.size))
     for first in range(0, frequency_hz.size, BLOCK):

@@ -207,7 +207,7 @@ def _point(text: str, name: str) -> tuple[float, float]:
 
 
 def _lines(text: str | None) -> tuple[float, ...]:
-    from ...twin.srs.grid import octave_grid
+    from ...signals.srs.grid import octave_grid
 
     if text is None:
         return ()

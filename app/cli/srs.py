@@ -93,7 +93,7 @@ def parse_lines(text: str) -> NDArray[np.float64]:
     """`100,200,500` or `100:10000:6` (low:high:lines per octave, 6 by default), in Hz. Raises `ValueError`."""
     import numpy as np
 
-    from ...twin.srs.grid import octave_grid
+    from ...signals.srs.grid import octave_grid
 
     try:
         if ":" in text:

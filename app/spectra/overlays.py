@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
+from ...signals.srs.record import Spectrum
+from ...signals.srs.spectrum import shock_response_spectrum
 from ...twin.chain import default_lines
 from ...twin.srs.comparison import Comparison, compare
-from ...twin.srs.record import Spectrum
-from ...twin.srs.spectrum import shock_response_spectrum
 from ...twin.srs.target import Target
 from ...twin.srs.tolerance import within_db
 from ..pulses.accelerations import ImpactRecord, impact_records

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...signals.srs.moments import Moments, temporal_moments
+from ...signals.srs.record import Spectrum
+from ...signals.srs.spectrum import shock_response_spectrum
 from ...twin.srs.checks import Finding, Record, run_checks
 from ...twin.srs.comparison import Comparison, compare
-from ...twin.srs.moments import Moments, temporal_moments
-from ...twin.srs.record import Spectrum
-from ...twin.srs.spectrum import shock_response_spectrum
 from ...twin.srs.target import Target
 from .channel import Acceleration
 

@@ -89,7 +89,7 @@ class ShotReader:
 
     def _level_db(self, shot: Shot) -> Floats:
         """(f,) dB re 1 m/s2 of the sensor's whole record, less its level before the trigger."""
-        from ...twin.srs.spectrum import shock_response_spectrum
+        from ...signals.srs.spectrum import shock_response_spectrum
 
         row = self._channel(shot)
         channel = read_channel(self.session, row)

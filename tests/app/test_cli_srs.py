@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 from pyroshock.app.cli.srs import parse_lines, srs
+from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.srs.checks import CHECKS
-from pyroshock.twin.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.srs.target_csv import read_target
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -9,8 +9,8 @@ from pyroshock.schema.campaigns import Configuration
 from pyroshock.schema.impacts import ExtractionSettings, Impact
 from pyroshock.schema.session import Writer, open_store
 from pyroshock.signals.channel import Sensor
+from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.chain import default_lines
-from pyroshock.twin.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.srs.target import ramps
 from support.stores.recorded import add_recording, pulse_row
 

@@ -30,10 +30,10 @@ from pyroshock.examples.gallery import (
 )
 from pyroshock.examples.gallery.__main__ import main
 from pyroshock.examples.gallery.figures import FIGURES, Scene
+from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.training.judging import Judged
 from pyroshock.training.metrics.cost import pulse_cost
 from pyroshock.twin.gun.nominal import trajectory
-from pyroshock.twin.srs.spectrum import shock_response_spectrum
 from scipy.stats import spearmanr
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -149,7 +149,7 @@ def test_names_of_a_room_have_docstrings_and_stand_in_it(room: str) -> None:
 
 def test_names_that_the_pages_import_are_in_the_reference() -> None:
     assert "pyroshock.ingest.load.ingest_folder" in api.documented()
-    assert "pyroshock.twin.srs.spectrum.shock_response_spectrum" in api.documented()
+    assert "pyroshock.signals.srs.spectrum.shock_response_spectrum" in api.documented()
     assert "pyroshock.diagnosis.diagnose.diagnose" in api.documented()
 
 

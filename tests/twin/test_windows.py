@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pyroshock.signals.srs.grid import octave_grid
+from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.plate.respond import respond
-from pyroshock.twin.srs.grid import octave_grid
-from pyroshock.twin.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.windows import BLOCK, ringing_spectra
 from support.records.twin_parts import ringing_plate
 

@@ -12,7 +12,11 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "carry.importing",
     ),
     "compute": ("crew", "mapping"),
-    "signals": ("units", "channel", "contact", "checks", "checks.base"),
+    "signals": (
+        "units", "channel", "contact", "checks", "checks.base", "srs.spectrum", "srs.record", "srs.grid",
+        "srs.iso_filter", "srs.oscillator",
+        "srs.moments",
+    ),
     "ingest": (
         "load", "report", "errors", "folder", "runs", "settings", "readers", "readers.base",
         "segmentation", "pulses", "spline", "transfer_function",
@@ -43,9 +47,9 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "contact.restitution.base", "contact.restitution.zener", "contact.restitution.weir_tallon",
         "contact.restitution.measured", "plate.build", "plate.damping", "plate.edges", "plate.modes", "plate.modal",
         "plate.table", "plate.respond", "plate.response", "plate.cache", "plate.effect", "sensors.chain",
-        "sensors.effect", "srs.spectrum", "srs.record", "srs.grid", "srs.iso_filter", "srs.oscillator", "srs.moments",
-        "srs.target", "srs.target_csv", "srs.tolerance", "srs.comparison", "srs.checks", "srs.checks.base",
-        "tune.space", "tune.goal", "tune.forward", "tune.tuner", "tune.probability", "tune.search", "iso18571",
+        "sensors.effect", "srs.target", "srs.target_csv", "srs.tolerance", "srs.comparison", "srs.checks",
+        "srs.checks.base", "tune.space", "tune.goal", "tune.forward", "tune.tuner", "tune.probability",
+        "tune.search", "iso18571",
     ),
     "diagnosis": (
         "diagnose", "options", "record", "reading.campaign", "reading.folder", "plausibility",

@@ -1,1 +1,1 @@
-"""Shock response spectra after ISO 18431-4, and what a laboratory asks of them."""
+"""What a laboratory asks of shock response spectra: targets, tolerances, checks of the record behind one."""

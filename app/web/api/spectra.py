@@ -8,7 +8,7 @@ import numpy as np
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 
-from ....twin.srs.spectrum import shock_response_spectrum
+from ....signals.srs.spectrum import shock_response_spectrum
 from ...finite import finite
 from ...spectra.overlays import spectrum_overlay
 from ...spectra.targets import target_from_upload

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ....signals.srs.spectrum import shock_response_spectrum
 from ....twin.plate.modal import ModalPlate
-from ....twin.srs.spectrum import shock_response_spectrum
 from ...record import Floats
 from .signals import PlateSignals
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from pyroshock.app.diagnoses.kept import kept_report
-from pyroshock.twin.srs.spectrum import shock_response_spectrum
+from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from support.processes.web_client import ADDRESS, ended, post_json, token
 from support.stores.stores import pyroshock
 from support.stores.web_stores import GUN, HAMMER, IMPACTS, PLAN, SHOTS, Lab

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pyroshock.signals.srs.grid import octave_grid
+from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.srs.checks import Finding, Record, run_checks
-from pyroshock.twin.srs.grid import octave_grid
-from pyroshock.twin.srs.spectrum import shock_response_spectrum
 
 RATE = 100_000.0
 SAMPLES = 20_000

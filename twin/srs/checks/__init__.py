@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..record import Spectrum
+from ....signals.srs.record import Spectrum
 from .balance import check_balance
 from .base import Check, Finding, Record
 from .clipping import check_clipping

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..record import Spectrum
+from ....signals.srs.record import Spectrum
 from .base import Finding, Record
 
 #: A slow oscillator rings freely after a short shock: at Q = 10 its second swing is 1.4 dB below its first.

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..record import Spectrum
+from ....signals.srs.record import Spectrum
 
 Floats = NDArray[np.float64]
 

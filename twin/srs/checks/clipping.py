@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..record import Spectrum
+from ....signals.srs.record import Spectrum
 from .base import Finding, Floats, Record
 
 #: Two equal neighbours straddle the top of any symmetric pulse; three need a cut or a slow crest.

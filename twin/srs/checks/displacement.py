@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..record import Spectrum
+from ....signals.srs.record import Spectrum
 from .base import Finding, Record
 
 #: A body that keeps the largest velocity of the shock all the time gets this far and no farther.

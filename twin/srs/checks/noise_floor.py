@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..record import Spectrum
+from ....signals.srs.record import Spectrum
 from .base import Finding, Floats, Record
 
 #: Noise 6 dB below adds at most 3.5 dB to a line.
@@ -37,7 +37,7 @@ def check_noise_floor(record: Record, spectrum: Spectrum) -> Finding | None:
 
 
 def _noise(record: Record, spectrum: Spectrum) -> Floats:
-    from ..spectrum import shock_response_spectrum
+    from ....signals.srs.spectrum import shock_response_spectrum
 
     quiet = record.before - record.before.mean()
     made = shock_response_spectrum(

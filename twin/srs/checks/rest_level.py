@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..record import Spectrum
+from ....signals.srs.record import Spectrum
 from .base import MIN_ERRORS, Finding, Record, level
 from .zero_shift import LIMIT
 

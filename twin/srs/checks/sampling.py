@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..record import Spectrum
+from ....signals.srs.record import Spectrum
 from .base import Finding, Record
 
 #: Ten samples a cycle leave 8 % open, by the twin's measure of it (`Spectrum.sampling_error`).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..record import Spectrum
+from ....signals.srs.record import Spectrum
 from .base import Finding, Record
 
 #: What comes after the end can then change a line that still builds up by about this share.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..record import Spectrum
+from ....signals.srs.record import Spectrum
 from .base import Finding, Record
 
 #: A free body keeps at most the largest velocity that the shock gave it; half as much again is for noise.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..record import Spectrum
+from ....signals.srs.record import Spectrum
 from .base import MIN_ERRORS, Finding, Record, level
 
 #: A step b drives a slow oscillator to 2 b: 1 % of the peak. Two decades below its knee a spectrum that rises by 6 dB

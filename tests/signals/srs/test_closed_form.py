@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.twin.srs.spectrum import Floats, shock_response_spectrum
+from pyroshock.signals.srs.spectrum import Floats, shock_response_spectrum
 from scipy.optimize import minimize_scalar
 
 ZETA = 0.05

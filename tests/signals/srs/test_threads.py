@@ -3,7 +3,7 @@ from __future__ import annotations
 import threading
 
 import pytest
-from pyroshock.twin.srs.threads import checked_threads, processors, spread
+from pyroshock.signals.srs.threads import checked_threads, processors, spread
 
 
 @pytest.mark.parametrize("threads", [1, 2, 3])

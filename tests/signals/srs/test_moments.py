@@ -6,7 +6,7 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
-from pyroshock.twin.srs.moments import temporal_moments
+from pyroshock.signals.srs.moments import temporal_moments
 
 RATE = 1e6
 

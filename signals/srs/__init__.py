@@ -1,0 +1,1 @@
+"""Shock response spectra after ISO 18431-4."""
