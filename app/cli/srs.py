@@ -151,7 +151,7 @@ def _print(measured: Measured) -> None:
     print_table(rows_of(measured), "no lines")
     click.echo("\nchecks")
     findings: list[dict[str, Any]] = [
-        {"check": found.name, "value": found.value, "limit": found.limit, "unit": found.unit, "finding": found.message}
-        for found in measured.findings
+        {"check": finding.check, "severity": finding.severity, "finding": finding.message}
+        for finding in measured.findings
     ]
     print_table(findings, "  no findings")

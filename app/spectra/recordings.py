@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...signals.channel import Channel, Sensor
+from ...signals.checks import Finding, run_checks, run_spectrum_checks
+from ...signals.checks.recording import judge_together
 from ...signals.srs.moments import Moments, temporal_moments
 from ...signals.srs.record import Spectrum
 from ...signals.srs.spectrum import shock_response_spectrum
-from ...twin.srs.checks import Finding, Record, run_checks
 from ...twin.srs.comparison import Comparison, compare
 from ...twin.srs.target import Target
 from .channel import Acceleration
@@ -42,12 +44,13 @@ def measure(
     range_m_s2: float | None = None,
 ) -> Measured:
     """Spectrum, moments, checks, comparison. Lines that are not given are the target's, else the record's own grid."""
-    record = Record(acceleration.values_m_s2, acceleration.sampling_rate_hz, range_m_s2)
+    sensor = Sensor(acceleration.channel, "acceleration", "m/s2", range=range_m_s2)
+    channel = Channel(sensor, acceleration.values_m_s2, acceleration.sampling_rate_hz, acceleration.start_s)
     if frequency_hz is None and target is not None:
         frequency_hz = target.lines()
     spectrum = shock_response_spectrum(
-        record.acceleration,
-        record.sampling_rate_hz,
+        channel.si,
+        channel.sampling_rate_hz,
         frequency_hz,
         damping_ratio=damping_ratio,
         resample=RESAMPLED_TO if resample else None,
@@ -55,7 +58,7 @@ def measure(
     return Measured(
         acceleration,
         spectrum,
-        temporal_moments(record.acceleration, record.sampling_rate_hz, acceleration.start_s),
-        run_checks(record, spectrum),
+        temporal_moments(channel.si, channel.sampling_rate_hz, acceleration.start_s),
+        tuple(judge_together([channel], run_checks(channel, ()) + run_spectrum_checks(channel, spectrum))),
         None if target is None else compare(spectrum.maximax, spectrum.frequency_hz, target),
     )

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...schema.outputs import whole_file
+from ...signals.checks import Finding
 from ...twin.srs.comparison import Comparison
 from .recordings import Measured
 
@@ -25,7 +26,7 @@ def as_json(measured: Measured) -> dict[str, Any]:
         "frequency_hz": _plain(spectrum.frequency_hz),
         **{name: _plain(getattr(spectrum, name)) for name in _CURVES},
         "pseudo_velocity_m_s": _plain(spectrum.pseudo_velocity_m_s),
-        "checks": [asdict(finding) for finding in measured.findings],
+        "checks": [_finding_json(finding) for finding in measured.findings],
         "channel": measured.acceleration.channel,
         "sampling_rate_hz": measured.acceleration.sampling_rate_hz,
         "samples": int(measured.acceleration.values_m_s2.size),
@@ -91,6 +92,12 @@ def _by_line(comparison: Comparison | None) -> dict[float, dict[str, float]]:
         float(hz): {"level_m_s2": float(level), "error_db": float(error), "margin_db": float(margin)}
         for hz, level, error, margin in columns
     }
+
+
+def _finding_json(finding: Finding) -> dict[str, Any]:
+    """As `ingest` tells a finding; the evidence has its units in its keys."""
+    evidence = {key: _plain(value) if isinstance(value, float) else value for key, value in finding.evidence.items()}
+    return {"check": finding.check, "severity": finding.severity, "message": finding.message, "evidence": evidence}
 
 
 def _comparison_json(comparison: Comparison) -> dict[str, Any]:

@@ -1,6 +1,6 @@
-"""What a quality check is: a pure function from a channel (and its contacts) to findings.
+"""What a check of a record is: a pure function from a channel, with its contacts or its spectrum, to findings.
 
-A check is one file in this folder, listed in `quality/__init__.py`. It decides nothing: a finding is stored with its
+A check is one file in this folder, listed in `checks/__init__.py`. It decides nothing: a finding is stored with its
 evidence, and whoever builds a dataset obeys it or not.
 """
 
@@ -11,6 +11,7 @@ from typing import Any, Literal, Protocol
 
 from ..channel import Channel
 from ..contact import Contact
+from ..srs.record import Spectrum
 
 Severity = Literal["note", "warning", "reject"]
 
@@ -37,4 +38,10 @@ class Check(Protocol):
     def __call__(self, channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]: ...
 
 
-__all__ = ["Check", "Contact", "Finding", "Severity"]
+class SpectrumCheck(Protocol):
+    """A function of an acceleration and its spectrum to what it finds; none where all is well."""
+
+    def __call__(self, channel: Channel, spectrum: Spectrum) -> list[Finding]: ...
+
+
+__all__ = ["Check", "Contact", "Finding", "Severity", "SpectrumCheck"]

@@ -10,6 +10,7 @@ import numpy as np
 from ..channel import Channel
 from .base import Finding
 
+SEVERITIES = ("note", "warning", "reject")
 #: What one check tells of a channel -> what others would tell of the same event.
 TELLS_ALREADY: dict[str, tuple[str, ...]] = {
     "no-shock": ("pre-trigger-noise", "zero-shift", "velocity", "displacement", "truncation"),
@@ -35,17 +36,23 @@ def judge_together(channels: Sequence[Channel], findings: Iterable[Finding]) -> 
 
 
 def told_once(findings: Sequence[Finding]) -> list[Finding]:
-    """Without those that tell again what another finding of the channel told. A channel that never moves has one."""
+    """Without those that tell again what another finding of the channel told, at least as gravely. A channel that never
+    moves has one."""
     dead = {f.channel for f in findings if f.check == "dropouts" and f.evidence.get("kind") == "dead"}
-    told = {(f.channel, other) for f in findings for other in TELLS_ALREADY.get(f.check, ())}
-    of_contact = {(f.channel, f.contact, other) for f in findings for other in TELLS_OF_CONTACT.get(f.check, ())}
     return [
-        f
-        for f in findings
-        if (f.channel, f.check) not in told
-        and (f.channel, f.contact, f.check) not in of_contact
-        and (f.channel not in dead or f.check in ("dropouts", "no-contact"))
+        finding
+        for finding in findings
+        if not any(_tells(teller, finding) for teller in findings)
+        and (finding.channel not in dead or finding.check in ("dropouts", "no-contact"))
     ]
+
+
+def _tells(teller: Finding, finding: Finding) -> bool:
+    """Whether `teller` told what `finding` tells."""
+    if teller.channel != finding.channel or SEVERITIES.index(teller.severity) < SEVERITIES.index(finding.severity):
+        return False
+    same_contact = teller.contact == finding.contact and finding.check in TELLS_OF_CONTACT.get(teller.check, ())
+    return same_contact or finding.check in TELLS_ALREADY.get(teller.check, ())
 
 
 def _softened(finding: Finding, louder: str | None) -> Finding:

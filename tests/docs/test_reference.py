@@ -11,11 +11,10 @@ from pyroshock.dataset import predictors
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
 from pyroshock.ingest.readers import READERS
 from pyroshock.schema.tables import metadata
-from pyroshock.signals.checks import CHECKS
+from pyroshock.signals.checks import CHECKS, SPECTRUM_CHECKS
 from pyroshock.training.models.kinds import KINDS
 from pyroshock.training.zoo import ZOO
 from pyroshock.twin.effects import catalogue
-from pyroshock.twin.srs import checks as alone
 
 from tools.reference import api, checks, commands, designs, models, readers, tables
 from tools.reference.blocks import Block, blocks_of, first_line
@@ -101,10 +100,9 @@ def test_libraries_are_those_that_a_reader_imports() -> None:
     assert found["tdms"] == ["nptdms"]
 
 
-@pytest.mark.parametrize("check", [*CHECKS, *alone.CHECKS], ids=lambda check: check.__module__.split(".", 1)[1])
+@pytest.mark.parametrize("check", [*CHECKS, *SPECTRUM_CHECKS], ids=lambda check: check.__module__.split(".", 1)[1])
 def test_a_check_has_its_words(check) -> None:
-    title = checks.name_of(check) + (", of a recording alone" if check in alone.CHECKS else "")
-    assert escaped(first_line(check.__doc__)) in section("checks", title)
+    assert escaped(first_line(check.__doc__)) in section("checks", checks.name_of(check))
 
 
 def test_a_check_has_its_limits_with_reasons() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pyroshock.ingest.pulses import extract_pulses
 from pyroshock.ingest.segmentation import Level, delimit, find_events, local_baseline, orientation, rest_level, segment
 from pyroshock.ingest.settings import ExtractionSettings
 from scipy.stats import norm
@@ -174,3 +175,29 @@ def test_drift_between_hits_does_not_tilt_the_threshold():
     rest, found = delimit(force, np.array([804]), QUIET, 51_200.0, tenth())
     assert rest.baseline == 0.5
     assert found.walk == (802, 807)
+
+
+def hit_with_shift(offset, slope=0.0):
+    """A half sine of 1000 N over 101 samples from sample 1000 on, in whose last fifth the sensor shifts by `offset`."""
+    force = np.random.default_rng(3).normal(0.0, 0.2, 6000)
+    force[1000:1101] += 1000.0 * np.sin(np.pi * np.arange(101) / 100)
+    force[1080:1101] += offset * np.linspace(0.0, 1.0, 21)
+    force[1101:] += offset - slope * np.arange(force.size - 1101)
+    return force
+
+
+@pytest.mark.parametrize("segmentation", ["walk", "mask"])
+@pytest.mark.parametrize("offset", [0.0, 8.0, 30.0, 80.0])
+def test_contact_ends_where_the_force_comes_down_to_a_higher_rest(offset, segmentation):
+    settings = ExtractionSettings(segmentation=segmentation)
+    (pulse,) = extract_pulses(hit_with_shift(offset), 51200.0, settings)
+    assert not pulse.truncated
+    assert pulse.contact.first == pytest.approx(1000, abs=2) and pulse.contact.last == pytest.approx(1100, abs=3)
+    assert pulse.peak_force_n == pytest.approx(1000.0, abs=1.0)
+    assert pulse.impulse_n_s == pytest.approx(2 / np.pi * 1000.0 * 100 / 51200, rel=0.01 + offset / 1e4)
+
+
+@pytest.mark.parametrize(("offset", "slope"), [(95.0, 0.004), (150.0, 0.0)])
+def test_force_that_is_still_falling_or_far_up_is_cut_by_the_end(offset, slope):
+    (pulse,) = extract_pulses(hit_with_shift(offset, slope), 51200.0)
+    assert pulse.truncated

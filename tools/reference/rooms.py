@@ -47,8 +47,8 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "contact.restitution.base", "contact.restitution.zener", "contact.restitution.weir_tallon",
         "contact.restitution.measured", "plate.build", "plate.damping", "plate.edges", "plate.modes", "plate.modal",
         "plate.table", "plate.respond", "plate.response", "plate.cache", "plate.effect", "sensors.chain",
-        "sensors.effect", "srs.target", "srs.target_csv", "srs.tolerance", "srs.comparison", "srs.checks",
-        "srs.checks.base", "tune.space", "tune.goal", "tune.forward", "tune.tuner", "tune.probability",
+        "sensors.effect", "srs.target", "srs.target_csv", "srs.tolerance", "srs.comparison",
+        "tune.space", "tune.goal", "tune.forward", "tune.tuner", "tune.probability",
         "tune.search", "iso18571",
     ),
     "diagnosis": (

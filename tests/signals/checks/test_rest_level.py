@@ -28,9 +28,10 @@ def test_offset_above_a_twentieth_is_doubted(channel_of, share):
     assert finding.severity == "warning"
 
 
-@pytest.mark.parametrize("share", [0.0, 0.03])
-def test_small_offset_is_left_alone(channel_of, share):
-    assert check_rest_level(channel_of(shock(share * HEIGHT), "acceleration"), ()) == []
+@pytest.mark.parametrize(("share", "severities"), [(0.0, []), (0.003, []), (0.03, ["note"])])
+def test_small_offset_is_a_note_at_most(channel_of, share, severities):
+    findings = check_rest_level(channel_of(shock(share * HEIGHT), "acceleration"), ())
+    assert [finding.severity for finding in findings] == severities
 
 
 def test_gravity_is_a_note(channel_of):
