@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import Row, and_, select
+from sqlalchemy import and_, select
 from sqlalchemy.orm import Session
 
 from ..campaigns import Campaign, Configuration
@@ -53,7 +53,7 @@ def pulse_digests(session: Session, part: Part, snapshot: int | None = None) -> 
     return {row[0]: _digest(row) for row in session.execute(query.order_by(Pulse.id))}
 
 
-def _digest(row: Row[Any]) -> str:
+def _digest(row: Any) -> str:
     return hashlib.sha256(repr(tuple(row)[1:]).encode()).hexdigest()[:32]
 
 

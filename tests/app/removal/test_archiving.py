@@ -8,8 +8,9 @@ import shutil
 from pathlib import Path
 
 import pytest
-from pyroshock.app.removal import archiving
 from pyroshock.dataset.snapshot import read_snapshot
+from pyroshock.schema.carry.archive import write_archive
+from pyroshock.schema.carry.export import export_campaign
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.twins import TwinVersion
 from sqlalchemy import select
@@ -131,16 +132,12 @@ def test_nothing_is_deleted_where_the_file_cannot_be_written_or_is_another(care_
 
 
 def test_nothing_is_deleted_where_the_written_file_is_not_what_the_store_holds(care_copy, tmp_path, monkeypatch):
-    from pyroshock.schema.carry import archive as archives
-
-    export = archives.export_campaign
-
     def torn(store, campaign, out, progress=None):
-        rows = export(store, campaign, out, progress)
+        rows = export_campaign(store, campaign, out, progress)
         execute(f"sqlite:///{out}", "UPDATE series_chunks SET frame = substr(frame, 1, 20)")
         return rows
 
-    monkeypatch.setattr(archives, "export_campaign", torn)
+    monkeypatch.setattr("pyroshock.schema.carry.archive.export_campaign", torn)
     before = counts(care_copy)
     said = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
     assert "is refused" in said
@@ -148,14 +145,12 @@ def test_nothing_is_deleted_where_the_written_file_is_not_what_the_store_holds(c
 
 
 def test_nothing_is_deleted_where_the_campaign_changes_meanwhile(care_copy, tmp_path, monkeypatch):
-    write = archiving.write_archive
-
     def and_then(store, campaign, out, progress=None):
-        archive = write(store, campaign, out, progress)
+        archive = write_archive(store, campaign, out, progress)
         assert pyroshock("extract", HAMMER, "--threshold", "0.2", "--db", care_copy).exit_code == 0
         return archive
 
-    monkeypatch.setattr(archiving, "write_archive", and_then)
+    monkeypatch.setattr("pyroshock.app.removal.archiving.write_archive", and_then)
     said = run(care_copy, "archive", HAMMER, "--out", tmp_path / "file", "--reason", REASON, code=2).stderr
     assert "changed while it was written" in said
     assert counts(care_copy)["recordings"] == 3
