@@ -70,7 +70,7 @@ def _wrong(stone: Any, later: Sequence[Any], there: set[tuple[str, str]] | None)
         if not gone and stone.replaced_by not in {sha256 for _, sha256 in files}:
             return "the recording was replaced by a file that is not in the store", RESTORE
     elif not any(each.recording == stone.recording for each in later):
-        present = (stone.recording, stone.file_sha256) in files
+        present = any(path == stone.recording and stone.file_sha256 in (None, sha256) for path, sha256 in files)
         if stone.restored_at is not None and not present:
             return "the recording was stored again by what its tombstone says, and is not in the store", RESTORE
         if stone.restored_at is None and present:
