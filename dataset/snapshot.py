@@ -12,6 +12,7 @@ from sqlalchemy import insert, select
 from sqlalchemy.orm import Session
 
 from ..schema.datasets import DatasetSnapshot, SnapshotPulse
+from ..schema.removal.returning import note_whole
 from ..schema.session import Store
 from .catalog import get_snapshot_row, list_snapshots
 from .deleted import source_deleted
@@ -81,7 +82,7 @@ def build_snapshot(
         if known is None:
             _add(store, session, name, digest, draft)
         else:
-            _fill_up(store, session, known, draft)
+            _fill_up(store, session, known, digest, draft)
         return known
 
     known = store.write(freeze, idempotent=True)
@@ -124,12 +125,13 @@ def _add(store: Store, session: Session, name: str, digest: str, draft: Draft) -
     _add_pulses(store, session, row.id, draft.table.pulse_id.tolist())
 
 
-def _fill_up(store: Store, session: Session, known: _Known, draft: Draft) -> None:
+def _fill_up(store: Store, session: Session, known: _Known, digest: str, draft: Draft) -> None:
     """Give a snapshot back the pulses that it lost by a deletion, when the same content was ingested again."""
     own = set(session.scalars(select(SnapshotPulse.pulse_id).where(SnapshotPulse.snapshot_id == known.key)))
     lost = [key for key in draft.table.pulse_id.tolist() if key not in own]
     if lost and len(own) + len(lost) == len(draft.table.pulse_id):
         _add_pulses(store, session, known.key, lost)
+        note_whole(session, digest)
 
 
 def _add_pulses(store: Store, session: Session, snapshot: int, pulses: Sequence[int]) -> None:

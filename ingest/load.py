@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from ..schema.levels import MaterialNames
 from ..schema.materials import material_names
@@ -64,28 +65,26 @@ def ingest_folder(
     progress: Progress | None = None,
     free_factors: Collection[str] = (),
     confirmed: Collection[str] = (),
+    again: Collection[str] = (),
 ) -> IngestReport:
     """Ingest the campaign in `folder`; `jobs` processes read and extract (None: what pays), and this one writes.
 
     `free_factors` are columns of `runs.csv` that are factors of their own though they resemble a known one, and
-    `confirmed` rules of `bench_rules` that rows may break.
+    `confirmed` rules of `bench_rules` that rows may break; `again` are recordings to store though they were discarded.
     A `Rehearsal` is written to when all recordings are read, so that its transaction is short, and without samples.
     Raises `IngestError`, with nothing stored, for a campaign that is refused or holds nothing usable.
     """
     settings = settings or ExtractionSettings()
-    with store.reading() as session:
-        names = material_names(session)
-    file = _with_known_material(read_campaign_file(folder), names)
-    rows = read_runs(folder, file.kind, names, file.factors, free_factors)
-    told = check_bench(file, rows, confirmed)
-    target = CampaignStore(store, file, _modes(file), rows, settings)
+    file, rows, told = read_folder(store, folder, free_factors, confirmed)
+    _refuse_unnamed(again, rows)
+    target = CampaignStore(store, file, modal_table(file), rows, settings, again=again)
     work = _plan(file, rows, target)
     damaged: list[Damaged] = []
     held: list[tuple[list[Hit], ProcessedRecording]] = []
     jobs = jobs or default_jobs(sum(item.size_bytes for item in work))
     crashing = any(may_crash(folder / item.path) for item in work)
     results = map_ahead(
-        partial(_process, file, rows, settings), work, jobs, Isolation(_lost, _patience_s, always=crashing)
+        partial(process, file, rows, settings), work, jobs, Isolation(_lost, _patience_s, always=crashing)
     )
     for done, (item, result) in enumerate(results, 1):
         if isinstance(result, Damaged):
@@ -110,6 +109,23 @@ def ingest_folder(
     return report
 
 
+def read_folder(
+    store: Store, folder: Path, free_factors: Collection[str] = (), confirmed: Collection[str] = ()
+) -> tuple[CampaignFile, tuple[RunRow, ...], list[dict[str, Any]]]:
+    """The card and the table of a campaign folder, and what the rules of a bench say of them. Raises `IngestError`."""
+    with store.reading() as session:
+        names = material_names(session)
+    file = _with_known_material(read_campaign_file(folder), names)
+    rows = read_runs(folder, file.kind, names, file.factors, free_factors)
+    return file, rows, check_bench(file, rows, confirmed)
+
+
+def _refuse_unnamed(again: Collection[str], rows: tuple[RunRow, ...]) -> None:
+    for path in again:
+        if not any(row.recording == path for row in rows):
+            raise IngestError(f"--again {path}: no row of {FILE} names this recording; give it as {FILE} does")
+
+
 def _with_known_material(file: CampaignFile, names: MaterialNames) -> CampaignFile:
     """The campaign with its plate's material called as the store calls it."""
     if file.plate is None or file.plate.material is None:
@@ -123,7 +139,8 @@ def _with_known_material(file: CampaignFile, names: MaterialNames) -> CampaignFi
     return replace(file, plate=replace(file.plate, material=material))
 
 
-def _modes(file: CampaignFile) -> ModalTableFile | None:
+def modal_table(file: CampaignFile) -> ModalTableFile | None:
+    """That of the campaign's plate, where the card names one."""
     if file.plate is None or file.plate.modes is None:
         return None
     on_plate = (
@@ -141,12 +158,13 @@ def _plan(file: CampaignFile, rows: tuple[RunRow, ...], target: CampaignStore) -
         if row.recording:
             _refuse_unknown_format(row)
             by_path[row.recording].append(row)
-    work = []
-    for path, mine in by_path.items():
-        digest, size = _hash_and_size(file.folder / path, mine[0])
-        if not target.has_recording(path, digest):
-            work.append(Work(path, tuple(mine), digest, size))
-    return work
+    every = (work_of(file, path, tuple(rows_of_path)) for path, rows_of_path in by_path.items())
+    return [work for work in every if not target.has_recording(work.path, work.sha256)]
+
+
+def work_of(file: CampaignFile, path: str, rows: tuple[RunRow, ...]) -> Work:
+    """One recording of a folder with its rows. Raises `IngestError` where its file cannot be read."""
+    return Work(path, rows, *_hash_and_size(file.folder / path, rows[0]))
 
 
 def _hash_and_size(path: Path, row: RunRow) -> tuple[str, int]:
@@ -163,7 +181,7 @@ def _refuse_unknown_format(row: RunRow) -> None:
         raise IngestError(f"{FILE}: row {row.line}, column 'recording': {error}") from error
 
 
-def _process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionSettings, work: Work) -> Outcome:
+def process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionSettings, work: Work) -> Outcome:
     """Read and extract one recording, and tell its hits apart. Runs in any process."""
     mine = list(work.rows)
     try:

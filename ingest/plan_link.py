@@ -65,10 +65,11 @@ def link_campaign(store: Store, campaign: str, plan: str) -> PlanLinks:
 
     Safe to repeat: what is linked stays so. Raises `IngestError` for an unknown campaign or plan, or another kind.
     """
-    return store.write(lambda session: _linked(session, campaign, plan), idempotent=True)
+    return store.write(lambda session: link_within(session, campaign, plan), idempotent=True)
 
 
-def _linked(session: Session, campaign: str, plan: str) -> PlanLinks:
+def link_within(session: Session, campaign: str, plan: str) -> PlanLinks:
+    """`link_campaign` in a transaction of the caller's."""
     take_turn(session, plan_turn(plan))
     campaign_row, plan_row = _rows(session, campaign, plan)
     planned = {row.run: row for row in session.scalars(select(PlannedRun).filter_by(plan_id=plan_row.id))}

@@ -14,6 +14,9 @@ from ..schema.quality import QualityFinding
 from ..schema.recordings import STORED, RecordedChannel, Recording
 from ..schema.shots import Shot
 
+#: The check of a finding that says that a recording was discarded and is not stored again.
+DISCARDED = "discarded"
+
 
 @dataclass
 class IngestReport:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -15,6 +15,7 @@ from ..schema.configurations import configuration_ids
 from ..schema.impacts import Impact, Pulse
 from ..schema.quality import QualityFinding
 from ..schema.recordings import SET_ASIDE, STORED, RecordedChannel, Recording
+from ..schema.removal.part import Part
 from ..schema.series import write_series
 from ..schema.session import Store
 from ..schema.shots import Shot
@@ -22,6 +23,7 @@ from ..signals.checks.base import Finding
 from .aside import Damaged, forget_aside, keep_aside
 from .changed_channels import refuse_changed_channels
 from .changed_rows import row_changes
+from .discarded import DiscardedRecordings
 from .errors import IngestError
 from .folder import CampaignFile
 from .hit_values import finding_values, hit_velocity, impact_values, shot_values
@@ -53,7 +55,10 @@ class Added:
 
 
 class CampaignStore:
-    """The rows of one campaign. Raises `IngestError` when the store holds other values under the same numbers."""
+    """The rows of one campaign. Raises `IngestError` when the store holds other values under the same numbers.
+
+    `again` are recordings to store though they were discarded; `replaced` is one that goes before anything is written.
+    """
 
     def __init__(
         self,
@@ -62,28 +67,36 @@ class CampaignStore:
         modes: ModalTableFile | None,
         rows: tuple[RunRow, ...],
         settings: ExtractionSettings,
+        *,
+        again: Collection[str] = (),
+        replaced: str | None = None,
     ) -> None:
         self._store = store
         self._file = file
         self._modes = modes
         self._rows = rows
         self._settings = settings
+        self._replaced = replaced
         self._report = IngestReport(file.name)
         self._recordings, self._known = store.read(self._stored)
+        self._discarded = store.read(lambda session: DiscardedRecordings(session, file.name, again))
         store.read(self._refuse_changed_rows)
 
     def has_recording(self, path: str, sha256: str) -> bool:
-        """Whether this recording is stored. One that was set aside is not: what mends it may be a row or a channel.
+        """Whether this recording is stored, or was discarded. One that was set aside is not stored: what mends it may
+        be a row or a channel.
 
         Raises `IngestError` for a stored recording whose file has changed since: raw data are not replaced silently.
         """
         known = self._recordings.get(path)
-        if known is None or known.status == SET_ASIDE:
+        if known is None:
+            return self._discarded.withhold(path, sha256)
+        if known.status == SET_ASIDE:
             return False
         if known.sha256 != sha256:
             raise IngestError(
                 f"{path}: the file has changed since it was ingested (SHA-256 {known.sha256[:12]}… is stored, "
-                f"{sha256[:12]}… found); give the new recording a name of its own"
+                f"{sha256[:12]}… found); give the new recording a name of its own, {self._way_out(path)}"
             )
         return True
 
@@ -93,7 +106,7 @@ class CampaignStore:
         def add(session: Session) -> Added:
             if self._stored_meanwhile(session, done):
                 return Added()
-            return self._write(session, done, hits)
+            return self.write(session, done, hits)
 
         self._added(self._write_rows(done.path, add))
 
@@ -125,6 +138,7 @@ class CampaignStore:
     def report(self) -> IngestReport:
         """Totals and findings of the campaign as it stands now."""
         self._store.read(self._report.sum_up)
+        self._report.findings += [each.finding() for each in self._discarded.withheld]
         return self._report
 
     def _stored(self, session: Session) -> tuple[dict[str, KnownRecording], dict[tuple[int, int], KnownRow]]:
@@ -134,7 +148,11 @@ class CampaignStore:
             refuse_other_campaign(session, campaign, self._file)
             refuse_changed_channels(session, campaign, self._file)
             refuse_other_modes(session, campaign, self._modes)
-        return known_recordings(session, campaign), known_rows(session, campaign)
+        recordings, rows = known_recordings(session, campaign), known_rows(session, campaign)
+        if self._replaced is not None:
+            recordings.pop(self._replaced, None)
+            rows = {number: row for number, row in rows.items() if row.recording != self._replaced}
+        return recordings, rows
 
     def _any_hit(self, session: Session) -> bool:
         campaign = session.scalar(select(Campaign.id).where(Campaign.name == self._file.name))
@@ -165,9 +183,13 @@ class CampaignStore:
             where = f"{FILE}: row {row.line}: run {row.run}, repetition {row.repetition}"
             known = self._known.get((row.run, row.repetition))
             if known is None:
-                stored = self._recordings.get(row.recording or "")
+                stored_path = row.recording or ""
+                stored = self._recordings.get(stored_path)
                 if stored is not None and stored.status == STORED:
-                    raise IngestError(f"{where}: {row.recording} is in the store already, without this row")
+                    raise IngestError(
+                        f"{where}: {row.recording} is in the store already, without this row; give it back its rows, "
+                        f"{self._way_out(stored_path)}"
+                    )
             elif known.recording != row.recording:
                 source = known.recording or "a row without recording"
                 raise IngestError(f"{where} is in the store from {source}; give this one a number of its own")
@@ -175,9 +197,14 @@ class CampaignStore:
                 raise IngestError(
                     f"{where} is in the store with other factors, velocity or bullet: {'; '.join(changes)}; "
                     "restore the stored values, or give the corrected run a number of its own"
+                    + ("" if known.recording is None else f", {self._way_out(known.recording)}")
                 )
 
-    def _write(self, session: Session, done: ProcessedRecording, hits: list[Hit]) -> Added:
+    def _way_out(self, recording: str) -> str:
+        return f"or replace it: pyroshock runs replace {self._file.name} {recording} --from FOLDER --reason TEXT"
+
+    def write(self, session: Session, done: ProcessedRecording, hits: list[Hit]) -> Added:
+        """The rows of one recording within a transaction of the caller's, who knows that it is not stored."""
         campaign = campaign_row(session, self._file, self._modes)
         forget_aside(session, campaign, done.path)
         recording = Recording(
@@ -195,6 +222,8 @@ class CampaignStore:
         doubted = self._implausible(session, recording, channels, hits, done)
         findings = [finding_values(each, recording.id, channels, impacts) for each in (*done.findings, *doubted)]
         self._store.add_rows(session, QualityFinding, findings)
+        part = Part(campaign.id, campaign.name, recording.id, done.path)
+        self._discarded.settle(session, part, done.sha256, self._store.written_by(session))
         return replace(added, recordings=1)
 
     def _implausible(

@@ -9,7 +9,7 @@ from sqlalchemy import Engine
 from sqlalchemy.exc import DBAPIError
 
 from .engine import StoreError, StoreRoleError, describe, first_line
-from .rights import ADMIN, OPERATOR, READER, VERSION
+from .rights import ADMIN, DELETED_FROM, OPERATOR, READER, VERSION
 
 #: SQLSTATE insufficient_privilege: "permission denied for table ..", "must be owner of table ..".
 _DENIED = "42501"
@@ -34,4 +34,6 @@ def needed_role(error: DBAPIError) -> str | None:
     words = (error.statement or "").split() or [""]
     if words[0].upper() == "SELECT":
         return OPERATOR if "FOR UPDATE" in " ".join(words) else READER
+    if words[:2] == ["DELETE", "FROM"] and words[2] not in DELETED_FROM:
+        return ADMIN
     return OPERATOR if words[0].upper() in _CHANGE_ROWS and VERSION not in words else ADMIN

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
@@ -14,12 +15,13 @@ from .common import db_option, json_option, note, opened, print_table, write_jso
 @json_option
 @click.pass_context
 def campaigns(ctx: click.Context, db: str, json_to: str | None) -> None:
-    """List the campaigns with their counts; delete one, tell what was deleted. Alone, it lists.
+    """List the campaigns with their counts; delete or archive one, restore it, tell what was deleted. Alone, it lists.
 
     \b
     Example:
         pyroshock campaigns --json
         pyroshock campaigns delete spring --reason "wrong sensor, repeated as spring-2"
+        pyroshock campaigns archive spring --out spring.pyroshock --reason "finished"
     """
     if ctx.invoked_subcommand is None:
         _list(db, json_to)
@@ -51,12 +53,13 @@ def _list(db: str, json_to: str | None) -> None:
 @click.option("--reason", required=True, metavar="TEXT", help="Why it is deleted: is kept with the tombstone.")
 @click.option("--dry-run", is_flag=True, help="Say what would go and what stands on it, and delete nothing.")
 def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) -> None:
-    """Delete a campaign with its recordings, impacts, shots, diagnoses and adopted effects. It cannot be taken back.
+    """Delete a campaign with its recordings, impacts, shots, diagnoses and adopted effects.
+
+    It cannot be taken back; `campaigns archive` deletes it and keeps it in a file, from which it can.
 
     A tombstone stays: the hash of the content, when, why, who, and what stood on it. Datasets keep their name and hash
     and can no longer be read; models that were trained on them stay and work; reports of diagnoses stay in the
-    tombstone. Runs of a plan that are no longer recorded are to do again. To keep the campaign in a file, write it with
-    `pyroshock db export` first.
+    tombstone. Runs of a plan that are no longer recorded are to do again.
 
     \b
     Example:
@@ -72,6 +75,64 @@ def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) 
         else:
             stone = delete_campaign(store, db, name, reason)
     tell_deletion(stone, dry_run)
+    if json_to is not None:
+        write_json(stone, json_to)
+
+
+@campaigns.command()
+@click.argument("name")
+@db_option
+@json_option
+@click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE to write; a new one.")
+@click.option("--reason", required=True, metavar="TEXT", help="Why it leaves the store: is kept with the tombstone.")
+def archive(name: str, db: str, json_to: str | None, out: Path, reason: str) -> None:
+    """Write a campaign to FILE, read the file back, then delete the campaign from the store.
+
+    The tombstone names the file and its SHA-256. `campaigns restore FILE` brings the campaign back, with its diagnoses,
+    adopted effects, and the pulses of its datasets. What was begun and killed is completed by the same command.
+
+    \b
+    Example:
+        pyroshock campaigns archive spring --out spring.pyroshock --reason "finished, kept on the shelf"
+    """
+    with opened(db) as store:
+        from ..progress import progress_bar
+        from ..removal.archiving import archive_campaign
+
+        with progress_bar("Archiving", "rows") as step:
+            stone = archive_campaign(store, db, name, out, reason, step)
+    tell_deletion(stone, dry_run=False)
+    note(f"  archived in {stone['archive_path']} (SHA-256 {stone['archive_sha256'][:12]})")
+    note(f"  to bring it back: pyroshock campaigns restore {stone['archive_path']}")
+    if json_to is not None:
+        write_json(stone, json_to)
+
+
+@campaigns.command()
+@click.argument("file", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@db_option
+@json_option
+def restore(file: Path, db: str, json_to: str | None) -> None:
+    """Bring a deleted campaign back from FILE, which `campaigns archive` or `db export` wrote before.
+
+    The content must be that which was deleted. Datasets get their pulses back and can be read again; diagnoses and
+    adopted effects come back; the tombstone stays, and says when.
+
+    \b
+    Example:
+        pyroshock campaigns restore spring.pyroshock
+    """
+    with opened(db) as store:
+        from ..progress import progress_bar
+        from ..removal.archiving import restore_campaign
+
+        with progress_bar("Restoring", "samples") as step:
+            stone = restore_campaign(store, file, step)
+    note(f"{stone['campaign']}: restored, {sum(stone['added'].values())} rows; content hash {stone['content_hash']}")
+    for dataset, pulses in stone["returned"].items():
+        note(f"  dataset {dataset} has {pulses} pulses again")
+    for words in stone["notes"]:
+        note(f"  {words}")
     if json_to is not None:
         write_json(stone, json_to)
 
@@ -98,22 +159,30 @@ def tell_deletion(stone: dict[str, Any], dry_run: bool) -> None:
     start = "dry run, nothing is deleted; would delete" if dry_run else "deleted"
     note(f"{what}: {start} {rows}")
     note(f"  content hash {stone['content_hash']}")
-    for line in _standing(stone):
+    from ..removal.standing import standing_lines
+
+    for line in standing_lines(stone):
         note(f"  stood on it: {line}")
     for each in stone["stood_on"]["reopened"]:
         note(f"  to do again: run {each['run']} of plan {each['plan']}")
 
 
-def _standing(stone: dict[str, Any]) -> list[str]:
-    stood = stone["stood_on"]
-    return [
-        *(f"dataset {each['name']} ({each['pulses']} pulses, hash {each['hash'][:12]})" for each in stood["datasets"]),
-        *(f"model {each['model']} (of dataset {each['dataset']})" for each in stood["models"]),
-        *(f"diagnosis {each['id']} of {each['diagnosed_at']} ({each['simulator']})" for each in stood["diagnoses"]),
-        *(f"version {each['version']} of the twin ({each['reason']})" for each in stood["adopted"]),
-    ]
-
-
 def _line(stone: dict[str, Any]) -> dict[str, Any]:
+    from ..removal.standing import standing_lines
+
     plain = {key: stone[key] for key in ("id", "kind", "campaign", "recording", "deleted_at", "reason")}
-    return {**plain, "content_hash": stone["content_hash"][:12], "stood_on": "; ".join(_standing(stone))}
+    return {
+        **plain,
+        "since_then": _since(stone),
+        "content_hash": stone["content_hash"][:12],
+        "stood_on": "; ".join(standing_lines(stone)),
+    }
+
+
+def _since(stone: dict[str, Any]) -> str:
+    """What became of it after the deletion."""
+    if stone["restored_at"] is not None:
+        return f"restored {stone['restored_at']}"
+    if stone["replaced_by"] is not None:
+        return f"replaced by {stone['replaced_by'][:12]}"
+    return "-" if stone["archive_path"] is None else f"archived in {stone['archive_path']}"

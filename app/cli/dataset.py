@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .common import db_option, json_option, note, opened, print_table, write_json
+
+if TYPE_CHECKING:
+    from ...dataset.deleted import Withdrawal
 
 _SEED = click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the split's draw.")
 
@@ -40,13 +43,21 @@ def list_(db: str, json_to: str | None) -> None:
 def _list(db: str, json_to: str | None) -> None:
     with opened(db) as store, store.reading() as session:
         from ...dataset.catalog import list_snapshots
+        from ...dataset.deleted import list_withdrawals
 
-        rows = list_snapshots(session)
+        withdrawals = list_withdrawals(session)
+        rows = [{**row, "withdrawn": _lost(withdrawals.get(row["hash"]))} for row in list_snapshots(session)]
     if json_to is not None:
         write_json(rows, json_to)
     else:
         told = [{**row, "hash": row["hash"][:12], "campaigns": ", ".join(row["campaigns"] or [])} for row in rows]
         print_table(told, "no datasets yet; freeze one: pyroshock dataset build NAME --from CAMPAIGN")
+        for withdrawal in withdrawals.values():
+            note(withdrawal.words)
+
+
+def _lost(withdrawal: Withdrawal | None) -> int:
+    return 0 if withdrawal is None else withdrawal.lost
 
 
 class _Campaigns(click.Command):

@@ -42,6 +42,12 @@ if TYPE_CHECKING:
     metavar="RULE",
     help="Rows may break this rule of what a bench can have; the refusal names it. Repeatable.",
 )
+@click.option(
+    "--again",
+    multiple=True,
+    metavar="RECORDING",
+    help="Store this recording though it was discarded (`runs discard`); its path as in runs.csv. Repeatable.",
+)
 @click.option("--dry-run", is_flag=True, help="Say everything, store nothing: each folder beside what is stored now.")
 @settings_options
 def ingest(
@@ -52,13 +58,15 @@ def ingest(
     plan: str | None,
     free_factors: tuple[str, ...],
     confirmed: tuple[str, ...],
+    again: tuple[str, ...],
     dry_run: bool,
     **given: Any,
 ) -> None:
     """Read campaign folders into the store (which is made if there is none).
 
     What is already stored is not stored again: ingesting twice, or after a kill, completes the campaign. A damaged
-    recording is set aside with its reason. Runs of a plan are marked as done; what does not match it is told.
+    recording is set aside with its reason, and one that was discarded stays out. Runs of a plan are marked as done;
+    what does not match it is told.
 
     \b
     Example:
@@ -88,6 +96,7 @@ def ingest(
                         progress=step,
                         free_factors=free_factors,
                         confirmed=confirmed,
+                        again=again,
                     )
                 links = link_to_plan(target, report.campaign, plan)
             reports.append(report)
@@ -119,6 +128,8 @@ def _tell_links(links: Any) -> None:
 
 
 def _tell(report: Any, dry_run: bool) -> None:
+    from ...ingest.report import DISCARDED
+
     added = ", ".join(f"{count} {what}" for what, count in report.added.items() if count) or "nothing new"
     totals = f"{report.recordings} recordings, {report.impacts} impacts, {report.shots} shots"
     if dry_run:
@@ -129,8 +140,11 @@ def _tell(report: Any, dry_run: bool) -> None:
         note(f"  free factors: {', '.join(report.undeclared_factors)} (not declared in [factors] of campaign.toml)")
     for item in report.set_aside:
         note(f"  set aside {item['recording']}: {item['reason']}")
+    for item in report.findings:
+        if item["check"] == DISCARDED:
+            note(f"  {item['message']}")
     by_check: dict[tuple[str, str], list[str | None]] = {}
-    for finding in report.findings:
+    for finding in (each for each in report.findings if each["check"] != DISCARDED):
         by_check.setdefault((finding["severity"], finding["check"]), []).append(finding["channel"])
     for (severity, check), channels in sorted(by_check.items()):
         named = sorted({channel for channel in channels if channel is not None})

@@ -9,6 +9,7 @@ import click
 from .common import db_option, errors_as_one_line, json_option, note, print_table, write_json
 
 if TYPE_CHECKING:
+    from ...dataset.deleted import Withdrawal
     from ...training.records import Version
 
 
@@ -34,6 +35,7 @@ def models(dataset: str | None, split: str | None, every: bool, promotions: bool
         from ...training.whole import damages
         from ..models.tables import json_row
         from ..models.training import models_extra, registry_of
+        from ..models.withdrawn import withdrawals_at, withdrawn_words
 
         registry = registry_of(db)
         with models_extra():
@@ -46,13 +48,22 @@ def models(dataset: str | None, split: str | None, every: bool, promotions: bool
             floors = {each: registry.floors(*each) for each in _grounds(found)}
             listed = found if every else newest(found)
             wrong = damages(registry, listed)
+        withdrawn = withdrawals_at(db) if listed else {}
         if json_to is not None:
             rows = ((each, json_row(each, floors[each.dataset.hash, each.seed])) for each in listed)
-            write_json([row | _damaged(wrong.get(each.label)) for each, row in rows], json_to)
+            write_json([row | _damaged(wrong.get(each.label)) | _lost(each, withdrawn) for each, row in rows], json_to)
             return
         _tell(found, floors, every)
         for label, what in wrong.items():
             note(f"{label} is damaged: {what}")
+        for words in withdrawn_words(withdrawn, listed):
+            note(words)
+
+
+def _lost(version: Version, withdrawn: dict[str, Withdrawal]) -> dict[str, int]:
+    """Pulses that the model was trained on, or judged by, and that are no longer in the store."""
+    withdrawal = withdrawn.get(version.dataset.hash)
+    return {} if withdrawal is None else {"withdrawn_pulses": withdrawal.lost}
 
 
 def _damaged(what: str | None) -> dict[str, str]:

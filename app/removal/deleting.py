@@ -11,11 +11,11 @@ from sqlalchemy.orm import Session
 from ...schema.campaigns import Campaign
 from ...schema.removal.part import Part, campaign_part
 from ...schema.removal.removing import remove
-from ...schema.removal.standing import adopted_on, datasets_on
+from ...schema.removal.standing import adopted_on
 from ...schema.session import Store
 from ...schema.tombstones import CAMPAIGN, Tombstone
-from ..models.training import models_extra, registry_of
 from ..twins.adopting import Adopted, adopted_for
+from .standing import models_of, without
 
 
 class DeletionRefusedError(ValueError):
@@ -28,16 +28,19 @@ def delete_campaign(store: Store, url: str, campaign: str, reason: str) -> dict[
     `url` is the store's address, beside which the models lie. Raises `LookupError` for an unknown campaign, and
     `DeletionRefusedError` where predictions of other campaigns would change.
     """
+    words = checked_reason(reason)
     with store.reading() as session:
-        models = _models_on(url, datasets_on(session, campaign_part(session, campaign)))
-    return store.write(lambda session: _deleted(session, campaign_part(session, campaign), _reason(reason), models))
+        part = campaign_part(session, campaign)
+    models = models_of(store, url, part)
+    return store.write(lambda session: told(taken_out(session, campaign_part(session, campaign), words, models)))
 
 
 def told(stone: Tombstone) -> dict[str, Any]:
-    """A tombstone as plain data; reports of diagnoses are left out, which only the store keeps."""
+    """A tombstone as plain data; reports of diagnoses and digests of pulses stay in the store."""
     stood_on = {
         **stone.stood_on,
-        "diagnoses": [{k: v for k, v in each.items() if k != "report"} for each in stone.stood_on["diagnoses"]],
+        "datasets": [without(each, "members") for each in stone.stood_on["datasets"]],
+        "diagnoses": [without(each, "report") for each in stone.stood_on["diagnoses"]],
     }
     return {
         "id": stone.id,
@@ -49,6 +52,11 @@ def told(stone: Tombstone) -> dict[str, Any]:
         "reason": stone.reason,
         "counts": stone.counts,
         "stood_on": stood_on,
+        "file_sha256": stone.file_sha256,
+        "replaced_by": stone.replaced_by,
+        "archive_path": stone.archive_path,
+        "archive_sha256": stone.archive_sha256,
+        "restored_at": None if stone.restored_at is None else stone.restored_at.isoformat(timespec="seconds"),
     }
 
 
@@ -58,40 +66,34 @@ def list_tombstones(session: Session, campaign: str | None = None) -> list[dict[
     return [told(row) for row in session.scalars(query if campaign is None else query.filter_by(campaign=campaign))]
 
 
-def _reason(reason: str) -> str:
+def checked_reason(reason: str) -> str:
+    """The reason on one line. Raises `ValueError` for an empty one."""
     words = " ".join(reason.split())
     if not words:
         raise ValueError('the reason is empty; say why it is deleted: --reason "wrong sensor, repeated as spring-2"')
     return words
 
 
-def _models_on(url: str, datasets: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Registered models that were trained on one of these datasets."""
-    if not datasets:
-        return []
-    hashes = {each["hash"] for each in datasets}
-    with models_extra():
-        versions = registry_of(url).versions()
-    return [
-        {"model": version.label, "dataset": version.dataset.name, "hash": version.dataset.hash}
-        for version in reversed(versions)
-        if version.dataset.hash in hashes
-    ]
-
-
-def _deleted(session: Session, part: Part, reason: str, models: Sequence[dict[str, Any]]) -> dict[str, Any]:
+def taken_out(
+    session: Session,
+    part: Part,
+    reason: str,
+    models: Sequence[dict[str, Any]],
+    archive: tuple[str, str] | None = None,
+) -> Tombstone:
+    """A campaign deleted in a transaction of the caller's. Raises `DeletionRefusedError` as `delete_campaign`."""
     speaks = part.kind == CAMPAIGN and bool(adopted_on(session, part))
-    before = _adopted_elsewhere(session, part) if speaks else {}
-    stone = remove(session, part, reason, models)
-    after = _adopted_elsewhere(session, part) if speaks else {}
+    before = adopted_elsewhere(session, part) if speaks else {}
+    stone = remove(session, part, reason, models, archive)
+    after = adopted_elsewhere(session, part) if speaks else {}
     for other, effects in before.items():
         if effects != after[other]:
             _refuse(part.campaign, other, effects)
-    return told(stone)
+    return stone
 
 
-def _adopted_elsewhere(session: Session, part: Part) -> dict[str, list[Adopted]]:
-    """What predictions of each other campaign take up."""
+def adopted_elsewhere(session: Session, part: Part) -> dict[str, list[Adopted]]:
+    """What predictions of each campaign but the part's take up, by the campaign's name."""
     session.expire_all()
     names = session.scalars(select(Campaign.name).where(Campaign.name != part.campaign).order_by(Campaign.name)).all()
     return {name: adopted_for(session, name) for name in names}

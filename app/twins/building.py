@@ -177,6 +177,7 @@ def _contact(
 ) -> tuple[ContactStage, str]:
     """A registered model where there is a champion, or one is asked for; else a law, on which effects act."""
     from ...twin.contact.laws import LAWS
+    from ..models.withdrawn import note_of
 
     effects = _of_stage(request, "contact")
     if request.contact in LAWS or effects:
@@ -186,7 +187,7 @@ def _contact(
     if request.contact in (None, REGISTERED):
         found = None if registry is None else registry.champion("gun")
         if found is not None and registry is not None:
-            return _registered(session, registry, found), idle
+            return _registered(session, registry, found), _joined(idle, note_of(session, found))
         if request.contact == REGISTERED:
             raise LookupError("no model is in use for the gun; make one so: pyroshock promote MODEL VERSION")
         return _law(DEFAULT_LAW, adopted), f"contact by the law {DEFAULT_LAW!r}: no model is in use for the gun"
@@ -194,7 +195,12 @@ def _contact(
         raise LookupError(f"no law of contact {request.contact!r}, and no models; laws: {', '.join(LAWS)}")
     from ...training.listing import chosen
 
-    return _registered(session, registry, chosen(registry.versions(), request.contact.removeprefix("models:/"))), idle
+    version = chosen(registry.versions(), request.contact.removeprefix("models:/"))
+    return _registered(session, registry, version), _joined(idle, note_of(session, version))
+
+
+def _joined(*notes: str) -> str:
+    return "; ".join(filter(None, notes))
 
 
 def _idle(adopted: tuple[Effect, ...]) -> str:

@@ -11,6 +11,7 @@ from .api import jobs as jobs_api
 from .api import models as models_api
 from .api import plans as plans_api
 from .api import predict as predict_api
+from .api import removal as removal_api
 from .api import spectra as spectra_api
 from .api import training as training_api
 from .pages import campaigns as campaigns_pages
@@ -21,6 +22,7 @@ from .pages import ingest as ingest_pages
 from .pages import jobs as jobs_pages
 from .pages import models as models_pages
 from .pages import plans as plans_pages
+from .pages import removal as removal_pages
 from .pages import reports as reports_pages
 from .pages import twin as twin_pages
 
@@ -34,6 +36,7 @@ _API = (
     models_api,
     predict_api,
     plans_api,
+    removal_api,
     spectra_api,
     training_api,
 )
@@ -47,6 +50,7 @@ _PAGES = (
     models_pages,
     twin_pages,
     plans_pages,
+    removal_pages,
     reports_pages,
 )
 API = tuple(module.router for module in _API)

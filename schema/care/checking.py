@@ -21,13 +21,21 @@ from .checks.scope import RESTORE, Scope
 from .checks.sequences import check_sequences
 from .checks.series import check_series
 from .checks.tables import check_tables
+from .checks.tombstones import check_tombstones
 from .checks.values import check_values
 from .findings import Finding
 
 Check = Callable[[Connection, Scope], Iterator[Finding]]
 
 #: Of rows that no campaign has alone.
-_SHARED: tuple[Check, ...] = (check_tables, check_values, check_references, check_fingerprints, check_sequences)
+_SHARED: tuple[Check, ...] = (
+    check_tables,
+    check_values,
+    check_references,
+    check_fingerprints,
+    check_sequences,
+    check_tombstones,
+)
 #: With every byte of every series; and without.
 _THOROUGH: tuple[Check, ...] = (check_database, *_SHARED, check_belonging, check_figures, check_pulses, check_series)
 _FAST: tuple[Check, ...] = (check_pages, *_SHARED, check_belonging, check_chunks)

@@ -13,6 +13,7 @@ from ..campaigns import Campaign
 from ..care.bar import Progress
 from ..engine import first_line
 from ..materials import Material, MaterialAlias
+from ..removal.returning import settle_imported
 from ..session import Store
 from ..tables import metadata
 from .foreign import ForeignFileError, opened_file
@@ -23,11 +24,13 @@ from .rules import RULES
 
 @dataclass(frozen=True)
 class ImportReport:
-    """The campaigns of the file, the rows that were new by table, and what of the file no import takes."""
+    """The campaigns of the file, the rows that were new by table, what of the file no import takes, and recordings that
+    were discarded here and came back with it."""
 
     campaigns: tuple[str, ...]
     added: dict[str, int]
     left_behind: tuple[str, ...]
+    discarded: tuple[str, ...] = ()
 
 
 def import_file(store: Store, file: Path, progress: Progress | None = None) -> ImportReport:
@@ -39,10 +42,15 @@ def import_file(store: Store, file: Path, progress: Progress | None = None) -> I
     with opened_file(file, progress) as origin:
         campaigns = tuple(origin.scalars(select(Campaign.name).order_by(Campaign.name)))
         try:
-            added = store.write(lambda session: merge(store, session, origin), idempotent=True)
+            added, discarded = store.write(lambda session: _merged(store, session, origin), idempotent=True)
         except IntegrityError as error:
             raise ForeignFileError(f"{file} is refused by a rule of the store: {first_line(error)}") from error
-        return ImportReport(campaigns, added, tuple(_left_behind(origin)))
+        return ImportReport(campaigns, added, tuple(_left_behind(origin)), tuple(discarded))
+
+
+def _merged(store: Store, session: Session, origin: Connection) -> tuple[dict[str, int], list[str]]:
+    added = merge(store, session, origin)
+    return added, settle_imported(session, store.written_by(session)) if added else []
 
 
 def merge(store: Store, session: Session, origin: Connection) -> dict[str, int]:

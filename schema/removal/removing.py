@@ -24,15 +24,27 @@ from .part import Keys, Part
 from .standing import adopted_on, datasets_on, diagnoses_on
 
 
-def remove(session: Session, part: Part, reason: str, models: Sequence[dict[str, Any]] = ()) -> Tombstone:
+def remove(
+    session: Session,
+    part: Part,
+    reason: str,
+    models: Sequence[dict[str, Any]] = (),
+    archive: tuple[str, str] | None = None,
+) -> Tombstone:
     """Delete the part's rows and add its tombstone, which is returned.
 
     Shared rows (parts of the bench, materials, configurations, plans) stay. Datasets stay with their hash and lose the
     pulses; runs of a plan that were done by what goes are to do again. Of a campaign its diagnoses and adopted effects
-    go too: the tombstone keeps the reports and the effects. `models` are those that stood on the part's datasets.
+    go too: the tombstone keeps the reports and the effects. `models` are those that stood on the part's datasets,
+    `archive` is the path and SHA-256 of the file that the campaign was written to. Raises `LookupError` where the part
+    is no longer there.
     """
     # Nobody adds to the campaign meanwhile: PostgreSQL lets their rows wait, and SQLite has one writer at a time.
-    session.execute(select(Campaign.id).where(Campaign.id == part.campaign_id).with_for_update())
+    there = session.scalar(select(Campaign.id).where(Campaign.id == part.campaign_id).with_for_update())
+    if part.recording_id is not None and there is not None:
+        there = session.scalar(select(Recording.id).where(Recording.id == part.recording_id))
+    if there is None:
+        raise LookupError(f"{part.kind} {part.recording or part.campaign!r} was deleted by somebody else meanwhile")
     stone = Tombstone(
         kind=part.kind,
         campaign=part.campaign,
@@ -46,6 +58,9 @@ def remove(session: Session, part: Part, reason: str, models: Sequence[dict[str,
             "diagnoses": diagnoses_on(session, part),
             "adopted": adopted_on(session, part),
         },
+        file_sha256=session.scalar(select(Recording.sha256).where(Recording.id == part.recording_id)),
+        archive_path=None if archive is None else archive[0],
+        archive_sha256=None if archive is None else archive[1],
     )
     planned = _planned(session, part)
     stone.counts = _delete(session, part)
@@ -56,7 +71,25 @@ def remove(session: Session, part: Part, reason: str, models: Sequence[dict[str,
 
 
 def _delete(session: Session, part: Part) -> dict[str, int]:
-    """Rows that went, by table: what points at others goes before them."""
+    """Rows that went, by table."""
+    counts = {}
+    for table, rows in _rows(part):
+        result = session.execute(delete(table).where(rows), execution_options={"synchronize_session": False})
+        counts[table.__tablename__] = int(result.rowcount)  # type: ignore[attr-defined]
+    return {name: count for name, count in counts.items() if count}
+
+
+def row_counts(session: Session, part: Part) -> dict[str, int]:
+    """Rows that would go, by table."""
+    counts = {
+        table.__tablename__: session.scalar(select(func.count()).select_from(table).where(rows)) or 0
+        for table, rows in _rows(part)
+    }
+    return {name: number for name, number in counts.items() if number}
+
+
+def _rows(part: Part) -> list[tuple[Any, Any]]:
+    """What goes, table by table: what points at others goes before them."""
     steps: list[tuple[Any, Any]] = [
         (SnapshotPulse, SnapshotPulse.pulse_id.in_(part.pulses)),
         (QualityFinding, QualityFinding.recording_id.in_(part.recordings)),
@@ -74,11 +107,7 @@ def _delete(session: Session, part: Part) -> dict[str, int]:
             *steps,
             (Campaign, Campaign.id == part.campaign_id),
         ]
-    counts = {}
-    for table, rows in steps:
-        result = session.execute(delete(table).where(rows), execution_options={"synchronize_session": False})
-        counts[table.__tablename__] = int(result.rowcount)  # type: ignore[attr-defined]
-    return {name: count for name, count in counts.items() if count}
+    return steps
 
 
 def _planned(session: Session, part: Part) -> list[int]:

@@ -12,20 +12,30 @@ from ..diagnoses import Diagnosis
 from ..tombstones import CAMPAIGN
 from ..twins import TwinVersion
 from .part import Part
+from .returning import pulse_digests
 
 
 def datasets_on(session: Session, part: Part) -> list[dict[str, Any]]:
-    """Frozen datasets with pulses of this part: name, hash, how many, and how many pulses they have at all."""
+    """Frozen datasets with pulses of this part: name, hash, how many, how many pulses they have at all, and digests."""
     every = select(func.count()).where(SnapshotPulse.snapshot_id == DatasetSnapshot.id).correlate(DatasetSnapshot)
     query = (
-        select(DatasetSnapshot.name, DatasetSnapshot.content_hash, func.count(), every.scalar_subquery())
+        select(
+            DatasetSnapshot.id,
+            DatasetSnapshot.name,
+            DatasetSnapshot.content_hash,
+            func.count(),
+            every.scalar_subquery(),
+        )
         .join(SnapshotPulse, SnapshotPulse.snapshot_id == DatasetSnapshot.id)
         .where(SnapshotPulse.pulse_id.in_(part.pulses))
         .group_by(DatasetSnapshot.id, DatasetSnapshot.name, DatasetSnapshot.content_hash)
         .order_by(DatasetSnapshot.id)
     )
     keys = ("name", "hash", "pulses", "before")
-    return [dict(zip(keys, row, strict=True)) for row in session.execute(query)]
+    return [
+        {**dict(zip(keys, row, strict=True)), "members": sorted(pulse_digests(session, part, key).values())}
+        for key, *row in session.execute(query).all()
+    ]
 
 
 def diagnoses_on(session: Session, part: Part) -> list[dict[str, Any]]:
@@ -34,7 +44,7 @@ def diagnoses_on(session: Session, part: Part) -> list[dict[str, Any]]:
     return [
         {
             "id": row.id,
-            "diagnosed_at": row.diagnosed_at.isoformat(timespec="seconds"),
+            "diagnosed_at": row.diagnosed_at.isoformat(),
             "simulator": row.simulator,
             **({"report": row.report} if part.kind == CAMPAIGN else {}),
         }
@@ -48,8 +58,9 @@ def adopted_on(session: Session, part: Part) -> list[dict[str, Any]]:
     return [
         {
             "version": row.version,
+            "diagnosis": row.diagnosis_id,
             "reason": row.reason,
-            "adopted_at": row.adopted_at.isoformat(timespec="seconds"),
+            "adopted_at": row.adopted_at.isoformat(),
             "configuration": row.configuration,
         }
         for row in session.scalars(query)

@@ -140,6 +140,7 @@ COMMAND_LINES = {
     "plan": "plan status autumn",
     "simulate": "simulate autumn --out simulated",
     "campaigns": "campaigns",
+    "runs": "runs list spring",
     "impacts": "impacts",
     "shots": "shots",
     "show": "show 1",
@@ -165,6 +166,10 @@ WITHOUT_STORE = {"models", "srs", "blind-check", "demo"}
 OTHERS = (
     "campaigns deleted",
     "campaigns delete spring --reason r",
+    "campaigns archive spring --out spring.pyroshock --reason r",
+    "campaigns restore target.csv",
+    "runs discard spring 1.npz --reason r",
+    "runs replace spring 1.npz --from . --reason r",
     "db upgrade",
     "db export spring --out spring.pyroshock",
     "db import target.csv",

@@ -15,11 +15,14 @@ from pyroshock.schema.care.checking import checks, iter_findings
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.listings import iter_impacts, iter_shots
 from pyroshock.schema.recordings import RecordedChannel
+from pyroshock.schema.removal.part import recording_part
+from pyroshock.schema.removal.removing import remove
 from pyroshock.schema.series import layout_of, read_slice, series_hash
 from pyroshock.schema.session import StoreVersionError, Writer, make_engine, open_store
-from sqlalchemy import select
-from support.records.campaigns import gun_campaign, hammer_campaign
-from support.stores.stores import ingested
+from sqlalchemy import select, text
+from sqlalchemy.exc import IntegrityError
+from support.records.campaigns import gun_campaign, hammer_campaign, recording_name
+from support.stores.stores import ingested, pyroshock
 
 STORED = Path(__file__).parent / "stored"
 WRITER = Writer("test", "0")
@@ -71,6 +74,25 @@ def test_figures_that_were_stored_before_they_were_hashed_are_hashed_by_the_upgr
     migrate.downgrade(engine, "0006")
     migrate.upgrade(engine)
     engine.dispose()
+    with open_store(database_url, WRITER) as store:
+        assert _unsound(store) == []
+
+
+def test_tombstones_of_revision_0008_stay_open_after_the_upgrade_and_keep_its_rules(database_url, tmp_path):
+    folder = hammer_campaign(tmp_path / "hammer")
+    ingested(database_url, folder)
+    with open_store(database_url, WRITER) as store, store.writing() as session:
+        remove(session, recording_part(session, "hammer", recording_name(1)), "r")
+    engine = make_engine(database_url)
+    migrate.downgrade(engine, "0008")
+    migrate.upgrade(engine)
+    assert migrate.differences(engine) == []
+    with pytest.raises(IntegrityError), engine.begin() as connection:
+        connection.execute(text("UPDATE tombstones SET archive_path = 'f', archive_sha256 = :hash"), {"hash": "0" * 64})
+    engine.dispose()
+    told = ingested(database_url, folder).stderr
+    assert "was discarded on" in told, "by its path alone: 0008 kept no hash of the file"
+    assert pyroshock("ingest", folder, "--again", recording_name(1), "--db", database_url).exit_code == 0
     with open_store(database_url, WRITER) as store:
         assert _unsound(store) == []
 

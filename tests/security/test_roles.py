@@ -159,6 +159,25 @@ def test_a_mended_recording_takes_its_place_for_an_operator(server: Server, tmp_
     assert len(json.loads(done("impacts", "--campaign", "broken", "--db", db, "--json"))) == 2
 
 
+def test_an_operator_deletes_nothing_and_brings_back_what_an_admin_has_deleted(server: Server, tmp_path: Path) -> None:
+    folder = hammer_campaign(tmp_path / "kept", recordings=2, hits=1, name="kept")
+    db, path, out = server.address(OPERATOR), recording_name(1), tmp_path / "kept.pyroshock"
+    done("ingest", folder, "--db", db, "--jobs", "1")
+    before = counts(db)
+    assert "pyroshock_admin" in refused("runs", "discard", "kept", path, "--reason", "r", "--db", db)
+    assert "pyroshock_admin" in refused("campaigns", "delete", "kept", "--reason", "r", "--db", db)
+    archived = ("campaigns", "archive", "kept", "--out", out, "--reason", "r", "--db")
+    assert "pyroshock_admin" in pyroshock(*archived, db).stderr
+    assert counts(db) == before
+    done("runs", "discard", "kept", path, "--reason", "r", "--db", server.address(ADMIN))
+    done("ingest", folder, "--again", path, "--db", db, "--jobs", "1")
+    out.unlink()
+    done(*archived, server.address(ADMIN))
+    done("campaigns", "restore", out, "--db", db)
+    after = {**counts(db), **{table: before[table] for table in ("tombstones", "provenance")}}
+    assert after == before
+
+
 @pytest.mark.parametrize(
     "statement",
     [

@@ -8,8 +8,10 @@ from fastapi import APIRouter, Form, Query
 from starlette.requests import Request
 from starlette.responses import Response
 
+from ....dataset.deleted import list_withdrawals
 from ...models.figures import held_out_figures, listed_versions, side_by_side, version_rows
 from ...models.training import models_extra, reader_of
+from ...models.withdrawn import withdrawn_words
 from ..asking import Configured, Key, Name, OpenStore
 from ..figures.models import against_figure, coverage_figure, errors_figure
 from ..registering import chosen_versions, needed, promote, registry_at
@@ -22,10 +24,18 @@ _MOST = 300
 
 
 @router.get("/models")
-def models(request: Request, settings: Configured, dataset: str = "", split: str = "", every: bool = False) -> Response:
+def models(
+    request: Request,
+    store: OpenStore,
+    settings: Configured,
+    dataset: str = "",
+    split: str = "",
+    every: bool = False,
+) -> Response:
     with models_extra():
         registry = registry_at(settings.db)
         rows = [] if registry is None else listed_versions(registry, every=every)
+        withdrawn = [] if registry is None else withdrawn_words(store.read(list_withdrawals), registry.versions())
         decisions = [] if registry is None else registry.decisions()[:50]
     datasets = list(dict.fromkeys(row["dataset"] for row in rows))
     splits = list(dict.fromkeys(row["split"] for row in rows))
@@ -43,6 +53,7 @@ def models(request: Request, settings: Configured, dataset: str = "", split: str
         every=every,
         metrics=_SHOWN,
         decisions=decisions,
+        withdrawn=withdrawn,
         figure=errors_figure(shown[:24], "force_nrmse") if shown else None,
     )
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 
@@ -102,13 +102,23 @@ class Forge:
         self._process.communicate()
 
 
+P = TypeVar("P", bound=Place)
+
+
 def strike(
-    forge: Forge, operation: str, engine: str, make: Callable[[str], Place], kills: int, rng: np.random.Generator
+    forge: Forge,
+    operation: str,
+    engine: str,
+    make: Callable[[str], P],
+    kills: int,
+    rng: np.random.Generator,
+    is_done: Callable[[P], bool] = lambda _: False,
 ) -> Tally:
     """Kill the command of fresh places until `kills` came in mid-work, look after each, then let it through.
 
     Half of the kills come at a random moment of the work, half before a random statement to a database. Each place
-    must end with the content of an undisturbed one. What does not is listed in the tally as lost.
+    must end with the content of an undisturbed one. What does not is listed in the tally as lost. A
+    place that `is_done` is not struck again, nor is its command run again.
     """
     tally = TALLIES.setdefault((operation, engine), Tally(operation, engine))
     kills += tally.struck
@@ -122,7 +132,10 @@ def strike(
                 break
             tally.struck += 1
             _count_lost(tally, place.look)
-        _count_lost(tally, partial(_complete, forge, place, undisturbed.content))
+            if is_done(place):
+                break
+        if not is_done(place):
+            _count_lost(tally, partial(_complete, forge, place, undisturbed.content))
         tally.completed += 1
     return tally
 

@@ -22,6 +22,8 @@ IMPORTS = (
     "alembic.command",
     "alembic.autogenerate",
     "psycopg",
+    "pyroshock.app.removal.archiving",
+    "pyroshock.app.removal.recordings",
     "pyroshock.ingest.load",
     "scipy.interpolate",
     "scipy.io",

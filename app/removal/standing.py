@@ -1,0 +1,79 @@
+"""What stands on a campaign or a recording, told before it goes and after."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ...schema.removal.part import Part, campaign_part, recording_part
+from ...schema.removal.removing import row_counts
+from ...schema.removal.standing import adopted_on, datasets_on, diagnoses_on
+from ...schema.session import Store
+from ..models.training import models_extra, registry_of
+
+
+def standing_on(store: Store, url: str, campaign: str, recording: str | None = None) -> dict[str, Any]:
+    """Rows that would go ("counts") and what stands on them ("stood_on"), as a tombstone has it; nothing is written.
+
+    `url` is the store's address, beside which the models lie. Raises `LookupError` for what is not in the store.
+    """
+    with store.reading() as session:
+        part = campaign_part(session, campaign) if recording is None else recording_part(session, campaign, recording)
+        datasets = datasets_on(session, part)
+        found: dict[str, Any] = {
+            "campaign": campaign,
+            "recording": recording,
+            "counts": row_counts(session, part),
+            "stood_on": {
+                "datasets": [without(each, "members") for each in datasets],
+                "diagnoses": [without(each, "report") for each in diagnoses_on(session, part)],
+                "adopted": adopted_on(session, part),
+                "reopened": [],
+            },
+        }
+    found["stood_on"]["models"] = models_on(url, datasets)
+    return found
+
+
+def models_of(store: Store, url: str, part: Part) -> list[dict[str, Any]]:
+    """Registered models that were trained on a dataset with pulses of the part: label, dataset, hash."""
+    with store.reading() as session:
+        datasets = datasets_on(session, part)
+    return models_on(url, datasets)
+
+
+def models_on(url: str, datasets: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Registered models that were trained on one of these datasets."""
+    if not datasets:
+        return []
+    hashes = {each["hash"] for each in datasets}
+    with models_extra():
+        versions = registry_of(url).versions()
+    return [
+        {"model": version.label, "dataset": version.dataset.name, "hash": version.dataset.hash}
+        for version in reversed(versions)
+        if version.dataset.hash in hashes
+    ]
+
+
+def standing_lines(stone: dict[str, Any]) -> list[str]:
+    """What stood on a part, a line each: datasets, models, diagnoses, versions of the twin."""
+    stood = stone["stood_on"]
+    return [
+        *(f"dataset {each['name']} ({each['pulses']} pulses, hash {each['hash'][:12]})" for each in stood["datasets"]),
+        *(f"model {each['model']} (of dataset {each['dataset']})" for each in stood["models"]),
+        *(
+            f"diagnosis {each['id']} of {each['diagnosed_at'][:19]} ({each['simulator']})"
+            for each in stood["diagnoses"]
+        ),
+        *(f"version {each['version']} of the twin ({each['reason']})" for each in stood["adopted"]),
+    ]
+
+
+def _diagnosis(entry: dict[str, Any]) -> str:
+    return f"diagnosis {entry['id']} of {entry['diagnosed_at'][:19]} ({entry['simulator']})"
+
+
+def without(entry: dict[str, Any], key: str) -> dict[str, Any]:
+    """A copy of the entry that lacks the key."""
+    return {name: value for name, value in entry.items() if name != key}

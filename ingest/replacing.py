@@ -1,0 +1,121 @@
+"""One stored recording replaced from its campaign folder: by a corrected row, another file, or both."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from ..schema.campaigns import Campaign
+from ..schema.rehearsal import Rehearsal
+from ..schema.removal.part import Part, recording_part
+from ..schema.removal.returning import give_back
+from ..schema.session import Store
+from ..schema.tombstones import Tombstone
+from .aside import Damaged
+from .changed_rows import row_changes
+from .errors import IngestError
+from .folder import FILE as CAMPAIGN
+from .folder import CampaignFile
+from .known import KnownRow, known_recordings, known_rows
+from .load import Work, modal_table, process, read_folder, work_of
+from .matching import Hit
+from .processing import ProcessedRecording
+from .runs import FILE, RunRow
+from .settings import ExtractionSettings
+from .store import CampaignStore
+
+
+@dataclass(frozen=True)
+class Replacement:
+    """What is to be stored in the place of a recording: read, judged and cut, and not yet written."""
+
+    store: Store
+    campaign: str
+    old: str
+    new: ProcessedRecording
+    hits: Sequence[Hit]
+    target: CampaignStore
+
+    def part(self, session: Session) -> Part:
+        """What goes. Raises `LookupError` where it is no longer there."""
+        return recording_part(session, self.campaign, self.old)
+
+    def write(self, session: Session, stone: Tombstone) -> dict[str, int]:
+        """Store the new recording in the transaction that has taken the old one out and left `stone`.
+
+        Datasets get the pulses of earlier deletions back where all of their content agrees: how many, by name.
+        """
+        self.target.write(session, self.new, list(self.hits))
+        stone.replaced_by = self.new.sha256
+        session.flush()
+        return give_back(
+            session, recording_part(session, self.campaign, self.new.path), self.store.written_by(session)
+        )  # fmt: skip
+
+
+def prepared_replacement(
+    store: Store,
+    campaign: str,
+    old: str,
+    folder: Path,
+    path: str | None = None,
+    settings: ExtractionSettings | None = None,
+    *,
+    free_factors: Collection[str] = (),
+    confirmed: Collection[str] = (),
+) -> Replacement:
+    """Read what replaces recording `old`: the file of that path in `folder`, or of another `path`, with its rows.
+
+    Other recordings of the folder are not looked at. Raises `LookupError` for what is not in the store, `IngestError`
+    where the folder is another campaign's, no row names the recording, the file cannot be read, nothing has changed, or
+    as an ingest of it would; nothing is written.
+    """
+    settings, path = settings or ExtractionSettings(), path or old
+    with store.reading() as session:
+        recording_part(session, campaign, old)
+    file, rows, _ = read_folder(store, folder, free_factors, confirmed)
+    if file.name != campaign:
+        raise IngestError(f"{CAMPAIGN}: campaign.name is {file.name!r}; expected {campaign!r}, whose recording goes")
+    own = tuple(row for row in rows if row.recording == path)
+    if not own:
+        raise IngestError(
+            f"no row of {FILE} names recording {path!r}; add its rows, or discard: pyroshock runs discard"
+        )
+    work = work_of(file, path, own)
+    store.read(lambda session: _refuse_unchanged(session, file, old, work))
+    target = CampaignStore(store, file, modal_table(file), own, settings, again=(path,), replaced=old)
+    if target.has_recording(path, work.sha256):
+        raise IngestError(
+            f"recording {path!r} is in the store as it is; replace it by another, or discard {old!r} alone"
+        )
+    outcome = process(file, rows, settings, work)
+    if isinstance(outcome, Damaged):
+        raise IngestError(f"{path}: {outcome.reason}; recording {old!r} stays in the store")
+    hits, new = outcome
+    new = new.without_samples() if isinstance(store, Rehearsal) else new
+    return Replacement(store, campaign, old, new, hits, target)
+
+
+def _refuse_unchanged(session: Session, file: CampaignFile, old: str, work: Work) -> None:
+    """Raise `IngestError` where file and rows are those that are stored."""
+    campaign = session.scalars(select(Campaign).where(Campaign.name == file.name)).one()
+    if work.path != old or known_recordings(session, campaign)[old].sha256 != work.sha256:
+        return
+    stored = {number: row for number, row in known_rows(session, campaign).items() if row.recording == old}
+    if any(_differs(session, file, row, stored) for row in work.rows) or not _counted(work.rows, stored):
+        return
+    raise IngestError(f"recording {old!r}: its file and its rows of {FILE} are those in the store; nothing to replace")
+
+
+def _differs(session: Session, file: CampaignFile, row: RunRow, stored: dict[tuple[int, int], KnownRow]) -> bool:
+    known = stored.get((row.run, row.repetition))
+    return known is None or bool(row_changes(session, row, file.kind, known))
+
+
+def _counted(rows: Sequence[RunRow], stored: Collection[tuple[int, int]]) -> bool:
+    """Whether the rows stand for all stored hits: each for its own, or one for the repetitions of its run."""
+    return len(rows) == len(stored) or (len(rows) == 1 and {run for run, _ in stored} == {rows[0].run})

@@ -1,0 +1,88 @@
+"""Deleting and discarding in the window: what stands on it is shown, a reason is needed, and only a form writes."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import quote
+
+import pytest
+from pyroshock.schema.impacts import Impact
+from pyroshock.schema.recordings import Recording
+from sqlalchemy import select
+from support.processes.web_client import post, post_json, sqlite, token_in, window
+from support.stores.web_stores import DATASET, HAMMER, Lab
+
+pytestmark = pytest.mark.timeout(600)
+FIRST = "recordings/test-01.npz"
+REASON = "the plate had come loose"
+
+
+@pytest.fixture
+def own(filled_lab: Path, quick_plates: None, tmp_path: Path) -> Iterator[Lab]:
+    """The window over a copy of the filled store: what is deleted here, others need."""
+    shutil.copytree(filled_lab, tmp_path / "lab")
+    with window(sqlite(tmp_path / "lab")) as (client, store):
+        yield Lab(client, store, sqlite(tmp_path / "lab"), tmp_path / "lab")
+
+
+def first_impact(lab: Lab) -> int:
+    with lab.store.reading() as session:
+        query = select(Impact.id).join(Recording, Impact.recording_id == Recording.id).where(Recording.path == FIRST)
+        key = session.scalar(query.order_by(Impact.id).limit(1))
+    assert key is not None
+    return key
+
+
+def test_page_shows_what_stands_on_a_campaign_and_deletes_it(own: Lab) -> None:
+    before = own.rows()
+    assert f'href="/campaigns/{HAMMER}/delete"' in own.client.get(f"/campaigns/{HAMMER}").text
+    shown = own.client.get(f"/campaigns/{HAMMER}/delete").text
+    assert f"dataset {DATASET}" in shown and "model " in shown and token_in(shown)
+    assert own.rows() == before
+    assert post(own.client, f"/campaigns/{HAMMER}/delete", {"reason": " "}).status_code == 422
+    assert own.rows() == before
+    answer = post(own.client, f"/campaigns/{HAMMER}/delete", {"reason": REASON})
+    assert (answer.status_code, answer.headers["location"]) == (303, "/campaigns")
+    assert own.client.get(f"/campaigns/{HAMMER}").status_code == 404
+    (stone,) = own.client.get("/api/deleted").json()
+    assert (stone["campaign"], stone["reason"]) == (HAMMER, REASON)
+    assert "no longer whole" in own.client.get("/models").text
+
+
+def test_page_shows_what_stands_on_a_recording_and_discards_it(own: Lab) -> None:
+    impact, before = first_impact(own), own.rows()
+    assert f'href="/impacts/{impact}/discard"' in own.client.get(f"/impacts/{impact}").text
+    shown = own.client.get(f"/impacts/{impact}/discard").text
+    assert FIRST in shown and f"dataset {DATASET}" in shown
+    assert own.rows() == before
+    answer = post(own.client, f"/impacts/{impact}/discard", {"reason": REASON})
+    assert (answer.status_code, answer.headers["location"]) == (303, f"/campaigns/{HAMMER}")
+    assert before["recordings"] - own.rows()["recordings"] == 1
+    assert own.client.get(f"/impacts/{impact}/discard").status_code == 404
+
+
+def test_api_tells_what_stands_on_it_and_discards_and_deletes(own: Lab) -> None:
+    address, before = f"/api/campaigns/{HAMMER}", own.rows()
+    standing = own.client.get(f"{address}/standing?recording={quote(FIRST)}").json()
+    assert standing["counts"]["recordings"] == 1
+    assert [each["name"] for each in standing["stood_on"]["datasets"]] == [DATASET]
+    assert own.rows() == before
+    stone = post_json(own.client, f"{address}/discard", {"recording": FIRST, "reason": REASON}).json()
+    assert (stone["recording"], stone["counts"]) == (FIRST, standing["counts"])
+    assert post_json(own.client, f"{address}/discard", {"recording": FIRST, "reason": REASON}).status_code == 404
+    assert post_json(own.client, f"{address}/delete", {"reason": ""}).status_code == 422
+    assert post_json(own.client, f"{address}/delete", {"reason": REASON}).json()["kind"] == "campaign"
+    assert post_json(own.client, f"{address}/delete", {"reason": REASON}).status_code == 404
+    assert len(own.client.get(f"/api/deleted?campaign={HAMMER}").json()) == 2
+
+
+@pytest.mark.parametrize(
+    "address", [f"/campaigns/{HAMMER}/delete", "/impacts/1/discard", f"/api/campaigns/{HAMMER}/delete"]
+)
+def test_write_without_the_token_is_refused(own: Lab, address: str) -> None:
+    before = own.rows()
+    assert own.client.post(address, data={"reason": REASON}).status_code == 403
+    assert own.client.post(address, json={"reason": REASON}).status_code == 403
+    assert own.rows() == before
