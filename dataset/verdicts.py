@@ -16,6 +16,8 @@ from ..schema.quality import QualityFinding
 from ..schema.recordings import RecordedChannel
 from .rows import Row
 
+#: A recording without one of its accelerometers; no number of its impacts comes from what is not there.
+MISSING_CHANNEL = "missing-channel"
 #: Rule -> severities that leave an impact out.
 RULES: dict[str, tuple[str, ...]] = {"reject": ("reject",), "warning": ("reject", "warning"), "none": ()}
 
@@ -66,7 +68,8 @@ def _findings(session: Session, campaigns: Sequence[int], severities: tuple[str,
     found = []
     for impact, recording, check, severity, quantity, position in session.execute(query):
         rides = quantity == "acceleration" and (position or "").lower() in IMPACTOR_POSITIONS
-        found.append((impact, recording, quantity in (None, "force"), rides, f"{check} ({severity})"))
+        of_force = quantity in (None, "force") and check != MISSING_CHANNEL
+        found.append((impact, recording, of_force, rides, f"{check} ({severity})"))
     return sorted(found, key=lambda finding: (finding[4].endswith("(warning)"), finding[4]))
 
 

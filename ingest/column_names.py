@@ -79,6 +79,24 @@ def resembled(column: str) -> str | None:
     return nearest if _edits(letters, nearest.replace("_", "")) <= _MOST_EDITS else None
 
 
+def resembled_channel(channel: str, others: Collection[str]) -> str | None:
+    """The one of `others` that may be `channel` in another spelling; None where there is none.
+
+    Case, blanks, a unit and a letter or two do not count, as for columns; a letter of a short name does, and so does a
+    number: acc_2 is another channel than acc_3.
+    """
+    plain = _plain(channel)
+    for other in others:
+        given = _plain(other)
+        if re.findall(r"\d+", given) != re.findall(r"\d+", plain):
+            continue
+        first, second = plain.replace("_", ""), given.replace("_", "")
+        most = min(_MOST_EDITS, len(first) // 3)
+        if _edits(first, second) <= most or _is_other_unit(given, plain) or _is_other_unit(plain, given):
+            return other
+    return None
+
+
 def undeclared(factors: Collection[str], declared: Collection[str]) -> list[str]:
     """Factors that neither have a known meaning nor a declaration, in their order."""
     return [name for name in factors if name not in BY_NAME and name not in TRAVEL and name not in declared]

@@ -6,7 +6,7 @@ Pure in the file and the settings, so that it can run in any process, before any
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..schema.series import EncodedSeries, encode_series
 from .channel import Channel, Sensor
+from .column_names import resembled_channel
 from .gunshot import ShotMeasurement, measure_shot
 from .hit_findings import hits_without_row, touches_before
 from .impact_speed import ImpactSpeed, impact_speeds
@@ -23,9 +24,12 @@ from .pulses import Hits, Pulse, find_hits
 from .quality import run_checks
 from .quality.base import Finding
 from .quality.recording import judge_together
-from .readers import RecordingError, open_recording, reader_for
+from .readers import OpenRecording, RecordingError, open_recording, reader_for
 from .settings import ExtractionSettings
 from .units import UnitError, to_si
+
+#: A channel that a recording does without; it has no row, so that the finding's evidence names it.
+MISSING = "missing-channel"
 
 
 @dataclass(frozen=True)
@@ -107,26 +111,57 @@ def process_recording(
 
 
 def read_channels(file: Path, sensors: Mapping[str, Sensor]) -> tuple[list[Channel], list[Finding]]:
-    """The declared channels of a file, and a note for each that nobody declared."""
+    """The declared channels of a file, a warning for each that it lacks, and a note for each that nobody declared.
+
+    Raises `RecordingError` for a file that has none of them, lacks a force channel, or has one in another spelling.
+    """
     with open_recording(file) as recording:
         if not sensors:
             raise RecordingError(f"{file.name}: campaign.toml declares no [channels.NAME] to read from it")
+        undeclared = [c.name for c in recording.channels if c.name not in sensors]
+        missing = _missing_channels(recording, sensors, undeclared)
         channels = []
         for name, sensor in sensors.items():
+            if name in missing:
+                continue
             info = recording.info(name)
             _check_unit(file, sensor, info.unit)
             samples = recording.read(name)
             refuse_no_reading(file.name, name, samples)
             channels.append(Channel(sensor, samples, info.sampling_rate_hz, info.start_s, info.header))
-        unread = [
-            Finding("undeclared-channel", "note", f"channel {c.name!r} is in the file but not in campaign.toml", c.name)
-            for c in recording.channels
-            if c.name not in sensors
+        remarks = list(missing.values())
+        remarks += [
+            Finding("undeclared-channel", "note", f"channel {name!r} is in the file but not in campaign.toml", name)
+            for name in undeclared
         ]
         if any(c.header.get("last_line_without_end") for c in recording.channels):
             message = "the file's last line has no line end: its last number may be cut"
-            unread.append(Finding("unfinished-file", "note", message, channels[-1].name))
-    return channels, unread
+            remarks.append(Finding("unfinished-file", "note", message, channels[-1].name))
+    return channels, remarks
+
+
+def _missing_channels(
+    recording: OpenRecording, sensors: Mapping[str, Sensor], undeclared: Sequence[str]
+) -> dict[str, Finding]:
+    """Declared channels that a recording can do without, by name, each with its warning.
+
+    Raises `RecordingError` where the recording cannot: its hits are found in the force, and a channel in another
+    spelling would be lost without need.
+    """
+    missing = [name for name in sensors if not recording.names(name)]
+    for name in missing:
+        if len(missing) == len(sensors) or sensors[name].quantity == "force":
+            recording.info(name)  # raises, and names the channels that there are
+        if other := resembled_channel(name, undeclared):
+            raise RecordingError(
+                f"no channel {name!r}, but {other!r}, which resembles it and is not declared; correct the name in "
+                "campaign.toml or in the file, or declare both"
+            )
+    there = ", ".join(channel.name for channel in recording.channels)
+    return {
+        name: Finding(MISSING, "warning", f"no channel {name!r}; the recording has: {there}", name, {"channel": name})
+        for name in missing
+    }
 
 
 def _check_unit(file: Path, sensor: Sensor, written: str | None) -> None:
