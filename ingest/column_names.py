@@ -11,7 +11,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 
 from ..schema.columns import BY_COLUMN, BY_NAME, KNOWN_FACTORS
-from .errors import IngestError
+from .errors import Faults
 from .texts import shown
 
 RUNS_FILE = "runs.csv"
@@ -49,21 +49,25 @@ def check_columns(header: Sequence[str], declared: Mapping[str, str], confirmed:
     `declared` and `confirmed` are free factors by their columns. Raises `IngestError` with the suggestion, and for a
     declaration that the table does not bear out.
     """
+    faults = Faults()
     for place, columns in (("campaign.toml: [factors]", declared), ("--free-factor", confirmed)):
         for column in columns:
             if column in KNOWN:
-                raise IngestError(f"{place}: {column!r} is a known column of {RUNS_FILE}, not a free factor; remove it")
-            if column not in header:
+                faults.add([f"{place}: {column!r} is a known column of {RUNS_FILE}, not a free factor; remove it"])
+            elif column not in header:
                 there = shown(", ".join(header))
-                raise IngestError(f"{place}: {shown(column)} is no column of {RUNS_FILE}; its columns are {there}")
+                faults.add([f"{place}: {shown(column)} is no column of {RUNS_FILE}; its columns are {there}"])
     for column in header:
         known = resembled(column)
         if known is not None and column not in declared and column not in confirmed:
-            raise IngestError(
-                f"{RUNS_FILE}: column {shown(column)} resembles the known column {known!r}; correct its name, or, if "
-                f"it is a factor of its own, declare it in campaign.toml ([factors], {_toml_key(column)} = "
-                f'"what it is") or confirm it with --free-factor {_argument(column)}'
+            faults.add(
+                [
+                    f"{RUNS_FILE}: column {shown(column)} resembles the known column {known!r}; correct its name, or, "
+                    f"if it is a factor of its own, declare it in campaign.toml ([factors], {_toml_key(column)} = "
+                    f'"what it is") or confirm it with --free-factor {_argument(column)}'
+                ]
             )
+    faults.refuse()
 
 
 def resembled(column: str) -> str | None:

@@ -18,11 +18,11 @@ from ..schema.materials import material_names
 from ..schema.rehearsal import Rehearsal
 from ..schema.session import Store
 from .aside import Damaged
-from .bench_rules import check_bench
+from .bench_rules import Told, check_bench
 from .column_names import undeclared
-from .errors import IngestError
+from .errors import Faults, IngestError
 from .folder import FILE as CAMPAIGN
-from .folder import CampaignFile, read_campaign_file
+from .folder import CampaignFile, read_campaign_file, stated_kind_and_factors
 from .impact_speed import IMPACTOR_POSITIONS
 from .matching import Hit, expected_hits, match
 from .modes import ModalTableFile, read_modal_table
@@ -75,10 +75,8 @@ def ingest_folder(
     settings = settings or ExtractionSettings()
     with store.reading() as session:
         names = material_names(session)
-    file = _with_known_material(read_campaign_file(folder), names)
-    rows = read_runs(folder, file.kind, names, file.factors, free_factors)
-    told = check_bench(file, rows, confirmed)
-    target = CampaignStore(store, file, _modes(file), rows, settings)
+    file, rows, modes, told = _read_folder(folder, names, free_factors, confirmed)
+    target = CampaignStore(store, file, modes, rows, settings)
     work = _plan(file, rows, target)
     damaged: list[Damaged] = []
     held: list[tuple[list[Hit], ProcessedRecording]] = []
@@ -110,6 +108,30 @@ def ingest_folder(
     return report
 
 
+def _read_folder(
+    folder: Path, names: MaterialNames, free_factors: Collection[str], confirmed: Collection[str]
+) -> tuple[CampaignFile, tuple[RunRow, ...], ModalTableFile | None, list[Told]]:
+    """The folder's tables, and what is to be told of its rows. Raises `IngestError` with the faults of all of them."""
+    faults = Faults()
+    file = faults.attempt(_campaign, folder, names)
+    if file is None and not (folder / CAMPAIGN).is_file():
+        faults.refuse()
+    kind, factors = (file.kind, file.factors) if file else stated_kind_and_factors(folder)
+    rows = read_runs(folder, kind, names, factors, free_factors, faults)
+    for row in rows:
+        if row.recording:
+            faults.of(_refuse_unknown_format, row)
+    told = faults.of(check_bench, file, rows, confirmed) if file else []
+    modes = faults.of(_modes, file) if file else None
+    faults.refuse()
+    assert file is not None
+    return file, rows, modes, told
+
+
+def _campaign(folder: Path, names: MaterialNames) -> CampaignFile:
+    return _with_known_material(read_campaign_file(folder), names)
+
+
 def _with_known_material(file: CampaignFile, names: MaterialNames) -> CampaignFile:
     """The campaign with its plate's material called as the store calls it."""
     if file.plate is None or file.plate.material is None:
@@ -139,7 +161,6 @@ def _plan(file: CampaignFile, rows: tuple[RunRow, ...], target: CampaignStore) -
     by_path: defaultdict[str, list[RunRow]] = defaultdict(list)
     for row in rows:
         if row.recording:
-            _refuse_unknown_format(row)
             by_path[row.recording].append(row)
     work = []
     for path, mine in by_path.items():

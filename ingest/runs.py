@@ -11,7 +11,7 @@ from types import MappingProxyType
 from ..schema.columns import BY_COLUMN, BY_NAME, parse_number
 from ..schema.levels import Level, LevelError, MaterialNames, level_of
 from .column_names import KEYS, MEASURED, RUNS_FILE, check_columns, suggestion
-from .errors import IngestError
+from .errors import Faults, IngestError
 from .tables import Line, read_table
 from .texts import LONGEST_NAME, shown
 
@@ -46,77 +46,113 @@ _REQUIRED = {"hammer": KEYS, "gun": (*KEYS, "bullet_mass_kg", "tank_pressure_bar
 
 def read_runs(
     folder: Path,
-    kind: str,
+    kind: str | None,
     materials: MaterialNames,
     declared: Mapping[str, str] = MappingProxyType({}),
     confirmed: Collection[str] = (),
+    faults: Faults | None = None,
 ) -> tuple[RunRow, ...]:
     """Read and check `folder`/runs.csv. Raises `IngestError` with file, row, column, value and what was expected.
 
     Delimiter (comma, semicolon, tab) and decimal comma are recognised. Recordings must lie inside `folder` and exist.
     `declared` (with what they are) and `confirmed` are columns that are free factors though they resemble a known one.
+    A `kind` of None, of a campaign.toml with faults, asks for no column of its own. Where `faults` are given, all of
+    the table's are kept there, and the rows without are returned.
     """
-    header, lines = _table(folder)
-    _check_header(header, kind)
-    check_columns(header, declared, confirmed)
+    own = Faults()
+    header, lines = own.attempt(_table, folder, own) or ([], [])
     rows = []
-    seen: dict[tuple[int, int], int] = {}
-    for line, cells in lines:
-        row = _row(folder, line, cells, kind, materials)
-        key = (row.run, row.repetition)
-        if key in seen:
-            raise IngestError(
-                f"{FILE}: row {line}: duplicate run {row.run}, repetition {row.repetition}; see row {seen[key]}"
-            )
-        seen[key] = line
-        rows.append(row)
-    if not rows:
-        raise IngestError(f"{FILE}: no rows; expected at least one recorded impact or shot")
+    if header:
+        required = _REQUIRED.get(kind or "", KEYS)
+        own.of(_check_header, header, kind, required)
+        own.of(check_columns, header, declared, confirmed)
+        if set(KEYS) <= set(header):
+            rows = _rows(folder, lines, required, materials, own)
+        if not lines and not own:
+            own.add([f"{FILE}: no rows; expected at least one recorded impact or shot"])
+    if faults is None:
+        own.refuse()
+    else:
+        faults.of(own.refuse)
     return tuple(rows)
 
 
-def _table(folder: Path) -> tuple[list[str], list[Line]]:
+def _rows(
+    folder: Path, lines: list[Line], required: tuple[str, ...], materials: MaterialNames, faults: Faults
+) -> list[RunRow]:
+    """The rows that are understood; the faults of the others are added to `faults`."""
+    rows = []
+    seen: dict[tuple[int, int], int] = {}
+    recordings = _Recordings(folder)
+    for line, cells in lines:
+        row = faults.attempt(_row, recordings, line, cells, required, materials)
+        if row is None:
+            continue
+        key = (row.run, row.repetition)
+        if key in seen:
+            faults.add(
+                [f"{FILE}: row {line}: duplicate run {row.run}, repetition {row.repetition}; see row {seen[key]}"]
+            )
+            continue
+        seen[key] = line
+        rows.append(row)
+    return rows
+
+
+def _table(folder: Path, faults: Faults) -> tuple[list[str], list[Line]]:
     try:
-        return read_table(folder / FILE, FILE)
+        return read_table(folder / FILE, FILE, faults)
     except FileNotFoundError as error:
         raise IngestError(f"{folder}: no {FILE}; a campaign folder needs one (docs/campaigns.md)") from error
 
 
-def _check_header(header: list[str], kind: str) -> None:
-    for column in _REQUIRED[kind]:
+def _check_header(header: list[str], kind: str | None, required: tuple[str, ...]) -> None:
+    faults = Faults()
+    for column in required:
         if column not in header:
-            needs = f"a {kind} campaign needs {', '.join(_REQUIRED[kind])}"
-            raise IngestError(f"{FILE}: no column {column!r}; {needs}{suggestion(column, header)}")
+            needs = f"a {kind or 'campaign of any kind'} campaign needs {', '.join(required)}"
+            faults.add([f"{FILE}: no column {column!r}; {needs}{suggestion(column, header)}"])
     for column in header:
         if column in BY_NAME and column not in BY_COLUMN:
-            raise IngestError(f"{FILE}: column {column!r} states no unit; expected {BY_NAME[column].column!r}")
+            faults.add([f"{FILE}: column {column!r} states no unit; expected {BY_NAME[column].column!r}"])
+    faults.refuse()
 
 
-def _row(folder: Path, line: int, cells: dict[str, str], kind: str, materials: MaterialNames) -> RunRow:
+def _row(
+    recordings: _Recordings, line: int, cells: dict[str, str], required: tuple[str, ...], materials: MaterialNames
+) -> RunRow:
     levels = []
     measured: dict[str, float | None] = {}
+    faults = Faults()
     for column, text in cells.items():
         if len(text) > LONGEST_NAME:
-            raise _refusal(line, column, text, f"at most {LONGEST_NAME} characters")
-        if column in ("run", "repetition", "recording"):
-            continue
-        if column in MEASURED:
+            faults.of(_refuse, line, column, text, f"at most {LONGEST_NAME} characters")
+        elif column in MEASURED:
             name, scale, zero = MEASURED[column]
-            measured[name] = _measurement(line, column, text, scale, zero)
+            measured[name] = faults.of(_measurement, line, column, text, scale, zero)
+        elif column in ("run", "repetition", "recording"):
+            continue
         elif text:
-            levels.append(_level(line, column, text, materials))
-        elif column in _REQUIRED[kind]:
-            raise _refusal(line, column, text, "a number above zero")
+            levels.append(faults.of(_level, line, column, text, materials))
+        elif column in required:
+            faults.of(_refuse, line, column, text, "a number above zero")
+    run, repetition = (faults.of(_whole, line, key, cells[key], low) for key, low in (("run", 0), ("repetition", 1)))
+    recording = faults.of(recordings.path, line, cells.get("recording", ""))
+    faults.refuse()
     levels.sort(key=lambda level: level.factor)
     return RunRow(
         line=line,
-        run=_whole(line, "run", cells["run"], 0),
-        repetition=_whole(line, "repetition", cells["repetition"], 1),
+        run=run,
+        repetition=repetition,
         levels=tuple(levels),
-        recording=_recording(folder, line, cells.get("recording", "")),
+        recording=recording,
         levels_by_factor={level.factor: level for level in levels},
         **measured,
     )
+
+
+def _refuse(line: int, column: str, text: str, expected: str) -> None:
+    raise _refusal(line, column, text, expected)
 
 
 def _refusal(line: int, column: str, text: str, expected: str) -> IngestError:
@@ -151,9 +187,29 @@ def _level(line: int, column: str, text: str, materials: MaterialNames) -> Level
         raise _refusal(line, column, text, str(error)) from error
 
 
-def _recording(folder: Path, line: int, text: str) -> str | None:
-    if not text:
-        return None
+class _Recordings:
+    """The files that a folder's rows name: each is looked for, and refused, once."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._seen: dict[str, str | IngestError] = {}
+
+    def path(self, line: int, text: str) -> str | None:
+        """The recording's path as it is stored; None for an empty cell. Raises `IngestError`."""
+        if not text:
+            return None
+        if text not in self._seen:
+            try:
+                self._seen[text] = _recording(self._folder, line, text)
+            except IngestError as error:
+                self._seen[text] = error
+        seen = self._seen[text]
+        if isinstance(seen, IngestError):
+            raise seen
+        return seen
+
+
+def _recording(folder: Path, line: int, text: str) -> str:
     path = folder / text
     root = folder.resolve()
     try:
