@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator, Sequence
 from ..schema.columns import BY_NAME, NONE
 from .errors import Faults, IngestError
 from .folder import CampaignFile
-from .runs import FILE, RunRow
+from .runs import RunRow
 from .texts import shown
 
 INSULATOR, SIZE, PRESSURE = RULES = ("insulator-without-anvil", "negative-size", "pressure-above-regulator")
@@ -41,17 +41,17 @@ def check_bench(file: CampaignFile, rows: Sequence[RunRow], confirmed: Collectio
             if rule not in confirmed and not (rule == INSULATOR and file.kind == "hammer"):
                 faults.add(
                     [
-                        f"{FILE}: row {row.line}: {why}; correct the row, or, if it is true, confirm it with "
+                        f"{row.place}: {why}; correct the row, or, if it is true, confirm it with "
                         f'--confirm {rule} or with confirmed = ["{rule}"] in [bench] of campaign.toml'
                     ]
                 )
             told.setdefault(rule, []).append(row.line)
     faults.refuse()
-    findings = [_finding(rule, f"{FILE}: {_lines(lines)}: {_WORDS[rule]}") for rule, lines in told.items()]
+    findings = [_finding(rule, f"{rows[0].file}: {_lines(lines)}: {_WORDS[rule]}") for rule, lines in told.items()]
     unjudged = [row.line for row in rows if row.recording is None and _is_impact(file, row)]
     if unjudged:
         findings.append(
-            _finding("not-judged", f"{FILE}: {_lines(unjudged)} without a recording: no check can judge them")
+            _finding("not-judged", f"{rows[0].file}: {_lines(unjudged)} without a recording: no check can judge them")
         )
     return findings
 

@@ -43,26 +43,28 @@ _OTHER_UNIT = re.compile(
 _STEMS |= {factor.name: factor.column for factor in KNOWN_FACTORS if factor.is_number}
 
 
-def check_columns(header: Sequence[str], declared: Mapping[str, str], confirmed: Collection[str]) -> None:
+def check_columns(
+    header: Sequence[str], declared: Mapping[str, str], confirmed: Collection[str], table: str = RUNS_FILE
+) -> None:
     """Refuse a column that resembles a known one, unless campaign.toml declares it or the user confirmed it.
 
-    `declared` and `confirmed` are free factors by their columns. Raises `IngestError` with the suggestion, and for a
-    declaration that the table does not bear out.
+    `declared` and `confirmed` are free factors by their columns, `table` the file's name. Raises `IngestError` with the
+    suggestion, and for a declaration that the table does not bear out.
     """
     faults = Faults()
     for place, columns in (("campaign.toml: [factors]", declared), ("--free-factor", confirmed)):
         for column in columns:
             if column in KNOWN:
-                faults.add([f"{place}: {column!r} is a known column of {RUNS_FILE}, not a free factor; remove it"])
+                faults.add([f"{place}: {column!r} is a known column of {table}, not a free factor; remove it"])
             elif column not in header:
                 there = shown(", ".join(header))
-                faults.add([f"{place}: {shown(column)} is no column of {RUNS_FILE}; its columns are {there}"])
+                faults.add([f"{place}: {shown(column)} is no column of {table}; its columns are {there}"])
     for column in header:
         known = resembled(column)
         if known is not None and column not in declared and column not in confirmed:
             faults.add(
                 [
-                    f"{RUNS_FILE}: column {shown(column)} resembles the known column {known!r}; correct its name, or, "
+                    f"{table}: column {shown(column)} resembles the known column {known!r}; correct its name, or, "
                     f"if it is a factor of its own, declare it in campaign.toml ([factors], {_toml_key(column)} = "
                     f'"what it is") or confirm it with --free-factor {_argument(column)}'
                 ]

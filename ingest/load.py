@@ -31,7 +31,7 @@ from .processing import ProcessedRecording, file_hash, process_recording
 from .readers import RecordingError, may_crash, reader_for
 from .readers.guard import one_line
 from .report import IngestReport
-from .runs import FILE, RunRow, read_runs
+from .runs import RunRow, read_runs
 from .settings import ExtractionSettings
 from .store import CampaignStore
 
@@ -174,14 +174,14 @@ def _hash_and_size(path: Path, row: RunRow) -> tuple[str, int]:
     try:
         return file_hash(path), path.stat().st_size
     except (RecordingError, OSError) as error:
-        raise IngestError(f"{FILE}: row {row.line}, column 'recording': {error}") from error
+        raise IngestError(f"{row.place}, column 'recording': {error}") from error
 
 
 def _refuse_unknown_format(row: RunRow) -> None:
     try:
         reader_for(Path(row.recording or ""))
     except RecordingError as error:
-        raise IngestError(f"{FILE}: row {row.line}, column 'recording': {error}") from error
+        raise IngestError(f"{row.place}, column 'recording': {error}") from error
 
 
 def _process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionSettings, work: Work) -> Outcome:
