@@ -27,9 +27,10 @@ from .impact_speed import IMPACTOR_POSITIONS
 from .matching import Hit, expected_hits, match
 from .modes import ModalTableFile, read_modal_table
 from .parallel import Isolation, default_jobs, map_ahead
-from .processing import ProcessedRecording, file_hash, process_recording
-from .readers import RecordingError, may_crash, reader_for
+from .processing import ProcessedRecording, process_recording
+from .readers import RecordingError
 from .readers.guard import one_line
+from .recording_files import RecordingFiles
 from .report import IngestReport
 from .runs import RunRow, read_runs
 from .settings import ExtractionSettings
@@ -81,7 +82,7 @@ def ingest_folder(
     damaged: list[Damaged] = []
     held: list[tuple[list[Hit], ProcessedRecording]] = []
     jobs = jobs or default_jobs(sum(item.size_bytes for item in work))
-    crashing = any(may_crash(folder / item.path) for item in work)
+    crashing = any(RecordingFiles(folder, item.path).may_crash for item in work)
     results = map_ahead(
         partial(_process, file, rows, settings), work, jobs, Isolation(_lost, _patience_s, always=crashing)
     )
@@ -120,7 +121,7 @@ def _read_folder(
     rows = read_runs(folder, kind, names, factors, free_factors, faults)
     for row in rows:
         if row.recording:
-            faults.of(_refuse_unknown_format, row)
+            faults.of(_refuse_unknown_format, folder, row)
     told = faults.of(check_bench, file, rows, confirmed) if file else []
     modes = faults.of(_modes, file) if file else None
     faults.refuse()
@@ -164,22 +165,22 @@ def _plan(file: CampaignFile, rows: tuple[RunRow, ...], target: CampaignStore) -
             by_path[row.recording].append(row)
     work = []
     for path, mine in by_path.items():
-        digest, size = _hash_and_size(file.folder / path, mine[0])
+        digest, size = _hash_and_size(RecordingFiles(file.folder, path), mine[0])
         if not target.has_recording(path, digest):
             work.append(Work(path, tuple(mine), digest, size))
     return work
 
 
-def _hash_and_size(path: Path, row: RunRow) -> tuple[str, int]:
+def _hash_and_size(files: RecordingFiles, row: RunRow) -> tuple[str, int]:
     try:
-        return file_hash(path), path.stat().st_size
+        return files.sha256(), files.size_bytes
     except (RecordingError, OSError) as error:
         raise IngestError(f"{row.place}, column 'recording': {error}") from error
 
 
-def _refuse_unknown_format(row: RunRow) -> None:
+def _refuse_unknown_format(folder: Path, row: RunRow) -> None:
     try:
-        reader_for(Path(row.recording or ""))
+        _ = RecordingFiles(folder, row.recording or "").format
     except RecordingError as error:
         raise IngestError(f"{row.place}, column 'recording': {error}") from error
 

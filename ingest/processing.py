@@ -5,7 +5,6 @@ Pure in the file and the settings, so that it can run in any process, before any
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,7 +23,8 @@ from .pulses import Hits, Pulse, find_hits
 from .quality import run_checks
 from .quality.base import Finding
 from .quality.recording import judge_together
-from .readers import OpenRecording, RecordingError, open_recording, reader_for
+from .readers import OpenRecording, RecordingError
+from .recording_files import RecordingFiles
 from .settings import ExtractionSettings
 from .units import UnitError, to_si
 
@@ -66,15 +66,6 @@ class ProcessedRecording:
         return replace(self, series=tuple(series))
 
 
-def file_hash(path: Path) -> str:
-    """SHA-256 of a file, read in pieces. Raises `RecordingError` when it cannot be read."""
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise RecordingError(f"{path.name}: cannot be read: {error.strerror}") from error
-
-
 def process_recording(
     folder: Path,
     path: str,
@@ -86,10 +77,13 @@ def process_recording(
     bullet_length_u_m: float | None = None,
     sha256: str | None = None,
 ) -> ProcessedRecording:
-    """Read `folder`/`path`, judge it, and cut out its pulses. Raises `RecordingError` when it cannot be read whole."""
-    file = folder / path
-    digest = sha256 or file_hash(file)
-    channels, unread = read_channels(file, sensors)
+    """Read the files of `path` in `folder`, judge them, and cut out their pulses.
+
+    Raises `RecordingError` when one of them cannot be read whole.
+    """
+    files = RecordingFiles(folder, path)
+    digest = sha256 or files.sha256()
+    channels, unread = read_recording(files, sensors)
     hits = hits_of(channels, settings, expected)
     pulses = hits.pulses
     force = total_force(channels)
@@ -99,8 +93,8 @@ def process_recording(
     return ProcessedRecording(
         path=path,
         sha256=digest,
-        size_bytes=file.stat().st_size,
-        format=reader_for(file).format,
+        size_bytes=files.size_bytes,
+        format=files.format,
         series=tuple(StoredSeries.of(c) for c in channels),
         pulses=pulses,
         speeds=speeds,
@@ -115,9 +109,15 @@ def read_channels(file: Path, sensors: Mapping[str, Sensor]) -> tuple[list[Chann
 
     Raises `RecordingError` for a file that has none of them, lacks a force channel, or has one in another spelling.
     """
-    with open_recording(file) as recording:
+    return read_recording(RecordingFiles(file.parent, file.name), sensors)
+
+
+def read_recording(files: RecordingFiles, sensors: Mapping[str, Sensor]) -> tuple[list[Channel], list[Finding]]:
+    """`read_channels` of a recording's files together."""
+    file = files.name
+    with files.open() as recording:
         if not sensors:
-            raise RecordingError(f"{file.name}: campaign.toml declares no [channels.NAME] to read from it")
+            raise RecordingError(f"{file}: campaign.toml declares no [channels.NAME] to read from it")
         undeclared = [c.name for c in recording.channels if c.name not in sensors]
         missing = _missing_channels(recording, sensors, undeclared)
         channels = []
@@ -127,7 +127,7 @@ def read_channels(file: Path, sensors: Mapping[str, Sensor]) -> tuple[list[Chann
             info = recording.info(name)
             _check_unit(file, sensor, info.unit)
             samples = recording.read(name)
-            refuse_no_reading(file.name, name, samples)
+            refuse_no_reading(file, name, samples)
             channels.append(Channel(sensor, samples, info.sampling_rate_hz, info.start_s, info.header))
         remarks = list(missing.values())
         remarks += [
@@ -164,7 +164,7 @@ def _missing_channels(
     }
 
 
-def _check_unit(file: Path, sensor: Sensor, written: str | None) -> None:
+def _check_unit(file: str, sensor: Sensor, written: str | None) -> None:
     """Refuse a file whose own unit contradicts campaign.toml: one of them is wrong, and we cannot know which."""
     if not written or not written.strip():
         return
@@ -181,7 +181,7 @@ def _check_unit(file: Path, sensor: Sensor, written: str | None) -> None:
         found = None
     if found is None or not np.allclose(found, declared, rtol=1e-6, atol=0):
         raise RecordingError(
-            f"{file.name}: channel {sensor.name!r} is in {written!r} by the file, in {expected_unit!r} by campaign.toml"
+            f"{file}: channel {sensor.name!r} is in {written!r} by the file, in {expected_unit!r} by campaign.toml"
         )
 
 

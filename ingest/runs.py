@@ -13,6 +13,7 @@ from ..schema.columns import BY_COLUMN, BY_NAME, parse_number
 from ..schema.levels import Level, LevelError, MaterialNames, level_of
 from .column_names import KEYS, MEASURED, RUNS_FILE, check_columns, suggestion
 from .errors import Faults, IngestError
+from .recording_files import recording_path
 from .sheets import SUFFIXES
 from .tables import Line, read_table
 from .texts import LONGEST_NAME, shown
@@ -209,22 +210,3 @@ class _Reading:
         if isinstance(path, IngestError):
             raise path
         return path
-
-
-def recording_path(folder: Path, text: str) -> str:
-    """The path of a recording as it is stored. Raises `ValueError` with what was expected."""
-    path = folder / text
-    root = folder.resolve()
-    try:
-        inside = path.resolve().is_relative_to(root) and not Path(text).is_absolute()
-    except (OSError, RuntimeError, ValueError):  # a loop of links, a name no file can have
-        inside = False
-    if not inside:
-        raise ValueError("a file inside the campaign folder")
-    try:
-        found = path.is_file()
-    except (OSError, ValueError):
-        found = False
-    if not found:
-        raise ValueError("a file of the campaign folder; there is none of that name")
-    return path.resolve().relative_to(root).as_posix()

@@ -65,10 +65,6 @@ def test_sheet_gives_the_rows_of_the_csv(tmp_path, suffix):
     assert [row.levels for row in rows] == [row.levels for row in expected]
     assert [row.measured_velocity_m_s for row in rows] == [11.0, 12.0, 13.0]
     assert rows[0].levels_by_factor["day"].label == "2026-03-02"
-    assert (
-        rows[0].levels_by_factor["serial"].label
-        == read_runs(plain, "gun", material)[0].levels_by_factor["serial"].label
-    )
     assert rows[0].levels_by_factor["humidity"].number == 0.1
 
 
