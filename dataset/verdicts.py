@@ -17,6 +17,8 @@ from ..schema.recordings import RecordedChannel
 from ..signals.channel import on_impactor
 from .rows import Row
 
+#: A recording without one of its accelerometers; no number of its impacts comes from what is not there.
+MISSING_CHANNEL = "missing-channel"
 #: Rule -> severities that leave an impact out.
 RULES: dict[str, tuple[str, ...]] = {"reject": ("reject",), "warning": ("reject", "warning"), "none": ()}
 
@@ -65,7 +67,8 @@ def _findings(session: Session, campaigns: Sequence[int], severities: tuple[str,
     found = []
     for impact, recording, check, severity, quantity, position in session.execute(query):
         rides = quantity == "acceleration" and on_impactor(position)
-        found.append((impact, recording, quantity in (None, "force"), rides, f"{check} ({severity})"))
+        of_force = quantity in (None, "force") and check != MISSING_CHANNEL
+        found.append((impact, recording, of_force, rides, f"{check} ({severity})"))
     return sorted(found, key=lambda finding: (finding[4].endswith("(warning)"), finding[4]))
 
 

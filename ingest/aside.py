@@ -11,7 +11,7 @@ from ..schema.campaigns import Campaign
 from ..schema.keys import get_or_add
 from ..schema.recordings import SET_ASIDE, Recording
 from .folder import CampaignFile
-from .readers import reader_for
+from .recording_files import RecordingFiles
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ def keep_aside(session: Session, campaign: Campaign, file: CampaignFile, item: D
         {
             "sha256": item.sha256,
             "size_bytes": item.size_bytes,
-            "format": reader_for(file.folder / item.path).format,
+            "format": RecordingFiles(file.folder, item.path).format,
             "status": SET_ASIDE,
             "reason": item.reason,
         },

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Sequence
 
 from ..schema.columns import BY_NAME, NONE
-from .errors import IngestError
+from .errors import Faults, IngestError
 from .folder import CampaignFile
-from .runs import FILE, RunRow
+from .runs import RunRow
 from .texts import shown
 
 INSULATOR, SIZE, PRESSURE = RULES = ("insulator-without-anvil", "negative-size", "pressure-above-regulator")
@@ -23,29 +23,35 @@ Told = dict[str, str | None]
 
 
 def check_bench(file: CampaignFile, rows: Sequence[RunRow], confirmed: Collection[str]) -> list[Told]:
-    """Findings on rows that the bench hardly has. Raises `IngestError` for the first row that it cannot have.
+    """Findings on rows that the bench hardly has. Raises `IngestError` for rows that it cannot have.
 
     `confirmed` are rules that the user, or `confirmed` in `[bench]`, has confirmed; they are told all the same. Raises
     `IngestError` for a rule that there is not.
     """
     confirmed = {*confirmed, *file.confirmed}
-    for rule in sorted(confirmed - set(RULES)):
-        raise IngestError(f"{shown(rule)} is no rule that can be confirmed; known: {', '.join(RULES)}")
+    unknown = sorted(confirmed - set(RULES))
+    if unknown:
+        known = ", ".join(RULES)
+        raise IngestError(*(f"{shown(rule)} is no rule that can be confirmed; known: {known}" for rule in unknown))
+    faults = Faults()
     told: dict[str, list[int]] = {}
     for row in rows:
         for rule, why in _broken(file, row):
             # A hammer's pad may lie on the bare plate: the disclosed hammer campaigns have such rows.
             if rule not in confirmed and not (rule == INSULATOR and file.kind == "hammer"):
-                raise IngestError(
-                    f"{FILE}: row {row.line}: {why}; correct the row, or, if it is true, confirm it with "
-                    f'--confirm {rule} or with confirmed = ["{rule}"] in [bench] of campaign.toml'
+                faults.add(
+                    [
+                        f"{row.place}: {why}; correct the row, or, if it is true, confirm it with "
+                        f'--confirm {rule} or with confirmed = ["{rule}"] in [bench] of campaign.toml'
+                    ]
                 )
             told.setdefault(rule, []).append(row.line)
-    findings = [_finding(rule, f"{FILE}: {_lines(lines)}: {_WORDS[rule]}") for rule, lines in told.items()]
+    faults.refuse()
+    findings = [_finding(rule, f"{rows[0].file}: {_lines(lines)}: {_WORDS[rule]}") for rule, lines in told.items()]
     unjudged = [row.line for row in rows if row.recording is None and _is_impact(file, row)]
     if unjudged:
         findings.append(
-            _finding("not-judged", f"{FILE}: {_lines(unjudged)} without a recording: no check can judge them")
+            _finding("not-judged", f"{rows[0].file}: {_lines(unjudged)} without a recording: no check can judge them")
         )
     return findings
 

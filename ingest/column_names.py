@@ -11,7 +11,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 
 from ..schema.columns import BY_COLUMN, BY_NAME, KNOWN_FACTORS
-from .errors import IngestError
+from .errors import Faults
 from .texts import shown
 
 RUNS_FILE = "runs.csv"
@@ -43,27 +43,33 @@ _OTHER_UNIT = re.compile(
 _STEMS |= {factor.name: factor.column for factor in KNOWN_FACTORS if factor.is_number}
 
 
-def check_columns(header: Sequence[str], declared: Mapping[str, str], confirmed: Collection[str]) -> None:
+def check_columns(
+    header: Sequence[str], declared: Mapping[str, str], confirmed: Collection[str], table: str = RUNS_FILE
+) -> None:
     """Refuse a column that resembles a known one, unless campaign.toml declares it or the user confirmed it.
 
-    `declared` and `confirmed` are free factors by their columns. Raises `IngestError` with the suggestion, and for a
-    declaration that the table does not bear out.
+    `declared` and `confirmed` are free factors by their columns, `table` the file's name. Raises `IngestError` with the
+    suggestion, and for a declaration that the table does not bear out.
     """
+    faults = Faults()
     for place, columns in (("campaign.toml: [factors]", declared), ("--free-factor", confirmed)):
         for column in columns:
             if column in KNOWN:
-                raise IngestError(f"{place}: {column!r} is a known column of {RUNS_FILE}, not a free factor; remove it")
-            if column not in header:
+                faults.add([f"{place}: {column!r} is a known column of {table}, not a free factor; remove it"])
+            elif column not in header:
                 there = shown(", ".join(header))
-                raise IngestError(f"{place}: {shown(column)} is no column of {RUNS_FILE}; its columns are {there}")
+                faults.add([f"{place}: {shown(column)} is no column of {table}; its columns are {there}"])
     for column in header:
         known = resembled(column)
         if known is not None and column not in declared and column not in confirmed:
-            raise IngestError(
-                f"{RUNS_FILE}: column {shown(column)} resembles the known column {known!r}; correct its name, or, if "
-                f"it is a factor of its own, declare it in campaign.toml ([factors], {_toml_key(column)} = "
-                f'"what it is") or confirm it with --free-factor {_argument(column)}'
+            faults.add(
+                [
+                    f"{table}: column {shown(column)} resembles the known column {known!r}; correct its name, or, "
+                    f"if it is a factor of its own, declare it in campaign.toml ([factors], {_toml_key(column)} = "
+                    f'"what it is") or confirm it with --free-factor {_argument(column)}'
+                ]
             )
+    faults.refuse()
 
 
 def resembled(column: str) -> str | None:
@@ -77,6 +83,24 @@ def resembled(column: str) -> str | None:
     letters = plain.replace("_", "")
     nearest = min(_RESEMBLED, key=lambda known: _edits(letters, known.replace("_", "")))
     return nearest if _edits(letters, nearest.replace("_", "")) <= _MOST_EDITS else None
+
+
+def resembled_channel(channel: str, others: Collection[str]) -> str | None:
+    """The one of `others` that may be `channel` in another spelling; None where there is none.
+
+    Case, blanks, a unit and a letter or two do not count, as for columns; a letter of a short name does, and so does a
+    number: acc_2 is another channel than acc_3.
+    """
+    plain = _plain(channel)
+    for other in others:
+        given = _plain(other)
+        if re.findall(r"\d+", given) != re.findall(r"\d+", plain):
+            continue
+        first, second = plain.replace("_", ""), given.replace("_", "")
+        most = min(_MOST_EDITS, len(first) // 3)
+        if _edits(first, second) <= most or _is_other_unit(given, plain) or _is_other_unit(plain, given):
+            return other
+    return None
 
 
 def undeclared(factors: Collection[str], declared: Collection[str]) -> list[str]:

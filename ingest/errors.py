@@ -1,7 +1,64 @@
-"""What an ingest refuses. Each message is one line: file, row, column, value, and what was expected."""
+"""What an ingest refuses. Each fault is one line: file, row, column, value, and what was expected."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from typing import ParamSpec, TypeVar, cast
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+
+#: Faults that a message lists; of more it says how many.
+MOST_LISTED = 20
+
 
 class IngestError(ValueError):
-    """The campaign cannot be ingested, and nothing of it was stored."""
+    """The campaign cannot be ingested, and nothing of it was stored.
+
+    `faults` has a line for each fault. The message is the only fault, or says how many there are and lists them below.
+    """
+
+    def __init__(self, *faults: str) -> None:
+        super().__init__(*faults)
+        self.faults = faults
+
+    def __str__(self) -> str:
+        if len(self.faults) == 1:
+            return self.faults[0]
+        files = " and ".join(dict.fromkeys(fault.partition(": ")[0] for fault in self.faults))
+        more = [f"and {len(self.faults) - MOST_LISTED} more"] if len(self.faults) > MOST_LISTED else []
+        lines = (" ".join(fault.split()) for fault in (*self.faults[:MOST_LISTED], *more))
+        return "\n  ".join([f"{files}: {len(self.faults)} faults", *lines])
+
+
+class Faults:
+    """The faults of a folder's files, gathered so that one refusal names them all."""
+
+    def __init__(self) -> None:
+        self._faults: dict[str, None] = {}
+
+    def attempt(
+        self, read: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs
+    ) -> Result | None:
+        """What `read` gives; None where it is refused, and its faults are kept."""
+        try:
+            return read(*args, **kwargs)
+        except IngestError as error:
+            self.add(error.faults)
+            return None
+
+    def of(self, read: Callable[Arguments, Result], *args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+        """`attempt` for a part of something larger, which nobody may use before `refuse`."""
+        return cast(Result, self.attempt(read, *args, **kwargs))
+
+    def add(self, faults: Iterable[str]) -> None:
+        """Keep these; one that two readers meet counts once."""
+        self._faults |= dict.fromkeys(faults)
+
+    def __bool__(self) -> bool:
+        return bool(self._faults)
+
+    def refuse(self) -> None:
+        """Raise `IngestError` with all faults; nothing where there are none."""
+        if self._faults:
+            raise IngestError(*self._faults)

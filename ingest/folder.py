@@ -15,7 +15,7 @@ from ..schema.columns import MAX_REGULATED_PRESSURE_PA
 from ..schema.toml_text import read_toml_text, toml_table
 from ..signals.channel import Sensor
 from ..signals.units import SI_UNITS, UnitError
-from .errors import IngestError
+from .errors import Faults, IngestError
 from .texts import LONGEST_NAME, shown
 
 FILE = "campaign.toml"
@@ -87,26 +87,43 @@ def read_campaign_file(folder: Path) -> CampaignFile:
     if not folder.is_dir():
         raise IngestError(f"{folder}: no such folder; expected a campaign folder with {FILE} and runs.csv")
     data = _load(folder / FILE)
-    _known_keys(data, ("campaign", "bench", "channels", "factors"), "")
-    campaign = _table(data, "campaign", required=True)
-    _known_keys(campaign, ("name", "kind", "date", "description", "operator"), "campaign")
-    bench = _table(data, "bench")
-    _known_keys(bench, ("gun", "hammer", "plate", "confirmed"), "bench")
-    return CampaignFile(
+    faults = Faults()
+    faults.of(_known_keys, data, ("campaign", "bench", "channels", "factors"), "")
+    campaign = faults.of(_table, data, "campaign", required=True) or {}
+    bench = faults.of(_table, data, "bench") or {}
+    faults.of(_known_keys, campaign, ("name", "kind", "date", "description", "operator"), "campaign")
+    faults.of(_known_keys, bench, ("gun", "hammer", "plate", "confirmed"), "bench")
+    keys = faults if campaign else Faults()  # a table that is missing is one fault, not one for each of its keys
+    file = CampaignFile(
         folder=folder,
-        name=_text(campaign, "name", "campaign", required=True) or "",
-        kind=_choice(campaign, "kind", "campaign", KINDS),
-        date=_date(campaign),
-        description=_text(campaign, "description", "campaign"),
-        operator=_text(campaign, "operator", "campaign"),
-        gun=_gun(bench),
-        hammer=_hammer(bench),
-        plate=_plate(bench),
-        sensors=_sensors(_table(data, "channels")),
-        factors=_factors(_table(data, "factors")),
-        confirmed=_confirmed(bench),
-        max_regulated_pressure_pa=_regulator(bench),
+        name=keys.of(_text, campaign, "name", "campaign", required=True) or "",
+        kind=keys.of(_choice, campaign, "kind", "campaign", KINDS),
+        date=keys.of(_date, campaign),
+        description=faults.of(_text, campaign, "description", "campaign"),
+        operator=faults.of(_text, campaign, "operator", "campaign"),
+        gun=faults.of(_gun, bench),
+        hammer=faults.of(_hammer, bench),
+        plate=faults.of(_plate, bench),
+        sensors=faults.of(_sensors, faults.of(_table, data, "channels") or {}),
+        factors=faults.of(_factors, faults.of(_table, data, "factors") or {}),
+        confirmed=faults.of(_confirmed, bench),
+        max_regulated_pressure_pa=faults.of(_regulator, bench),
     )
+    faults.refuse()
+    return file
+
+
+def stated_kind_and_factors(folder: Path) -> tuple[str | None, Mapping[str, str]]:
+    """What a `campaign.toml` with faults says of `runs.csv`: the campaign's kind (None where it is not one) and the
+    factors that it declares, so that the table's faults can be told as well."""
+    try:
+        data = _load(folder / FILE)
+    except IngestError:
+        return None, {}
+    campaign, factors = data.get("campaign"), data.get("factors")
+    kind = campaign.get("kind") if isinstance(campaign, dict) else None
+    declared = factors if isinstance(factors, dict) else {}
+    return kind if kind in KINDS else None, {c: text for c, text in declared.items() if isinstance(text, str)}
 
 
 def _load(path: Path) -> dict[str, Any]:
@@ -121,10 +138,9 @@ def _load(path: Path) -> dict[str, Any]:
 
 
 def _known_keys(table: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
-    for key in table:
-        if key not in known:
-            place = f"{where}.{key}" if where else key
-            raise IngestError(f"{FILE}: unknown key {shown(place)}; known: {', '.join(known)}")
+    places = [f"{where}.{key}" if where else key for key in table if key not in known]
+    if places:
+        raise IngestError(*(f"{FILE}: unknown key {shown(place)}; known: {', '.join(known)}" for place in places))
 
 
 def _table(data: Mapping[str, Any], key: str, *, required: bool = False) -> Mapping[str, Any]:
@@ -207,6 +223,10 @@ def _number(table: Mapping[str, Any], key: str, where: str, rule: Rule) -> float
     return value
 
 
+def _optional_number(table: Mapping[str, Any], key: str, where: str, rule: Rule) -> float | None:
+    return _number(table, key, where, rule) if key in table else None
+
+
 def _float(value: object) -> float | None:
     """A finite TOML number; None for anything else."""
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -222,8 +242,10 @@ def _gun(bench: Mapping[str, Any]) -> GunPart | None:
     if "gun" not in bench:
         return None
     table = _table(bench, "gun")
-    _known_keys(table, (*_GUN, _REGULATOR), "bench.gun")
-    gun = GunPart(**{key: _number(table, key, "bench.gun", rule) for key, rule in _GUN.items()})
+    faults = Faults()
+    faults.of(_known_keys, table, (*_GUN, _REGULATOR), "bench.gun")
+    gun = GunPart(**{key: faults.of(_number, table, key, "bench.gun", rule) for key, rule in _GUN.items()})
+    faults.refuse()
     if gun.projectile_diameter_m > gun.bore_diameter_m:
         raise IngestError(
             f"{FILE}: bench.gun.projectile_diameter_m is {gun.projectile_diameter_m}; "
@@ -250,24 +272,34 @@ def _hammer(bench: Mapping[str, Any]) -> HammerPart | None:
     if "hammer" not in bench:
         return None
     table = _table(bench, "hammer")
-    _known_keys(table, ("mass_kg",), "bench.hammer")
-    return HammerPart(mass_kg=_number(table, "mass_kg", "bench.hammer", ABOVE_ZERO))
+    faults = Faults()
+    faults.of(_known_keys, table, ("mass_kg",), "bench.hammer")
+    hammer = HammerPart(mass_kg=faults.of(_number, table, "mass_kg", "bench.hammer", ABOVE_ZERO))
+    faults.refuse()
+    return hammer
 
 
 def _plate(bench: Mapping[str, Any]) -> PlatePart | None:
     if "plate" not in bench:
         return None
     table = _table(bench, "plate")
-    _known_keys(table, ("modes", "material", "thickness_m", "outline_m"), "bench.plate")
-    modes = _text(table, "modes", "bench.plate")
-    material = _text(table, "material", "bench.plate")
-    thickness = _number(table, "thickness_m", "bench.plate", ABOVE_ZERO) if "thickness_m" in table else None
-    if modes is None and (material is None or thickness is None):
-        raise IngestError(
-            f'{FILE}: [bench.plate] needs modes = "FILE.csv", or material and thickness_m (with outline_m for the '
-            "finite element model)"
+    faults = Faults()
+    faults.of(_known_keys, table, ("modes", "material", "thickness_m", "outline_m"), "bench.plate")
+    plate = PlatePart(
+        modes=faults.of(_text, table, "modes", "bench.plate"),
+        material=faults.of(_text, table, "material", "bench.plate"),
+        thickness_m=faults.of(_optional_number, table, "thickness_m", "bench.plate", ABOVE_ZERO),
+        outline_m=faults.of(_outline, table),
+    )
+    if "modes" not in table and not {"material", "thickness_m"} <= table.keys():
+        faults.add(
+            [
+                f'{FILE}: [bench.plate] needs modes = "FILE.csv", or material and thickness_m (with outline_m for the '
+                "finite element model)"
+            ]
         )
-    return PlatePart(modes, material, thickness, _outline(table))
+    faults.refuse()
+    return plate
 
 
 def _outline(table: Mapping[str, Any]) -> tuple[tuple[float, float], ...] | None:
@@ -289,26 +321,38 @@ def _corner(value: object) -> tuple[float, float] | None:
 
 
 def _factors(table: Mapping[str, Any]) -> dict[str, str]:
-    return {column: _text(table, column, "factors", required=True) or "" for column in table}
+    faults = Faults()
+    factors = {column: faults.of(_text, table, column, "factors", required=True) or "" for column in table}
+    faults.refuse()
+    return factors
 
 
 def _sensors(channels: Mapping[str, Any]) -> dict[str, Sensor]:
-    return {name: _sensor(name, _table(channels, name)) for name in channels}
+    faults = Faults()
+    sensors = {name: faults.of(_sensor, name, channels) for name in channels}
+    faults.refuse()
+    return sensors
 
 
-def _sensor(name: str, table: Mapping[str, Any]) -> Sensor:
+_OF_CHANNEL = ("quantity", "unit", "sensitivity", "offset_v", "position", "axis", "range")
+
+
+def _sensor(name: str, channels: Mapping[str, Any]) -> Sensor:
+    table = _table(channels, name)
     where = f"channels.{_name(name, 'the name of a channel')}"
-    _known_keys(table, ("quantity", "unit", "sensitivity", "offset_v", "position", "axis", "range"), where)
+    faults = Faults()
+    faults.of(_known_keys, table, _OF_CHANNEL, where)
     sensor = Sensor(
         name=name,
-        quantity=_choice(table, "quantity", where, tuple(SI_UNITS)),
-        unit=_text(table, "unit", where, required=True) or "",
-        sensitivity=_number(table, "sensitivity", where, NOT_ZERO) if "sensitivity" in table else None,
-        offset_v=_number(table, "offset_v", where, ANY) if "offset_v" in table else 0.0,
-        position=_text(table, "position", where),
-        axis=_text(table, "axis", where),
-        range=_number(table, "range", where, ABOVE_ZERO) if "range" in table else None,
+        quantity=faults.of(_choice, table, "quantity", where, tuple(SI_UNITS)),
+        unit=faults.of(_text, table, "unit", where, required=True) or "",
+        sensitivity=faults.of(_optional_number, table, "sensitivity", where, NOT_ZERO),
+        offset_v=faults.of(_optional_number, table, "offset_v", where, ANY) or 0.0,
+        position=faults.of(_text, table, "position", where),
+        axis=faults.of(_text, table, "axis", where),
+        range=faults.of(_optional_number, table, "range", where, ABOVE_ZERO),
     )
+    faults.refuse()
     if sensor.sensitivity is None and sensor.offset_v:
         raise IngestError(f"{FILE}: {where}.offset_v is {sensor.offset_v}; expected a sensitivity beside it")
     try:

@@ -12,7 +12,6 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from ..schema.levels import MaterialNames
 from ..schema.materials import material_names
@@ -20,19 +19,20 @@ from ..schema.rehearsal import Rehearsal
 from ..schema.session import Store
 from ..signals.channel import on_impactor
 from .aside import Damaged
-from .bench_rules import check_bench
+from .bench_rules import Told, check_bench
 from .column_names import undeclared
-from .errors import IngestError
+from .errors import Faults, IngestError
 from .folder import FILE as CAMPAIGN
-from .folder import CampaignFile, read_campaign_file
+from .folder import CampaignFile, read_campaign_file, stated_kind_and_factors
 from .matching import Hit, expected_hits, match
 from .modes import ModalTableFile, read_modal_table
 from .parallel import Isolation, default_jobs, map_ahead
-from .processing import ProcessedRecording, file_hash, process_recording
-from .readers import RecordingError, may_crash, reader_for
+from .processing import ProcessedRecording, process_recording
+from .readers import RecordingError
 from .readers.guard import one_line
+from .recording_files import RecordingFiles
 from .report import IngestReport
-from .runs import FILE, RunRow, read_runs
+from .runs import RunRow, read_runs
 from .settings import ExtractionSettings
 from .store import CampaignStore
 
@@ -75,14 +75,14 @@ def ingest_folder(
     Raises `IngestError`, with nothing stored, for a campaign that is refused or holds nothing usable.
     """
     settings = settings or ExtractionSettings()
-    file, rows, told = read_folder(store, folder, free_factors, confirmed)
+    file, rows, modes, told = read_campaign_tables(store, folder, free_factors, confirmed)
     _refuse_unnamed(again, rows)
-    target = CampaignStore(store, file, modal_table(file), rows, settings, again=again)
+    target = CampaignStore(store, file, modes, rows, settings, again=again)
     work = _plan(file, rows, target)
     damaged: list[Damaged] = []
     held: list[tuple[list[Hit], ProcessedRecording]] = []
     jobs = jobs or default_jobs(sum(item.size_bytes for item in work))
-    crashing = any(may_crash(folder / item.path) for item in work)
+    crashing = any(RecordingFiles(folder, item.path).may_crash for item in work)
     results = map_ahead(
         partial(process, file, rows, settings), work, jobs, Isolation(_lost, _patience_s, always=crashing)
     )
@@ -109,21 +109,39 @@ def ingest_folder(
     return report
 
 
-def read_folder(
+def read_campaign_tables(
     store: Store, folder: Path, free_factors: Collection[str] = (), confirmed: Collection[str] = ()
-) -> tuple[CampaignFile, tuple[RunRow, ...], list[dict[str, Any]]]:
-    """The card and the table of a campaign folder, and what the rules of a bench say of them. Raises `IngestError`."""
+) -> tuple[CampaignFile, tuple[RunRow, ...], ModalTableFile | None, list[Told]]:
+    """A campaign folder's card, its table of runs, its modal table, and what the rules of a bench say of the rows.
+
+    Raises `IngestError` with the faults of all of them.
+    """
     with store.reading() as session:
         names = material_names(session)
-    file = _with_known_material(read_campaign_file(folder), names)
-    rows = read_runs(folder, file.kind, names, file.factors, free_factors)
-    return file, rows, check_bench(file, rows, confirmed)
+    faults = Faults()
+    file = faults.attempt(_campaign, folder, names)
+    if file is None and not (folder / CAMPAIGN).is_file():
+        faults.refuse()
+    kind, factors = (file.kind, file.factors) if file else stated_kind_and_factors(folder)
+    rows = read_runs(folder, kind, names, factors, free_factors, faults)
+    for row in rows:
+        if row.recording:
+            faults.of(_refuse_unknown_format, folder, row)
+    told = faults.of(check_bench, file, rows, confirmed) if file else []
+    modes = faults.of(_modes, file) if file else None
+    faults.refuse()
+    assert file is not None
+    return file, rows, modes, told
 
 
 def _refuse_unnamed(again: Collection[str], rows: tuple[RunRow, ...]) -> None:
     for path in again:
         if not any(row.recording == path for row in rows):
-            raise IngestError(f"--again {path}: no row of {FILE} names this recording; give it as {FILE} does")
+            raise IngestError(f"--again {path}: no row names this recording; give it as the table of runs does")
+
+
+def _campaign(folder: Path, names: MaterialNames) -> CampaignFile:
+    return _with_known_material(read_campaign_file(folder), names)
 
 
 def _with_known_material(file: CampaignFile, names: MaterialNames) -> CampaignFile:
@@ -139,7 +157,7 @@ def _with_known_material(file: CampaignFile, names: MaterialNames) -> CampaignFi
     return replace(file, plate=replace(file.plate, material=material))
 
 
-def modal_table(file: CampaignFile) -> ModalTableFile | None:
+def _modes(file: CampaignFile) -> ModalTableFile | None:
     """That of the campaign's plate, where the card names one."""
     if file.plate is None or file.plate.modes is None:
         return None
@@ -156,29 +174,28 @@ def _plan(file: CampaignFile, rows: tuple[RunRow, ...], target: CampaignStore) -
     by_path: defaultdict[str, list[RunRow]] = defaultdict(list)
     for row in rows:
         if row.recording:
-            _refuse_unknown_format(row)
             by_path[row.recording].append(row)
     every = (work_of(file, path, tuple(rows_of_path)) for path, rows_of_path in by_path.items())
     return [work for work in every if not target.has_recording(work.path, work.sha256)]
 
 
 def work_of(file: CampaignFile, path: str, rows: tuple[RunRow, ...]) -> Work:
-    """One recording of a folder with its rows. Raises `IngestError` where its file cannot be read."""
-    return Work(path, rows, *_hash_and_size(file.folder / path, rows[0]))
+    """One recording of a folder with its rows. Raises `IngestError` where its files cannot be read."""
+    return Work(path, rows, *_hash_and_size(RecordingFiles(file.folder, path), rows[0]))
 
 
-def _hash_and_size(path: Path, row: RunRow) -> tuple[str, int]:
+def _hash_and_size(files: RecordingFiles, row: RunRow) -> tuple[str, int]:
     try:
-        return file_hash(path), path.stat().st_size
+        return files.sha256(), files.size_bytes
     except (RecordingError, OSError) as error:
-        raise IngestError(f"{FILE}: row {row.line}, column 'recording': {error}") from error
+        raise IngestError(f"{row.place}, column 'recording': {error}") from error
 
 
-def _refuse_unknown_format(row: RunRow) -> None:
+def _refuse_unknown_format(folder: Path, row: RunRow) -> None:
     try:
-        reader_for(Path(row.recording or ""))
+        _ = RecordingFiles(folder, row.recording or "").format
     except RecordingError as error:
-        raise IngestError(f"{FILE}: row {row.line}, column 'recording': {error}") from error
+        raise IngestError(f"{row.place}, column 'recording': {error}") from error
 
 
 def process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionSettings, work: Work) -> Outcome:

@@ -5,8 +5,7 @@ Pure in the file and the settings, so that it can run in any process, before any
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -19,13 +18,18 @@ from ..signals.checks import run_checks
 from ..signals.checks.base import Finding
 from ..signals.checks.recording import judge_together
 from ..signals.units import UnitError, to_si
+from .column_names import resembled_channel
 from .gunshot import ShotMeasurement, measure_shot
 from .hit_findings import hits_without_row, touches_before
 from .impact_speed import ImpactSpeed, impact_speeds
 from .magnitude import refuse_no_reading
 from .pulses import Hits, Pulse, find_hits
-from .readers import RecordingError, open_recording, reader_for
+from .readers import OpenRecording, RecordingError
+from .recording_files import RecordingFiles
 from .settings import ExtractionSettings
+
+#: A channel that a recording does without; it has no row, so that the finding's evidence names it.
+MISSING = "missing-channel"
 
 
 @dataclass(frozen=True)
@@ -62,15 +66,6 @@ class ProcessedRecording:
         return replace(self, series=tuple(series))
 
 
-def file_hash(path: Path) -> str:
-    """SHA-256 of a file, read in pieces. Raises `RecordingError` when it cannot be read."""
-    try:
-        with path.open("rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError as error:
-        raise RecordingError(f"{path.name}: cannot be read: {error.strerror}") from error
-
-
 def process_recording(
     folder: Path,
     path: str,
@@ -82,10 +77,13 @@ def process_recording(
     bullet_length_u_m: float | None = None,
     sha256: str | None = None,
 ) -> ProcessedRecording:
-    """Read `folder`/`path`, judge it, and cut out its pulses. Raises `RecordingError` when it cannot be read whole."""
-    file = folder / path
-    digest = sha256 or file_hash(file)
-    channels, unread = read_channels(file, sensors)
+    """Read the files of `path` in `folder`, judge them, and cut out their pulses.
+
+    Raises `RecordingError` when one of them cannot be read whole.
+    """
+    files = RecordingFiles(folder, path)
+    digest = sha256 or files.sha256()
+    channels, unread = read_recording(files, sensors)
     hits = hits_of(channels, settings, expected)
     pulses = hits.pulses
     force = total_force(channels)
@@ -95,8 +93,8 @@ def process_recording(
     return ProcessedRecording(
         path=path,
         sha256=digest,
-        size_bytes=file.stat().st_size,
-        format=reader_for(file).format,
+        size_bytes=files.size_bytes,
+        format=files.format,
         series=tuple(StoredSeries.of(c) for c in channels),
         pulses=pulses,
         speeds=speeds,
@@ -107,29 +105,66 @@ def process_recording(
 
 
 def read_channels(file: Path, sensors: Mapping[str, Sensor]) -> tuple[list[Channel], list[Finding]]:
-    """The declared channels of a file, and a note for each that nobody declared."""
-    with open_recording(file) as recording:
+    """The declared channels of a file, a warning for each that it lacks, and a note for each that nobody declared.
+
+    Raises `RecordingError` for a file that has none of them, lacks a force channel, or has one in another spelling.
+    """
+    return read_recording(RecordingFiles(file.parent, file.name), sensors)
+
+
+def read_recording(files: RecordingFiles, sensors: Mapping[str, Sensor]) -> tuple[list[Channel], list[Finding]]:
+    """`read_channels` of a recording's files together."""
+    file = files.name
+    with files.open() as recording:
         if not sensors:
-            raise RecordingError(f"{file.name}: campaign.toml declares no [channels.NAME] to read from it")
+            raise RecordingError(f"{file}: campaign.toml declares no [channels.NAME] to read from it")
+        undeclared = [c.name for c in recording.channels if c.name not in sensors]
+        missing = _missing_channels(recording, sensors, undeclared)
         channels = []
         for name, sensor in sensors.items():
+            if name in missing:
+                continue
             info = recording.info(name)
             _check_unit(file, sensor, info.unit)
             samples = recording.read(name)
-            refuse_no_reading(file.name, name, samples)
+            refuse_no_reading(file, name, samples)
             channels.append(Channel(sensor, samples, info.sampling_rate_hz, info.start_s, info.header))
-        unread = [
-            Finding("undeclared-channel", "note", f"channel {c.name!r} is in the file but not in campaign.toml", c.name)
-            for c in recording.channels
-            if c.name not in sensors
+        remarks = list(missing.values())
+        remarks += [
+            Finding("undeclared-channel", "note", f"channel {name!r} is in the file but not in campaign.toml", name)
+            for name in undeclared
         ]
         if any(c.header.get("last_line_without_end") for c in recording.channels):
             message = "the file's last line has no line end: its last number may be cut"
-            unread.append(Finding("unfinished-file", "note", message, channels[-1].name))
-    return channels, unread
+            remarks.append(Finding("unfinished-file", "note", message, channels[-1].name))
+    return channels, remarks
 
 
-def _check_unit(file: Path, sensor: Sensor, written: str | None) -> None:
+def _missing_channels(
+    recording: OpenRecording, sensors: Mapping[str, Sensor], undeclared: Sequence[str]
+) -> dict[str, Finding]:
+    """Declared channels that a recording can do without, by name, each with its warning.
+
+    Raises `RecordingError` where the recording cannot: its hits are found in the force, and a channel in another
+    spelling would be lost without need.
+    """
+    missing = [name for name in sensors if not recording.names(name)]
+    for name in missing:
+        if len(missing) == len(sensors) or sensors[name].quantity == "force":
+            recording.info(name)  # raises, and names the channels that there are
+        if other := resembled_channel(name, undeclared):
+            raise RecordingError(
+                f"no channel {name!r}, but {other!r}, which resembles it and is not declared; correct the name in "
+                "campaign.toml or in the file, or declare both"
+            )
+    there = ", ".join(channel.name for channel in recording.channels)
+    return {
+        name: Finding(MISSING, "warning", f"no channel {name!r}; the recording has: {there}", name, {"channel": name})
+        for name in missing
+    }
+
+
+def _check_unit(file: str, sensor: Sensor, written: str | None) -> None:
     """Refuse a file whose own unit contradicts campaign.toml: one of them is wrong, and we cannot know which."""
     if not written or not written.strip():
         return
@@ -146,7 +181,7 @@ def _check_unit(file: Path, sensor: Sensor, written: str | None) -> None:
         found = None
     if found is None or not np.allclose(found, declared, rtol=1e-6, atol=0):
         raise RecordingError(
-            f"{file.name}: channel {sensor.name!r} is in {written!r} by the file, in {expected_unit!r} by campaign.toml"
+            f"{file}: channel {sensor.name!r} is in {written!r} by the file, in {expected_unit!r} by campaign.toml"
         )
 
 

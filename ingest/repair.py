@@ -19,8 +19,9 @@ from ..schema.series import EncodedSeries, encode_series, write_series
 from ..schema.session import Store
 from .errors import IngestError
 from .folder import CampaignFile, read_campaign_file
-from .processing import file_hash, read_channels
+from .processing import read_recording
 from .readers import RecordingError
+from .recording_files import RecordingFiles
 from .rows import refuse_other_campaign
 
 
@@ -79,13 +80,14 @@ def _encoded(store: Store, file: CampaignFile, path: str, rows: Sequence[Channel
     with store.reading() as session:
         query = select(Recording.sha256).join(RecordedChannel, RecordedChannel.recording_id == Recording.id)
         recorded = session.scalar(query.where(RecordedChannel.id == rows[0].id))
-    if file_hash(file.folder / path) != recorded:
+    files = RecordingFiles(file.folder, path)
+    if files.sha256() != recorded:
         raise RecordingError(f"{path}: the file has changed since it was ingested")
     wanted = {row.channel for row in rows}
     sensors = {name: sensor for name, sensor in file.sensors.items() if name in wanted}
     if missing := wanted - sensors.keys():
         raise RecordingError(f"{path}: campaign.toml has no channel {', '.join(sorted(missing))} any more")
-    channels, _ = read_channels(file.folder / path, sensors)
+    channels, _ = read_recording(files, sensors)
     return {channel.name: encode_series(channel.recorded) for channel in channels}
 
 

@@ -21,7 +21,7 @@ from .errors import IngestError
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile
 from .known import KnownRow, known_recordings, known_rows
-from .load import Work, modal_table, process, read_folder, work_of
+from .load import Work, process, read_campaign_tables, work_of
 from .matching import Hit
 from .processing import ProcessedRecording
 from .runs import FILE, RunRow
@@ -77,7 +77,7 @@ def prepared_replacement(
     settings, path = settings or ExtractionSettings(), path or old
     with store.reading() as session:
         recording_part(session, campaign, old)
-    file, rows, _ = read_folder(store, folder, free_factors, confirmed)
+    file, rows, modes, _ = read_campaign_tables(store, folder, free_factors, confirmed)
     if file.name != campaign:
         raise IngestError(f"{CAMPAIGN}: campaign.name is {file.name!r}; expected {campaign!r}, whose recording goes")
     own = tuple(row for row in rows if row.recording == path)
@@ -87,7 +87,7 @@ def prepared_replacement(
         )
     work = work_of(file, path, own)
     store.read(lambda session: _refuse_unchanged(session, file, old, work))
-    target = CampaignStore(store, file, modal_table(file), own, settings, again=(path,), replaced=old)
+    target = CampaignStore(store, file, modes, own, settings, again=(path,), replaced=old)
     if target.has_recording(path, work.sha256):
         raise IngestError(
             f"recording {path!r} is in the store as it is; replace it by another, or discard {old!r} alone"

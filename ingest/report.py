@@ -57,6 +57,7 @@ class IngestReport:
                 QualityFinding.check,
                 QualityFinding.severity,
                 QualityFinding.message,
+                QualityFinding.evidence,
             )
             .join(Recording, QualityFinding.recording_id == Recording.id)
             .outerjoin(RecordedChannel, QualityFinding.channel_id == RecordedChannel.id)
@@ -64,4 +65,8 @@ class IngestReport:
             .order_by(QualityFinding.id)
         )
         keys = ("recording", "channel", "check", "severity", "message")
-        self.findings = [dict(zip(keys, row, strict=True)) for row in session.execute(query)]
+        for *values, evidence in session.execute(query):
+            finding = dict(zip(keys, values, strict=True))
+            if finding["channel"] is None:  # one that the recording lacks has no row
+                finding["channel"] = evidence.get("channel")
+            self.findings.append(finding)

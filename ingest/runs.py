@@ -1,4 +1,5 @@
-"""`runs.csv`: one row per recorded impact or shot, every cell checked before anything is stored."""
+"""`runs.csv`, or a spreadsheet in its place: one row per recorded impact or shot, every cell checked before anything is
+stored."""
 
 from __future__ import annotations
 
@@ -11,16 +12,20 @@ from types import MappingProxyType
 from ..schema.columns import BY_COLUMN, BY_NAME, parse_number
 from ..schema.levels import Level, LevelError, MaterialNames, level_of
 from .column_names import KEYS, MEASURED, RUNS_FILE, check_columns, suggestion
-from .errors import IngestError
+from .errors import Faults, IngestError
+from .recording_files import recording_path
+from .sheets import SUFFIXES
 from .tables import Line, read_table
 from .texts import LONGEST_NAME, shown
 
 FILE = RUNS_FILE
+#: A folder has one of them.
+FILES = (FILE, *(f"runs{suffix}" for suffix in SUFFIXES))
 
 
 @dataclass(frozen=True)
 class RunRow:
-    """A row of `runs.csv`. `line` is its line in the file; velocities in m/s, lengths in m."""
+    """A row of `runs.csv`. `line` is its line in the `file`, or its row in a sheet; velocities in m/s, lengths in m."""
 
     line: int
     run: int
@@ -35,6 +40,12 @@ class RunRow:
     bullet_length_u_m: float | None = None
     laser_sampling_rate_hz: float | None = None
     levels_by_factor: Mapping[str, Level] = field(default_factory=dict, compare=False)
+    file: str = FILE
+
+    @property
+    def place(self) -> str:
+        """For messages: "runs.csv: row 3"."""
+        return f"{self.file}: row {self.line}"
 
     def number(self, factor: str) -> float | None:
         level = self.levels_by_factor.get(factor)
@@ -46,126 +57,156 @@ _REQUIRED = {"hammer": KEYS, "gun": (*KEYS, "bullet_mass_kg", "tank_pressure_bar
 
 def read_runs(
     folder: Path,
-    kind: str,
+    kind: str | None,
     materials: MaterialNames,
     declared: Mapping[str, str] = MappingProxyType({}),
     confirmed: Collection[str] = (),
+    faults: Faults | None = None,
 ) -> tuple[RunRow, ...]:
-    """Read and check `folder`/runs.csv. Raises `IngestError` with file, row, column, value and what was expected.
+    """Read and check `folder`/runs.csv, or runs.xlsx or runs.xls in its place.
+
+    Raises `IngestError` with file, row, column, value and what was expected.
 
     Delimiter (comma, semicolon, tab) and decimal comma are recognised. Recordings must lie inside `folder` and exist.
     `declared` (with what they are) and `confirmed` are columns that are free factors though they resemble a known one.
+    A `kind` of None, of a campaign.toml with faults, asks for no column of its own. Where `faults` are given, all of
+    the table's are kept there, and the rows without are returned.
     """
-    header, lines = _table(folder)
-    _check_header(header, kind)
-    check_columns(header, declared, confirmed)
+    own = Faults()
+    name = own.attempt(_file_name, folder) or ""
+    header, lines = (own.attempt(read_table, folder / name, name, own) if name else None) or ([], [])
     rows = []
-    seen: dict[tuple[int, int], int] = {}
-    for line, cells in lines:
-        row = _row(folder, line, cells, kind, materials)
-        key = (row.run, row.repetition)
-        if key in seen:
-            raise IngestError(
-                f"{FILE}: row {line}: duplicate run {row.run}, repetition {row.repetition}; see row {seen[key]}"
-            )
-        seen[key] = line
-        rows.append(row)
-    if not rows:
-        raise IngestError(f"{FILE}: no rows; expected at least one recorded impact or shot")
+    if header:
+        required = _REQUIRED.get(kind or "", KEYS)
+        own.of(_check_header, name, header, kind, required)
+        own.of(check_columns, header, declared, confirmed, name)
+        if set(KEYS) <= set(header):
+            rows = _rows(_Reading(folder, name, required, materials), lines, own)
+        if not lines and not own:
+            own.add([f"{name}: no rows; expected at least one recorded impact or shot"])
+    if faults is None:
+        own.refuse()
+    else:
+        faults.of(own.refuse)
     return tuple(rows)
 
 
-def _table(folder: Path) -> tuple[list[str], list[Line]]:
-    try:
-        return read_table(folder / FILE, FILE)
-    except FileNotFoundError as error:
-        raise IngestError(f"{folder}: no {FILE}; a campaign folder needs one (docs/campaigns.md)") from error
+def _rows(reading: _Reading, lines: list[Line], faults: Faults) -> list[RunRow]:
+    """The rows that are understood; the faults of the others are added to `faults`."""
+    rows = []
+    seen: dict[tuple[int, int], int] = {}
+    for line, cells in lines:
+        row = faults.attempt(reading.row, line, cells)
+        if row is None:
+            continue
+        key = (row.run, row.repetition)
+        if key in seen:
+            faults.add([f"{row.place}: duplicate run {row.run}, repetition {row.repetition}; see row {seen[key]}"])
+            continue
+        seen[key] = line
+        rows.append(row)
+    return rows
 
 
-def _check_header(header: list[str], kind: str) -> None:
-    for column in _REQUIRED[kind]:
+def _file_name(folder: Path) -> str:
+    names = [name for name in FILES if (folder / name).exists()]
+    if not names:
+        raise IngestError(f"{folder}: no {FILE}; a campaign folder needs one (docs/campaigns.md)")
+    if len(names) > 1:
+        raise IngestError(f"{names[0]}: {' and '.join(names[1:])} beside it; expected one table")
+    return names[0]
+
+
+def _check_header(name: str, header: list[str], kind: str | None, required: tuple[str, ...]) -> None:
+    faults = Faults()
+    for column in required:
         if column not in header:
-            needs = f"a {kind} campaign needs {', '.join(_REQUIRED[kind])}"
-            raise IngestError(f"{FILE}: no column {column!r}; {needs}{suggestion(column, header)}")
+            needs = f"a {kind or 'campaign of any kind'} campaign needs {', '.join(required)}"
+            faults.add([f"{name}: no column {column!r}; {needs}{suggestion(column, header)}"])
     for column in header:
         if column in BY_NAME and column not in BY_COLUMN:
-            raise IngestError(f"{FILE}: column {column!r} states no unit; expected {BY_NAME[column].column!r}")
+            faults.add([f"{name}: column {column!r} states no unit; expected {BY_NAME[column].column!r}"])
+    faults.refuse()
 
 
-def _row(folder: Path, line: int, cells: dict[str, str], kind: str, materials: MaterialNames) -> RunRow:
-    levels = []
-    measured: dict[str, float | None] = {}
-    for column, text in cells.items():
-        if len(text) > LONGEST_NAME:
-            raise _refusal(line, column, text, f"at most {LONGEST_NAME} characters")
-        if column in ("run", "repetition", "recording"):
-            continue
-        if column in MEASURED:
-            name, scale, zero = MEASURED[column]
-            measured[name] = _measurement(line, column, text, scale, zero)
-        elif text:
-            levels.append(_level(line, column, text, materials))
-        elif column in _REQUIRED[kind]:
-            raise _refusal(line, column, text, "a number above zero")
-    levels.sort(key=lambda level: level.factor)
-    return RunRow(
-        line=line,
-        run=_whole(line, "run", cells["run"], 0),
-        repetition=_whole(line, "repetition", cells["repetition"], 1),
-        levels=tuple(levels),
-        recording=_recording(folder, line, cells.get("recording", "")),
-        levels_by_factor={level.factor: level for level in levels},
-        **measured,
-    )
+class _Reading:
+    """Rows of one table. A recording's file is looked for once, and refused once, by the first row that names it."""
 
+    def __init__(self, folder: Path, name: str, required: tuple[str, ...], materials: MaterialNames) -> None:
+        self._folder, self._name, self._required, self._materials = folder, name, required, materials
+        self._recordings: dict[str, str | IngestError] = {}
 
-def _refusal(line: int, column: str, text: str, expected: str) -> IngestError:
-    return IngestError(f"{FILE}: row {line}, column {shown(column)}: {shown(text)}; expected {expected}")
+    def row(self, line: int, cells: dict[str, str]) -> RunRow:
+        """Raises `IngestError` with a line for each cell that is not understood."""
+        levels = []
+        measured: dict[str, float | None] = {}
+        faults = Faults()
+        for column, text in cells.items():
+            if len(text) > LONGEST_NAME:
+                faults.add([self._fault(line, column, text, f"at most {LONGEST_NAME} characters")])
+            elif column in MEASURED:
+                measured[MEASURED[column][0]] = faults.of(self._measurement, line, column, text)
+            elif column in ("run", "repetition", "recording"):
+                continue
+            elif text:
+                levels.append(faults.of(self._level, line, column, text))
+            elif column in self._required:
+                faults.add([self._fault(line, column, text, "a number above zero")])
+        run = faults.of(self._whole, line, "run", cells["run"], 0)
+        repetition = faults.of(self._whole, line, "repetition", cells["repetition"], 1)
+        recording = faults.of(self._recording, line, cells.get("recording", ""))
+        faults.refuse()
+        levels.sort(key=lambda level: level.factor)
+        return RunRow(
+            line=line,
+            run=run,
+            repetition=repetition,
+            levels=tuple(levels),
+            recording=recording,
+            levels_by_factor={level.factor: level for level in levels},
+            file=self._name,
+            **measured,
+        )
 
+    def _fault(self, line: int, column: str, text: str, expected: str) -> str:
+        return f"{self._name}: row {line}, column {shown(column)}: {shown(text)}; expected {expected}"
 
-def _whole(line: int, column: str, text: str, lowest: int) -> int:
-    value = int(text) if text.isascii() and text.isdigit() and len(text) <= 10 else lowest - 1
-    # ten digits hold the upper bound, which is PostgreSQL's integer
-    if not lowest <= value < 2**31:
-        raise _refusal(line, column, text, f"a whole number of {lowest} or more")
-    return value
+    def _whole(self, line: int, column: str, text: str, lowest: int) -> int:
+        value = int(text) if text.isascii() and text.isdigit() and len(text) <= 10 else lowest - 1
+        # ten digits hold the upper bound, which is PostgreSQL's integer
+        if not lowest <= value < 2**31:
+            raise IngestError(self._fault(line, column, text, f"a whole number of {lowest} or more"))
+        return value
 
+    def _measurement(self, line: int, column: str, text: str) -> float | None:
+        if not text:
+            return None
+        _, scale, zero = MEASURED[column]
+        expected = "a number of zero or more" if zero else "a number above zero"
+        try:
+            value = parse_number(text) * scale
+        except ValueError as error:
+            raise IngestError(self._fault(line, column, text, expected)) from error
+        if not 0 <= value < math.inf or (value == 0 and not zero):
+            raise IngestError(self._fault(line, column, text, expected))
+        return value
 
-def _measurement(line: int, column: str, text: str, scale: float, zero: bool) -> float | None:
-    if not text:
-        return None
-    expected = "a number of zero or more" if zero else "a number above zero"
-    try:
-        value = parse_number(text) * scale
-    except ValueError as error:
-        raise _refusal(line, column, text, expected) from error
-    if not 0 <= value < math.inf or (value == 0 and not zero):
-        raise _refusal(line, column, text, expected)
-    return value
+    def _level(self, line: int, column: str, text: str) -> Level:
+        try:
+            return level_of(column, text, self._materials)
+        except LevelError as error:
+            raise IngestError(self._fault(line, column, text, str(error))) from error
 
-
-def _level(line: int, column: str, text: str, materials: MaterialNames) -> Level:
-    try:
-        return level_of(column, text, materials)
-    except LevelError as error:
-        raise _refusal(line, column, text, str(error)) from error
-
-
-def _recording(folder: Path, line: int, text: str) -> str | None:
-    if not text:
-        return None
-    path = folder / text
-    root = folder.resolve()
-    try:
-        inside = path.resolve().is_relative_to(root) and not Path(text).is_absolute()
-    except (OSError, RuntimeError, ValueError):  # a loop of links, a name no file can have
-        inside = False
-    if not inside:
-        raise _refusal(line, "recording", text, "a file inside the campaign folder")
-    try:
-        found = path.is_file()
-    except (OSError, ValueError):
-        found = False
-    if not found:
-        raise _refusal(line, "recording", text, "a file of the campaign folder; there is none of that name")
-    return path.resolve().relative_to(root).as_posix()
+    def _recording(self, line: int, text: str) -> str | None:
+        """The recording's path as it is stored; None for an empty cell."""
+        if not text:
+            return None
+        if text not in self._recordings:
+            try:
+                self._recordings[text] = recording_path(self._folder, text)
+            except ValueError as error:
+                self._recordings[text] = IngestError(self._fault(line, "recording", text, str(error)))
+        path = self._recordings[text]
+        if isinstance(path, IngestError):
+            raise path
+        return path

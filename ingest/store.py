@@ -180,7 +180,7 @@ class CampaignStore:
 
     def _refuse_changed_rows(self, session: Session) -> None:
         for row in self._rows:
-            where = f"{FILE}: row {row.line}: run {row.run}, repetition {row.repetition}"
+            where = f"{row.place}: run {row.run}, repetition {row.repetition}"
             known = self._known.get((row.run, row.repetition))
             if known is None:
                 stored_path = row.recording or ""

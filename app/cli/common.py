@@ -79,15 +79,18 @@ def errors_as_one_line() -> Iterator[None]:
 
         if not is_for_the_user(error):
             raise
-        fail(words_of(error))
+        # a refusal of several faults has a line for each; a library's message of several lines has one
+        several = len(getattr(error, "faults", ())) > 1
+        fail(*(words_of(error).split("\n  ") if several else [words_of(error)]))
 
 
-def fail(message: str) -> None:
-    """One line on standard error, and exit code 2."""
+def fail(message: str, *below: str) -> None:
+    """One line on standard error, further ones indented below, and exit code 2."""
     from ...schema.addresses import without_secrets
 
-    line = " ".join(without_secrets(message).split())
-    click.echo("pyroshock: " + (line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + "…"), err=True)
+    for start, text in (("pyroshock: ", message), *(("  ", text) for text in below)):
+        line = " ".join(without_secrets(text).split())
+        click.echo(start + (line if len(line) <= LONGEST_LINE else line[:LONGEST_LINE] + "…"), err=True)
     raise click.exceptions.Exit(2)
 
 

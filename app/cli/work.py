@@ -102,7 +102,7 @@ def _row(job: Any) -> dict[str, Any]:
         "progress": progress,
         "worker": job.worker,
         "attempt": job.attempt or None,
-        "told": job.error or job.words or job.what or None,
+        "told": " ".join((job.error or job.words or job.what or "").split()) or None,
     }
 
 

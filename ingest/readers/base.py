@@ -54,6 +54,10 @@ class OpenRecording(ABC):
     def read(self, name: str, start: int = 0, stop: int | None = None) -> NDArray[Any]:
         """Samples `start:stop` of channel `name` (1-d, native byte order, dtype kept). `stop=None`: to the end."""
 
+    def names(self, name: str) -> bool:
+        """Whether the file has something of this name, be it readable or not."""
+        return any(channel.name == name for channel in self.channels)
+
     def close(self) -> None:  # noqa: B027 - a recording read at once has nothing to release
         """Release the file. The default holds nothing."""
 

@@ -53,6 +53,9 @@ class ArraysRecording(OpenRecording):
         except RecordingError as error:
             raise RecordingError(f"{self._path.name}: {error}") from None
 
+    def names(self, name: str) -> bool:
+        return name in self._refused or super().names(name)
+
     def read(self, name: str, start: int = 0, stop: int | None = None) -> NDArray[Any]:
         if self._open_files is None:
             raise RecordingError(f"{self._path.name}: is closed; open it again to read {name!r}")

@@ -126,7 +126,7 @@ def test_another_file_in_the_place_of_a_discarded_one_must_be_asked_for(hammer):
 def test_again_names_a_recording_of_the_folder(hammer):
     url, folder = hammer
     result = pyroshock("ingest", folder, "--again", "recordings/test-99.npz", "--db", url)
-    assert result.exit_code == 2 and "no row of runs.csv names this recording" in result.stderr
+    assert result.exit_code == 2 and "no row names this recording" in result.stderr
 
 
 def test_dry_run_of_an_ingest_keeps_the_tombstone_open(hammer):
