@@ -24,6 +24,7 @@ from .column_names import undeclared
 from .errors import Faults, IngestError
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile, read_campaign_file, stated_kind_and_factors
+from .force_sign import doubt_other_sign
 from .matching import Hit, expected_hits, match
 from .modes import ModalTableFile, read_modal_table
 from .parallel import Isolation, default_jobs, map_ahead
@@ -103,6 +104,7 @@ def ingest_folder(
     if damaged and not target.holds_anything():
         raise IngestError(f"{file.folder}: no usable recording; {damaged[0].path}: {damaged[0].reason}")
     target.set_aside(damaged)
+    doubt_other_sign(store, file.name)
     report = target.report()
     report.findings += told
     report.undeclared_factors = undeclared({name: None for row in rows for name in row.levels_by_factor}, file.factors)

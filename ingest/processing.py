@@ -19,6 +19,7 @@ from ..signals.checks.base import Finding
 from ..signals.checks.recording import judge_together
 from ..signals.units import UnitError, to_si
 from .column_names import resembled_channel
+from .force_sign import check_force_sign
 from .gunshot import ShotMeasurement, measure_shot
 from .hit_findings import hits_without_row, touches_before
 from .impact_speed import ImpactSpeed, impact_speeds
@@ -230,7 +231,7 @@ def _pulse_findings(channels: list[Channel], hits: Hits) -> list[Finding]:
         return []
     if not hits.pulses:
         return [Finding("no-contact", "reject", "no contact rises above the noise of the force", name)]
-    found = hits_without_row(hits, name)
+    found = hits_without_row(hits, name) + check_force_sign(hits.pulses, name)
     for i, pulse in enumerate(hits.pulses):
         found += touches_before(pulse, i, name)
         if pulse.truncated:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import Any, TypeVar
 
+import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -12,7 +13,7 @@ from ..schema.benches import Gun, Hammer, ModalTable, Mode, ModeShape, Plate
 from ..schema.campaigns import Campaign
 from ..schema.impacts import ExtractionSettings as SettingsRow
 from ..schema.keys import fingerprint_of, get_or_add
-from ..schema.materials import material_id
+from ..schema.materials import Material, material_id
 from ..schema.series import encode
 from .changed_bench import bench_changes
 from .errors import IngestError
@@ -72,6 +73,16 @@ def _plate(session: Session, part: PlatePart, modes: ModalTableFile | None) -> P
     }
     content = [modes.fingerprint if modes else None, part.material, part.thickness_m, outline]
     return get_or_add(session, Plate, {"fingerprint": fingerprint_of(content)}, values)
+
+
+def plate_mass(session: Session, part: PlatePart) -> float | None:
+    """Mass in kg of a plate of known material, thickness and outline (by the shoelace formula); None otherwise."""
+    if part.material is None or part.thickness_m is None or part.outline_m is None:
+        return None
+    x, y = np.array(part.outline_m).T
+    area_m2 = abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2.0
+    density = session.scalars(select(Material.density_kg_m3).where(Material.name == part.material)).one()
+    return area_m2 * part.thickness_m * density
 
 
 def _modal_table(session: Session, file: ModalTableFile) -> ModalTable:

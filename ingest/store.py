@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any
 
 from sqlalchemy import select
@@ -40,7 +41,7 @@ from .modes import ModalTableFile
 from .plausibility import check_impulse, check_same_samples, check_tip
 from .processing import ProcessedRecording
 from .report import IngestReport
-from .rows import campaign_row, channel_values, pulse_values, refuse_other_campaign, settings_id
+from .rows import campaign_row, channel_values, plate_mass, pulse_values, refuse_other_campaign, settings_id
 from .runs import FILE, RunRow
 from .settings import ExtractionSettings
 
@@ -79,6 +80,7 @@ class CampaignStore:
         self._replaced = replaced
         self._report = IngestReport(file.name)
         self._recordings, self._known = store.read(self._stored)
+        self._plate_mass_kg = None if file.plate is None else store.read(partial(plate_mass, part=file.plate))
         self._discarded = store.read(lambda session: DiscardedRecordings(session, file.name, again))
         store.read(self._refuse_changed_rows)
 
@@ -244,7 +246,8 @@ class CampaignStore:
                 found.append(check_tip(hit.row.number("tip_radius"), hit.pulse, name))
                 if mass_kg is not None and velocity is not None:
                     pulse, held = done.pulses[hit.pulse], self._file.hammer is not None
-                    found.append(check_impulse(pulse, mass_kg, velocity, hit.pulse, name, held=held))
+                    masses = {"held": held, "plate_mass_kg": self._plate_mass_kg}
+                    found.append(check_impulse(pulse, mass_kg, velocity, hit.pulse, name, **masses))
         return [finding for finding in found if finding is not None]
 
     def _add_channels(self, session: Session, recording: int, done: ProcessedRecording) -> dict[str, int]:

@@ -18,7 +18,7 @@ from support.records.campaigns import (
 from support.stores.stores import pyroshock
 
 #: Head of the campaigns' hammer, and a hit of 1000 N: its impulse is the sum of its samples.
-MASS_KG = 0.32
+MASS_KG, STEEL_DENSITY = 0.32, 7800.0
 BLOW = Blow(0.05, 1000.0, 0.8e-3)
 
 
@@ -75,3 +75,55 @@ def test_one_recording_under_two_runs_is_doubted(sqlite_url, tmp_path):
     (found,) = findings(folder, sqlite_url)
     assert (found["check"], found["recording"]) == ("same-recording", "recordings/b.npz")
     assert "recordings/a.npz" in found["message"]
+
+
+@pytest.mark.parametrize(("ratio", "doubted"), [(0.3, False), (0.2, True)])
+def test_light_plate_takes_its_share_of_the_lower_limit(sqlite_url, tmp_path, ratio, doubted):
+    """A plate as heavy as the hammer's head, which flies off with half of the momentum: half of the limit, 0.25."""
+    _, impulse_n_s = campaign(tmp_path / "a")
+    folder, _ = campaign(tmp_path / "b", impact_velocity_m_s=impulse_n_s / MASS_KG / ratio)
+    card = folder / "campaign.toml"
+    side_m = 0.1
+    thickness_m = MASS_KG / (side_m**2 * STEEL_DENSITY)
+    outline = f"[[0, 0], [{side_m}, 0], [{side_m}, {side_m}], [0, {side_m}]]"
+    plate = f'[bench.plate]\nmaterial = "steel"\nthickness_m = {thickness_m}\noutline_m = {outline}\n'
+    card.write_text(card.read_text().replace("[channels", plate + "\n[channels", 1))
+    told = findings(folder, sqlite_url)
+    assert [f["check"] for f in told] == ["implausible-impulse"] * doubted
+    assert all("0.5 to 2 are possible" in f["message"] for f in told)
+
+
+def signed_campaign(path, signs):
+    """A recording of one hit for each sign."""
+    folder = hammer_campaign(path, len(signs))
+    write_runs(folder, hammer_rows(len(signs), 1))
+    for number, sign in enumerate(signs, 1):
+        force = force_record((BLOW,), np.random.default_rng(number))
+        write_recording(folder / recording_name(number), {"force": sign * force})
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("signs", "doubted", "word"),
+    [
+        ((1, 1, 1), (), ""),
+        ((-1, -1), (), ""),
+        ((1, -1, 1), (2,), "negative"),
+        ((-1, 1, -1), (2,), "positive"),
+        ((1, -1), (2,), "negative"),
+    ],
+)
+def test_force_of_another_sign_than_the_others_is_doubted(sqlite_url, tmp_path, signs, doubted, word):
+    told = findings(signed_campaign(tmp_path / "c", signs), sqlite_url)
+    assert [(f["check"], f["recording"]) for f in told] == [("force-sign", recording_name(n)) for n in doubted]
+    assert all(f["channel"] == "force" and f"the force is {word} here" in f["message"] for f in told)
+
+
+def test_doubt_of_a_sign_follows_the_campaign_as_it_grows(sqlite_url, tmp_path):
+    """One negative beside one positive is doubted; with two more negative ones, the positive one is."""
+    folder = signed_campaign(tmp_path / "c", (1, -1, -1, -1))
+    rows = hammer_rows(4, 1)
+    write_runs(folder, rows[:2])
+    assert [f["recording"] for f in findings(folder, sqlite_url)] == [recording_name(2)]
+    write_runs(folder, rows)
+    assert [f["recording"] for f in findings(folder, sqlite_url)] == [recording_name(1)]

@@ -1,0 +1,96 @@
+"""The sign of a recording's force, held against that of the campaign's other recordings.
+
+A contact pushes. Which sign a push has is the wiring's choice, and an extraction turns it upright by itself; but within
+a campaign it is the same, unless a cable was turned over or the sensor was pulled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
+
+from ..schema.campaigns import Campaign
+from ..schema.impacts import Impact, Pulse
+from ..schema.quality import QualityFinding
+from ..schema.recordings import RecordedChannel, Recording
+from ..schema.session import Store
+from ..signals.checks.base import Finding
+from .pulses import Pulse as ForcePulse
+
+NEGATIVE, OTHER_SIGN = "negative-force", "force-sign"
+
+
+def check_force_sign(pulses: Sequence[ForcePulse], channel: str) -> list[Finding]:
+    """A `note` where the pulses of a recording are negative in its force."""
+    if not pulses or pulses[0].sign > 0:
+        return []
+    message = "the force of the contact is negative in this recording; the pulses are stored upright"
+    return [Finding(NEGATIVE, "note", message, channel, {"sign": -1})]
+
+
+def doubt_other_sign(store: Store, campaign: str) -> None:
+    """A `warning` on each recording of `campaign` whose force has another sign than that of most; on those of negative
+    force where there are as many of either. What was said before is brought up to date."""
+    wanted, present = store.read(lambda session: _minority(session, campaign))
+    if wanted.keys() != present:
+        store.write(lambda session: _write(store, session, wanted, present - wanted.keys(), present), idempotent=True)
+
+
+def _minority(session: Session, campaign: str) -> tuple[dict[tuple[int, int], str], set[tuple[int, int]]]:
+    """(recording, channel) -> what is to be said of it; and those of which it is said already."""
+    with_pulses = (
+        select(Impact.recording_id)
+        .join(Pulse, Pulse.impact_id == Impact.id)
+        .join(Campaign, Impact.campaign_id == Campaign.id)
+        .where(Campaign.name == campaign)
+        .distinct()
+    )
+    forces = select(RecordedChannel.recording_id, RecordedChannel.id).where(
+        RecordedChannel.quantity == "force", RecordedChannel.recording_id.in_(with_pulses)
+    )
+    channels: dict[int, int] = dict(iter(session.execute(forces.order_by(RecordedChannel.id.desc()))))
+    columns = (QualityFinding.recording_id, QualityFinding.channel_id, QualityFinding.check)
+    told = select(*columns).join(Recording, QualityFinding.recording_id == Recording.id)
+    told = told.join(Campaign, Recording.campaign_id == Campaign.id).where(
+        Campaign.name == campaign, QualityFinding.check.in_((NEGATIVE, OTHER_SIGN))
+    )
+    findings = session.execute(told).all()
+    negative = {recording for recording, _, check in findings if check == NEGATIVE} & channels.keys()
+    positive = channels.keys() - negative
+    minority, sign, others = negative, "negative", len(positive)
+    if len(positive) < len(negative):
+        minority, sign, others = positive, "positive", len(negative)
+    message = (
+        f"the force is {sign} here and the other way in {others} recordings of the campaign: a cable was turned over, "
+        "or the sensor was pulled; look at the wiring and at the sensitivity's sign"
+    )
+    wanted = {(recording, channels[recording]): message for recording in minority} if others else {}
+    return wanted, {(recording, channel) for recording, channel, check in findings if check == OTHER_SIGN}
+
+
+def _write(
+    store: Store,
+    session: Session,
+    wanted: dict[tuple[int, int], str],
+    withdrawn: set[tuple[int, int]],
+    present: set[tuple[int, int]],
+) -> None:
+    for recording, _ in sorted(withdrawn):
+        old = (QualityFinding.recording_id == recording, QualityFinding.check == OTHER_SIGN)
+        session.execute(delete(QualityFinding).where(*old))
+    rows = [
+        {
+            "recording_id": recording,
+            "channel_id": channel,
+            "impact_id": None,
+            "check": OTHER_SIGN,
+            "severity": "warning",
+            "message": message,
+            "evidence": {},
+        }
+        for (recording, channel), message in sorted(wanted.items())
+        if (recording, channel) not in present
+    ]
+    store.add_rows(session, QualityFinding, rows)
