@@ -2,14 +2,57 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
+
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Configuration, ConfigurationLevel, Factor, FactorLevel
 from ..schema.configurations import configuration_fingerprint
-from .known import KnownRow, reported_uncertainty, reported_velocity
+from ..schema.recordings import STORED
+from .errors import IngestError
+from .folder import CampaignFile
+from .known import KnownRecording, KnownRow, reported_uncertainty, reported_velocity
 from .runs import RunRow
 from .texts import difference
+
+
+def refuse_changed_rows(
+    session: Session,
+    file: CampaignFile,
+    rows: Iterable[RunRow],
+    known_rows: Mapping[tuple[int, int], KnownRow],
+    recordings: Mapping[str, KnownRecording],
+) -> None:
+    """Raise `IngestError` for a row that is in the store with other values, or from another recording."""
+    for row in rows:
+        where = f"{row.place}: run {row.run}, repetition {row.repetition}"
+        known = known_rows.get((row.run, row.repetition))
+        if known is None:
+            path = row.recording or ""
+            if path in recordings and recordings[path].status == STORED:
+                raise IngestError(
+                    f"{where}: {path} is in the store already, without this row; give it back its rows, "
+                    f"{way_out(file.name, path)}"
+                )
+        elif known.recording != row.recording:
+            source = known.recording or "a row without recording"
+            replace = (
+                "" if None in (known.recording, row.recording) else f", {way_out(file.name, source, row.recording)}"
+            )
+            raise IngestError(f"{where} is in the store from {source}; give this one a number of its own{replace}")
+        elif changes := row_changes(session, row, file.kind, known):
+            replace = "" if known.recording is None else f", {way_out(file.name, known.recording)}"
+            raise IngestError(
+                f"{where} is in the store with other factors, velocity or bullet: {'; '.join(changes)}; "
+                f"restore the stored values, or give the corrected run a number of its own{replace}"
+            )
+
+
+def way_out(campaign: str, recording: str, other: str | None = None) -> str:
+    """The command that puts what the folder holds, or its `other` file, in the place of a stored recording."""
+    source = "--from FOLDER" if other is None else f"FOLDER/{other}"
+    return f"or replace it: pyroshock runs replace {campaign} {recording} {source} --reason TEXT"
 
 
 def row_values(row: RunRow, kind: str) -> dict[str, float | None]:

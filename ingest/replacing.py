@@ -49,8 +49,8 @@ class Replacement:
 
         Datasets get the pulses of earlier deletions back where all of their content agrees: how many, by name.
         """
-        self.target.write(session, self.new, list(self.hits))
         stone.replaced_by = self.new.sha256
+        self.target.write(session, self.new, list(self.hits))
         session.flush()
         return give_back(
             session, recording_part(session, self.campaign, self.new.path), self.store.written_by(session)

@@ -23,7 +23,7 @@ from ..schema.shots import Shot
 from ..signals.checks.base import Finding
 from .aside import Damaged, forget_aside, keep_aside
 from .changed_channels import refuse_changed_channels
-from .changed_rows import row_changes
+from .changed_rows import refuse_changed_rows, way_out
 from .discarded import DiscardedRecordings
 from .errors import IngestError
 from .folder import CampaignFile
@@ -82,7 +82,7 @@ class CampaignStore:
         self._recordings, self._known = store.read(self._stored)
         self._plate_mass_kg = None if file.plate is None else store.read(partial(plate_mass, part=file.plate))
         self._discarded = store.read(lambda session: DiscardedRecordings(session, file.name, again))
-        store.read(self._refuse_changed_rows)
+        store.read(lambda session: refuse_changed_rows(session, file, rows, self._known, self._recordings))
 
     def has_recording(self, path: str, sha256: str) -> bool:
         """Whether this recording is stored, or was discarded. One that was set aside is not stored: what mends it may
@@ -98,7 +98,7 @@ class CampaignStore:
         if known.sha256 != sha256:
             raise IngestError(
                 f"{path}: the file has changed since it was ingested (SHA-256 {known.sha256[:12]}… is stored, "
-                f"{sha256[:12]}… found); give the new recording a name of its own, {self._way_out(path)}"
+                f"{sha256[:12]}… found); give the new recording a name of its own, {way_out(self._file.name, path)}"
             )
         return True
 
@@ -179,31 +179,6 @@ class CampaignStore:
         for item in sorted(damaged, key=lambda item: item.path):
             forget_aside(session, campaign, item.path)
             keep_aside(session, campaign, self._file, item)
-
-    def _refuse_changed_rows(self, session: Session) -> None:
-        for row in self._rows:
-            where = f"{row.place}: run {row.run}, repetition {row.repetition}"
-            known = self._known.get((row.run, row.repetition))
-            if known is None:
-                stored_path = row.recording or ""
-                stored = self._recordings.get(stored_path)
-                if stored is not None and stored.status == STORED:
-                    raise IngestError(
-                        f"{where}: {row.recording} is in the store already, without this row; give it back its rows, "
-                        f"{self._way_out(stored_path)}"
-                    )
-            elif known.recording != row.recording:
-                source = known.recording or "a row without recording"
-                raise IngestError(f"{where} is in the store from {source}; give this one a number of its own")
-            elif changes := row_changes(session, row, self._file.kind, known):
-                raise IngestError(
-                    f"{where} is in the store with other factors, velocity or bullet: {'; '.join(changes)}; "
-                    "restore the stored values, or give the corrected run a number of its own"
-                    + ("" if known.recording is None else f", {self._way_out(known.recording)}")
-                )
-
-    def _way_out(self, recording: str) -> str:
-        return f"or replace it: pyroshock runs replace {self._file.name} {recording} --from FOLDER --reason TEXT"
 
     def write(self, session: Session, done: ProcessedRecording, hits: list[Hit]) -> Added:
         """The rows of one recording within a transaction of the caller's, who knows that it is not stored."""

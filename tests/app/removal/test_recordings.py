@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import shutil
+import threading
 
 import numpy as np
 import pytest
+from pyroshock.app.removal.recordings import discard_recording
 from pyroshock.dataset.snapshot import SnapshotError, read_snapshot
 from pyroshock.schema.impacts import Impact
 from pyroshock.schema.plans import PlannedRun
 from pyroshock.schema.recordings import Recording
+from pyroshock.schema.removal.part import recording_part
 from sqlalchemy import func, select
 from support.records.campaigns import (
     blows,
@@ -251,6 +254,7 @@ def test_file_under_another_path_takes_the_place(hammer):
     write_runs(folder, [{**r, "recording": other} if r["recording"] == FIRST else r for r in hammer_rows()])
     refused = ingest(url, folder)
     assert refused.exit_code == 2
+    assert f"pyroshock runs replace hammer {FIRST} FOLDER/{other} --reason TEXT" in refused.stderr
     stone = replaced(url, "hammer", FIRST, folder / other)
     assert stone["recording"] == FIRST
     assert set(paths(url)) == {other, SECOND}
@@ -345,4 +349,28 @@ def test_dataset_reads_again_only_when_the_very_same_content_is_back(tables_url,
     assert result.exit_code == 0, result.stderr
     with opened(tables_url) as store, pytest.raises(SnapshotError, match=REASON):
         read_snapshot(store, "small")
+    sound(tables_url)
+
+
+def test_two_who_discard_the_same_recording_at_once_leave_one_tombstone(tables_url, tmp_path):
+    ingested(tables_url, hammer_campaign(tmp_path / "campaign"))
+    barrier, ends = threading.Barrier(2), []
+
+    def discard_at_once():
+        with opened(tables_url) as store:
+            with store.reading() as session:
+                part = recording_part(session, "hammer", FIRST)
+            barrier.wait()
+            try:
+                ends.append(discard_recording(store, tables_url, part, REASON)["recording"])
+            except LookupError as error:
+                ends.append(str(error))
+
+    threads = [threading.Thread(target=discard_at_once) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(ends) == 2 and ends.count(FIRST) == 1, ends
+    assert len(json.loads(pyroshock("campaigns", "deleted", "--json", "--db", tables_url).stdout)) == 1
     sound(tables_url)
