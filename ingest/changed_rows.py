@@ -25,29 +25,49 @@ def row_values(row: RunRow, kind: str) -> dict[str, float | None]:
     return reported | values | {"bullet_length_m": row.bullet_length_m}
 
 
-def row_changes(session: Session, row: RunRow, kind: str, known: KnownRow) -> list[str]:
-    """What a row says otherwise than the stored one: "tip_radius is 0.02 m, 0.01 m in the store"; none where equal."""
-    values = row_values(row, kind)
-    changes = [
-        difference(key, _text(value), _text(known.values[key]))
-        for key, value in values.items()
-        if value != known.values[key]
-    ]
-    if configuration_fingerprint(row.levels) == known.factors:
-        return changes
-    stored = select(Factor.name, FactorLevel.label, Factor.si_unit).join(
-        FactorLevel, FactorLevel.factor_id == Factor.id
-    )
-    stored = stored.join(ConfigurationLevel, ConfigurationLevel.level_id == FactorLevel.id)
-    stored = stored.join(Configuration, ConfigurationLevel.configuration_id == Configuration.id)
-    there = {
+class RowDifferences:
+    """Rows of `runs.csv` beside the stored ones of their numbers; each stored combination of factors is read once."""
+
+    def __init__(self, kind: str) -> None:
+        self._kind = kind
+        self._factors: dict[str, dict[str, str]] = {}
+
+    def changes(self, session: Session, row: RunRow, known: KnownRow) -> list[str]:
+        """What a row says otherwise than the stored one: "tip_radius is 0.02 m, 0.01 m in the store"; none where equal.
+
+        A factor that the stored row lacks is an addition, and no change.
+        """
+        factors = [difference(*each) for each in self._of_factors(session, row, known) if each[2] is not None]
+        values = row_values(row, self._kind)
+        return factors + [
+            difference(key, _text(value), _text(known.values[key]))
+            for key, value in values.items()
+            if value != known.values[key]
+        ]
+
+    def added_factors(self, session: Session, row: RunRow, known: KnownRow) -> tuple[str, ...]:
+        """Names of the factors that the row has and the stored one lacks."""
+        return tuple(name for name, _, stored in self._of_factors(session, row, known) if stored is None)
+
+    def _of_factors(self, session: Session, row: RunRow, known: KnownRow) -> list[tuple[str, str | None, str | None]]:
+        if configuration_fingerprint(row.levels) == known.factors:
+            return []
+        if known.factors not in self._factors:
+            self._factors[known.factors] = _stored_factors(session, known.factors)
+        there = self._factors[known.factors]
+        given = {level.factor: _level(level.label, level.si_unit) for level in row.levels}
+        names = sorted({*given, *there})
+        return [(n, given.get(n), there.get(n)) for n in names if given.get(n) != there.get(n)]
+
+
+def _stored_factors(session: Session, fingerprint: str) -> dict[str, str]:
+    query = select(Factor.name, FactorLevel.label, Factor.si_unit).join(FactorLevel, FactorLevel.factor_id == Factor.id)
+    query = query.join(ConfigurationLevel, ConfigurationLevel.level_id == FactorLevel.id)
+    query = query.join(Configuration, ConfigurationLevel.configuration_id == Configuration.id)
+    return {
         name: _level(label, unit)
-        for name, label, unit in session.execute(stored.where(Configuration.fingerprint == known.factors))
+        for name, label, unit in session.execute(query.where(Configuration.fingerprint == fingerprint))
     }
-    given = {level.factor: _level(level.label, level.si_unit) for level in row.levels}
-    names = sorted({*given, *there})
-    factors = [difference(n, given.get(n), there.get(n)) for n in names if given.get(n) != there.get(n)]
-    return factors + changes
 
 
 def _level(label: str, unit: str | None) -> str:

@@ -18,9 +18,10 @@ from ..schema.recordings import SET_ASIDE, STORED, RecordedChannel, Recording
 from ..schema.series import write_series
 from ..schema.session import Store
 from ..schema.shots import Shot
+from .additions import Additions, add_facts, row_additions
 from .aside import Damaged, forget_aside, keep_aside
 from .changed_channels import refuse_changed_channels
-from .changed_rows import row_changes
+from .changed_rows import RowDifferences
 from .errors import IngestError
 from .folder import CampaignFile
 from .hit_values import finding_values, hit_velocity, impact_values, shot_values
@@ -38,7 +39,7 @@ from .plausibility import check_impulse, check_same_samples, check_tip
 from .processing import ProcessedRecording
 from .quality.base import Finding
 from .report import IngestReport
-from .rows import campaign_row, channel_values, pulse_values, refuse_other_campaign, settings_id
+from .rows import bench_additions, campaign_row, channel_values, pulse_values, settings_id
 from .runs import FILE, RunRow
 from .settings import ExtractionSettings
 
@@ -69,8 +70,9 @@ class CampaignStore:
         self._rows = rows
         self._settings = settings
         self._report = IngestReport(file.name)
+        self._bench_additions: list[str] = []
         self._recordings, self._known = store.read(self._stored)
-        store.read(self._refuse_changed_rows)
+        self._additions = store.read(self._row_additions)
 
     def has_recording(self, path: str, sha256: str) -> bool:
         """Whether this recording is stored. One that was set aside is not: what mends it may be a row or a channel.
@@ -86,6 +88,17 @@ class CampaignStore:
                 f"{sha256[:12]}… found); give the new recording a name of its own"
             )
         return True
+
+    def add_facts(self) -> None:
+        """Store the facts that the stored campaign lacks and its folder has, before anything else is added."""
+        if not self._additions:
+            return
+
+        def add(session: Session) -> None:
+            add_facts(self._store, session, self._file, self._modes, self._additions)
+
+        self._store.write(add, idempotent=True)
+        self._report.added_facts = self._additions.words(self._file.kind)
 
     def add_recording(self, done: ProcessedRecording, hits: list[Hit]) -> None:
         """Store one recording with its series, impacts, shots, pulses and findings, or nothing of it."""
@@ -131,7 +144,7 @@ class CampaignStore:
         """Recordings and rows of this campaign that are there. Raises `IngestError` for one with another bench."""
         campaign = session.scalars(select(Campaign).where(Campaign.name == self._file.name)).one_or_none()
         if campaign is not None:
-            refuse_other_campaign(session, campaign, self._file)
+            self._bench_additions = bench_additions(session, campaign, self._file)
             refuse_changed_channels(session, campaign, self._file)
             refuse_other_modes(session, campaign, self._modes)
         return known_recordings(session, campaign), known_rows(session, campaign)
@@ -160,7 +173,9 @@ class CampaignStore:
             forget_aside(session, campaign, item.path)
             keep_aside(session, campaign, self._file, item)
 
-    def _refuse_changed_rows(self, session: Session) -> None:
+    def _row_additions(self, session: Session) -> Additions:
+        """Facts that the store lacks. Raises `IngestError` where a row says otherwise than the stored one."""
+        differences = RowDifferences(self._file.kind)
         for row in self._rows:
             where = f"{row.place}: run {row.run}, repetition {row.repetition}"
             known = self._known.get((row.run, row.repetition))
@@ -171,11 +186,12 @@ class CampaignStore:
             elif known.recording != row.recording:
                 source = known.recording or "a row without recording"
                 raise IngestError(f"{where} is in the store from {source}; give this one a number of its own")
-            elif changes := row_changes(session, row, self._file.kind, known):
+            elif changes := differences.changes(session, row, known):
                 raise IngestError(
                     f"{where} is in the store with other factors, velocity or bullet: {'; '.join(changes)}; "
                     "restore the stored values, or give the corrected run a number of its own"
                 )
+        return Additions(tuple(self._bench_additions), row_additions(session, self._rows, self._known, differences))
 
     def _write(self, session: Session, done: ProcessedRecording, hits: list[Hit]) -> Added:
         campaign = campaign_row(session, self._file, self._modes)
