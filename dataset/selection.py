@@ -14,6 +14,7 @@ from ..schema.campaigns import Campaign, Factor
 from ..schema.columns import BY_NAME
 from ..schema.impacts import ExtractionSettings
 from ..schema.listings import get_campaign_id
+from .missing_facts import missing_facts, missing_words
 from .predictors import PredictorSet, shipped
 from .rows import Row, force_hashes, levels_of, materials_of, rows_of_campaigns
 from .sources import FACTOR, Materials
@@ -55,7 +56,9 @@ def select_pulses(
     members, left_out = _entering(session, rows, bad, chosen, materials)
     members = _without_twins(members, force_hashes(session, keys), left_out)
     if not members:
-        raise ValueError(f"no usable pulse in {', '.join(names)}: {_told(left_out)}")
+        levels = levels_of(session, (row["configuration_id"] for row in rows))
+        facts = missing_words(missing_facts(rows, levels, chosen, materials))
+        raise ValueError(f"no usable pulse in {', '.join(names)}: {_told(left_out)}{facts and f'; {facts}'}")
     table = table_of(members, chosen)
     used = {name for m in members for name in (m.case.tip, m.case.target, m.case.plate) if name in materials}
     definition = {

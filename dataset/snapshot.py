@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -11,14 +11,16 @@ from typing import Any
 from sqlalchemy import insert, select
 from sqlalchemy.orm import Session
 
+from ..schema.configurations import known_configurations
 from ..schema.datasets import DatasetSnapshot, SnapshotPulse
+from ..schema.frozen_facts import FACTS, hit_key, kept_facts
 from ..schema.removal.returning import note_whole
 from ..schema.session import Store
 from .catalog import get_snapshot_row, list_snapshots
 from .deleted import source_deleted
 from .identity import content_hash
 from .predictors import PredictorSet, from_json
-from .rows import levels_of, rows_of_snapshot
+from .rows import Row, levels_of, rows_of_snapshot
 from .selection import FORMAT, Draft, select_pulses
 from .table import PulseTable
 from .tabulate import member_of, table_of
@@ -158,7 +160,7 @@ def read_snapshot(source: Store | Session, name: str) -> Snapshot:
 def _frozen(session: Session, row: DatasetSnapshot) -> Snapshot:
     definition = _understood(row)
     predictors = from_json(definition["predictors"])
-    rows = rows_of_snapshot(session, row.id)
+    rows = _with_kept_facts(session, row.name, rows_of_snapshot(session, row.id), definition)
     levels = levels_of(session, (one["configuration_id"] for one in rows))
     frozen = Snapshot(row.name, row.content_hash, definition, _table(row.name, rows, levels, definition, predictors))
     digest = content_hash(predictors, frozen.table)
@@ -168,6 +170,23 @@ def _frozen(session: Session, row: DatasetSnapshot) -> Snapshot:
             "pulses or campaigns were changed since; restore the store, or build a dataset under another name"
         )
     return frozen
+
+
+def _with_kept_facts(session: Session, name: str, rows: Sequence[Row], definition: Mapping[str, Any]) -> Sequence[Any]:
+    """The rows with the facts that the dataset was frozen with, where facts were added to a campaign since."""
+    if FACTS not in definition:
+        return rows
+    kept = {row["campaign"]: kept_facts(definition, row["campaign"]) for row in rows}
+    fingerprints = {fingerprint for _, of_hits in kept.values() for fingerprint in of_hits.values()}
+    keys = known_configurations(session, sorted(fingerprints))
+    if fingerprints - keys.keys():
+        raise SnapshotError(f"dataset {name!r}: a configuration that it was frozen with is gone: restore the store")
+    as_frozen = []
+    for row in rows:
+        bench, of_hits = kept[row["campaign"]]
+        own = of_hits.get(hit_key(row["run"], row["repetition"]))
+        as_frozen.append({**row, **bench, **({} if own is None else {"configuration_id": keys[own]})})
+    return as_frozen
 
 
 def _session(source: Store | Session) -> AbstractContextManager[Session]:

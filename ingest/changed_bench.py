@@ -15,8 +15,8 @@ from .modes import ModalTableFile
 from .texts import difference, shown
 
 
-def bench_changes(session: Session, row: Campaign, file: CampaignFile) -> list[str]:
-    """What of `campaign.toml` differs from the stored campaign; "campaign.date is A, B in the store"."""
+def bench_differences(session: Session, row: Campaign, file: CampaignFile) -> list[tuple[str, str | None, str | None]]:
+    """What of `campaign.toml` differs from the stored campaign: ("campaign.date", given, stored); None: not given."""
     values: list[tuple[str, object, object]] = [
         ("campaign.kind", file.kind, row.kind),
         ("campaign.date", file.date, row.date),
@@ -28,7 +28,7 @@ def bench_changes(session: Session, row: Campaign, file: CampaignFile) -> list[s
         names = [item.name for item in fields(kind)]
         values += [(f"bench.{stage}.{key}", getattr(part, key, None), getattr(stored, key, None)) for key in names]
     values += _plate(session, file.plate, row.plate)
-    return [difference(key, _text(given), _text(stored)) for key, given, stored in values if given != stored]
+    return [(key, _text(given), _text(stored)) for key, given, stored in values if given != stored]
 
 
 def mode_changes(session: Session, table: int, modes: ModalTableFile) -> list[str]:

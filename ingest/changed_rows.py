@@ -17,12 +17,61 @@ from .runs import RunRow
 from .texts import difference
 
 
+def row_values(row: RunRow, kind: str) -> dict[str, float | None]:
+    """What `known_rows` has as the values of this very row."""
+    speed, speed_u = row.impact_velocity_m_s, row.impact_velocity_u_m_s
+    values = reported_velocity("impact", None if speed is None else "reported", speed, speed_u)
+    if kind != "gun":
+        return values
+    measured = row.measured_velocity_m_s
+    reported = reported_velocity(
+        "measured", None if measured is None else "reported", measured, reported_uncertainty(row)
+    )
+    return reported | values | {"bullet_length_m": row.bullet_length_m}
+
+
+class RowDifferences:
+    """Rows of `runs.csv` beside the stored ones of their numbers; each stored combination of factors is read once."""
+
+    def __init__(self, kind: str) -> None:
+        self._kind = kind
+        self._factors: dict[str, dict[str, str]] = {}
+
+    def changes(self, session: Session, row: RunRow, known: KnownRow) -> list[str]:
+        """What a row says otherwise than the stored one: "tip_radius is 0.02 m, 0.01 m in the store"; none where equal.
+
+        A factor that the stored row lacks is an addition, and no change.
+        """
+        factors = [difference(*each) for each in self._of_factors(session, row, known) if each[2] is not None]
+        values = row_values(row, self._kind)
+        return factors + [
+            difference(key, _text(value), _text(known.values[key]))
+            for key, value in values.items()
+            if value != known.values[key]
+        ]
+
+    def added_factors(self, session: Session, row: RunRow, known: KnownRow) -> tuple[str, ...]:
+        """Names of the factors that the row has and the stored one lacks."""
+        return tuple(name for name, _, stored in self._of_factors(session, row, known) if stored is None)
+
+    def _of_factors(self, session: Session, row: RunRow, known: KnownRow) -> list[tuple[str, str | None, str | None]]:
+        if configuration_fingerprint(row.levels) == known.factors:
+            return []
+        if known.factors not in self._factors:
+            self._factors[known.factors] = _stored_factors(session, known.factors)
+        there = self._factors[known.factors]
+        given = {level.factor: _level(level.label, level.si_unit) for level in row.levels}
+        names = sorted({*given, *there})
+        return [(n, given.get(n), there.get(n)) for n in names if given.get(n) != there.get(n)]
+
+
 def refuse_changed_rows(
     session: Session,
     file: CampaignFile,
     rows: Iterable[RunRow],
     known_rows: Mapping[tuple[int, int], KnownRow],
     recordings: Mapping[str, KnownRecording],
+    differences: RowDifferences,
 ) -> None:
     """Raise `IngestError` for a row that is in the store with other values, or from another recording."""
     for row in rows:
@@ -41,7 +90,7 @@ def refuse_changed_rows(
                 "" if None in (known.recording, row.recording) else f", {way_out(file.name, source, row.recording)}"
             )
             raise IngestError(f"{where} is in the store from {source}; give this one a number of its own{replace}")
-        elif changes := row_changes(session, row, file.kind, known):
+        elif changes := differences.changes(session, row, known):
             replace = "" if known.recording is None else f", {way_out(file.name, known.recording)}"
             raise IngestError(
                 f"{where} is in the store with other factors, velocity or bullet: {'; '.join(changes)}; "
@@ -55,42 +104,14 @@ def way_out(campaign: str, recording: str, other: str | None = None) -> str:
     return f"or replace it: pyroshock runs replace {campaign} {recording} {source} --reason TEXT"
 
 
-def row_values(row: RunRow, kind: str) -> dict[str, float | None]:
-    """What `known_rows` has as the values of this very row."""
-    speed, speed_u = row.impact_velocity_m_s, row.impact_velocity_u_m_s
-    values = reported_velocity("impact", None if speed is None else "reported", speed, speed_u)
-    if kind != "gun":
-        return values
-    measured = row.measured_velocity_m_s
-    reported = reported_velocity(
-        "measured", None if measured is None else "reported", measured, reported_uncertainty(row)
-    )
-    return reported | values | {"bullet_length_m": row.bullet_length_m}
-
-
-def row_changes(session: Session, row: RunRow, kind: str, known: KnownRow) -> list[str]:
-    """What a row says otherwise than the stored one: "tip_radius is 0.02 m, 0.01 m in the store"; none where equal."""
-    values = row_values(row, kind)
-    changes = [
-        difference(key, _text(value), _text(known.values[key]))
-        for key, value in values.items()
-        if value != known.values[key]
-    ]
-    if configuration_fingerprint(row.levels) == known.factors:
-        return changes
-    stored = select(Factor.name, FactorLevel.label, Factor.si_unit).join(
-        FactorLevel, FactorLevel.factor_id == Factor.id
-    )
-    stored = stored.join(ConfigurationLevel, ConfigurationLevel.level_id == FactorLevel.id)
-    stored = stored.join(Configuration, ConfigurationLevel.configuration_id == Configuration.id)
-    there = {
+def _stored_factors(session: Session, fingerprint: str) -> dict[str, str]:
+    query = select(Factor.name, FactorLevel.label, Factor.si_unit).join(FactorLevel, FactorLevel.factor_id == Factor.id)
+    query = query.join(ConfigurationLevel, ConfigurationLevel.level_id == FactorLevel.id)
+    query = query.join(Configuration, ConfigurationLevel.configuration_id == Configuration.id)
+    return {
         name: _level(label, unit)
-        for name, label, unit in session.execute(stored.where(Configuration.fingerprint == known.factors))
+        for name, label, unit in session.execute(query.where(Configuration.fingerprint == fingerprint))
     }
-    given = {level.factor: _level(level.label, level.si_unit) for level in row.levels}
-    names = sorted({*given, *there})
-    factors = [difference(n, given.get(n), there.get(n)) for n in names if given.get(n) != there.get(n)]
-    return factors + changes
 
 
 def _level(label: str, unit: str | None) -> str:

@@ -19,6 +19,8 @@ from ..schema.session import Store
 from ..signals.checks.base import Finding
 from .pulses import Pulse as ForcePulse
 
+#: Keys of a recording and of the channel that measured its force.
+Place = tuple[int, int | None]
 NEGATIVE, OTHER_SIGN = "negative-force", "force-sign"
 
 
@@ -38,7 +40,7 @@ def doubt_other_sign(store: Store, campaign: str) -> None:
         store.write(lambda session: _write(store, session, wanted, present - wanted.keys(), present), idempotent=True)
 
 
-def _minority(session: Session, campaign: str) -> tuple[dict[tuple[int, int], str], set[tuple[int, int]]]:
+def _minority(session: Session, campaign: str) -> tuple[dict[Place, str], set[Place]]:
     """(recording, channel) -> what is to be said of it; and those of which it is said already."""
     with_pulses = (
         select(Impact.recording_id)
@@ -66,21 +68,21 @@ def _minority(session: Session, campaign: str) -> tuple[dict[tuple[int, int], st
         f"the force is {sign} here and the other way in {others} recordings of the campaign: a cable was turned over, "
         "or the sensor was pulled; look at the wiring and at the sensitivity's sign"
     )
-    wanted = {(recording, channels[recording]): message for recording in minority} if others else {}
-    return wanted, {(recording, channel) for recording, channel, check in findings if check == OTHER_SIGN}
+    wanted: dict[Place, str] = {(key, channels[key]): message for key in minority} if others else {}
+    return wanted, {(row[0], row[1]) for row in findings if row[2] == OTHER_SIGN}
 
 
 def _write(
     store: Store,
     session: Session,
-    wanted: dict[tuple[int, int], str],
-    withdrawn: set[tuple[int, int]],
-    present: set[tuple[int, int]],
+    wanted: dict[Place, str],
+    withdrawn: set[Place],
+    present: set[Place],
 ) -> None:
     for recording, _ in sorted(withdrawn):
         old = (QualityFinding.recording_id == recording, QualityFinding.check == OTHER_SIGN)
         session.execute(delete(QualityFinding).where(*old))
-    rows = [
+    rows: list[dict[str, object]] = [
         {
             "recording_id": recording,
             "channel_id": channel,

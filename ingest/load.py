@@ -87,17 +87,22 @@ def ingest_folder(
     results = map_ahead(
         partial(process, file, rows, settings), work, jobs, Isolation(_lost, _patience_s, always=crashing)
     )
+    rehearsed = isinstance(store, Rehearsal)
+    if not rehearsed:
+        target.add_facts()
     for done, (item, result) in enumerate(results, 1):
         if isinstance(result, Damaged):
             damaged.append(result)
         else:
             hits, recording = result
-            if isinstance(store, Rehearsal):
+            if rehearsed:
                 held.append((hits, recording.without_samples()))
             else:
                 target.add_recording(recording, hits)
         if progress:
             progress(done, len(work), item.path)
+    if rehearsed:
+        target.add_facts()
     for hits, recording in held:
         target.add_recording(recording, hits)
     target.add_rows_without_recording()

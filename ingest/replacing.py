@@ -16,7 +16,7 @@ from ..schema.removal.returning import give_back
 from ..schema.session import Store
 from ..schema.tombstones import Tombstone
 from .aside import Damaged
-from .changed_rows import row_changes
+from .changed_rows import RowDifferences
 from .errors import IngestError
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile
@@ -113,7 +113,10 @@ def _refuse_unchanged(session: Session, file: CampaignFile, old: str, work: Work
 
 def _differs(session: Session, file: CampaignFile, row: RunRow, stored: dict[tuple[int, int], KnownRow]) -> bool:
     known = stored.get((row.run, row.repetition))
-    return known is None or bool(row_changes(session, row, file.kind, known))
+    if known is None:
+        return True
+    differences = RowDifferences(file.kind)
+    return bool(differences.changes(session, row, known) or differences.added_factors(session, row, known))
 
 
 def _counted(rows: Sequence[RunRow], stored: Collection[tuple[int, int]]) -> bool:

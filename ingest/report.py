@@ -29,6 +29,8 @@ class IngestReport:
     set_aside: list[dict[str, str]] = field(default_factory=list)
     findings: list[dict[str, Any]] = field(default_factory=list)
     added: dict[str, int] = field(default_factory=lambda: {"recordings": 0, "impacts": 0, "shots": 0})
+    #: Facts that the stored campaign lacked: "bench.hammer.mass_kg = 0.32; boundary_conditions of 11 impacts".
+    added_facts: str = ""
     #: Columns of runs.csv without a known meaning and without a declaration in campaign.toml.
     undeclared_factors: list[str] = field(default_factory=list)
 
@@ -70,3 +72,8 @@ class IngestReport:
             if finding["channel"] is None:  # one that the recording lacks has no row
                 finding["channel"] = evidence.get("channel")
             self.findings.append(finding)
+        if self.added_facts:
+            self.findings.append(
+                {"recording": None, "channel": None, "check": "added-facts", "severity": "note"}
+                | {"message": self.added_facts}
+            )

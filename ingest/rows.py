@@ -15,13 +15,14 @@ from ..schema.impacts import ExtractionSettings as SettingsRow
 from ..schema.keys import fingerprint_of, get_or_add
 from ..schema.materials import Material, material_id
 from ..schema.series import encode
-from .changed_bench import bench_changes
+from .changed_bench import bench_differences
 from .errors import IngestError
 from .folder import CampaignFile, PlatePart
 from .modes import ModalTableFile
 from .processing import StoredSeries
 from .pulses import Pulse
 from .settings import EXTRACTION_VERSION, ExtractionSettings
+from .texts import difference
 
 Part = TypeVar("Part", Gun, Hammer)
 
@@ -29,12 +30,13 @@ Part = TypeVar("Part", Gun, Hammer)
 def campaign_row(session: Session, file: CampaignFile, modes: ModalTableFile | None) -> Campaign:
     """The campaign and its bench, added on first sight. Raises `IngestError` when another folder has the name."""
     known = session.scalars(select(Campaign).filter_by(name=file.name)).one_or_none()
-    row = known or get_or_add(session, Campaign, {"name": file.name}, _campaign_values(session, file, modes))
+    row = known or get_or_add(session, Campaign, {"name": file.name}, campaign_values(session, file, modes))
     refuse_other_campaign(session, row, file)
     return row
 
 
-def _campaign_values(session: Session, file: CampaignFile, modes: ModalTableFile | None) -> dict[str, Any]:
+def campaign_values(session: Session, file: CampaignFile, modes: ModalTableFile | None) -> dict[str, Any]:
+    """The campaign's row, with the parts of its bench, which are added on first sight."""
     return {
         "kind": file.kind,
         "date": file.date,
@@ -51,11 +53,26 @@ def refuse_other_campaign(session: Session, row: Campaign, file: CampaignFile) -
     """Raise `IngestError`, with both values, when a stored campaign of this name has another kind, date or bench."""
     if row.fingerprint == file.fingerprint:
         return
-    changes = "; ".join(bench_changes(session, row, file)) or "the name of the modal table's file is another"
+    differences = bench_differences(session, row, file)
+    changes = [each for each in differences if each[2] is not None] or differences
+    told = "; ".join(difference(*each) for each in changes) or "the name of the modal table's file is another"
     raise IngestError(
-        f"campaign.toml: campaign {file.name!r} is in the store with another kind, date or bench: {changes}; "
+        f"campaign.toml: campaign {file.name!r} is in the store with another kind, date or bench: {told}; "
         "restore the stored values, or give this campaign another name"
     )
+
+
+def bench_additions(session: Session, row: Campaign, file: CampaignFile) -> list[str]:
+    """Facts of the bench that `campaign.toml` has and the stored campaign lacks: "bench.hammer.mass_kg = 0.32".
+
+    Raises `IngestError` as `refuse_other_campaign` where anything that is stored differs.
+    """
+    if row.fingerprint == file.fingerprint:
+        return []
+    differences = bench_differences(session, row, file)
+    if not differences or any(stored is not None for _, _, stored in differences):
+        refuse_other_campaign(session, row, file)
+    return [f"{name} = {given}" for name, given, _ in differences]
 
 
 def _part(session: Session, model: type[Part], content: dict[str, float]) -> Part:

@@ -21,9 +21,10 @@ from ..schema.series import write_series
 from ..schema.session import Store
 from ..schema.shots import Shot
 from ..signals.checks.base import Finding
+from .additions import Additions, add_facts, row_additions
 from .aside import Damaged, forget_aside, keep_aside
 from .changed_channels import refuse_changed_channels
-from .changed_rows import refuse_changed_rows, way_out
+from .changed_rows import RowDifferences, refuse_changed_rows, way_out
 from .discarded import DiscardedRecordings
 from .errors import IngestError
 from .folder import CampaignFile
@@ -41,7 +42,7 @@ from .modes import ModalTableFile
 from .plausibility import check_impulse, check_same_samples, check_tip
 from .processing import ProcessedRecording
 from .report import IngestReport
-from .rows import campaign_row, channel_values, plate_mass, pulse_values, refuse_other_campaign, settings_id
+from .rows import bench_additions, campaign_row, channel_values, plate_mass, pulse_values, settings_id
 from .runs import FILE, RunRow
 from .settings import ExtractionSettings
 
@@ -79,10 +80,11 @@ class CampaignStore:
         self._settings = settings
         self._replaced = replaced
         self._report = IngestReport(file.name)
+        self._bench_additions: list[str] = []
         self._recordings, self._known = store.read(self._stored)
         self._plate_mass_kg = None if file.plate is None else store.read(partial(plate_mass, part=file.plate))
         self._discarded = store.read(lambda session: DiscardedRecordings(session, file.name, again))
-        store.read(lambda session: refuse_changed_rows(session, file, rows, self._known, self._recordings))
+        self._additions = store.read(self._row_additions)
 
     def has_recording(self, path: str, sha256: str) -> bool:
         """Whether this recording is stored, or was discarded. One that was set aside is not stored: what mends it may
@@ -101,6 +103,17 @@ class CampaignStore:
                 f"{sha256[:12]}… found); give the new recording a name of its own, {way_out(self._file.name, path)}"
             )
         return True
+
+    def add_facts(self) -> None:
+        """Store the facts that the stored campaign lacks and its folder has, before anything else is added."""
+        if not self._additions:
+            return
+
+        def add(session: Session) -> None:
+            add_facts(self._store, session, self._file, self._modes, self._additions)
+
+        self._store.write(add, idempotent=True)
+        self._report.added_facts = self._additions.words(self._file.kind)
 
     def add_recording(self, done: ProcessedRecording, hits: list[Hit]) -> None:
         """Store one recording with its series, impacts, shots, pulses and findings, or nothing of it."""
@@ -147,7 +160,7 @@ class CampaignStore:
         """Recordings and rows of this campaign that are there. Raises `IngestError` for one with another bench."""
         campaign = session.scalars(select(Campaign).where(Campaign.name == self._file.name)).one_or_none()
         if campaign is not None:
-            refuse_other_campaign(session, campaign, self._file)
+            self._bench_additions = bench_additions(session, campaign, self._file)
             refuse_changed_channels(session, campaign, self._file)
             refuse_other_modes(session, campaign, self._modes)
         recordings, rows = known_recordings(session, campaign), known_rows(session, campaign)
@@ -179,6 +192,12 @@ class CampaignStore:
         for item in sorted(damaged, key=lambda item: item.path):
             forget_aside(session, campaign, item.path)
             keep_aside(session, campaign, self._file, item)
+
+    def _row_additions(self, session: Session) -> Additions:
+        """Facts that the store lacks. Raises `IngestError` where a row says otherwise than the stored one."""
+        differences = RowDifferences(self._file.kind)
+        refuse_changed_rows(session, self._file, self._rows, self._known, self._recordings, differences)
+        return Additions(tuple(self._bench_additions), row_additions(session, self._rows, self._known, differences))
 
     def write(self, session: Session, done: ProcessedRecording, hits: list[Hit]) -> Added:
         """The rows of one recording within a transaction of the caller's, who knows that it is not stored."""
@@ -221,8 +240,10 @@ class CampaignStore:
                 found.append(check_tip(hit.row.number("tip_radius"), hit.pulse, name))
                 if mass_kg is not None and velocity is not None:
                     pulse, held = done.pulses[hit.pulse], self._file.hammer is not None
-                    masses = {"held": held, "plate_mass_kg": self._plate_mass_kg}
-                    found.append(check_impulse(pulse, mass_kg, velocity, hit.pulse, name, **masses))
+                    plate = self._plate_mass_kg
+                    found.append(
+                        check_impulse(pulse, mass_kg, velocity, hit.pulse, name, held=held, plate_mass_kg=plate)
+                    )
         return [finding for finding in found if finding is not None]
 
     def _add_channels(self, session: Session, recording: int, done: ProcessedRecording) -> dict[str, int]:

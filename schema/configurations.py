@@ -34,7 +34,7 @@ def configuration_ids(session: Session, combinations: Sequence[Sequence[Level]])
     """
     prints = [configuration_fingerprint(levels) for levels in combinations]
     of_print = dict(zip(prints, combinations, strict=True))
-    known = _known(session, list(of_print))
+    known = known_configurations(session, list(of_print))
     new = {key: levels for key, levels in sorted(of_print.items()) if key not in known}
     if new:
         level_rows = _levels(session, [level for levels in new.values() for level in levels])
@@ -58,7 +58,8 @@ def configuration_factors(session: Session, keys: Sequence[int]) -> dict[int, di
     return factors
 
 
-def _known(session: Session, fingerprints: Sequence[str]) -> dict[str, int]:
+def known_configurations(session: Session, fingerprints: Sequence[str]) -> dict[str, int]:
+    """Keys of the stored configurations among these, by fingerprint."""
     query = select(Configuration.fingerprint, Configuration.id)
     known: dict[str, int] = {}
     for i in range(0, len(fingerprints), _AT_ONCE):

@@ -1,4 +1,4 @@
-"""`campaigns`: what is in the store, and what was deleted from it."""
+"""`campaigns`: what is in the store, what was deleted from it, and the folder of a new one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from .common import db_option, json_option, note, opened, print_table, write_json
+from .common import db_option, errors_as_one_line, json_option, note, opened, print_table, write_json
 
 
 @click.group(invoke_without_command=True)
@@ -15,7 +15,7 @@ from .common import db_option, json_option, note, opened, print_table, write_jso
 @json_option
 @click.pass_context
 def campaigns(ctx: click.Context, db: str, json_to: str | None) -> None:
-    """List the campaigns with their counts; delete or archive one, restore it, tell what was deleted. Alone, it lists.
+    """List the campaigns with their counts; begin a folder, delete, archive or restore a campaign. Alone, it lists.
 
     \b
     Example:
@@ -44,6 +44,43 @@ def _list(db: str, json_to: str | None) -> None:
             write_json(rows, json_to)
         else:
             print_table(rows, "no campaigns yet; read one with: pyroshock ingest FOLDER")
+
+
+@campaigns.command()
+@click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
+@db_option
+@click.option(
+    "--kind",
+    type=click.Choice(["gun", "hammer", "drop"]),
+    required=True,
+    help="Of the bench; drop: accelerometers alone.",
+)
+@click.option("--plan", metavar="NAME", help="A row for each repetition that this plan of the store still asks for.")
+@click.option(
+    "--recordings", metavar="PATTERN", help="Files or a folder within FOLDER. [without a plan: all that are there]"
+)
+def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | None) -> None:
+    """Begin a campaign's FOLDER: write a commented campaign.toml and a runs.csv, to be filled in and ingested.
+
+    The rows come from a plan of the store, or there is one for each recording. Channels, their rates and units come
+    from the recordings where these state them. What you must write is marked FILL IN, what may be otherwise "please
+    check". Nothing that is there is overwritten.
+
+    \b
+    Example:
+        pyroshock campaigns init spring --kind hammer --plan spring
+        pyroshock campaigns init drops --kind drop --recordings "recordings/*.tdms"
+    """
+    from contextlib import nullcontext
+
+    with errors_as_one_line(), opened(db) if plan is not None else nullcontext() as store:
+        from ..campaigns.starting import start_campaign
+
+        new = start_campaign(store, folder, kind, plan, recordings)
+    for text in new.notes:
+        note(f"  {text}")
+    note(f"written: {folder / 'campaign.toml'} and {folder / 'runs.csv'}")
+    note(f"fill in what says FILL IN, then: pyroshock ingest {folder} --dry-run")
 
 
 @campaigns.command()

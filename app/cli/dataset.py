@@ -112,6 +112,7 @@ def build(
         pyroshock dataset build both --from spring autumn --quality warning --json
     """
     with opened(db) as store:
+        from ...dataset.missing_facts import missing_in_campaigns, missing_words
         from ...dataset.predictors import predictors_named
         from ...dataset.snapshot import build_snapshot
         from ...dataset.splits import check_form
@@ -123,8 +124,12 @@ def build(
         if not built.added:
             known = "" if built.snapshot.name == name else f" under the name {built.snapshot.name}"
             note(f"dataset {name}: this content is frozen already{known}; nothing was added")
+        with store.reading() as session:
+            facts = missing_words(missing_in_campaigns(session, campaigns, built.snapshot.predictors))
         told = built_as_json(built, _split_or_note(built.snapshot.table, split, seed))
         _tell_built(told, len(built.snapshot.definition["extractions"]))
+        if facts:
+            note(f"  {facts}")
     if json_to is not None:
         write_json(told, json_to)
 

@@ -82,6 +82,7 @@ def ingest(
     with opened_to_try(db) if dry_run else opened(db, create=True) as store:
         from ...ingest.load import ingest_folder
         from ...ingest.plan_link import link_to_plan
+        from ..campaigns.training_facts import training_notes
         from ..progress import progress_bar
 
         settings = settings_from(given)
@@ -99,6 +100,7 @@ def ingest(
                         again=again,
                     )
                 links = link_to_plan(target, report.campaign, plan)
+                report.findings += training_notes(target, report.campaign)
             reports.append(report)
             _tell(report, dry_run)
             if links is not None:
@@ -107,6 +109,10 @@ def ingest(
     if json_to is not None:
         data = [report.as_json() for report in reports]
         write_json(data[0] if len(data) == 1 else data, json_to)
+
+
+#: Notes on the campaign, of which there is one.
+_TOLD_WHOLE = ("added-facts", "missing-facts")
 
 
 @contextmanager
@@ -145,6 +151,9 @@ def _tell(report: Any, dry_run: bool) -> None:
             note(f"  {item['message']}")
     by_check: dict[tuple[str, str], list[str | None]] = {}
     for finding in (each for each in report.findings if each["check"] != DISCARDED):
+        if finding["check"] in _TOLD_WHOLE:
+            note(f"  note: {finding['check']}: {finding['message']}")
+            continue
         by_check.setdefault((finding["severity"], finding["check"]), []).append(finding["channel"])
     for (severity, check), channels in sorted(by_check.items()):
         named = sorted({channel for channel in channels if channel is not None})

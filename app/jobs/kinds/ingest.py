@@ -31,13 +31,15 @@ def _do(work: Work, asked: IngestArguments) -> Ending:
     from ....ingest.load import ingest_folder
     from ....ingest.plan_link import link_to_plan
     from ....ingest.settings import ExtractionSettings
+    from ...campaigns.training_facts import training_notes
 
     folder = _readable(work, asked)
     report = ingest_folder(work.store, folder, ExtractionSettings(**asked.settings), progress=work.step)
     links = link_to_plan(work.store, report.campaign, asked.plan)
-    data = report.as_json()
+    report.findings += training_notes(work.store, report.campaign)
     if links is not None:
-        data["findings"] = [*report.findings, *links.as_findings()]
+        report.findings += links.as_findings()
+    data = report.as_json()
     return told(Result(f"/campaigns/{quote(report.campaign, safe='')}", _words(report, links), data))
 
 
