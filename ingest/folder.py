@@ -15,6 +15,8 @@ from ..schema.columns import MAX_REGULATED_PRESSURE_PA
 from ..schema.toml_text import read_toml_text, toml_table
 from .channel import Sensor
 from .errors import IngestError
+from .readers import ReadingOptions
+from .recording_options import reading_options
 from .texts import LONGEST_NAME, shown
 from .units import SI_UNITS, UnitError
 
@@ -69,6 +71,7 @@ class CampaignFile:
     factors: Mapping[str, str]  # `[factors]`: columns of runs.csv that are free factors, and what they are
     confirmed: tuple[str, ...]  # `confirmed` of `[bench]`: rules of `bench_rules` that this bench breaks rightly
     max_regulated_pressure_pa: float  # of `[bench.gun]`: gauge; a limit for rows, not a property of the gun
+    reading: ReadingOptions  # `[recordings]`: what the recordings do not say themselves
 
     @property
     def fingerprint(self) -> str:
@@ -87,7 +90,7 @@ def read_campaign_file(folder: Path) -> CampaignFile:
     if not folder.is_dir():
         raise IngestError(f"{folder}: no such folder; expected a campaign folder with {FILE} and runs.csv")
     data = _load(folder / FILE)
-    _known_keys(data, ("campaign", "bench", "channels", "factors"), "")
+    _known_keys(data, ("campaign", "bench", "channels", "factors", "recordings"), "")
     campaign = _table(data, "campaign", required=True)
     _known_keys(campaign, ("name", "kind", "date", "description", "operator"), "campaign")
     bench = _table(data, "bench")
@@ -106,6 +109,7 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         factors=_factors(_table(data, "factors")),
         confirmed=_confirmed(bench),
         max_regulated_pressure_pa=_regulator(bench),
+        reading=reading_options(data),
     )
 
 

@@ -23,7 +23,7 @@ from .pulses import Hits, Pulse, find_hits
 from .quality import run_checks
 from .quality.base import Finding
 from .quality.recording import judge_together
-from .readers import RecordingError, open_recording, reader_for
+from .readers import AS_IN_FILE, ReadingOptions, RecordingError, open_recording, reader_for
 from .settings import ExtractionSettings
 from .units import UnitError, to_si
 
@@ -81,11 +81,12 @@ def process_recording(
     bullet_length_m: float | None = None,
     bullet_length_u_m: float | None = None,
     sha256: str | None = None,
+    reading: ReadingOptions = AS_IN_FILE,
 ) -> ProcessedRecording:
     """Read `folder`/`path`, judge it, and cut out its pulses. Raises `RecordingError` when it cannot be read whole."""
     file = folder / path
     digest = sha256 or file_hash(file)
-    channels, unread = read_channels(file, sensors)
+    channels, unread = read_channels(file, sensors, reading)
     hits = hits_of(channels, settings, expected)
     pulses = hits.pulses
     force = total_force(channels)
@@ -106,14 +107,17 @@ def process_recording(
     )
 
 
-def read_channels(file: Path, sensors: Mapping[str, Sensor]) -> tuple[list[Channel], list[Finding]]:
+def read_channels(
+    file: Path, sensors: Mapping[str, Sensor], reading: ReadingOptions = AS_IN_FILE
+) -> tuple[list[Channel], list[Finding]]:
     """The declared channels of a file, and a note for each that nobody declared."""
-    with open_recording(file) as recording:
+    with open_recording(file, reading) as recording:
         if not sensors:
             raise RecordingError(f"{file.name}: campaign.toml declares no [channels.NAME] to read from it")
-        channels = []
+        channels, declared = [], set()
         for name, sensor in sensors.items():
             info = recording.info(name)
+            declared.add(info.name)
             _check_unit(file, sensor, info.unit)
             samples = recording.read(name)
             refuse_no_reading(file.name, name, samples)
@@ -121,7 +125,7 @@ def read_channels(file: Path, sensors: Mapping[str, Sensor]) -> tuple[list[Chann
         unread = [
             Finding("undeclared-channel", "note", f"channel {c.name!r} is in the file but not in campaign.toml", c.name)
             for c in recording.channels
-            if c.name not in sensors
+            if c.name not in declared
         ]
         if any(c.header.get("last_line_without_end") for c in recording.channels):
             message = "the file's last line has no line end: its last number may be cut"

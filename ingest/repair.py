@@ -85,7 +85,7 @@ def _encoded(store: Store, file: CampaignFile, path: str, rows: Sequence[Channel
     sensors = {name: sensor for name, sensor in file.sensors.items() if name in wanted}
     if missing := wanted - sensors.keys():
         raise RecordingError(f"{path}: campaign.toml has no channel {', '.join(sorted(missing))} any more")
-    channels, _ = read_channels(file.folder / path, sensors)
+    channels, _ = read_channels(file.folder / path, sensors, file.reading)
     return {channel.name: encode_series(channel.recorded) for channel in channels}
 
 

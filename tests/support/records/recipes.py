@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from pyroshock.ingest.readers import AS_IN_FILE, ReadingOptions
 
 RATE_HZ = 51200.0
 
@@ -23,6 +24,7 @@ class Truth:
     units: dict[str, str | None]
     rate_hz: float = RATE_HZ
     start_s: float = 0.0
+    options: ReadingOptions = AS_IN_FILE  # what the file does not say
 
     @property
     def samples(self) -> int:
@@ -115,6 +117,43 @@ def write_csv_german(path: Path, truth: Truth) -> Truth:
         for time, *values in zip(times(truth), *truth.channels.values(), strict=True):
             out.write(";".join([f"{time * 1e3:.6f}", *(repr(float(v)) for v in values)]).replace(".", ",") + "\n")
     return truth
+
+
+def write_text(path: Path, truth: Truth) -> Truth:
+    """Blanks, two lines of heading below free text, Windows-1252."""
+    truth = all_double(truth)
+    widths = [12, 15, 9]
+    lines = [f"Prüfstand 3, 24.11.2026\n% fs = {truth.rate_hz}\n% samples = {truth.samples}\n"]
+    rows = [truth.channels, [truth.units[name] for name in truth.channels], *zip(*truth.channels.values(), strict=True)]
+    lines += ["".join(f"{v!s:>{w}}" for v, w in zip(row, widths, strict=True)) + " \n" for row in rows]
+    path.write_text("".join(lines), encoding="cp1252")
+    return truth
+
+
+def write_text_bare(path: Path, truth: Truth) -> Truth:
+    """Numbers below a comment, as numpy writes them: names and rate are the laboratory's to give."""
+    truth = _given(unitless(all_double(truth)))
+    np.savetxt(path, np.column_stack([*truth.channels.values()]), "%.17g", header=f"samples = {truth.samples}")
+    return truth
+
+
+def write_npy(path: Path, truth: Truth) -> Truth:
+    truth = _given(unitless(all_double(truth)))
+    np.save(path, np.column_stack([*truth.channels.values()]))
+    return truth
+
+
+def write_wav(path: Path, truth: Truth) -> Truth:
+    from scipy.io import wavfile
+
+    truth = unitless(all_double(truth))
+    truth = replace(truth, options=ReadingOptions(tuple(truth.channels)))
+    wavfile.write(path, int(truth.rate_hz), np.column_stack([*truth.channels.values()]))
+    return truth
+
+
+def _given(truth: Truth) -> Truth:
+    return replace(truth, options=ReadingOptions(tuple(truth.channels), truth.rate_hz))
 
 
 def write_parquet(path: Path, truth: Truth) -> Truth:
@@ -248,6 +287,10 @@ RECIPES: dict[str, tuple[str, Callable[[Path, Truth], Truth]]] = {
     "mat73": (".mat", write_mat73),
     "csv": (".csv", write_csv),
     "csv-german": (".csv", write_csv_german),
+    "text": (".txt", write_text),
+    "text-bare": (".dat", write_text_bare),
+    "npy": (".npy", write_npy),
+    "wav": (".wav", write_wav),
     "parquet": (".parquet", write_parquet),
     "parquet-frame": (".parquet", write_parquet_frame),
     "tdms": (".tdms", write_tdms),
