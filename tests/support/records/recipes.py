@@ -122,10 +122,9 @@ def write_csv_german(path: Path, truth: Truth) -> Truth:
 def write_text(path: Path, truth: Truth) -> Truth:
     """Blanks, two lines of heading below free text, Windows-1252."""
     truth = all_double(truth)
-    widths = [12, 15, 9]
     lines = [f"Prüfstand 3, 24.11.2026\n% fs = {truth.rate_hz}\n% samples = {truth.samples}\n"]
     rows = [truth.channels, [truth.units[name] for name in truth.channels], *zip(*truth.channels.values(), strict=True)]
-    lines += ["".join(f"{v!s:>{w}}" for v, w in zip(row, widths, strict=True)) + " \n" for row in rows]
+    lines += ["".join(f"{value!s:>26}" for value in row) + " \n" for row in rows]
     path.write_text("".join(lines), encoding="cp1252")
     return truth
 
