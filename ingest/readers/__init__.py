@@ -7,6 +7,7 @@ from pathlib import Path
 from .base import AS_IN_FILE, ChannelInfo, OpenRecording, Reader, ReadingOptions, RecordingError
 from .csv import CsvReader
 from .hdf5 import Hdf5Reader
+from .ide import IdeReader
 from .lvm import LvmReader
 from .mat import MatReader
 from .npy import NpyReader
@@ -28,6 +29,7 @@ READERS: tuple[Reader, ...] = (
     NpzReader(),
     NpyReader(),
     WavReader(),
+    IdeReader(),
 )
 
 __all__ = [

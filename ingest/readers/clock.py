@@ -119,7 +119,7 @@ def _time_clock(path: Path, array: Array, stated_hz: float | None) -> Clock:
         if stated_hz is None or not _rounded_from(times, stated_hz):
             raise
         return Clock(stated_hz, float(times[0]), times.size, {"time_printed_coarsely": True})
-    return Clock(rate, start, times.size, _gaps(np.diff(times) * rate))
+    return Clock(rate, start, times.size, time_gaps(np.diff(times) * rate))
 
 
 def _rounded_from(times: NDArray[np.float64], rate_hz: float) -> bool:
@@ -132,7 +132,7 @@ def _rounded_from(times: NDArray[np.float64], rate_hz: float) -> bool:
     return bool(np.max(np.abs(times - even)) <= 1.01 * last_digit)
 
 
-def _gaps(steps: NDArray[np.float64]) -> dict[str, Any]:
+def time_gaps(steps: NDArray[np.float64]) -> dict[str, Any]:
     """`time_gaps`: [sample, missing samples before it] wherever a step (in samples) skips some.
 
     Samples are handed on as evenly spaced: what the time vector says beyond that must not be lost.

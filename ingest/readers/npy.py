@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 from .base import ReadingOptions, RecordingError
 from .contents import Array, Contents
 from .recording import ArrayReader
+
+_LONGEST_HEADER = 1 << 16
 
 
 class NpyReader(ArrayReader):
@@ -24,10 +27,11 @@ class NpyReader(ArrayReader):
         from numpy.lib import format as npy
 
         stream = open_files.enter_context(path.open("rb"))
-        version = npy.read_magic(stream)
+        head = BytesIO(stream.read(_LONGEST_HEADER))  # numpy makes room for whatever length a header declares
+        version = npy.read_magic(head)
         read_header = npy.read_array_header_1_0 if version == (1, 0) else npy.read_array_header_2_0
-        shape, fortran_order, dtype = read_header(stream)
-        offset = stream.tell()
+        shape, fortran_order, dtype = read_header(head)
+        offset = head.tell()
         if dtype.hasobject:
             raise RecordingError(f"{path.name}: holds Python objects, which are not read; expected an array of numbers")
         needed, size = offset + dtype.itemsize * int(np.prod(shape, dtype=object)), path.stat().st_size

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ FORMATS: dict[str, Mutate] = {
     ".txt": tables.damaged,
     ".npy": stacked({binary.damaged: 8, generated.any_file(generated.npy): 3}, most=2),
     ".wav": stacked({binary.damaged: 8, generated.any_file(generated.wav): 2}, most=2),
+    ".ide": binary.damaged,
     ".npz": stacked({containers.inside_zip: 6, generated.any_file(generated.npz): 2, binary.damaged: 2}, most=2),
     ".mat": stacked({containers.inside_mat: 6, generated.any_file(generated.mat): 2, binary.damaged: 3}, most=2),
     ".h5": stacked({binary.damaged: 8, generated.any_file(generated.hdf5): 2}, most=2),
@@ -102,4 +104,5 @@ READERS = (
     _reader("parquet", ".parquet", "parquet", "parquet-frame", module="parquet"),
     _reader("tdms", ".tdms", "tdms", module="tdms"),
     _reader("uff", ".uff", "uff-ascii", "uff-binary", module="uff"),
+    *([_reader("ide", ".ide", "ide", module="ide")] if find_spec("idelib") is not None else []),
 )

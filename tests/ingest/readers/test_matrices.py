@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import pickle
 import struct
+import tracemalloc
 
 import h5py
 import numpy as np
@@ -141,6 +142,18 @@ class TestNpy:
         np.save(tmp_path / "shot.npy", table)
         with pytest.raises(RecordingError, match=rf"^shot\.npy: .*{reason}"):
             open_recording(tmp_path / "shot.npy", options)
+
+    def test_a_header_of_four_gigabytes_takes_no_memory(self, tmp_path):
+        np.save(tmp_path / "shot.npy", TABLE)
+        content = (tmp_path / "shot.npy").read_bytes()
+        (tmp_path / "shot.npy").write_bytes(content[:6] + b"\x02\x00" + struct.pack("<I", 0xFFFFFFF0) + content[10:])
+        tracemalloc.start()
+        try:
+            with pytest.raises(RecordingError, match=r"^shot\.npy: damaged"):
+                open_recording(tmp_path / "shot.npy", RATE_ALONE)
+            assert tracemalloc.get_traced_memory()[1] < 1e7
+        finally:
+            tracemalloc.stop()
 
     @pytest.mark.parametrize("shape", ["(2305843009213693952,)", "(50, 4)", "(-5,)"])
     def test_another_shape_than_the_file_holds_is_refused(self, tmp_path, shape):

@@ -8,6 +8,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -148,6 +149,48 @@ def write_wav(path: Path, truth: Truth) -> Truth:
     truth = unitless(all_double(truth))
     truth = replace(truth, options=ReadingOptions(tuple(truth.channels)))
     wavfile.write(path, int(truth.rate_hz), np.column_stack([*truth.channels.values()]))
+    return truth
+
+
+def write_ide(path: Path, truth: Truth) -> Truth:
+    """As a recorder does, with the maker's schema: settings, then a block of samples. Times are whole microseconds."""
+    import ebmlite
+
+    truth = replace(all_double(truth), rate_hz=50_000.0)
+    truth = replace(truth, channels={name: np.nan_to_num(x) for name, x in truth.channels.items()})
+    values = np.column_stack([*truth.channels.values()]).astype("<f4")
+    as_stored = {"SubChannelCalibrationIDRef": 1, "SubChannelSensorRef": 20}
+    parts = [
+        {"SubChannelID": number, "SubChannelLabel": name, "SubChannelUnits": truth.units[name], **as_stored}
+        for number, name in enumerate(truth.channels)
+    ]
+    channel = {
+        "ChannelID": 20,
+        "ChannelName": "Bench",
+        "ChannelCalibrationIDRef": 1,
+        "ChannelFormat": "<" + "f" * len(parts),
+        "TimeCodeScale": f"1.0/{truth.rate_hz:g}",
+        "TimeCodeModulus": 2**24,
+        "SubChannel": parts,
+    }
+    facts = {
+        "RecorderInfo": {"RecorderSerial": 428, "ProductName": "Slam Stick C"},
+        "SensorList": {"Sensor": {"SensorID": 20, "SensorName": "Load cell"}},
+        "ChannelList": {"Channel": channel},
+    }
+    block = {
+        "ChannelIDRef": 20,
+        "StartTimeCodeAbsMod": 0,
+        "EndTimeCodeAbsMod": truth.samples - 1,
+        "ChannelDataPayload": values.tobytes(),
+    }
+    schema = ebmlite.loadSchema("mide_ide.xml")
+    with path.open("wb") as file:
+        schema.encode(file, {"EBML": {"DocType": "mide", "DocTypeVersion": 2}})
+        polynomial = {"CalID": 1, "PolynomialCoef": [1.0, 0.0]}
+        schema.encode(file, {"CalibrationList": {"UnivariatePolynomial": polynomial}})
+        schema.encode(file, {"RecordingProperties": facts})
+        schema.encode(file, {"ChannelDataBlock": block})
     return truth
 
 
@@ -302,3 +345,5 @@ RECIPES: dict[str, tuple[str, Callable[[Path, Truth], Truth]]] = {
     "npz": (".npz", write_npz),
     "npz-compressed": (".npz", write_npz_compressed),
 }
+if find_spec("idelib") is not None:  # optional: pyroshock[ide]
+    RECIPES["ide"] = (".ide", write_ide)
