@@ -16,6 +16,8 @@ from ..schema.toml_text import read_toml_text, toml_table
 from ..signals.channel import Sensor
 from ..signals.units import SI_UNITS, UnitError
 from .errors import Faults, IngestError
+from .readers import ReadingOptions
+from .recording_options import reading_options
 from .texts import LONGEST_NAME, shown
 
 FILE = "campaign.toml"
@@ -69,6 +71,7 @@ class CampaignFile:
     factors: Mapping[str, str]  # `[factors]`: columns of runs.csv that are free factors, and what they are
     confirmed: tuple[str, ...]  # `confirmed` of `[bench]`: rules of `bench_rules` that this bench breaks rightly
     max_regulated_pressure_pa: float  # of `[bench.gun]`: gauge; a limit for rows, not a property of the gun
+    reading: ReadingOptions  # `[recordings]`: what the recordings do not say themselves
 
     @property
     def fingerprint(self) -> str:
@@ -88,7 +91,7 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         raise IngestError(f"{folder}: no such folder; expected a campaign folder with {FILE} and runs.csv")
     data = _load(folder / FILE)
     faults = Faults()
-    faults.of(_known_keys, data, ("campaign", "bench", "channels", "factors"), "")
+    faults.of(_known_keys, data, ("campaign", "bench", "channels", "factors", "recordings"), "")
     campaign = faults.of(_table, data, "campaign", required=True) or {}
     bench = faults.of(_table, data, "bench") or {}
     faults.of(_known_keys, campaign, ("name", "kind", "date", "description", "operator"), "campaign")
@@ -108,6 +111,7 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         factors=faults.of(_factors, faults.of(_table, data, "factors") or {}),
         confirmed=faults.of(_confirmed, bench),
         max_regulated_pressure_pa=faults.of(_regulator, bench),
+        reading=faults.of(reading_options, data),
     )
     faults.refuse()
     return file

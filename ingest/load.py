@@ -218,6 +218,7 @@ def process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionSe
             bullet_length_m=mine[0].bullet_length_m,
             bullet_length_u_m=mine[0].bullet_length_u_m,
             sha256=work.sha256,
+            reading=file.reading,
         )
         return match(work.path, mine, len(recording.pulses), rows), recording
     except RecordingError as error:

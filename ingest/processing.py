@@ -25,7 +25,7 @@ from .hit_findings import hits_without_row, touches_before
 from .impact_speed import ImpactSpeed, impact_speeds
 from .magnitude import refuse_no_reading
 from .pulses import Hits, Pulse, find_hits
-from .readers import OpenRecording, RecordingError
+from .readers import AS_IN_FILE, OpenRecording, ReadingOptions, RecordingError
 from .recording_files import RecordingFiles
 from .settings import ExtractionSettings
 
@@ -77,12 +77,13 @@ def process_recording(
     bullet_length_m: float | None = None,
     bullet_length_u_m: float | None = None,
     sha256: str | None = None,
+    reading: ReadingOptions = AS_IN_FILE,
 ) -> ProcessedRecording:
     """Read the files of `path` in `folder`, judge them, and cut out their pulses.
 
     Raises `RecordingError` when one of them cannot be read whole.
     """
-    files = RecordingFiles(folder, path)
+    files = RecordingFiles(folder, path, reading)
     digest = sha256 or files.sha256()
     channels, unread = read_recording(files, sensors)
     hits = hits_of(channels, settings, expected)
@@ -105,12 +106,14 @@ def process_recording(
     )
 
 
-def read_channels(file: Path, sensors: Mapping[str, Sensor]) -> tuple[list[Channel], list[Finding]]:
+def read_channels(
+    file: Path, sensors: Mapping[str, Sensor], reading: ReadingOptions = AS_IN_FILE
+) -> tuple[list[Channel], list[Finding]]:
     """The declared channels of a file, a warning for each that it lacks, and a note for each that nobody declared.
 
     Raises `RecordingError` for a file that has none of them, lacks a force channel, or has one in another spelling.
     """
-    return read_recording(RecordingFiles(file.parent, file.name), sensors)
+    return read_recording(RecordingFiles(file.parent, file.name, reading), sensors)
 
 
 def read_recording(files: RecordingFiles, sensors: Mapping[str, Sensor]) -> tuple[list[Channel], list[Finding]]:
@@ -119,7 +122,8 @@ def read_recording(files: RecordingFiles, sensors: Mapping[str, Sensor]) -> tupl
     with files.open() as recording:
         if not sensors:
             raise RecordingError(f"{file}: campaign.toml declares no [channels.NAME] to read from it")
-        undeclared = [c.name for c in recording.channels if c.name not in sensors]
+        declared = {recording.info(name).name for name in sensors if recording.names(name)}
+        undeclared = [channel.name for channel in recording.channels if channel.name not in declared]
         missing = _missing_channels(recording, sensors, undeclared)
         channels = []
         for name, sensor in sensors.items():

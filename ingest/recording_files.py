@@ -11,8 +11,16 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from .readers import OpenRecording, RecordingError, may_crash, open_recording, reader_for
-from .readers.base import ChannelInfo
+from .readers import (
+    AS_IN_FILE,
+    ChannelInfo,
+    OpenRecording,
+    ReadingOptions,
+    RecordingError,
+    may_crash,
+    open_recording,
+    reader_for,
+)
 
 #: Between the files of a recording, in the cell that names them and in the path that is stored.
 SEPARATOR = ";"
@@ -61,6 +69,7 @@ class RecordingFiles:
 
     folder: Path
     path: str
+    reading: ReadingOptions = AS_IN_FILE
 
     @property
     def paths(self) -> tuple[Path, ...]:
@@ -97,7 +106,7 @@ class RecordingFiles:
     def open(self) -> OpenRecording:
         """The recording, held open: use as a context manager. Raises `RecordingError`."""
         paths = self.paths
-        return open_recording(paths[0]) if len(paths) == 1 else JoinedRecording(paths)
+        return open_recording(paths[0], self.reading) if len(paths) == 1 else JoinedRecording(paths, self.reading)
 
 
 def file_hash(path: Path) -> str:
@@ -115,9 +124,9 @@ class JoinedRecording(OpenRecording):
     A channel that two of the files have is refused when it is asked for: nobody can say which is meant.
     """
 
-    def __init__(self, paths: Sequence[Path]) -> None:
+    def __init__(self, paths: Sequence[Path], reading: ReadingOptions = AS_IN_FILE) -> None:
         with ExitStack() as stack:
-            self._files = [(path.name, stack.enter_context(open_recording(path))) for path in paths]
+            self._files = [(path.name, stack.enter_context(open_recording(path, reading))) for path in paths]
             self._stack = stack.pop_all()
         by_name: dict[str, ChannelInfo] = {}
         for _, file in self._files:

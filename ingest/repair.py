@@ -80,7 +80,7 @@ def _encoded(store: Store, file: CampaignFile, path: str, rows: Sequence[Channel
     with store.reading() as session:
         query = select(Recording.sha256).join(RecordedChannel, RecordedChannel.recording_id == Recording.id)
         recorded = session.scalar(query.where(RecordedChannel.id == rows[0].id))
-    files = RecordingFiles(file.folder, path)
+    files = RecordingFiles(file.folder, path, file.reading)
     if files.sha256() != recorded:
         raise RecordingError(f"{path}: the file has changed since it was ingested")
     wanted = {row.channel for row in rows}

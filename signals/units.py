@@ -40,6 +40,7 @@ _SPELLINGS = {
     "m/s²": "m/s**2",
     "mm/s2": "mm/s**2",
     "mm/s^2": "mm/s**2",
+    "ips": "inch/s",
     "Newtons": "N",
     "Newton": "N",
     "um/m": "1e-6 dimensionless",

@@ -24,6 +24,7 @@ _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
 @click.argument("file", type=_FILE)
 @click.option("--channel", metavar="NAME", help="[the only acceleration]")
 @click.option("--unit", metavar="UNIT", help="Where the file tells none: g, m/s2, ...")
+@click.option("--rate", metavar="HZ", help="Where the file has neither rate nor time: 51200, 51.2kHz.")
 @click.option("--frequencies", metavar="LINES", help="Hz: 100,200,500 or low:high:per_octave. [6 per octave]")
 @click.option("--q", type=click.FloatRange(0.5, min_open=True), help="[10]")
 @click.option("--damping", type=_RATIO, help="Damping ratio in place of Q: 0.05.")
@@ -39,6 +40,7 @@ def srs(
     file: Path,
     channel: str | None,
     unit: str | None,
+    rate: str | None,
     frequencies: str | None,
     q: float | None,
     damping: float | None,
@@ -50,7 +52,7 @@ def srs(
     out: Path | None,
     json_to: str | None,
 ) -> None:
-    """Shock response spectrum of FILE (.mat .csv .parquet .tdms .uff .lvm .h5 .npz), with checks and moments.
+    """Shock response spectrum of FILE (.mat .csv .txt .parquet .tdms .uff .lvm .h5 .npz .npy .wav), checks and moments.
 
     Ends with exit code 1 where a line lies outside of the target's tolerance.
 
@@ -65,7 +67,7 @@ def srs(
 
         specified = _target(target, tolerance)
         measured = measure(
-            read_acceleration(file, channel, unit),
+            read_acceleration(file, channel, unit, _rate_hz(rate)),
             None if frequencies is None else parse_lines(frequencies),
             _damping_ratio(q, damping),
             target=specified,
@@ -134,6 +136,20 @@ def _tell_coverage(measured: Measured, target: Target | None) -> None:
     lines, own = measured.comparison.frequency_hz, target.frequency_hz
     if lines.min() > own[0] * 1.13 or lines.max() < own[-1] / 1.13:  # a sixth of an octave
         note(f"compared from {lines.min():g} to {lines.max():g} Hz only; the target: {own[0]:g} to {own[-1]:g} Hz")
+
+
+def _rate_hz(text: str | None) -> float | None:
+    from .quantities import parse_quantity
+
+    if text is None:
+        return None
+    try:
+        rate_hz = float(text)
+    except ValueError:
+        rate_hz = parse_quantity(text, "Hz", "--rate")
+    if not 0.0 < rate_hz < float("inf"):
+        raise ValueError(f"--rate is {text!r}; expected a number above zero, in hertz")
+    return rate_hz
 
 
 def _full_scale(text: str | None) -> float | None:

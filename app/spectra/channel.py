@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...ingest.magnitude import refuse_no_reading
 from ...ingest.parallel import Isolation, map_ahead
-from ...ingest.readers import ChannelInfo, OpenRecording, RecordingError, may_crash, open_recording
+from ...ingest.readers import ChannelInfo, OpenRecording, ReadingOptions, RecordingError, may_crash, open_recording
 from ...ingest.readers.contents import is_unit
 from ...signals.units import UnitError, to_si
 
@@ -35,17 +35,25 @@ class Acceleration:
     sampling_rate_hz: float
     start_s: float
 
+    @property
+    def duration_s(self) -> float:
+        """Of as many sampling steps as there are samples."""
+        return self.values_m_s2.size / self.sampling_rate_hz
 
-def read_acceleration(path: Path, channel: str | None = None, unit: str | None = None) -> Acceleration:
+
+def read_acceleration(
+    path: Path, channel: str | None = None, unit: str | None = None, rate_hz: float | None = None
+) -> Acceleration:
     """The channel, or the only one that can be an acceleration, in SI.
 
-    Its unit is the file's; `unit` stands in where the file tells none. Raises `RecordingError` or `UnitError` with what
-    is there and what to give. A file that may crash its library is read in a process of its own.
+    Unit and sampling rate are the file's; `unit` and `rate_hz` stand in where the file tells none. Raises
+    `RecordingError` or `UnitError` with what is there and what to give. A file that may crash its library is read in a
+    process of its own.
     """
     if not path.is_file() or not may_crash(path):
-        return _read(path, channel, unit)
+        return _read(path, channel, unit, rate_hz)
     isolation: Isolation[Path, Acceleration] = Isolation(_lost, lambda _: PATIENCE_S, always=True)
-    ((_, found),) = map_ahead(partial(_read, channel=channel, unit=unit), [path], 1, isolation)
+    ((_, found),) = map_ahead(partial(_read, channel=channel, unit=unit, rate_hz=rate_hz), [path], 1, isolation)
     return found
 
 
@@ -53,8 +61,8 @@ def _lost(path: Path) -> Acceleration:
     raise RecordingError(f"{path.name}: the library that reads it was crashed by it, or did not end; it is damaged")
 
 
-def _read(path: Path, channel: str | None, unit: str | None) -> Acceleration:
-    with open_recording(path) as recording:
+def _read(path: Path, channel: str | None, unit: str | None, rate_hz: float | None) -> Acceleration:
+    with open_recording(path, ReadingOptions(sampling_rate_hz=rate_hz)) as recording:
         info = recording.info(channel) if channel is not None else _only_acceleration(path, recording)
         gain, offset = to_si(_unit(path, info, unit), "acceleration")
         samples = recording.read(info.name)

@@ -30,6 +30,8 @@ def as_json(measured: Measured) -> dict[str, Any]:
         "channel": measured.acceleration.channel,
         "sampling_rate_hz": measured.acceleration.sampling_rate_hz,
         "samples": int(measured.acceleration.values_m_s2.size),
+        "start_s": measured.acceleration.start_s,
+        "duration_s": measured.acceleration.duration_s,
         "q": spectrum.q,
         "damping_ratio": spectrum.damping_ratio,
         "sampling_error": _plain(spectrum.sampling_error),

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .base import ChannelInfo, OpenRecording, Reader, RecordingError
+from .base import AS_IN_FILE, ChannelInfo, OpenRecording, Reader, ReadingOptions, RecordingError
 from .csv import CsvReader
 from .hdf5 import Hdf5Reader
+from .ide import IdeReader
 from .lvm import LvmReader
 from .mat import MatReader
+from .npy import NpyReader
 from .npz import NpzReader
 from .parquet import ParquetReader
 from .tdms import TdmsReader
 from .uff import UffReader
+from .wav import WavReader
 
 #: Every reader; a new format is a file in this folder and a line here.
 READERS: tuple[Reader, ...] = (
@@ -24,13 +27,18 @@ READERS: tuple[Reader, ...] = (
     LvmReader(),
     Hdf5Reader(),
     NpzReader(),
+    NpyReader(),
+    WavReader(),
+    IdeReader(),
 )
 
 __all__ = [
+    "AS_IN_FILE",
     "READERS",
     "ChannelInfo",
     "OpenRecording",
     "Reader",
+    "ReadingOptions",
     "RecordingError",
     "may_crash",
     "open_recording",
@@ -48,9 +56,9 @@ def reader_for(path: Path) -> Reader:
     raise RecordingError(f"{Path(path).name}: no reader for {suffix or 'a file without suffix'}; known: {known}")
 
 
-def open_recording(path: Path) -> OpenRecording:
+def open_recording(path: Path, options: ReadingOptions = AS_IN_FILE) -> OpenRecording:
     """The recording at `path`, held open: use as a context manager. Raises `RecordingError`."""
-    return reader_for(path).open(Path(path))
+    return reader_for(path).open(Path(path), options)
 
 
 def may_crash(path: Path) -> bool:

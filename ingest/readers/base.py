@@ -30,6 +30,23 @@ class RecordingError(ValueError):
 
 
 @dataclass(frozen=True)
+class ReadingOptions:
+    """What a laboratory says of its files where these do not: `[recordings]` of campaign.toml, options of a command.
+
+    `columns` are the names of columns in order, where a file has none, with a unit if need be (`force [N]`);
+    `delimiter` and `decimal` are signs, for text that could be read in two ways.
+    """
+
+    columns: tuple[str, ...] = ()
+    sampling_rate_hz: float | None = None
+    delimiter: str | None = None
+    decimal: str | None = None
+
+
+AS_IN_FILE = ReadingOptions()
+
+
+@dataclass(frozen=True)
 class ChannelInfo:
     """One channel as the file declares it."""
 
@@ -55,17 +72,26 @@ class OpenRecording(ABC):
         """Samples `start:stop` of channel `name` (1-d, native byte order, dtype kept). `stop=None`: to the end."""
 
     def names(self, name: str) -> bool:
-        """Whether the file has something of this name, be it readable or not."""
-        return any(channel.name == name for channel in self.channels)
+        """Whether the file has something of this name, but for repeated blanks, be it readable or not."""
+        return any(blanks_once(channel.name) == blanks_once(name) for channel in self.channels)
 
     def close(self) -> None:  # noqa: B027 - a recording read at once has nothing to release
         """Release the file. The default holds nothing."""
 
     def info(self, name: str) -> ChannelInfo:
-        """The channel called `name`; `RecordingError` naming those there are otherwise."""
+        """The channel called `name`, or the only one so called but for repeated blanks.
+
+        Raises `RecordingError` naming those there are otherwise.
+        """
         for channel in self.channels:
             if channel.name == name:
                 return channel
+        alike = [channel for channel in self.channels if blanks_once(channel.name) == blanks_once(name)]
+        if len(alike) == 1:
+            return alike[0]
+        if alike:
+            names = ", ".join(repr(channel.name) for channel in alike)
+            raise RecordingError(f"{name!r} can be each of {names}; expected the name as the file has it")
         known = ", ".join(c.name for c in self.channels) or "none"
         raise RecordingError(f"no channel {name!r}; the file has: {known}")
 
@@ -85,8 +111,13 @@ class Reader(ABC):
     suffixes: ClassVar[tuple[str, ...]]  # lower case, with the dot
 
     @abstractmethod
-    def open(self, path: Path) -> OpenRecording:
-        """Open `path`; `RecordingError` when it is not a whole file of this format."""
+    def open(self, path: Path, options: ReadingOptions = AS_IN_FILE) -> OpenRecording:
+        """Open `path`; `RecordingError` when it is not a whole file of this format, or contradicts `options`."""
+
+
+def blanks_once(name: str) -> str:
+    """A name with one blank for every run of blanks: instruments print `Force  1`, people write `Force 1`."""
+    return " ".join(name.split())
 
 
 def refuse_bomb(path: Path, name: str, samples: int, itemsize: int) -> None:

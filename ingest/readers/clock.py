@@ -37,8 +37,11 @@ def positive_rate(path: Path, value: Any) -> float:
     return rate
 
 
-def clocks_of(path: Path, contents: Contents) -> dict[str, Clock]:
-    """The clock of every group that has one; the file's own statement is the clock of the root `""`."""
+def clocks_of(path: Path, contents: Contents, given_hz: float | None = None) -> dict[str, Clock]:
+    """The clock of every group that has one; the file's own statement is the clock of the root `""`.
+
+    `given_hz` is the rate of a file that states none.
+    """
     clocks: dict[str, Clock] = {}
     if contents.rate_hz is not None:
         clocks[""] = Clock(positive_rate(path, contents.rate_hz))
@@ -48,10 +51,22 @@ def clocks_of(path: Path, contents: Contents) -> dict[str, Clock]:
         for rate in (array for array in members if array.is_rate):
             stated = _agreeing(path, stated, Clock(_stated_rate(path, rate)))
         for time in (array for array in members if array.is_time):
-            stated = _agreeing(path, stated, _time_clock(path, time))
+            rate_hz = stated.rate_hz if stated is not None else given_hz
+            stated = _agreeing(path, stated, _time_clock(path, time, rate_hz))
         if stated is not None:
             clocks[group] = stated
+    if given_hz is not None:
+        clocks.setdefault("", Clock(given_hz))
     return clocks
+
+
+def refuse_other_rate(path: Path, clock: Clock, given_hz: float | None) -> None:
+    """Raise `RecordingError` where the file's rate is another than the one that the laboratory gives for it."""
+    if given_hz is not None and abs(clock.rate_hz - given_hz) > _AGREEMENT * given_hz:
+        raise RecordingError(
+            f"{path.name}: has a sampling rate of {clock.rate_hz} Hz, and {given_hz} Hz is given for it; correct "
+            "or leave out the given rate (sampling_rate_hz under [recordings] in campaign.toml, --rate of a command)"
+        )
 
 
 def clock_above(clocks: dict[str, Clock], group: str) -> Clock | None:
@@ -92,16 +107,32 @@ def _stated_rate(path: Path, array: Array) -> float:
     return positive_rate(path, values[0] * scale)
 
 
-def _time_clock(path: Path, array: Array) -> Clock:
+def _time_clock(path: Path, array: Array, stated_hz: float | None) -> Clock:
+    """From a time vector; one printed with too few digits to tell its steps apart gives the start of a stated rate."""
     scale = time_scale(array.name, array.unit)
     if scale is None:
         raise RecordingError(f"{path.name}: {array.name!r} is in {array.unit!r}; expected one of s, ms, us, ns")
     times = _numbers(path, array) * scale
-    rate, start = rate_from_times(path, times)
-    return Clock(rate, start, times.size, _gaps(np.diff(times) * rate))
+    try:
+        rate, start = rate_from_times(path, times)
+    except RecordingError:
+        if stated_hz is None or not _rounded_from(times, stated_hz):
+            raise
+        return Clock(stated_hz, float(times[0]), times.size, {"time_printed_coarsely": True})
+    return Clock(rate, start, times.size, time_gaps(np.diff(times) * rate))
 
 
-def _gaps(steps: NDArray[np.float64]) -> dict[str, Any]:
+def _rounded_from(times: NDArray[np.float64], rate_hz: float) -> bool:
+    """Whether times (s) are those of even samples at `rate_hz`, each rounded to one and the same last digit."""
+    steps = np.diff(times)
+    if steps.size == 0 or not np.all(np.isfinite(times)) or np.any(steps < 0) or not np.any(steps > 0):
+        return False
+    even = times[0] + np.arange(times.size) / rate_hz
+    last_digit = float(np.min(steps[steps > 1e-9 * (times[-1] - times[0])]))
+    return bool(np.max(np.abs(times - even)) <= 1.01 * last_digit)
+
+
+def time_gaps(steps: NDArray[np.float64]) -> dict[str, Any]:
     """`time_gaps`: [sample, missing samples before it] wherever a step (in samples) skips some.
 
     Samples are handed on as evenly spaced: what the time vector says beyond that must not be lost.

@@ -16,8 +16,14 @@ from ...signals.units import SI_UNITS, UnitError, to_si
 
 RATE_NAMES = frozenset({"fs", "fs_hz", "sampling_rate", "sampling_rate_hz", "sample_rate", "sample_rate_hz"})
 RATE_UNITS = {"": 1.0, "hz": 1.0, "1/s": 1.0, "s/s": 1.0, "sps": 1.0, "khz": 1e3, "mhz": 1e6}
-TIME_UNITS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "ns": 1e-9}
-_TIME_NAME = re.compile(r"(?:t|time)(?:_(s|ms|us|ns))?", re.IGNORECASE)
+TIME_UNITS = {
+    **dict.fromkeys(("s", "sec", "second", "seconds"), 1.0),
+    **dict.fromkeys(("ms", "msec", "milliseconds"), 1e-3),
+    **dict.fromkeys(("us", "usec", "microseconds", "µs", "μs"), 1e-6),
+    **dict.fromkeys(("ns", "nsec", "nanoseconds"), 1e-9),
+    "ps": 1e-12,
+}
+_TIME_NAME = re.compile(r"(?:t|time)(?:_(s|sec|ms|msec|us|usec|ns|nsec))?", re.IGNORECASE)
 _BRACKETED = re.compile(r"(.*?)\s*(?:\[([^\[\]]*)\]|\(([^()]*)\))")
 
 
@@ -34,6 +40,7 @@ class Array:
     rate_hz: Any = None  # where the file gives the array its own
     start_s: float = 0.0
     header: dict[str, Any] = field(default_factory=dict)
+    nameless: bool = False  # `name` is ours: the file has none
 
     @property
     def samples(self) -> int:
@@ -74,6 +81,11 @@ def loaded_once(load: Callable[[], NDArray[Any]]) -> Callable[[int, int], NDArra
         return whole().reshape(-1)[start:stop].copy()
 
     return take
+
+
+def is_clock_name(name: str) -> bool:
+    """Whether a column of this name is a time or a rate."""
+    return name.lower() in RATE_NAMES or _TIME_NAME.fullmatch(name) is not None
 
 
 def time_scale(name: str, unit: str | None) -> float | None:

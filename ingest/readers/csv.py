@@ -1,4 +1,4 @@
-"""CSV as laboratories write it: any usual delimiter, decimal comma, units in the header, rate above the numbers."""
+"""Text as laboratories and instruments write it: any usual delimiter or blanks, decimal comma, units, rate above."""
 
 from __future__ import annotations
 
@@ -10,21 +10,33 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .base import RecordingError
-from .contents import RATE_NAMES, RATE_UNITS, Contents, held, name_and_unit
-from .csv_layout import Layout, sniff
+from . import tektronix
+from .base import ReadingOptions, RecordingError, rate_from_step
+from .contents import RATE_NAMES, RATE_UNITS, TIME_UNITS, Contents, held, name_and_unit
+from .csv_layout import BLANKS, Layout, sniff
 from .recording import ArrayReader
 from .text import read_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_SPOKEN_RATES = frozenset({"sampling_frequency", "sample_frequency", "samplerate", "samplingrate", "sample_rate"})
-_NUMBER_AND_UNIT = re.compile(r"([-+\d.,eE]+|nan|inf)\s*([A-Za-z/]*)")
+_SPOKEN_RATES = frozenset(
+    {"sampling_frequency", "sample_frequency", "samplerate", "samplingrate", "sample_rate", "samples_per_second"}
+)
+_SPOKEN_STEPS = frozenset(
+    {"sample_interval", "sampling_interval", "sampling_period", "sample_period", "time_step", "dt", "delta_t"}
+)
+_NUMBER_AND_UNIT = re.compile(r"([-+\d.,eE]+|nan|inf)\s*([A-Za-zµμ/]*)")
+#: What pandas reads as NaN.
+_MISSING = re.compile(
+    r"(?<!\S)(?:#N/A|#NA|-?1\.#IND|-?1\.#QNAN|<NA>|N/A|NA|NULL|None|n/a|null|[-+]?nan|[-+]?NaN|[-+]?NAN)(?!\S)"
+)
+#: A step printed with fewer digits than these is taken as it is.
+_PRINTED_STEP = 5e-6
 
 
 class CsvReader(ArrayReader):
-    """UTF-8 text. Every column comes back as float64: the text says no type. An empty field is NaN.
+    """UTF-8, UTF-16 or Windows-1252. Every column is float64: the text says no type. An empty field is NaN.
 
     A file cut at the end of a line cannot be told from a shorter one, unless it states `# samples = N`. One whose last
     line has no end may be cut inside its last number: editors leave it out, so the file is read, and its channels'
@@ -32,20 +44,30 @@ class CsvReader(ArrayReader):
     """
 
     format = "csv"
-    suffixes = (".csv", ".tsv", ".txt")
+    suffixes = (".csv", ".tsv", ".txt", ".dat", ".asc")
 
-    def contents(self, path: Path, _: ExitStack) -> Contents:
+    def contents(self, path: Path, _: ExitStack, options: ReadingOptions) -> Contents:
         text = read_text(path, may_lack_last_end=True)
+        text = text.replace("∞", "inf")  # PicoScope, of a voltage beyond its range
         whole = text.endswith("\n")
         text = text if whole else text + "\n"
-        layout = sniff(path, text[: 1 << 18].split("\n")[:-1])
-        table = _table(path, text, layout)
-        _refuse_other_length(path, layout, len(table), whole)
-        columns = zip(layout.names, layout.units, table.columns, strict=True)
-        # A column without a name cannot be asked for: row numbers, or a delimiter at the end of every line.
-        arrays = [held(name, table[column].to_numpy(), unit=unit) for name, unit, column in columns if name]
-        doubt = {} if whole else {"last_line_without_end": True}
-        return Contents(arrays, _stated_rate(path, layout), dict(layout.statements) | doubt)
+        lines = text[: 1 << 18].split("\n")[:-1]
+        layout = tektronix.beside(lines) or tektronix.above(sniff(path, lines, options))
+        contents = table_contents(path, text, layout)
+        samples = contents.arrays[0].samples if contents.arrays else 0
+        tektronix.refuse_fewer(path, layout, samples)
+        _refuse_other_length(path, layout, samples, whole)
+        if not whole:
+            contents.header["last_line_without_end"] = True
+        return contents
+
+
+def table_contents(path: Path, text: str, layout: Layout) -> Contents:
+    """The named columns of a text, whose last line has an end, and what stands above them. Raises `RecordingError`."""
+    table = _table(path, text, layout)
+    columns = zip(layout.names, layout.units, strict=True)
+    arrays = [held(name, table[i].to_numpy(), unit=unit) for i, (name, unit) in enumerate(columns) if name]
+    return Contents(arrays, _stated_rate(path, layout), dict(layout.statements))
 
 
 def _table(path: Path, text: str, layout: Layout) -> pd.DataFrame:
@@ -53,19 +75,26 @@ def _table(path: Path, text: str, layout: Layout) -> pd.DataFrame:
     import pandas as pd
 
     body = text.split("\n", layout.first)[layout.first]
+    by_blanks = layout.delimiter == BLANKS
     names = range(len(layout.names))
+    # Of a column that is left out pandas overlooks a field too many: only settings beside the numbers are left out.
+    wanted = [i for i in names if layout.names[i]] if layout.settings_beside else None
     table = pd.read_csv(
         StringIO(body),
-        sep=layout.delimiter,
+        sep=r"\s+" if by_blanks else layout.delimiter,
         decimal=layout.decimal,
         header=None,
         names=names,
+        usecols=wanted,
         index_col=False,
         dtype=np.float64,
         float_precision="round_trip",
         skipinitialspace=True,
     )
     # pandas fills a short line with NaN, as if the file had said so.
+    if by_blanks:
+        _refuse_short_lines(path, body, table)
+        return table
     delimiters, expected = body.count(layout.delimiter), (len(names) - 1) * len(table)
     if delimiters != expected:
         raise RecordingError(
@@ -73,6 +102,17 @@ def _table(path: Path, text: str, layout: Layout) -> pd.DataFrame:
             "a line is cut or damaged"
         )
     return table
+
+
+def _refuse_short_lines(path: Path, body: str, table: pd.DataFrame) -> None:
+    """Between blanks there is no empty field: every NaN must be written."""
+    missing = int(table.isna().to_numpy().sum())
+    written = len(_MISSING.findall(body)) if missing else 0
+    if missing != written:
+        raise RecordingError(
+            f"{path.name}: {len(table)} lines of {table.shape[1]} fields lack {missing - written} numbers; "
+            "a line is cut or damaged"
+        )
 
 
 def _refuse_other_length(path: Path, layout: Layout, rows: int, whole: bool) -> None:
@@ -84,18 +124,28 @@ def _refuse_other_length(path: Path, layout: Layout, rows: int, whole: bool) -> 
 
 
 def _stated_rate(path: Path, layout: Layout) -> float | None:
-    """The rate in hertz of a line such as `# fs = 51200`, `Sampling rate [kHz]: 51,2` or `fs;51200 Hz`."""
+    """The rate in hertz of a line such as `# fs = 51200`, `Sampling rate [kHz]: 51,2` or `Sample Interval,4e-09`."""
     for key, value in layout.statements.items():
         name, unit = name_and_unit(key)
-        if re.sub(r"[\s-]+", "_", name.lower()) not in RATE_NAMES | _SPOKEN_RATES:
+        spoken = re.sub(r"[\s-]+", "_", name.lower())
+        is_step = spoken in _SPOKEN_STEPS
+        if not is_step and spoken not in RATE_NAMES | _SPOKEN_RATES:
             continue
         match = _NUMBER_AND_UNIT.fullmatch(value)
-        scale = RATE_UNITS.get(((match.group(2) if match else "") or unit or "").lower())
+        word = ((match.group(2) if match else "") or unit or ("s" if is_step else "")).lower()
+        scale = TIME_UNITS.get(word) if is_step else RATE_UNITS.get(word)
         try:
             number = float((match.group(1) if match else value).replace(layout.decimal, "."))
         except ValueError:
             number = np.nan
-        if scale is None or np.isnan(number):
-            raise RecordingError(f"{path.name}: {key!r} is {value!r}; expected a number in Hz, kHz or MHz")
-        return number * scale
+        if scale is None or np.isnan(number) or (is_step and number <= 0.0):
+            expected = "a step above 0 in s, ms, us or ns" if is_step else "a number in Hz, kHz or MHz"
+            raise RecordingError(f"{path.name}: {key!r} is {value!r}; expected {expected}")
+        return rate_from_step(number * scale, _precision(value)) if is_step else number * scale
     return None
+
+
+def _precision(number: str) -> float:
+    """Relative half of the last digit of a step of six digits or more; of fewer, 1e-9: it is meant exactly."""
+    digits = len(re.sub(r"[eE].*|[^\d]", "", number).lstrip("0"))
+    return _PRINTED_STEP if digits == 6 else 1e-9

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .base import RecordingError
+from .base import ReadingOptions, RecordingError
 from .contents import RATE_NAMES, Array, Contents, held, plain
 from .patience import limited, seconds_for
 from .recording import ArrayReader
@@ -26,7 +26,7 @@ class Hdf5Reader(ArrayReader):
     format = "hdf5"
     suffixes = (".h5", ".hdf5", ".hdf")
 
-    def contents(self, path: Path, open_files: ExitStack) -> Contents:
+    def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
         return hdf5_contents(path, open_files)
 
 
@@ -89,7 +89,7 @@ def _taker(path: Path, dataset: h5py.Dataset) -> Any:
 
     def take(start: int, stop: int) -> NDArray[Any]:
         with limited(seconds_for(size, (stop - start) * dataset.dtype.itemsize)):
-            if dataset.ndim == 0:
+            if sum(length != 1 for length in dataset.shape) != 1:  # a scalar, or a matrix
                 return np.asarray(dataset[()]).reshape(-1)[start:stop]
             where = tuple(slice(start, stop) if i == axis else 0 for i in range(dataset.ndim))
             return np.asarray(dataset[where])

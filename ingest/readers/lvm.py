@@ -1,7 +1,8 @@
-"""LabVIEW measurement file `.lvm`: text with a header per file and one per segment."""
+"""LabVIEW measurement file `.lvm`: text with a header per file and one per segment, or numbers alone."""
 
 from __future__ import annotations
 
+import re
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -9,8 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .base import RecordingError, rate_from_step, rate_from_times
+from .base import ReadingOptions, RecordingError, rate_from_step, rate_from_times
 from .contents import Array, Contents, held
+from .csv import table_contents
+from .csv_layout import sniff
 from .guard import one_line
 from .recording import ArrayReader
 from .text import read_text
@@ -26,12 +29,12 @@ class LvmReader(ArrayReader):
     format = "lvm"
     suffixes = (".lvm",)
 
-    def contents(self, path: Path, _: ExitStack) -> Contents:
+    def contents(self, path: Path, _: ExitStack, options: ReadingOptions) -> Contents:
         import lvm_read
 
         text = read_text(path)
         if not text.startswith("LabVIEW Measurement"):
-            raise RecordingError(f"{path.name}: starts with {one_line(text[:30])!r}; expected 'LabVIEW Measurement'")
+            return _without_header(path, text, options)
         lines = text.splitlines(keepends=True)
         parsed = lvm_read.read_lines(lines, separator=_separator(path, lines))
         if parsed["Segments"] != 1 or "Channel names" not in parsed[0]:
@@ -39,11 +42,25 @@ class LvmReader(ArrayReader):
         return Contents(_arrays(path, parsed, text), header=_header(parsed))
 
 
+def _without_header(path: Path, text: str, options: ReadingOptions) -> Contents:
+    """Numbers alone, as LabVIEW writes them with "no headers"; names and rate are the laboratory's."""
+    lines = text[: 1 << 18].split("\n")[:-1]
+    start = next((line.strip() for line in lines if line.strip()), "")
+    if not re.match(r"[-+\d.,]|nan", start, re.IGNORECASE):
+        raise RecordingError(
+            f"{path.name}: starts with {one_line(start[:30])!r}; expected 'LabVIEW Measurement', or numbers alone"
+        )
+    layout = sniff(path, lines, options)
+    if any(map(any, layout.above)):
+        raise RecordingError(f"{path.name}: has text above its numbers, but no header of LabVIEW")
+    return table_contents(path, text, layout)
+
+
 def _separator(path: Path, lines: list[str]) -> str:
     """As the file's header names it."""
     for line in lines[:25]:
         if line.startswith("Separator"):
-            word = line[len("Separator") :].strip() or "Tab"
+            word = line[len("Separator") :].strip(" \t\r\n,;") or "Tab"
             if word not in _SEPARATORS:
                 raise RecordingError(f"{path.name}: Separator is {word!r}; expected Tab or Comma")
             return _SEPARATORS[word]

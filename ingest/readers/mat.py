@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .base import ReadingOptions
 from .contents import Array, Contents, loaded_once
 from .hdf5 import hdf5_contents
 from .mat5_elements import refuse_damaged
+from .mat5_structs import struct_arrays
 from .recording import ArrayReader
 
 #: MATLAB class, as scipy names it -> dtype of its numbers in MATLAB.
@@ -26,12 +28,16 @@ _LONGEST_TEXT = 4096
 
 
 class MatReader(ArrayReader):
-    """Vectors of shape (1, n), (n, 1) or (n,), in the class that MATLAB would show."""
+    """Vectors, the columns of a matrix (`data_1`, or as campaign.toml names them) and the fields of structures.
+
+    Numbers are in the class that MATLAB would show. A field is asked for by its name, or as `structure.field` where the
+    name alone is not unique.
+    """
 
     format = "mat"
     suffixes = (".mat",)
 
-    def contents(self, path: Path, open_files: ExitStack) -> Contents:
+    def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
         import h5py
 
         if h5py.is_hdf5(path):
@@ -42,7 +48,9 @@ class MatReader(ArrayReader):
 def _mat5_contents(path: Path, complex_names: set[str]) -> Contents:
     from scipy.io import whosmat
 
-    declared = [(name, shape, kind) for name, shape, kind in whosmat(path) if not name.startswith("__")]
+    structures = struct_arrays(path)
+    listed = [(name, shape, kind) for name, shape, kind in whosmat(path) if not name.startswith("__")]
+    declared = [each for each in listed if each[0] not in structures]
     texts = [n for n, shape, kind in declared if kind == "char" and 0 < np.prod(shape) <= _LONGEST_TEXT]
     header = {name: " ".join(_load(path, name).reshape(-1)) for name in texts}
     kinds = {name: "complex" if name in complex_names else _DTYPES.get(kind, "O") for name, _, kind in declared}
@@ -51,6 +59,7 @@ def _mat5_contents(path: Path, complex_names: set[str]) -> Contents:
         for name, shape, _ in declared
         if name not in texts
     ]
+    arrays += [array for fields in structures.values() for array in fields]
     return Contents(arrays, header=header)
 
 

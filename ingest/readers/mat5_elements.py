@@ -17,9 +17,9 @@ from typing import BinaryIO
 from .base import RecordingError, refuse_bomb
 
 _HEADER_BYTES = 128
-_MATRIX, _COMPRESSED = 14, 15
+MATRIX, COMPRESSED = 14, 15
 #: Enough for the tags, dimensions and name (at most 63 characters) that precede the numbers.
-_HEAD_BYTES = 1024
+HEAD_BYTES = 1024
 _TYPE_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 16: 1, 17: 2, 18: 4}
 _CHAR_CLASS, _NUMERIC_CLASSES = 4, range(6, 16)
 _COMPLEX_FLAG = 0x0800
@@ -45,25 +45,25 @@ def refuse_damaged(path: Path) -> set[str]:
     order, size = byte_order(path), path.stat().st_size
     complex_names = set()
     with path.open("rb") as file:
-        for kind, start, count in _elements(path, file, order, size):
-            file.seek(start - 8 if kind == _MATRIX else start)
-            head = file.read(min(count + 8, _HEAD_BYTES))
-            if kind == _COMPRESSED:
-                head = zlib.decompressobj().decompress(head, _HEAD_BYTES)
+        for kind, start, count in elements(path, file, order, size):
+            file.seek(start - 8 if kind == MATRIX else start)
+            head = file.read(min(count + 8, HEAD_BYTES))
+            if kind == COMPRESSED:
+                head = zlib.decompressobj().decompress(head, HEAD_BYTES)
             name, is_complex = _refuse_false_count(path, head, order)
             if is_complex:
                 complex_names.add(name)
     return complex_names
 
 
-def _elements(path: Path, file: BinaryIO, order: str, size: int) -> Iterator[tuple[int, int, int]]:
+def elements(path: Path, file: BinaryIO, order: str, size: int) -> Iterator[tuple[int, int, int]]:
     """(type, first byte, byte count) of the top elements."""
     position = _HEADER_BYTES
     while position < size:
         file.seek(position)
-        tag = file.read(8)
-        kind, count = struct.unpack(f"{order}II", tag) if len(tag) == 8 else (0, 0)
-        if kind not in (_MATRIX, _COMPRESSED) or count == 0:
+        start = file.read(8)
+        kind, count = struct.unpack(f"{order}II", start) if len(start) == 8 else (0, 0)
+        if kind not in (MATRIX, COMPRESSED) or count == 0:
             raise RecordingError(f"{path.name}: no variable starts at byte {position} of {size}; it is cut or damaged")
         end = position + 8 + count
         if end > size:
@@ -77,7 +77,7 @@ def _refuse_false_count(path: Path, head: bytes, order: str) -> tuple[str, bool]
 
     `head` starts with the matrix's own tag.
     """
-    if len(head) < 16 or struct.unpack(f"{order}I", head[:4])[0] != _MATRIX:
+    if len(head) < 16 or struct.unpack(f"{order}I", head[:4])[0] != MATRIX:
         raise RecordingError(f"{path.name}: a variable does not start as a matrix; it is damaged")
     flag_bytes, position = _whole(path, head, 8, order)
     flags = struct.unpack(f"{order}I", flag_bytes[:4])[0]
@@ -86,7 +86,7 @@ def _refuse_false_count(path: Path, head: bytes, order: str) -> tuple[str, bool]
     name = name_bytes.decode("latin1")
     if flags & 0xFF == _CHAR_CLASS or flags & 0xFF in _NUMERIC_CLASSES:
         shape = struct.unpack(f"{order}{len(dimensions) // 4}i", dimensions)
-        kind, count, _, _ = _tag(head, position, order)
+        kind, count, _, _ = tag(head, position, order)
         samples, width = math.prod(shape), _TYPE_BYTES.get(kind, 0)
         refuse_bomb(path, name, samples, max(width, 1))
         is_utf8 = flags & 0xFF == _CHAR_CLASS and kind == _UTF8  # one to four bytes per character
@@ -101,13 +101,13 @@ def _refuse_false_count(path: Path, head: bytes, order: str) -> tuple[str, bool]
 
 def _whole(path: Path, head: bytes, position: int, order: str) -> tuple[bytes, int]:
     """The bytes of a part that precedes the numbers, and where the next begins: scipy believes any count there."""
-    _, count, found, after = _tag(head, position, order)
+    _, count, found, after = tag(head, position, order)
     if len(found) != count:
         raise RecordingError(f"{path.name}: a variable declares {count} bytes before its numbers; it is damaged")
     return found, after
 
 
-def _tag(head: bytes, position: int, order: str) -> tuple[int, int, bytes, int]:
+def tag(head: bytes, position: int, order: str) -> tuple[int, int, bytes, int]:
     """(type, byte count, bytes as far as `head` has them, position of the next tag); small elements share the tag."""
     first, second = struct.unpack_from(f"{order}II", head, position)
     if first >> 16:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .base import RecordingError, refuse_bomb
+from .base import ReadingOptions, RecordingError, refuse_bomb
 from .contents import Array, Contents, held, loaded_once, plain
 from .recording import ArrayReader
 
@@ -27,7 +27,7 @@ class NpzReader(ArrayReader):
     format = "npz"
     suffixes = (".npz",)
 
-    def contents(self, path: Path, open_files: ExitStack) -> Contents:
+    def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
         from zipfile import ZipFile
 
         archive = open_files.enter_context(ZipFile(path))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .base import RecordingError, refuse_bomb
+from .base import ReadingOptions, RecordingError, refuse_bomb
 from .contents import RATE_NAMES, Array, Contents, name_and_unit, plain
 from .recording import ArrayReader
 
@@ -25,7 +25,7 @@ class ParquetReader(ArrayReader):
     format = "parquet"
     suffixes = (".parquet", ".pq")
 
-    def contents(self, path: Path, open_files: ExitStack) -> Contents:
+    def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
         import pyarrow.parquet as pq
 
         file = open_files.enter_context(pq.ParquetFile(path, page_checksum_verification=True))

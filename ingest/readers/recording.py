@@ -6,15 +6,17 @@ import math
 from abc import abstractmethod
 from collections import Counter
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from numpy.typing import NDArray
 
-from .base import ChannelInfo, OpenRecording, Reader, RecordingError, refuse_bomb
-from .clock import Clock, clock_above, clocks_of, positive_rate
+from .base import AS_IN_FILE, ChannelInfo, OpenRecording, Reader, ReadingOptions, RecordingError, refuse_bomb
+from .clock import Clock, clock_above, clocks_of, positive_rate, refuse_other_rate
 from .contents import Array, Contents, plain
 from .guard import guarded, refuse_nothing
+from .matrix import with_columns
 
 _KINDS = {"c": "complex", "O": "an object", "S": "text", "U": "text", "b": "logical", "V": "a structure"}
 
@@ -22,19 +24,22 @@ _KINDS = {"c": "complex", "O": "an object", "S": "text", "U": "text", "b": "logi
 class ArraysRecording(OpenRecording):
     """Channels over a file's arrays. An array that cannot be a channel is refused when asked for, not before."""
 
-    def __init__(self, path: Path, contents: Contents) -> None:
+    def __init__(self, path: Path, contents: Contents, options: ReadingOptions = AS_IN_FILE) -> None:
         self._path = path
         self._open_files: ExitStack | None = None
         self._arrays: dict[str, Array] = {}
         self._refused: dict[str, str] = {}
-        clocks, header, channels = clocks_of(path, contents), _header(contents), []
+        self._name_by_place: dict[str, str] = {}
+        clocks, header, channels = clocks_of(path, contents, options.sampling_rate_hz), _header(contents), []
         for name, array in _named(path, contents.arrays):
+            self._name_by_place |= dict.fromkeys(_places(array), name)
             clock = _own_clock(path, array) or clock_above(clocks, array.group)
             reason = _why_not(array, clock)
             if reason is not None or clock is None:
                 self._refused[name] = reason or "has no sampling rate"
                 continue
             refuse_bomb(path, name, array.samples, array.dtype.itemsize)
+            refuse_other_rate(path, clock, options.sampling_rate_hz)
             self._arrays[name] = array
             channels.append(_info(name, array, clock, header))
         self.channels = tuple(channels)
@@ -46,6 +51,8 @@ class ArraysRecording(OpenRecording):
         self._open_files = open_files
 
     def info(self, name: str) -> ChannelInfo:
+        if name not in self._arrays and name not in self._refused:
+            name = self._name_by_place.get(name, name)
         if name in self._refused:
             raise RecordingError(f"{self._path.name}: {name!r} {self._refused[name]}")
         try:
@@ -63,7 +70,7 @@ class ArraysRecording(OpenRecording):
         first, last, _ = slice(start, stop).indices(channel.samples)
         wanted = max(0, last - first)
         with guarded(self._path):
-            samples = self._arrays[name].take(first, first + wanted)
+            samples = self._arrays[channel.name].take(first, first + wanted)
             if samples.shape != (wanted,):
                 raise RecordingError(
                     f"{self._path.name}: {name!r} gives {samples.size} samples from {first}; {wanted} were declared"
@@ -82,14 +89,16 @@ class ArrayReader(Reader):
     """A format whose own code is one function: the arrays of a file."""
 
     @abstractmethod
-    def contents(self, path: Path, open_files: ExitStack) -> Contents:
+    def contents(self, path: Path, open_files: ExitStack, options: ReadingOptions) -> Contents:
         """The arrays of `path`; what must stay open for their `take` goes into `open_files`."""
 
-    def open(self, path: Path) -> OpenRecording:
+    def open(self, path: Path, options: ReadingOptions = AS_IN_FILE) -> OpenRecording:
         path = Path(path)
         with guarded(path), ExitStack() as open_files:
             refuse_nothing(path)
-            recording = ArraysRecording(path, self.contents(path, open_files))
+            contents = self.contents(path, open_files, options)
+            contents = replace(contents, arrays=with_columns(path, contents.arrays, options.columns))
+            recording = ArraysRecording(path, contents, options)
             recording.hold(open_files.pop_all())
             return recording
 
@@ -103,6 +112,11 @@ def _named(path: Path, arrays: list[Array]) -> list[tuple[str, Array]]:
         if times > 1:
             raise RecordingError(f"{path.name}: has {times} channels called {name!r}; expected different names")
     return named
+
+
+def _places(array: Array) -> list[str]:
+    """A channel by its place in the file, as HDF5 and as MATLAB write it: `bench/force`, `bench.force`."""
+    return [f"{array.group}/{array.name}", f"{array.group}.{array.name}".replace("/", ".")] if array.group else []
 
 
 def _text(text: str) -> str:
@@ -123,7 +137,10 @@ def _why_not(array: Array, clock: Clock | None) -> str | None:
     if sum(length != 1 for length in array.shape) > 1:
         return f"has shape {array.shape}; expected one row or one column"
     if clock is None:
-        return "has no sampling rate; expected fs in hertz, or a time vector named t, time or time_s"
+        return (
+            "has no sampling rate; expected fs in hertz, or a time vector named t, time or time_s; "
+            "campaign.toml can give sampling_rate_hz under [recordings]"
+        )
     if not math.isfinite(clock.start_s):
         return f"starts at {clock.start_s} s; expected a finite time"
     if clock.samples not in (None, array.samples):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .base import RecordingError, rate_from_step
+from .base import ReadingOptions, RecordingError, rate_from_step
 from .contents import RATE_NAMES, Array, Contents, plain
 from .guard import one_line
 from .recording import ArrayReader
@@ -34,7 +34,7 @@ class TdmsReader(ArrayReader):
     format = "tdms"
     suffixes = (".tdms",)
 
-    def contents(self, path: Path, open_files: ExitStack) -> Contents:
+    def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
         from nptdms import TdmsFile
 
         refuse_unfinished(path)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .base import RecordingError, rate_from_step, rate_from_times, refuse_bomb
+from .base import ReadingOptions, RecordingError, rate_from_step, rate_from_times, refuse_bomb
 from .contents import Array, Contents, loaded_once
 from .recording import ArrayReader
 
@@ -37,7 +37,7 @@ class UffReader(ArrayReader):
     format = "uff"
     suffixes = (".uff", ".unv", ".uf")
 
-    def contents(self, path: Path, _: ExitStack) -> Contents:
+    def contents(self, path: Path, _: ExitStack, __: ReadingOptions) -> Contents:
         import pyuff
 
         _refuse_unclosed(path)

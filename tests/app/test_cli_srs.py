@@ -69,6 +69,47 @@ def spec(path: Path, factor: float = 1.0) -> Path:
     return path
 
 
+def test_json_says_how_long_the_record_is_and_what_the_oscillators_are(tmp_path):
+    told = as_json(table(tmp_path / "a.csv"), "--frequencies", "100", "--damping", "0.02")
+    facts = {key: told[key] for key in ("sampling_rate_hz", "samples", "start_s", "duration_s", "damping_ratio", "q")}
+    assert facts == {
+        "sampling_rate_hz": RATE,
+        "samples": 10_000,
+        "start_s": 0.0,
+        "duration_s": 0.5,
+        "damping_ratio": 0.02,
+        "q": 25.0,
+    }
+
+
+def test_each_check_has_its_value_and_limit_with_their_unit(tmp_path):
+    path = tmp_path / "a.csv"
+    np.savetxt(path, np.clip(pulse(), None, 50), header="fs = 20000\nacc [g]")
+    checks = as_json(path, "--frequencies", "100", "--range", "50g")["checks"]
+    assert checks and all({"name", "value", "limit", "unit", "message"} <= set(check) for check in checks)
+
+
+@pytest.mark.parametrize("rate", ["20000", "20000Hz", "20 kHz"])
+def test_a_file_without_a_clock_takes_the_given_rate(tmp_path, rate):
+    np.savetxt(tmp_path / "bare.txt", pulse())
+    np.save(tmp_path / "bare.npy", pulse())
+    exact = shock_response_spectrum(G * pulse(), RATE, LINES)
+    for name in ("bare.txt", "bare.npy"):
+        told = as_json(tmp_path / name, "--unit", "g", "--rate", rate, "--frequencies", "100,500,1000")
+        assert told["sampling_rate_hz"] == RATE
+        np.testing.assert_allclose(told["maximax"], exact.maximax, rtol=1e-9)
+
+
+def test_a_given_rate_must_be_the_files(tmp_path):
+    path = table(tmp_path / "a.csv")
+    assert as_json(path, "--rate", RATE, "--frequencies", "100")["sampling_rate_hz"] == RATE
+    assert "sampling rate of 20000.0 Hz, and 48000.0 Hz is given" in refusal(path, "--rate", "48000")
+    assert "--rate is 'fast'; expected a number with a unit" in refusal(path, "--rate", "fast")
+    assert "--rate is '-1'; expected a number above zero" in refusal(path, "--rate=-1")
+    assert "--rate is 'nan'; expected a number above zero" in refusal(path, "--rate", "nan")
+    assert "--rate is '5 m'; expected a unit such as 'Hz'" in refusal(path, "--rate", "5 m")
+
+
 def test_json_is_the_spectrum_in_si(tmp_path):
     told = as_json(table(tmp_path / "a.csv"), "--frequencies", "100,500,1000")
     exact = shock_response_spectrum(G * pulse(), RATE, LINES)

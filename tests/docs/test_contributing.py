@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -75,7 +76,10 @@ def test_rooms_are_those_that_the_import_rules_hold() -> None:
 def test_every_reader_has_a_recipe_and_is_fuzzed() -> None:
     written = {suffix for suffix, _ in RECIPES.values()}
     fuzzed = {target.name.split()[0].replace("mat5", "mat").replace("mat73", "mat") for target in FUZZED}
+    absent = set() if find_spec("idelib") else {"ide"}  # whose files the library that reads them writes
     for reader in READERS:
+        if reader.format in absent:
+            continue
         assert written & set(reader.suffixes), f"{reader.format}: no recipe in recipes.py"
         assert reader.format in fuzzed, f"{reader.format}: no target in fuzzing/readers.py"
 

@@ -124,8 +124,8 @@ def _refuse(result: Result) -> None:
     assert result.exit_code in (0, 1), result.output
 
 
-_PLAIN = ("npz", "mat5-compressed", "csv", "tdms", "uff-ascii", "lvm", "parquet")
-_SUFFIXES = (".npz", ".mat", ".csv", ".tdms", ".uff", ".lvm", ".parquet")
+_PLAIN = ("npz", "mat5-compressed", "csv", "tdms", "uff-ascii", "lvm", "parquet", "text")
+_SUFFIXES = (".npz", ".mat", ".csv", ".tdms", ".uff", ".lvm", ".parquet", ".txt")
 
 
 def _srs_seeds() -> list[bytes]:

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 from fuzzing.mutations import binary, containers, generated, tables
-from fuzzing.seeds import recordings
+from fuzzing.seeds import bare_lvm, mat_structures, oscilloscopes, recordings, wavs
 from fuzzing.target import ACCEPTED, Mutate, Target, Use, stacked
-from pyroshock.ingest.readers import OpenRecording, RecordingError, open_recording
+from pyroshock.ingest.readers import AS_IN_FILE, OpenRecording, ReadingOptions, RecordingError, open_recording
 from pyroshock.schema.plain import to_plain
 
-_SHARED = ("ingest/readers/recording.py", "ingest/readers/clock.py", "ingest/readers/contents.py")
+_SHARED = tuple(f"ingest/readers/{part}.py" for part in ("recording", "clock", "contents", "matrix"))
 #: How a file of each suffix is damaged.
 FORMATS: dict[str, Mutate] = {
     ".csv": tables.damaged,
     ".lvm": tables.damaged,
+    ".txt": tables.damaged,
+    ".npy": stacked({binary.damaged: 8, generated.any_file(generated.npy): 3}, most=2),
+    ".wav": stacked({binary.damaged: 8, generated.any_file(generated.wav): 2}, most=2),
+    ".ide": binary.damaged,
     ".npz": stacked({containers.inside_zip: 6, generated.any_file(generated.npz): 2, binary.damaged: 2}, most=2),
     ".mat": stacked({containers.inside_mat: 6, generated.any_file(generated.mat): 2, binary.damaged: 3}, most=2),
     ".h5": stacked({binary.damaged: 8, generated.any_file(generated.hdf5): 2}, most=2),
@@ -29,13 +35,13 @@ FORMATS: dict[str, Mutate] = {
 MAT73 = FORMATS[".h5"]
 
 
-def reads(suffix: str) -> Use:
+def reads(suffix: str, options: ReadingOptions = AS_IN_FILE) -> Use:
     """Open a recording of that suffix, and read all of it and a part."""
 
     def use(data: bytes, folder: Path) -> str:
         path = folder / f"input{suffix}"
         path.write_bytes(data)
-        with open_recording(path) as recording:
+        with open_recording(path, options) as recording:
             read_whole(recording)
         return ACCEPTED
 
@@ -57,11 +63,19 @@ def read_whole(recording: OpenRecording) -> None:
         np.testing.assert_array_equal(recording.read(channel.name, start, stop), whole[start:stop])
 
 
-def _reader(name: str, suffix: str, *recipes: str, module: str, mutate: Mutate | None = None) -> Target:
+def _reader(
+    name: str,
+    suffix: str,
+    *recipes: str,
+    module: str,
+    mutate: Mutate | None = None,
+    options: ReadingOptions = AS_IN_FILE,
+    seeds: Callable[[], Sequence[bytes]] | None = None,
+) -> Target:
     return Target(
         f"{name} recording",
-        reads(suffix),
-        lambda: recordings(*recipes),
+        reads(suffix, options),
+        seeds or (lambda: recordings(*recipes)),
         mutate or FORMATS[suffix],
         (RecordingError,),
         f"input{suffix}",
@@ -70,14 +84,25 @@ def _reader(name: str, suffix: str, *recipes: str, module: str, mutate: Mutate |
     )
 
 
+_NAMES = ("force", "acceleration_1", "counts")
+GIVEN = ReadingOptions(_NAMES, 51200.0)
+_TEXT = "csv csv_layout text tektronix"
+
 READERS = (
-    _reader("csv", ".csv", "csv", "csv-german", module="csv csv_layout text"),
+    _reader("csv", ".csv", "csv", "csv-german", module=_TEXT),
+    _reader("text", ".txt", "text", "text-bare", module=_TEXT, options=GIVEN),
+    _reader("oscilloscope", ".csv", module=_TEXT, seeds=oscilloscopes, mutate=FORMATS[".txt"]),
     _reader("lvm", ".lvm", "lvm", "lvm-comma", module="lvm text"),
+    _reader("lvm-bare", ".lvm", module="lvm csv csv_layout text", options=GIVEN, seeds=bare_lvm),
     _reader("npz", ".npz", "npz", "npz-compressed", module="npz"),
+    _reader("npy", ".npy", "npy", module="npy", options=GIVEN),
+    _reader("wav", ".wav", "wav", module="wav", options=GIVEN, seeds=wavs),
     _reader("mat5", ".mat", "mat5", "mat5-compressed", "mat5-time", module="mat mat5_elements"),
+    _reader("mat5-structure", ".mat", module="mat mat5_elements mat5_structs", seeds=mat_structures),
     _reader("mat73", ".mat", "mat73", module="mat hdf5", mutate=MAT73),
     _reader("hdf5", ".h5", "hdf5", "hdf5-nested", module="hdf5"),
     _reader("parquet", ".parquet", "parquet", "parquet-frame", module="parquet"),
     _reader("tdms", ".tdms", "tdms", module="tdms"),
     _reader("uff", ".uff", "uff-ascii", "uff-binary", module="uff"),
+    *([_reader("ide", ".ide", "ide", module="ide")] if find_spec("idelib") is not None else []),
 )

@@ -15,6 +15,7 @@ from fuzzing.mutations import folders
 from numpy.typing import NDArray
 from pyroshock.doe.space import shipped_factors
 from support.records.campaigns import GUN_TOML, HAMMER_TOML
+from support.records.instruments import GDS, MDO3014, MSO58, PICO, PICO_ROWS, TDS500, TDS2014
 from support.records.recipes import RECIPES, Truth, base_truth
 
 _REPOSITORY = Path(__file__).resolve().parents[2]
@@ -33,6 +34,49 @@ def _written(recipe: str, truth: Truth) -> bytes:
         path = Path(folder) / f"seed{suffix}"
         write(path, truth)
         return path.read_bytes()
+
+
+@cache
+def oscilloscopes() -> tuple[bytes, ...]:
+    texts = (MDO3014, MSO58, TDS2014, TDS500, PICO.format(PICO_ROWS), GDS)
+    return tuple(text.encode() for text in texts)
+
+
+@cache
+def bare_lvm() -> tuple[bytes, ...]:
+    """Numbers alone, between tabs and between commas."""
+    table, texts = np.column_stack([*base_truth().channels.values()]), (io.StringIO(), io.StringIO())
+    for text, delimiter in zip(texts, "\t,", strict=True):
+        np.savetxt(text, table, "%.6f", delimiter)
+    return tuple(text.getvalue().encode() for text in texts)
+
+
+@cache
+def wavs() -> tuple[bytes, ...]:
+    """Of every kind of sample, with as many channels as the names that are given."""
+    from scipy.io import wavfile
+
+    values = np.random.default_rng(4).integers(-128, 128, (96, 3))
+    files = []
+    for dtype in ("u1", "i2", "i4", "f4", "f8"):
+        out = io.BytesIO()
+        wavfile.write(out, 51200, (values + 128 * (dtype == "u1")).astype(dtype))
+        files.append(out.getvalue())
+    return tuple(files)
+
+
+@cache
+def mat_structures() -> tuple[bytes, ...]:
+    from scipy.io import savemat
+
+    channels = base_truth().channels
+    shot = {"fs": RATE_HZ, "operator": "Ana", **channels, "bench": {"y": np.column_stack([*channels.values()])}}
+    files = []
+    for packed in (False, True):
+        out = io.BytesIO()
+        savemat(out, {"shot": shot, "again": {"time": np.arange(96) / RATE_HZ, **channels}}, do_compression=packed)
+        files.append(out.getvalue())
+    return tuple(files)
 
 
 def shipped(*paths: str) -> tuple[bytes, ...]:

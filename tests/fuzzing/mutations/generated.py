@@ -55,6 +55,27 @@ def npz(found: Arrays, rng: Random) -> bytes:
     return out.getvalue()
 
 
+def npy(found: Arrays, rng: Random) -> bytes:
+    """One of them, in either order, or all as the fields of rows."""
+    out = io.BytesIO()
+    chosen = rng.choice([*found.values()])
+    if rng.random() < 0.3:
+        rows = np.zeros(rng.choice((0, 1, 96)), [(name or "f0", values.dtype) for name, values in found.items()])
+        chosen = rows
+    np.save(out, np.asfortranarray(chosen) if rng.random() < 0.5 else chosen, allow_pickle=True)
+    return out.getvalue()
+
+
+def wav(found: Arrays, rng: Random) -> bytes:
+    from scipy.io import wavfile
+
+    out = io.BytesIO()
+    channels = rng.choice((1, 2, 3, 3, 3, 40))
+    values = np.random.default_rng(rng.randrange(2**32)).integers(0, 100, (rng.choice((0, 1, 96)), channels))
+    wavfile.write(out, rng.choice((1, 51200, 2**32 - 1)), values.astype(rng.choice(("u1", "i2", "i4", "f4", "f8"))))
+    return out.getvalue()
+
+
 def mat(found: Arrays, rng: Random) -> bytes:
     from scipy.io import savemat
 

@@ -9,7 +9,7 @@ from fuzzing.mutations import binary
 from fuzzing.mutations.texts import ENCODINGS, NASTY
 from fuzzing.target import stacked
 
-_DELIMITERS = ",;\t|"
+_DELIMITERS = ",;\t| "
 Rows = list[list[str]]
 _Step = Callable[[Rows, Random], Rows]
 

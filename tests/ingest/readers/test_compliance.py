@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from functools import partial
 from pathlib import Path
 
 import h5py
@@ -13,27 +14,28 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.ingest.parallel import Isolation, map_ahead
-from pyroshock.ingest.readers import READERS, RecordingError, may_crash, open_recording, reader_for
+from pyroshock.ingest.readers import READERS, ReadingOptions, RecordingError, may_crash, open_recording, reader_for
+from support.records.recipes import Truth
 
 few = settings(max_examples=12)
 
 
 def test_channels_are_described_as_written(sample):
-    with open_recording(sample.path) as recording:
+    with open_recording(sample.path, sample.truth.options) as recording:
         found = {c.name: (c.samples, c.dtype, c.unit) for c in recording.channels}
     written = sample.truth.channels.items()
     assert found == {name: (len(x), x.dtype.str, sample.truth.units[name]) for name, x in written}
 
 
 def test_rate_and_start_are_as_written(sample):
-    with open_recording(sample.path) as recording:
+    with open_recording(sample.path, sample.truth.options) as recording:
         for channel in recording.channels:
             assert channel.sampling_rate_hz == sample.truth.rate_hz
             assert channel.start_s == pytest.approx(sample.truth.start_s, abs=1e-9)
 
 
 def test_whole_channels_are_exact(sample):
-    with open_recording(sample.path) as recording:
+    with open_recording(sample.path, sample.truth.options) as recording:
         for name, written in sample.truth.channels.items():
             read = recording.read(name)
             assert read.dtype == written.dtype and read.dtype.isnative
@@ -45,39 +47,42 @@ def test_whole_channels_are_exact(sample):
 def test_slices_are_slices_of_the_whole(sample, data):
     bound = st.integers(-120, 120)
     start, stop = data.draw(bound), data.draw(st.none() | bound)
-    with open_recording(sample.path) as recording:
+    with open_recording(sample.path, sample.truth.options) as recording:
         for name, written in sample.truth.channels.items():
             np.testing.assert_array_equal(recording.read(name, start, stop), written[start:stop])
 
 
 def test_a_change_to_what_was_read_changes_nothing(sample):
-    with open_recording(sample.path) as recording:
+    with open_recording(sample.path, sample.truth.options) as recording:
         first = recording.read("force")
         first[:] = 0
         np.testing.assert_array_equal(recording.read("force"), sample.truth.channels["force"])
 
 
 def test_headers_are_json(sample):
-    with open_recording(sample.path) as recording:
+    with open_recording(sample.path, sample.truth.options) as recording:
         for channel in recording.channels:
             assert json.loads(json.dumps(channel.header, allow_nan=False)) == channel.header
 
 
 def test_an_unknown_channel_is_refused_with_the_known_ones(sample):
-    with open_recording(sample.path) as recording, pytest.raises(RecordingError, match=r"'pressure'.*force") as refused:
+    with (
+        open_recording(sample.path, sample.truth.options) as recording,
+        pytest.raises(RecordingError, match=r"'pressure'.*force") as refused,
+    ):
         recording.read("pressure")
     assert sample.path.name in str(refused.value)
 
 
 def test_a_closed_recording_is_refused(sample):
-    recording = open_recording(sample.path)
+    recording = open_recording(sample.path, sample.truth.options)
     recording.close()
     with pytest.raises(RecordingError, match="is closed"):
         recording.read("force")
 
 
 def test_close_releases_the_file(sample):
-    with open_recording(sample.path) as recording:
+    with open_recording(sample.path, sample.truth.options) as recording:
         recording.read("force", 3, 9)
     assert not _open_here(sample.path)
 
@@ -85,7 +90,7 @@ def test_close_releases_the_file(sample):
 def test_a_refused_file_is_released(sample, tmp_path):
     path = _cut(sample.path, tmp_path, sample.path.stat().st_size // 2)
     with pytest.raises(RecordingError):
-        open_recording(path)
+        open_recording(path, sample.truth.options)
     assert not _open_here(path)
 
 
@@ -94,14 +99,14 @@ def test_a_refused_file_is_released(sample, tmp_path):
 def test_a_cut_file_is_refused_or_identical(sample, tmp_path_factory, fraction):
     size = int(fraction * sample.path.stat().st_size)
     path = _cut(sample.path, tmp_path_factory.mktemp("cut"), size)
-    _assert_refused_or_identical(path, sample.truth.channels)
+    _assert_refused_or_identical(path, sample.truth)
 
 
 @given(cut=st.integers(1, 40))
 @few
 def test_a_file_that_lacks_its_last_bytes_is_refused_or_identical(sample, tmp_path_factory, cut):
     path = _cut(sample.path, tmp_path_factory.mktemp("cut"), sample.path.stat().st_size - cut)
-    _assert_refused_or_identical(path, sample.truth.channels)
+    _assert_refused_or_identical(path, sample.truth)
 
 
 @given(seed=st.integers(0, 2**32 - 1))
@@ -117,15 +122,15 @@ def test_a_wrong_byte_raises_nothing_else(sample, tmp_path_factory, seed):
     isolation = Isolation[Path, str | None](
         lambda path: f"{path.name}: lost", lambda _: 10.0, always=may_crash(sample.path)
     )
-    for path, refused in map_ahead(_refusal, paths, 1, isolation):
+    for path, refused in map_ahead(partial(_refusal, sample.truth.options), paths, 1, isolation):
         if refused is not None:
             _assert_clear(refused, path)
 
 
-def _refusal(path: Path) -> str | None:
+def _refusal(options: ReadingOptions, path: Path) -> str | None:
     """Why a file is refused; None for one that reads as it declares."""
     try:
-        with open_recording(path) as recording:
+        with open_recording(path, options) as recording:
             for channel in recording.channels:
                 assert recording.read(channel.name).size == channel.samples
     except RecordingError as error:
@@ -139,7 +144,7 @@ def test_garbage_is_refused(sample, tmp_path_factory, garbage):
     path = tmp_path_factory.mktemp("garbage") / f"garbage{sample.path.suffix}"
     path.write_bytes(garbage)
     with pytest.raises(RecordingError) as refused:
-        open_recording(path)
+        open_recording(path, sample.truth.options)
     _assert_clear(str(refused.value), path)
 
 
@@ -185,11 +190,11 @@ def _cut(path: Path, folder: Path, size: int) -> Path:
     return shorter
 
 
-def _assert_refused_or_identical(path: Path, channels: dict[str, np.ndarray]) -> None:
+def _assert_refused_or_identical(path: Path, truth: Truth) -> None:
     """A container may have lost a later channel without a trace; then asking for it is refused."""
-    for name, written in channels.items():
+    for name, written in truth.channels.items():
         try:
-            with open_recording(path) as recording:
+            with open_recording(path, truth.options) as recording:
                 read = recording.read(name)
         except RecordingError as refused:
             _assert_clear(str(refused), path)

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 from nptdms import ChannelObject, RootObject, TdmsFile, TdmsWriter
-from pyroshock.ingest.readers import RecordingError, open_recording
+from pyroshock.ingest.readers import ReadingOptions, RecordingError, open_recording
 from scipy.io import savemat
 
 WAVE = np.round(np.sin(np.arange(64) / 5), 6)
@@ -194,6 +194,46 @@ class TestLvm:
         path.write_text("".join(lines))
         with pytest.raises(RecordingError, match="1 fields are not numbers"):
             open_recording(path)
+
+    def test_commas_separate_where_the_header_says_so(self, tmp_path, make_recording):
+        path = tmp_path / "hit.lvm"
+        truth = make_recording("lvm", path, x_columns="One")
+        path.write_text(path.read_text().replace("\t", ",").replace("Separator,Tab", "Separator,Comma"))
+        with open_recording(path) as recording:
+            assert recording.info("force").unit == "N"
+            assert recording.info("force").sampling_rate_hz == truth.rate_hz
+            for name, written in truth.channels.items():
+                np.testing.assert_array_equal(recording.read(name), written)
+
+
+class TestLvmWithoutHeader:
+    """Numbers alone: the rate is the laboratory's, or in the X column."""
+
+    @pytest.mark.parametrize("delimiter", ["\t", ","])
+    def test_the_x_column_gives_the_rate(self, tmp_path, delimiter):
+        np.savetxt(tmp_path / "hit.lvm", np.column_stack([np.arange(64) / 51200, WAVE]), "%.9f", delimiter)
+        with open_recording(tmp_path / "hit.lvm", ReadingOptions(("time", "force"))) as recording:
+            assert recording.info("force").sampling_rate_hz == 51200.0
+            np.testing.assert_array_equal(recording.read("force"), WAVE)
+
+    def test_the_given_rate_holds_for_columns_alone(self, tmp_path):
+        np.savetxt(tmp_path / "hit.lvm", np.column_stack([WAVE, -WAVE]), "%.6f", "\t")
+        with open_recording(tmp_path / "hit.lvm", ReadingOptions(("force", "acc"), 51200.0)) as recording:
+            np.testing.assert_array_equal(recording.read("acc"), -WAVE)
+
+    @pytest.mark.parametrize(
+        ("text", "reason"),
+        [
+            ("force\tacc\n1\t2\n", "starts with 'force"),
+            ("51200\n\nforce\tacc\n1\t2\n3\t4\n", "has text above its numbers, but no header of LabVIEW"),
+            ("1\t2\n3\t4", "its last line has no line end"),
+            ("1\t2\n3\n", "a line is cut or damaged"),
+        ],
+    )
+    def test_anything_but_numbers_is_refused(self, tmp_path, text, reason):
+        (tmp_path / "hit.lvm").write_text(text)
+        with pytest.raises(RecordingError, match=rf"^hit\.lvm: .*{reason}"):
+            open_recording(tmp_path / "hit.lvm", ReadingOptions(("force", "acc"), 51200.0))
 
 
 class TestHdf5:

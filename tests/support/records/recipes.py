@@ -8,9 +8,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
+from pyroshock.ingest.readers import AS_IN_FILE, ReadingOptions
 
 RATE_HZ = 51200.0
 
@@ -23,6 +25,7 @@ class Truth:
     units: dict[str, str | None]
     rate_hz: float = RATE_HZ
     start_s: float = 0.0
+    options: ReadingOptions = AS_IN_FILE  # what the file does not say
 
     @property
     def samples(self) -> int:
@@ -115,6 +118,84 @@ def write_csv_german(path: Path, truth: Truth) -> Truth:
         for time, *values in zip(times(truth), *truth.channels.values(), strict=True):
             out.write(";".join([f"{time * 1e3:.6f}", *(repr(float(v)) for v in values)]).replace(".", ",") + "\n")
     return truth
+
+
+def write_text(path: Path, truth: Truth) -> Truth:
+    """Blanks, two lines of heading below free text, Windows-1252."""
+    truth = all_double(truth)
+    lines = [f"Prüfstand 3, 24.11.2026\n% fs = {truth.rate_hz}\n% samples = {truth.samples}\n"]
+    rows = [truth.channels, [truth.units[name] for name in truth.channels], *zip(*truth.channels.values(), strict=True)]
+    lines += ["".join(f"{value!s:>26}" for value in row) + " \n" for row in rows]
+    path.write_text("".join(lines), encoding="cp1252")
+    return truth
+
+
+def write_text_bare(path: Path, truth: Truth) -> Truth:
+    """Numbers below a comment, as numpy writes them: names and rate are the laboratory's to give."""
+    truth = _given(unitless(all_double(truth)))
+    np.savetxt(path, np.column_stack([*truth.channels.values()]), "%.17g", header=f"samples = {truth.samples}")
+    return truth
+
+
+def write_npy(path: Path, truth: Truth) -> Truth:
+    truth = _given(unitless(all_double(truth)))
+    np.save(path, np.column_stack([*truth.channels.values()]))
+    return truth
+
+
+def write_wav(path: Path, truth: Truth) -> Truth:
+    from scipy.io import wavfile
+
+    truth = unitless(all_double(truth))
+    truth = replace(truth, options=ReadingOptions(tuple(truth.channels)))
+    wavfile.write(path, int(truth.rate_hz), np.column_stack([*truth.channels.values()]))
+    return truth
+
+
+def write_ide(path: Path, truth: Truth) -> Truth:
+    """As a recorder does, with the maker's schema: settings, then a block of samples. Times are whole microseconds."""
+    import ebmlite
+
+    truth = replace(all_double(truth), rate_hz=50_000.0)
+    truth = replace(truth, channels={name: np.nan_to_num(x) for name, x in truth.channels.items()})
+    values = np.column_stack([*truth.channels.values()]).astype("<f4")
+    as_stored = {"SubChannelCalibrationIDRef": 1, "SubChannelSensorRef": 20}
+    parts = [
+        {"SubChannelID": number, "SubChannelLabel": name, "SubChannelUnits": truth.units[name], **as_stored}
+        for number, name in enumerate(truth.channels)
+    ]
+    channel = {
+        "ChannelID": 20,
+        "ChannelName": "Bench",
+        "ChannelCalibrationIDRef": 1,
+        "ChannelFormat": "<" + "f" * len(parts),
+        "TimeCodeScale": f"1.0/{truth.rate_hz:g}",
+        "TimeCodeModulus": 2**24,
+        "SubChannel": parts,
+    }
+    facts = {
+        "RecorderInfo": {"RecorderSerial": 428, "ProductName": "Slam Stick C"},
+        "SensorList": {"Sensor": {"SensorID": 20, "SensorName": "Load cell"}},
+        "ChannelList": {"Channel": channel},
+    }
+    block = {
+        "ChannelIDRef": 20,
+        "StartTimeCodeAbsMod": 0,
+        "EndTimeCodeAbsMod": truth.samples - 1,
+        "ChannelDataPayload": values.tobytes(),
+    }
+    schema = ebmlite.loadSchema("mide_ide.xml")
+    with path.open("wb") as file:
+        schema.encode(file, {"EBML": {"DocType": "mide", "DocTypeVersion": 2}})
+        polynomial = {"CalID": 1, "PolynomialCoef": [1.0, 0.0]}
+        schema.encode(file, {"CalibrationList": {"UnivariatePolynomial": polynomial}})
+        schema.encode(file, {"RecordingProperties": facts})
+        schema.encode(file, {"ChannelDataBlock": block})
+    return truth
+
+
+def _given(truth: Truth) -> Truth:
+    return replace(truth, options=ReadingOptions(tuple(truth.channels), truth.rate_hz))
 
 
 def write_parquet(path: Path, truth: Truth) -> Truth:
@@ -248,6 +329,10 @@ RECIPES: dict[str, tuple[str, Callable[[Path, Truth], Truth]]] = {
     "mat73": (".mat", write_mat73),
     "csv": (".csv", write_csv),
     "csv-german": (".csv", write_csv_german),
+    "text": (".txt", write_text),
+    "text-bare": (".dat", write_text_bare),
+    "npy": (".npy", write_npy),
+    "wav": (".wav", write_wav),
     "parquet": (".parquet", write_parquet),
     "parquet-frame": (".parquet", write_parquet_frame),
     "tdms": (".tdms", write_tdms),
@@ -260,3 +345,5 @@ RECIPES: dict[str, tuple[str, Callable[[Path, Truth], Truth]]] = {
     "npz": (".npz", write_npz),
     "npz-compressed": (".npz", write_npz_compressed),
 }
+if find_spec("idelib") is not None:  # optional: pyroshock[ide]
+    RECIPES["ide"] = (".ide", write_ide)

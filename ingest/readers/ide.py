@@ -1,0 +1,147 @@
+"""enDAQ and Slam Stick recorders' `.ide`, through the maker's own library, which is installed with `pyroshock[ide]`."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .base import MAX_EXPANSION, ReadingOptions, RecordingError, rate_from_times
+from .clock import time_gaps
+from .contents import Array, Contents, loaded_once
+from .guard import one_line
+from .recording import ArrayReader
+
+_EBML = b"\x1a\x45\xdf\xa3"
+_MICROSECOND = 1e-6
+#: Bytes of one sample as the library hands it on, with its time; a file stores one in two or three bytes.
+_SAMPLE_BYTES = 16
+
+
+class IdeReader(ArrayReader):
+    """Calibrated samples in the recorder's units; a channel has the recorder's label, `Acceleration: X (100g)`.
+
+    Where two sensors have one label, the channel's number stands before it: `84/Rotation: X`.
+    """
+
+    format = "ide"
+    suffixes = (".ide",)
+
+    def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
+        refuse_cut(path)
+        with _no_compromise(path) as idelib:
+            dataset = open_files.enter_context(idelib.importFile(str(path), quiet=True))
+            if dataset.fileDamaged or len(dataset.sessions) != 1:
+                raise RecordingError(
+                    f"{path.name}: is damaged, or has {len(dataset.sessions)} sessions; expected one whole session"
+                )
+            parts = [part for channel in dataset.channels.values() for part in channel.subchannels]
+            arrays = [array for part in parts if (array := _array(path, part)) is not None]
+            recorder = {
+                key: value for key, value in dataset.recorderInfo.items() if isinstance(value, int | float | str)
+            }
+        return Contents(arrays, header=recorder)
+
+
+@contextmanager
+def _no_compromise(path: Path) -> Iterator[Any]:
+    """The library logs an element that it cannot read and goes on; here that is a refusal."""
+    try:
+        import idelib
+    except ImportError:
+        raise RecordingError(
+            f"{path.name}: .ide files are read by idelib, which is not installed; pip install 'pyroshock[ide]'"
+        ) from None
+
+    logger, handler = logging.getLogger("idelib"), _Refusal(path)
+    logger.addHandler(handler)
+    try:
+        yield idelib
+    finally:
+        logger.removeHandler(handler)
+
+
+class _Refusal(logging.Handler):
+    """Errors that are logged are raised; what is less is dropped."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self._path = path
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if record.levelno >= logging.ERROR:
+            raise RecordingError(f"{self._path.name}: {one_line(record.getMessage())}")
+
+
+def _array(path: Path, part: Any) -> Array | None:
+    """The samples of one subchannel; None where it recorded none."""
+    events = part.getSession()
+    samples = len(events)
+    if samples == 0:
+        return None
+    if samples * _SAMPLE_BYTES > MAX_EXPANSION * path.stat().st_size:
+        raise RecordingError(
+            f"{path.name}: {part.displayName!r} declares {samples} samples, more than the file can hold"
+        )
+    rate, start, header = _clock(path, events.arraySlice()[0])
+    return Array(
+        part.displayName,
+        (samples,),
+        np.dtype(np.float64),
+        loaded_once(partial(_values, path, events)),
+        group=str(part.parent.id),
+        unit=part.units[1] or None,
+        rate_hz=rate,
+        start_s=start,
+        header={"sensor": str(getattr(part.sensor, "name", None)), **header},
+    )
+
+
+def _values(path: Path, events: Any) -> NDArray[np.float64]:
+    with _no_compromise(path):
+        return np.asarray(events.arraySlice()[1], dtype=np.float64)
+
+
+def _clock(path: Path, times_us: NDArray[np.float64]) -> tuple[float | None, float, dict[str, Any]]:
+    """Rate in hertz, start in seconds and gaps; no rate for what is no even series, such as positions or texts."""
+    times = np.asarray(times_us, dtype=np.float64) * _MICROSECOND
+    try:
+        rate, start = rate_from_times(path, times)
+    except RecordingError:
+        return None, 0.0, {}
+    return rate, start, time_gaps(np.diff(times) * rate)
+
+
+def refuse_cut(path: Path) -> None:
+    """Walk the top elements; `RecordingError` unless the last one ends where the file does.
+
+    An element is an identifier and a length, each of one byte more than the zeros that its first byte starts with
+    (EBML, RFC 8794). The library would take a shorter file.
+    """
+    size, position = path.stat().st_size, 0
+    with path.open("rb") as file:
+        if file.read(4) != _EBML:
+            raise RecordingError(f"{path.name}: does not start as an EBML file; it is no .ide recording")
+        while position < size:
+            file.seek(position)
+            head = file.read(12)
+            id_bytes = _width(head, 0)
+            length_bytes = _width(head, id_bytes)
+            start = position + id_bytes + length_bytes
+            if id_bytes > 4 or len(head) < id_bytes + length_bytes:
+                raise RecordingError(f"{path.name}: no whole element starts at byte {position}; it is damaged")
+            coded = int.from_bytes(head[id_bytes : id_bytes + length_bytes], "big")
+            position = start + coded - (1 << 7 * length_bytes)
+            if position > size:
+                raise RecordingError(f"{path.name}: is cut: {size} bytes, and an element ends at byte {position}")
+
+
+def _width(head: bytes, at: int) -> int:
+    """Bytes of the number that starts at `at`; 9, which is none, at the end or for a zero."""
+    return 9 - head[at].bit_length() if at < len(head) else 9

@@ -1,0 +1,48 @@
+"""`.ide` of enDAQ and Slam Stick recorders, written with the maker's own schema."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+from pyroshock.ingest.readers import RecordingError, open_recording
+from pyroshock.ingest.readers.ide import refuse_cut
+
+
+def test_without_its_library_the_reason_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "idelib", None)
+    path = tmp_path / "shot.ide"
+    path.write_bytes(b"\x1a\x45\xdf\xa3\x80")
+    with pytest.raises(RecordingError, match=r"idelib, which is not installed; pip install 'pyroshock\[ide\]'"):
+        open_recording(path)
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"RIFF", "does not start as an EBML file"),
+        (b"\x1a\x45\xdf\xa3\x82\x00", "is cut: 6 bytes, and an element ends at byte 7"),
+        (b"\x1a\x45\xdf\xa3\x80\x00\x80", "no whole element starts at byte 5"),
+        (b"\x1a\x45\xdf\xa3\x80\xa1", "no whole element starts at byte 5"),
+    ],
+)
+def test_elements_that_are_not_whole_are_refused(tmp_path, content, reason):
+    (tmp_path / "shot.ide").write_bytes(content)
+    with pytest.raises(RecordingError, match=rf"^shot\.ide: .*{reason}"):
+        refuse_cut(tmp_path / "shot.ide")
+
+
+def test_whole_elements_are_taken(tmp_path):
+    # lengths of one byte, of two, and none
+    (tmp_path / "shot.ide").write_bytes(b"\x1a\x45\xdf\xa3\x81x" + b"\xa1\x40\x03xyz" + b"\xec\x80")
+    refuse_cut(tmp_path / "shot.ide")
+
+
+def test_the_recorder_is_told_in_the_header(make_recording, tmp_path):
+    pytest.importorskip("idelib", reason="the extra [ide] is not installed")
+    truth = make_recording("ide", tmp_path / "shot.ide")
+    with open_recording(tmp_path / "shot.ide") as recording:
+        header = recording.info("force").header
+        assert (header["ProductName"], header["RecorderSerial"], header["sensor"]) == ("Slam Stick C", 428, "Load cell")
+        np.testing.assert_array_equal(recording.read("force", 5, 9), truth.channels["force"][5:9])
