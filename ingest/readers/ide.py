@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .base import MAX_EXPANSION, ReadingOptions, RecordingError, rate_from_times
 from .clock import time_gaps
 from .contents import Array, Contents, loaded_once
-from .guard import one_line
+from .guard import BoundedFile, one_line
 from .recording import ArrayReader
 
 _EBML = b"\x1a\x45\xdf\xa3"
@@ -35,8 +35,10 @@ class IdeReader(ArrayReader):
 
     def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
         refuse_cut(path)
-        with _no_compromise(path) as idelib:
-            dataset = open_files.enter_context(idelib.importFile(str(path), quiet=True))
+        with _no_compromise(path) as importer:
+            stream = open_files.enter_context(BoundedFile(path.open("rb", buffering=0)))
+            dataset = open_files.enter_context(importer.openFile(stream, name=path.stem, quiet=True))
+            importer.readData(dataset)
             if dataset.fileDamaged or len(dataset.sessions) != 1:
                 raise RecordingError(
                     f"{path.name}: is damaged, or has {len(dataset.sessions)} sessions; expected one whole session"
@@ -53,7 +55,7 @@ class IdeReader(ArrayReader):
 def _no_compromise(path: Path) -> Iterator[Any]:
     """The library logs an element that it cannot read and goes on; here that is a refusal."""
     try:
-        import idelib
+        from idelib import importer
     except ImportError:
         raise RecordingError(
             f"{path.name}: .ide files are read by idelib, which is not installed; pip install 'pyroshock[ide]'"
@@ -62,7 +64,7 @@ def _no_compromise(path: Path) -> Iterator[Any]:
     logger, handler = logging.getLogger("idelib"), _Refusal(path)
     logger.addHandler(handler)
     try:
-        yield idelib
+        yield importer
     finally:
         logger.removeHandler(handler)
 
