@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from functools import partial
@@ -20,6 +21,7 @@ from .recording import ArrayReader
 
 _EBML = b"\x1a\x45\xdf\xa3"
 _MICROSECOND = 1e-6
+_RATIO = re.compile(r"(\d{1,20}(?:\.\d{0,20})?(?:e-?\d{1,2})?)(?:\s*/\s*(\d{1,20}(?:\.\d{0,20})?(?:e-?\d{1,2})?))?")
 #: Bytes of one sample as the library hands it on, with its time; a file stores one in two or three bytes.
 _SAMPLE_BYTES = 16
 
@@ -55,18 +57,28 @@ class IdeReader(ArrayReader):
 def _no_compromise(path: Path) -> Iterator[Any]:
     """The library logs an element that it cannot read and goes on; here that is a refusal."""
     try:
-        from idelib import importer
+        from idelib import importer, parsers
     except ImportError:
         raise RecordingError(
             f"{path.name}: .ide files are read by idelib, which is not installed; pip install 'pyroshock[ide]'"
         ) from None
 
+    parsers.valEval = _ratio  # its own hands the file's text to `eval`: 9**9**9**9 would never end
     logger, handler = logging.getLogger("idelib"), _Refusal(path)
     logger.addHandler(handler)
     try:
         yield importer
     finally:
         logger.removeHandler(handler)
+
+
+def _ratio(text: str | bytes) -> float:
+    """The unit of a channel's times, `1.0/32768` or a number. Raises `ValueError` for anything else."""
+    words = text.decode("ascii") if isinstance(text, bytes | bytearray) else text
+    match = _RATIO.fullmatch(words.strip())
+    if match is None or float(match.group(2) or 1.0) == 0.0:
+        raise ValueError(f"{words!r} is no number and no ratio of two; it is damaged")
+    return float(match.group(1)) / float(match.group(2) or 1.0)
 
 
 class _Refusal(logging.Handler):
