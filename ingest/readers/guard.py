@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import os
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +23,14 @@ def one_line(text: object) -> str:
     """
     line = "".join(sign if sign.isprintable() else "\ufffd" for sign in " ".join(str(text).split()))
     return line if len(line) <= _LONGEST_REASON else line[:_LONGEST_REASON] + "…"
+
+
+class BoundedFile(io.BufferedReader):
+    """A file of which nobody asks for more than there is: libraries read parts of whatever length these declare."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        rest = max(0, os.fstat(self.fileno()).st_size - self.tell())
+        return super().read(rest if size is None or size < 0 else min(size, rest))
 
 
 @contextmanager

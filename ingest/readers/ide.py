@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from functools import partial
@@ -15,11 +16,12 @@ from numpy.typing import NDArray
 from .base import MAX_EXPANSION, ReadingOptions, RecordingError, rate_from_times
 from .clock import time_gaps
 from .contents import Array, Contents, loaded_once
-from .guard import one_line
+from .guard import BoundedFile, one_line
 from .recording import ArrayReader
 
 _EBML = b"\x1a\x45\xdf\xa3"
 _MICROSECOND = 1e-6
+_RATIO = re.compile(r"(\d{1,20}(?:\.\d{0,20})?(?:e-?\d{1,2})?)(?:\s*/\s*(\d{1,20}(?:\.\d{0,20})?(?:e-?\d{1,2})?))?")
 #: Bytes of one sample as the library hands it on, with its time; a file stores one in two or three bytes.
 _SAMPLE_BYTES = 16
 
@@ -35,8 +37,10 @@ class IdeReader(ArrayReader):
 
     def contents(self, path: Path, open_files: ExitStack, _: ReadingOptions) -> Contents:
         refuse_cut(path)
-        with _no_compromise(path) as idelib:
-            dataset = open_files.enter_context(idelib.importFile(str(path), quiet=True))
+        with _no_compromise(path) as importer:
+            stream = open_files.enter_context(BoundedFile(path.open("rb", buffering=0)))
+            dataset = open_files.enter_context(importer.openFile(stream, name=path.stem, quiet=True))
+            importer.readData(dataset)
             if dataset.fileDamaged or len(dataset.sessions) != 1:
                 raise RecordingError(
                     f"{path.name}: is damaged, or has {len(dataset.sessions)} sessions; expected one whole session"
@@ -53,18 +57,28 @@ class IdeReader(ArrayReader):
 def _no_compromise(path: Path) -> Iterator[Any]:
     """The library logs an element that it cannot read and goes on; here that is a refusal."""
     try:
-        import idelib
+        from idelib import importer, parsers
     except ImportError:
         raise RecordingError(
             f"{path.name}: .ide files are read by idelib, which is not installed; pip install 'pyroshock[ide]'"
         ) from None
 
+    parsers.valEval = _ratio  # its own hands the file's text to `eval`: 9**9**9**9 would never end
     logger, handler = logging.getLogger("idelib"), _Refusal(path)
     logger.addHandler(handler)
     try:
-        yield idelib
+        yield importer
     finally:
         logger.removeHandler(handler)
+
+
+def _ratio(text: str | bytes) -> float:
+    """The unit of a channel's times, `1.0/32768` or a number. Raises `ValueError` for anything else."""
+    words = text.decode("ascii") if isinstance(text, bytes | bytearray) else text
+    match = _RATIO.fullmatch(words.strip())
+    if match is None or float(match.group(2) or 1.0) == 0.0:
+        raise ValueError(f"{words!r} is no number and no ratio of two; it is damaged")
+    return float(match.group(1)) / float(match.group(2) or 1.0)
 
 
 class _Refusal(logging.Handler):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import os
 import struct
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -15,7 +13,7 @@ from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError, rate_from_step
 from .contents import RATE_NAMES, Array, Contents, plain
-from .guard import one_line
+from .guard import BoundedFile, one_line
 from .recording import ArrayReader
 
 if TYPE_CHECKING:
@@ -39,7 +37,7 @@ class TdmsReader(ArrayReader):
 
         refuse_unfinished(path)
         # An open file and not a path: npTDMS would believe an old index file beside it.
-        stream = open_files.enter_context(_Whole(path.open("rb", buffering=0)))
+        stream = open_files.enter_context(BoundedFile(path.open("rb", buffering=0)))
         with _no_compromise(path):
             file = TdmsFile.open(stream)
             open_files.callback(file.close)
@@ -49,14 +47,6 @@ class TdmsReader(ArrayReader):
                 _refuse_many_scales(path, part.properties)
             arrays = [_array(path, channel, props) for (_, channel), props in zip(channels, above, strict=True)]
         return Contents(arrays, header={key: plain(value) for key, value in file.properties.items()})
-
-
-class _Whole(io.BufferedReader):
-    """A file of which nobody asks for more than there is: npTDMS reads texts of whatever length they declare."""
-
-    def read(self, size: int | None = -1, /) -> bytes:
-        left = max(0, os.fstat(self.fileno()).st_size - self.tell())
-        return super().read(left if size is None or size < 0 else min(size, left))
 
 
 def refuse_unfinished(path: Path) -> None:

@@ -102,6 +102,12 @@ modes = "plate_modes.csv"
 material = "aluminum"
 thickness_m = 0.01
 outline_m = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.6], [0.0, 0.6]]
+
+[recordings]
+columns = ["time [ms]", "force", "acceleration_1"]
+sampling_rate_hz = 10000
+delimiter = "tab"
+decimal = "."
 """
 )
 GUN = (
