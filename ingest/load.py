@@ -76,7 +76,7 @@ def ingest_folder(
     settings = settings or ExtractionSettings()
     with store.reading() as session:
         names = material_names(session)
-    file, rows, modes, told = _read_folder(folder, names, free_factors, confirmed)
+    file, rows, modes, remarks = _read_folder(folder, names, free_factors, confirmed)
     target = CampaignStore(store, file, modes, rows, settings)
     work = _plan(file, rows, target)
     damaged: list[Damaged] = []
@@ -109,7 +109,7 @@ def ingest_folder(
         raise IngestError(f"{file.folder}: no usable recording; {damaged[0].path}: {damaged[0].reason}")
     target.set_aside(damaged)
     report = target.report()
-    report.findings += told
+    report.findings += remarks
     report.undeclared_factors = undeclared({name: None for row in rows for name in row.levels_by_factor}, file.factors)
     return report
 
@@ -127,11 +127,11 @@ def _read_folder(
     for row in rows:
         if row.recording:
             faults.of(_refuse_unknown_format, folder, row)
-    told = faults.of(check_bench, file, rows, confirmed) if file else []
+    remarks = faults.of(check_bench, file, rows, confirmed) if file else []
     modes = faults.of(_modes, file) if file else None
     faults.refuse()
     assert file is not None
-    return file, rows, modes, told
+    return file, rows, modes, remarks
 
 
 def _campaign(folder: Path, names: MaterialNames) -> CampaignFile:

@@ -140,7 +140,7 @@ def _xlsx(content: bytes, name: str) -> _Cells:
         return {}
     values, formulas = (dict(_filled(book[sheet])) for book in books)
     _refuse_size(name, max(row for row, _ in formulas), max(column for _, column in formulas))
-    _refuse_merged(name, [str(each) for each in books[0][sheet].merged_cells.ranges])
+    _refuse_merged(name, [str(cells) for cells in books[0][sheet].merged_cells.ranges])
     errors = {place: SheetError(str(cell.value)) for place, cell in formulas.items() if place not in values}
     errors |= {place: SheetError(str(cell.value)) for place, cell in values.items() if cell.data_type == "e"}
     return {place: cell.value for place, cell in values.items()} | errors
