@@ -51,26 +51,26 @@ class Additions:
 
 
 def row_additions(
-    session: Session, rows: Sequence[RunRow], known: Mapping[HitKey, KnownRow], differences: RowDifferences
+    session: Session, rows: Sequence[RunRow], stored_rows: Mapping[HitKey, KnownRow], differences: RowDifferences
 ) -> tuple[tuple[RunRow, tuple[HitKey, ...], tuple[str, ...]], ...]:
     """Rows with factors that the stored ones lack, and no other difference."""
     runs = Counter(row.run for row in rows)
     added = []
     for row in rows:
-        stored = known.get((row.run, row.repetition))
+        stored = stored_rows.get((row.run, row.repetition))
         if stored is None:
             continue
         names = differences.added_factors(session, row, stored)
         if names:
             hits = [(row.run, row.repetition)]
             if runs[row.run] == 1:  # the only row of a run stands for all hits of its recording
-                hits = [key for key, other in known.items() if key[0] == row.run and _same_row(other, stored)]
+                hits = [key for key, other in stored_rows.items() if key[0] == row.run and _same_row(other, stored)]
             added.append((row, tuple(sorted(hits)), names))
     return tuple(added)
 
 
-def _same_row(one: KnownRow, other: KnownRow) -> bool:
-    return (one.recording, one.factors) == (other.recording, other.factors)
+def _same_row(first: KnownRow, second: KnownRow) -> bool:
+    return (first.recording, first.factors) == (second.recording, second.factors)
 
 
 def add_facts(

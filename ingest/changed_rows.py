@@ -37,29 +37,29 @@ class RowDifferences:
         self._kind = kind
         self._factors: dict[str, dict[str, str]] = {}
 
-    def changes(self, session: Session, row: RunRow, known: KnownRow) -> list[str]:
+    def changes(self, session: Session, row: RunRow, stored: KnownRow) -> list[str]:
         """What a row says otherwise than the stored one: "tip_radius is 0.02 m, 0.01 m in the store"; none where equal.
 
         A factor that the stored row lacks is an addition, and no change.
         """
-        factors = [difference(*each) for each in self._of_factors(session, row, known) if each[2] is not None]
+        factors = [difference(*factor) for factor in self._of_factors(session, row, stored) if factor[2] is not None]
         values = row_values(row, self._kind)
         return factors + [
-            difference(key, _text(value), _text(known.values[key]))
+            difference(key, _text(value), _text(stored.values[key]))
             for key, value in values.items()
-            if value != known.values[key]
+            if value != stored.values[key]
         ]
 
-    def added_factors(self, session: Session, row: RunRow, known: KnownRow) -> tuple[str, ...]:
+    def added_factors(self, session: Session, row: RunRow, stored: KnownRow) -> tuple[str, ...]:
         """Names of the factors that the row has and the stored one lacks."""
-        return tuple(name for name, _, stored in self._of_factors(session, row, known) if stored is None)
+        return tuple(name for name, _, there in self._of_factors(session, row, stored) if there is None)
 
-    def _of_factors(self, session: Session, row: RunRow, known: KnownRow) -> list[tuple[str, str | None, str | None]]:
-        if configuration_fingerprint(row.levels) == known.factors:
+    def _of_factors(self, session: Session, row: RunRow, stored: KnownRow) -> list[tuple[str, str | None, str | None]]:
+        if configuration_fingerprint(row.levels) == stored.factors:
             return []
-        if known.factors not in self._factors:
-            self._factors[known.factors] = _stored_factors(session, known.factors)
-        there = self._factors[known.factors]
+        if stored.factors not in self._factors:
+            self._factors[stored.factors] = _stored_factors(session, stored.factors)
+        there = self._factors[stored.factors]
         given = {level.factor: _level(level.label, level.si_unit) for level in row.levels}
         names = sorted({*given, *there})
         return [(n, given.get(n), there.get(n)) for n in names if given.get(n) != there.get(n)]

@@ -76,7 +76,7 @@ def ingest_folder(
     Raises `IngestError`, with nothing stored, for a campaign that is refused or holds nothing usable.
     """
     settings = settings or ExtractionSettings()
-    file, rows, modes, told = read_campaign_tables(store, folder, free_factors, confirmed)
+    file, rows, modes, remarks = read_campaign_tables(store, folder, free_factors, confirmed)
     _refuse_unnamed(again, rows)
     target = CampaignStore(store, file, modes, rows, settings, again=again)
     work = _plan(file, rows, target)
@@ -111,7 +111,7 @@ def ingest_folder(
     target.set_aside(damaged)
     doubt_other_sign(store, file.name)
     report = target.report()
-    report.findings += told
+    report.findings += remarks
     report.undeclared_factors = undeclared({name: None for row in rows for name in row.levels_by_factor}, file.factors)
     return report
 
@@ -134,11 +134,11 @@ def read_campaign_tables(
     for row in rows:
         if row.recording:
             faults.of(_refuse_unknown_format, folder, row)
-    told = faults.of(check_bench, file, rows, confirmed) if file else []
+    remarks = faults.of(check_bench, file, rows, confirmed) if file else []
     modes = faults.of(_modes, file) if file else None
     faults.refuse()
     assert file is not None
-    return file, rows, modes, told
+    return file, rows, modes, remarks
 
 
 def _refuse_unnamed(again: Collection[str], rows: tuple[RunRow, ...]) -> None:

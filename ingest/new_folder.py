@@ -90,18 +90,18 @@ def start_folder(
     `recordings` is a pattern or a folder within `folder`; a plan's recordings stand in its order, one for each run or
     for each row. Raises `IngestError` where nothing is found to begin with, and where the numbers do not agree.
     """
-    found = _recordings(folder, recordings) if recordings is not None or not rows else []
-    if not rows and not found:
+    paths = _recordings(folder, recordings) if recordings is not None or not rows else []
+    if not rows and not paths:
         raise IngestError(f"{folder}: no recording found; name a plan, or where the recordings lie within the folder")
     channels: dict[str, _RecordedChannel] = {}
     usable, notes = [], []
-    for path in found:
+    for path in paths:
         try:
             _add_channels(folder / path, channels)
             usable.append(path)
         except RecordingError as error:
             notes.append(f"{path} is left out: {one_line(error)}")
-    if found and not usable:
+    if paths and not usable:
         raise IngestError(f"{folder}: no usable recording; {notes[0]}")
     campaign = _campaign(folder.resolve().name, start, channels, len(usable))
     return NewFolder(campaign, _runs(start, rows, usable), tuple(notes))
@@ -160,20 +160,20 @@ def _campaign(name: str, start: str, channels: Mapping[str, _RecordedChannel], f
 def _channel(name: str, recorded: _RecordedChannel, files: int) -> str:
     unit = next(iter(recorded.units)) if len(recorded.units) == 1 else None
     quantity = _quantity(name, unit)
-    known = _is_unit(unit, quantity)
+    is_unit = _is_unit(unit, quantity)
     lines = [f"[channels.{_toml(name)}]  # the name as in the recordings"]
     if files:
         rates = enumerated([f"{rate:.12g} Hz" for rate in sorted(recorded.rates_hz)])
         lines.append(f"# in {recorded.files} of {files} recordings, at {rates}")
     if len(recorded.units) > 1:
-        lines.append(f"# the recordings say {enumerated([one_line(each) for each in recorded.units])}")
-    elif unit is not None and not known:
+        lines.append(f"# the recordings say {enumerated([one_line(text) for text in recorded.units])}")
+    elif unit is not None and not is_unit:
         lines.append(f"# the recordings say {one_line(unit)}, which is no unit that is known")
     if unit == "V":
         lines.append("# volts of a sensor: state its sensitivity, with its own quantity and unit")
     lines += [
         f'quantity = "{quantity or FILL_IN}"  {PLEASE_CHECK if quantity else "# one of " + ", ".join(SI_UNITS)}',
-        f"unit = {_toml(unit)}  {PLEASE_CHECK}" if unit and known else f'unit = "{FILL_IN}"',
+        f"unit = {_toml(unit)}  {PLEASE_CHECK}" if unit and is_unit else f'unit = "{FILL_IN}"',
         "# sensitivity = 0.01  # volt per unit, where the recordings hold volts",
         '# position = "tip"',
         "# range = 1000  # full scale, in unit",

@@ -54,10 +54,10 @@ def refuse_other_campaign(session: Session, row: Campaign, file: CampaignFile) -
     if row.fingerprint == file.fingerprint:
         return
     differences = bench_differences(session, row, file)
-    changes = [each for each in differences if each[2] is not None] or differences
-    told = "; ".join(difference(*each) for each in changes) or "the name of the modal table's file is another"
+    changes = [fact for fact in differences if fact[2] is not None] or differences
+    words = "; ".join(difference(*fact) for fact in changes) or "the name of the modal table's file is another"
     raise IngestError(
-        f"campaign.toml: campaign {file.name!r} is in the store with another kind, date or bench: {told}; "
+        f"campaign.toml: campaign {file.name!r} is in the store with another kind, date or bench: {words}; "
         "restore the stored values, or give this campaign another name"
     )
 
