@@ -173,6 +173,7 @@ def _process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionS
             file.sensors,
             settings,
             expected=expected_hits(mine, rows),
+            rows=_impact_rows(file, mine),
             bullet_length_m=mine[0].bullet_length_m,
             bullet_length_u_m=mine[0].bullet_length_u_m,
             sha256=work.sha256,
@@ -180,6 +181,13 @@ def _process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionS
         return match(work.path, mine, len(recording.pulses), rows), recording
     except RecordingError as error:
         return _damaged(work, str(error))
+
+
+def _impact_rows(file: CampaignFile, rows: list[RunRow]) -> int:
+    """Rows that are impacts without a contact force: a gun's are shots, unless they report an impact's velocity."""
+    if file.kind != "gun" or all(row.impact_velocity_m_s is not None for row in rows):
+        return len(rows)
+    return 0
 
 
 def _lost(work: Work) -> Outcome:

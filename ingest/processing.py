@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..schema.series import EncodedSeries, encode_series
 from .channel import Channel, Sensor
+from .channel_figures import ImpactFigures, measure_channels
 from .gunshot import ShotMeasurement, measure_shot
 from .hit_findings import hits_without_row, touches_before
 from .impact_speed import ImpactSpeed, impact_speeds
@@ -43,7 +44,8 @@ class StoredSeries:
 
 @dataclass(frozen=True)
 class ProcessedRecording:
-    """What a file gave. `speeds` has one entry per pulse (None where no impactor acceleration was recorded)."""
+    """What a file gave. `speeds` has one entry per pulse (None where no impactor acceleration was recorded), `figures`
+    one per impact (of its acceleration channels), in the order of time."""
 
     path: str
     sha256: str
@@ -55,6 +57,7 @@ class ProcessedRecording:
     shot: ShotMeasurement | None
     findings: tuple[Finding, ...]
     has_force: bool
+    figures: tuple[ImpactFigures, ...] = ()
 
     def without_samples(self) -> ProcessedRecording:
         """The same without the frames of its series: all that a dry run writes."""
@@ -78,11 +81,16 @@ def process_recording(
     settings: ExtractionSettings,
     *,
     expected: int | None = None,
+    rows: int = 1,
     bullet_length_m: float | None = None,
     bullet_length_u_m: float | None = None,
     sha256: str | None = None,
 ) -> ProcessedRecording:
-    """Read `folder`/`path`, judge it, and cut out its pulses. Raises `RecordingError` when it cannot be read whole."""
+    """Read `folder`/`path`, judge it, cut out its pulses and measure its accelerations.
+
+    `rows` of runs.csv name it; `expected`: hits of the force to keep. Raises `RecordingError` when it cannot be read
+    whole.
+    """
     file = folder / path
     digest = sha256 or file_hash(file)
     channels, unread = read_channels(file, sensors)
@@ -91,7 +99,8 @@ def process_recording(
     force = total_force(channels)
     speeds, conditioning = impact_speeds(channels, pulses, settings, force[0] if force else None)
     shot, shot_findings = measure_shot(channels, bullet_length_m, bullet_length_u_m)
-    findings = judged(channels, hits) + unread + conditioning + shot_findings
+    figures = measure_channels(channels, hits, rows, settings)
+    findings = judged(channels, hits) + unread + conditioning + shot_findings + list(figures.findings)
     return ProcessedRecording(
         path=path,
         sha256=digest,
@@ -103,6 +112,7 @@ def process_recording(
         shot=shot,
         findings=tuple(findings),
         has_force=any(c.quantity == "force" for c in channels),
+        figures=figures.impacts,
     )
 
 
@@ -164,11 +174,6 @@ def total_force(channels: list[Channel]) -> tuple[NDArray[np.float64], Channel] 
                 f"force channels {first.name!r} and {other.name!r} differ in length or rate; expected one array's"
             )
     return np.sum([c.si for c in forces], axis=0), first
-
-
-def pulses_of(channels: list[Channel], settings: ExtractionSettings, expected: int | None) -> tuple[Pulse, ...]:
-    """Pulses of a recording's contact force; none without a force channel."""
-    return hits_of(channels, settings, expected).pulses
 
 
 def hits_of(channels: list[Channel], settings: ExtractionSettings, expected: int | None) -> Hits:
