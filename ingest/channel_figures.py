@@ -39,8 +39,9 @@ def measure_channels(
         return RecordingFigures()
     if not hits.pulses and rows < 1:
         return RecordingFigures()
+    findings: tuple[Finding, ...] = ()
     if hits.pulses:
-        parts, findings = _parts_of_contacts(hits, accelerations[0].sampling_rate_hz), ()
+        parts = _parts_of_contacts(hits, accelerations[0].sampling_rate_hz)
     else:
         shocks = shock_parts(accelerations, rows, settings)
         parts, findings = shocks.parts_s, shocks.findings
