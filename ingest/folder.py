@@ -15,6 +15,7 @@ from ..schema.columns import MAX_REGULATED_PRESSURE_PA
 from ..schema.toml_text import read_toml_text, toml_table
 from .channel import Sensor
 from .errors import IngestError
+from .force_source import ForceSource, force_source
 from .texts import LONGEST_NAME, shown
 from .units import SI_UNITS, UnitError
 
@@ -69,6 +70,7 @@ class CampaignFile:
     factors: Mapping[str, str]  # `[factors]`: columns of runs.csv that are free factors, and what they are
     confirmed: tuple[str, ...]  # `confirmed` of `[bench]`: rules of `bench_rules` that this bench breaks rightly
     max_regulated_pressure_pa: float  # of `[bench.gun]`: gauge; a limit for rows, not a property of the gun
+    force: ForceSource | None = None  # `[force]`: the contact force is derived from accelerations
 
     @property
     def fingerprint(self) -> str:
@@ -87,10 +89,10 @@ def read_campaign_file(folder: Path) -> CampaignFile:
     if not folder.is_dir():
         raise IngestError(f"{folder}: no such folder; expected a campaign folder with {FILE} and runs.csv")
     data = _load(folder / FILE)
-    _known_keys(data, ("campaign", "bench", "channels", "factors"), "")
+    _known_keys(data, ("campaign", "bench", "channels", "factors", "force"), "")
     campaign = _table(data, "campaign", required=True)
     _known_keys(campaign, ("name", "kind", "date", "description", "operator"), "campaign")
-    bench = _table(data, "bench")
+    bench, sensors = _table(data, "bench"), _sensors(_table(data, "channels"))
     _known_keys(bench, ("gun", "hammer", "plate", "confirmed"), "bench")
     return CampaignFile(
         folder=folder,
@@ -102,10 +104,11 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         gun=_gun(bench),
         hammer=_hammer(bench),
         plate=_plate(bench),
-        sensors=_sensors(_table(data, "channels")),
+        sensors=sensors,
         factors=_factors(_table(data, "factors")),
         confirmed=_confirmed(bench),
         max_regulated_pressure_pa=_regulator(bench),
+        force=force_source(_table(data, "force"), sensors),
     )
 
 

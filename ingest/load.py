@@ -20,6 +20,7 @@ from ..schema.session import Store
 from .aside import Damaged
 from .bench_rules import check_bench
 from .column_names import undeclared
+from .derived_force import PlateResponse, plate_response
 from .errors import IngestError
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile, read_campaign_file
@@ -80,12 +81,13 @@ def ingest_folder(
     told = check_bench(file, rows, confirmed)
     target = CampaignStore(store, file, _modes(file), rows, settings)
     work = _plan(file, rows, target)
+    plate = _plate_response(file, rows)
     damaged: list[Damaged] = []
     held: list[tuple[list[Hit], ProcessedRecording]] = []
     jobs = jobs or default_jobs(sum(item.size_bytes for item in work))
     crashing = any(may_crash(folder / item.path) for item in work)
     results = map_ahead(
-        partial(_process, file, rows, settings), work, jobs, Isolation(_lost, _patience_s, always=crashing)
+        partial(_process, file, rows, settings, plate), work, jobs, Isolation(_lost, _patience_s, always=crashing)
     )
     for done, (item, result) in enumerate(results, 1):
         if isinstance(result, Damaged):
@@ -163,7 +165,31 @@ def _refuse_unknown_format(row: RunRow) -> None:
         raise IngestError(f"{FILE}: row {row.line}, column 'recording': {error}") from error
 
 
-def _process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionSettings, work: Work) -> Outcome:
+def _plate_response(file: CampaignFile, rows: tuple[RunRow, ...]) -> PlateResponse | None:
+    """The plate's transfer functions, where `[force]` asks for them. Raises `IngestError` for a row that was struck
+    elsewhere than the hammer's hits: its transfer function is another one."""
+    if file.force is None:
+        return None
+    hammer = file.force.impact_position
+    for row in rows:
+        struck = row.levels_by_factor.get("impact_position")
+        place = None if struck is None else struck.label
+        if place is not None and place != hammer:
+            raise IngestError(
+                f"{FILE}: row {row.line}: impact_position is {place!r}, force.impact_position of campaign.toml "
+                f"{hammer!r}: a transfer function holds for one place; hit the plate with the hammer where the "
+                "projectile strikes it, or put these rows into a campaign of their own"
+            )
+    return plate_response(file.folder, file.force, dict(file.sensors))
+
+
+def _process(
+    file: CampaignFile,
+    rows: tuple[RunRow, ...],
+    settings: ExtractionSettings,
+    plate: PlateResponse | None,
+    work: Work,
+) -> Outcome:
     """Read and extract one recording, and tell its hits apart. Runs in any process."""
     mine = list(work.rows)
     try:
@@ -177,6 +203,7 @@ def _process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionS
             bullet_length_m=mine[0].bullet_length_m,
             bullet_length_u_m=mine[0].bullet_length_u_m,
             sha256=work.sha256,
+            plate=plate,
         )
         return match(work.path, mine, len(recording.pulses), rows), recording
     except RecordingError as error:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..schema.series import EncodedSeries, encode_series
 from .channel import Channel, Sensor
 from .channel_figures import ImpactFigures, measure_channels
+from .derived_force import PlateResponse, derived_force
 from .gunshot import ShotMeasurement, measure_shot
 from .hit_findings import hits_without_row, touches_before
 from .impact_speed import ImpactSpeed, impact_speeds
@@ -85,15 +86,20 @@ def process_recording(
     bullet_length_m: float | None = None,
     bullet_length_u_m: float | None = None,
     sha256: str | None = None,
+    plate: PlateResponse | None = None,
 ) -> ProcessedRecording:
     """Read `folder`/`path`, judge it, cut out its pulses and measure its accelerations.
 
     `rows` of runs.csv name it; `expected`: hits of the force to keep. Raises `RecordingError` when it cannot be read
-    whole.
+    whole. `plate`: the contact force is derived from the accelerations.
     """
     file = folder / path
     digest = sha256 or file_hash(file)
     channels, unread = read_channels(file, sensors)
+    if plate is not None:
+        derived, said_of_it = derived_force(channels, plate, settings)
+        channels += [derived] if derived is not None else []
+        unread.append(said_of_it)
     hits = hits_of(channels, settings, expected)
     pulses = hits.pulses
     force = total_force(channels)

@@ -12,12 +12,14 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "carry.importing",
     ),
     "compute": ("crew", "mapping"),
-    "signals": ("srs.spectrum", "srs.record", "srs.grid", "srs.iso_filter", "srs.oscillator", "srs.moments"),
+    "signals": ("shock_figures", "srs.spectrum", "srs.record", "srs.grid", "srs.iso_filter", "srs.oscillator",
+                "srs.moments"),
     "ingest": (
         "load", "report", "errors", "folder", "runs", "settings", "units", "channel", "contact", "readers",
         "readers.base", "quality", "quality.base", "segmentation", "pulses", "spline", "transfer_function",
         "deconvolution", "delay", "deceleration", "impact_speed", "laser", "tank_pressure", "gunshot", "processing",
-        "stored", "reextract", "repair", "plan_link",
+        "channel_figures", "shock_events", "force_source", "derived_force", "stored", "reextract", "repair",
+        "plan_link",
     ),
     "doe": (
         "factors", "space", "designs.base", "designs.lhs", "designs.factorial", "designs.imported", "designs.augment",
