@@ -31,6 +31,12 @@ _REST_SHARE, _NOISE_SIGMAS, _NOISE_SAMPLES = 0.05, 5.0, 32
 _MAD_TO_SIGMA = 1.4826
 #: Fewer samples give no level.
 _MIN_REST_SAMPLES = 16
+#: A long record is searched in blocks of so many samples.
+_BLOCK = 4096
+#: Low lines are those of which means of so many samples have so many to a cycle: that loses some 0.5 % of them.
+_MEANS, _SAMPLES_OF_LOW = 8, 40
+#: What high lines need not see: below a share of the peak that Q = 10 cannot make more than 3 % of it, or the noise.
+_SILENT_SHARE, _SILENT_SIGMAS = 0.003, 6.0
 
 
 @dataclass(frozen=True)
@@ -64,22 +70,26 @@ def shock_figures(acceleration: Floats, sampling_rate_hz: float, start_s: float 
 
     Samples that are no numbers count as rest.
     """
-    finite = np.isfinite(acceleration)
-    if np.count_nonzero(finite) < 2:
+    if acceleration.size < 2:
         return None
-    rest = _rest_before(acceleration[finite])
-    x = acceleration - (rest or 0.0)
-    if not finite.all():
-        x = np.where(finite, x, 0.0)
-    size = np.abs(x)
-    top = int(size.argmax())
-    peak = float(size[top])
-    if peak == 0.0 or float(np.ptp(x)) == 0.0:
+    if np.isfinite(acceleration.sum()):
+        rest, noise = _rest_before(acceleration)
+        x = acceleration - (rest or 0.0)
+    else:
+        finite = np.isfinite(acceleration)
+        if np.count_nonzero(finite) < 2:
+            return None
+        rest, noise = _rest_before(acceleration[finite])
+        x = np.where(finite, acceleration - (rest or 0.0), 0.0)
+    highest, lowest = int(x.argmax()), int(x.argmin())
+    top = highest if x[highest] >= -x[lowest] else lowest
+    peak = abs(float(x[top]))
+    if x[highest] == x[lowest]:
         return None
     period = 1 / sampling_rate_hz
-    upright = x if x[top] > 0 else -x
-    first, last = _crossings(upright, top, PULSE_SHARE * peak)
-    lines, maximax = _spectrum(x, sampling_rate_hz)
+    sign = 1.0 if x[top] > 0 else -1.0
+    first, last = _crossings(x, top, sign, PULSE_SHARE * peak)
+    lines, maximax = _spectrum(x, sampling_rate_hz, max(_SILENT_SHARE * peak, _SILENT_SIGMAS * noise))
     largest = int(np.argmax(maximax)) if lines else None
     return ShockFigures(
         rest_m_s2=rest,
@@ -88,10 +98,10 @@ def shock_figures(acceleration: Floats, sampling_rate_hz: float, start_s: float 
         peak_time_s=start_s + top * period,
         pulse_start_s=start_s + first * period,
         pulse_duration_s=(last - first) * period,
-        effective_duration_s=_effective_samples(size, peak) * period,
-        energy_duration_s=_energy_samples(x / peak) * period,
-        velocity_change_m_s=_pulse_integral(x, upright, top, first, last) * period,
-        record_velocity_change_m_s=float(np.trapezoid(x, dx=period)),
+        effective_duration_s=_effective_samples(x, EFFECTIVE_SHARE * peak) * period,
+        energy_duration_s=_energy_samples(x, peak) * period,
+        velocity_change_m_s=_pulse_integral(x, top, sign, first, last) * period,
+        record_velocity_change_m_s=(float(x.sum()) - 0.5 * float(x[0] + x[-1])) * period,
         srs_frequency_hz=lines,
         srs_maximax_m_s2=maximax,
         srs_peak_m_s2=None if largest is None else maximax[largest],
@@ -106,78 +116,116 @@ def summary_lines(samples: int, sampling_rate_hz: float) -> tuple[float, ...]:
     return tuple(line for line in (LOWEST_LINE_HZ * 2.0**i for i in range(octaves)) if line >= low)
 
 
-def _rest_before(x: Floats) -> float | None:
-    """Mean of the first half of what lies before the shock: the second may hold the foot of a slow pulse."""
+def _rest_before(x: Floats) -> tuple[float | None, float]:
+    """Mean of the first half of what lies before the shock (the second may hold the foot of a slow pulse), and the
+    deviation of the noise at the begin."""
     begin = x[:_NOISE_SAMPLES]
     level = float(np.median(begin[:_MIN_REST_SAMPLES]))
-    away = np.abs(x - level)
-    peak = float(away.max())
+    peak = max(float(x.max()) - level, level - float(x.min()))
     steps = np.diff(begin)
     sigma = _MAD_TO_SIGMA * float(np.median(np.abs(steps - np.median(steps)))) / 2**0.5
     loud = min(max(_REST_SHARE * peak, _NOISE_SIGMAS * sigma), 0.5 * peak)
-    onset = int(np.argmax(away > loud)) if peak > 0 else 0
+    onset = _first_beyond(x, level, loud)
     quiet = x[: onset // 2]
-    return float(quiet.mean()) if quiet.size >= _MIN_REST_SAMPLES else None
+    return (float(quiet.mean()) if quiet.size >= _MIN_REST_SAMPLES else None), sigma
 
 
-def _crossings(upright: Floats, top: int, level: float) -> tuple[float, float]:
-    """Where `upright` falls to `level` on either side of its peak, in fractional samples; else the record's ends."""
-    left = np.flatnonzero(upright[:top] <= level)
-    right = np.flatnonzero(upright[top:] <= level)
-    first = _between(upright, int(left[-1]), level) if left.size else 0.0
-    last = _between(upright, top + int(right[0]) - 1, level) if right.size else float(upright.size - 1)
-    return first, last
+def _first_beyond(x: Floats, level: float, distance: float) -> int:
+    """The first sample that is further than so much from a level; 0 where none is."""
+    for begin in range(0, x.size, _BLOCK):
+        beyond = np.abs(x[begin : begin + _BLOCK] - level) > distance
+        if beyond.any():
+            return begin + int(beyond.argmax())
+    return 0
 
 
-def _between(x: Floats, i: int, level: float) -> float:
-    rise = float(x[i + 1] - x[i])
-    return i + (level - float(x[i])) / rise if rise else float(i)
+def _crossings(x: Floats, top: int, sign: float, level: float) -> tuple[float, float]:
+    """Where `sign` times `x` falls to `level` on either side of its peak, in fractional samples; else the record's
+    ends."""
+    right = _fall(x[top:], sign, level)
+    left = _fall(x[: top + 1][::-1], sign, level)
+    return (0.0 if left is None else top - left), (float(x.size - 1) if right is None else top + right)
 
 
-def _effective_samples(size: Floats, peak: float) -> float:
-    level = EFFECTIVE_SHARE * peak
-    beyond = np.flatnonzero(size > level)
-    first, last = int(beyond[0]), int(beyond[-1])
-    begin = _between(size, first - 1, level) if first > 0 else 0.0
-    end = _between(size, last, level) if last < size.size - 1 else float(last)
+def _fall(x: Floats, sign: float, level: float) -> float | None:
+    """Where `sign` times `x` falls to `level`, counted from the first sample."""
+    for begin in range(0, x.size, _BLOCK):
+        below = sign * x[begin : begin + _BLOCK] <= level
+        if below.any():
+            i = begin + int(below.argmax())
+            return 0.0 if i == 0 else _between(sign * x[i - 1], sign * x[i], i - 1, level)
+    return None
+
+
+def _between(before: float, after: float, i: int, level: float) -> float:
+    """Where a line from `before` at sample `i` to `after` at the next one has `level`."""
+    return i + float((level - before) / (after - before)) if after != before else float(i)
+
+
+def _effective_samples(x: Floats, level: float) -> float:
+    beyond = (x > level) | (x < -level)
+    first, last = int(beyond.argmax()), x.size - 1 - int(beyond[::-1].argmax())
+    begin = _between(abs(x[first - 1]), abs(x[first]), first - 1, level) if first > 0 else 0.0
+    end = _between(abs(x[last]), abs(x[last + 1]), last, level) if last < x.size - 1 else float(last)
     return end - begin
 
 
-def _energy_samples(x: Floats) -> float:
-    power = x * x
-    grown = np.cumsum(power[1:] + power[:-1])
-    return _reached(grown, 1 - ENERGY_TAIL) - _reached(grown, ENERGY_TAIL)
+def _energy_samples(x: Floats, peak: float) -> float:
+    """Between the shares of the energy, by the trapezoid rule: in blocks first, then within the two that hold them."""
+    blocks = -(-x.size // _BLOCK)
+    sums = np.empty(blocks)
+    for i in range(blocks):
+        sums[i] = _energy(x[i * _BLOCK : (i + 1) * _BLOCK + 1] / peak)
+    grown = np.concatenate(([0.0], np.cumsum(sums)))
+    early, late = (_reached(x, peak, grown, share) for share in (ENERGY_TAIL, 1 - ENERGY_TAIL))
+    return late - early
 
 
-def _reached(grown: Floats, share: float) -> float:
-    """Where a sum that starts from 0 a sample earlier first reaches a share of its end, linear between samples."""
+def _energy(x: Floats) -> float:
+    return float(x @ x) - 0.5 * float(x[0] ** 2 + x[-1] ** 2) if x.size > 1 else 0.0
+
+
+def _reached(x: Floats, peak: float, grown: Floats, share: float) -> float:
+    """The first time, in samples, at which a share of the energy has come; linear between samples."""
     level = share * float(grown[-1])
-    i = int(np.searchsorted(grown, level))
-    before = float(grown[i - 1]) if i else 0.0
-    return i + (level - before) / (float(grown[i]) - before)
+    block = max(0, int(np.searchsorted(grown, level)) - 1)
+    piece = (x[block * _BLOCK : (block + 1) * _BLOCK + 1] / peak) ** 2
+    within = grown[block] + np.concatenate(([0.0], np.cumsum(piece[1:] + piece[:-1]) / 2))
+    i = min(int(np.searchsorted(within, level)), within.size - 1)
+    before = float(within[i - 1]) if i else float(within[0])
+    step = float(within[i]) - before
+    return block * _BLOCK + (i - 1 + (level - before) / step if i and step > 0 else float(i))
 
 
-def _pulse_integral(x: Floats, upright: Floats, top: int, first: float, last: float) -> float:
+def _pulse_integral(x: Floats, top: int, sign: float, first: float, last: float) -> float:
     """Integral of `x` over its pulse, in samples times m/s2."""
-    leaves, returns = _crossings(upright, top, 0.0)
+    leaves, returns = _crossings(x, top, sign, 0.0)
     begin = max(leaves, first - BEFORE_PULSE * (last - first), 0.0)
     end = min(returns, last + AFTER_PULSE * (last - first), float(x.size - 1))
-    inner = np.arange(np.floor(begin) + 1, np.ceil(end))
-    at = np.concatenate(([begin], inner, [end]))
-    return float(np.trapezoid(_sampled(x, at), at))
+    low = int(begin)
+    at = np.concatenate(([begin], np.arange(low + 1, np.ceil(end)), [end]))
+    piece = x[low : int(np.ceil(end)) + 1]
+    return float(np.trapezoid(np.interp(at, low + np.arange(piece.size), piece), at))
 
 
-def _sampled(x: Floats, at: Floats) -> Floats:
-    """Linear interpolation about a few points of a long record."""
-    low, high = int(at[0]), min(int(at[-1]) + 2, x.size)
-    return np.asarray(np.interp(at, np.arange(low, high), x[low:high]))
-
-
-def _spectrum(x: Floats, sampling_rate_hz: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _spectrum(x: Floats, sampling_rate_hz: float, silent: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Lines and maximax. Low lines see the whole record in means of `_MEANS` samples, high ones its part that is above
+    `silent`: within a percent of the whole record's spectrum, at a tenth of the time."""
     lines = summary_lines(x.size, sampling_rate_hz)
     if not lines:
         return (), ()
     from .srs.spectrum import shock_response_spectrum
 
-    found = shock_response_spectrum(x, sampling_rate_hz, lines, q=SRS_Q, threads=1)
-    return lines, tuple(float(value) for value in found.maximax)
+    rate = sampling_rate_hz / _MEANS
+    low = [line for line in lines if line * _SAMPLES_OF_LOW <= rate]
+    maximax: list[float] = []
+    if low:
+        whole = x.size // _MEANS * _MEANS
+        means = np.append(x[:whole].reshape(-1, _MEANS).mean(axis=1), x[whole:].sum() / _MEANS)
+        maximax += shock_response_spectrum(means, rate, low, q=SRS_Q, threads=1).maximax.tolist()
+    if high := lines[len(low) :]:
+        heard = (x > silent) | (x < -silent)
+        first, last = int(heard.argmax()), x.size - 1 - int(heard[::-1].argmax())
+        part = x[max(0, first - _MEANS) : last + 1 + _MEANS]
+        maximax += shock_response_spectrum(part, sampling_rate_hz, high, q=SRS_Q, threads=1).maximax.tolist()
+    return lines, tuple(maximax)

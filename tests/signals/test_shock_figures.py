@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.signals.shock_figures import SRS_Q, shock_figures, summary_lines
+from pyroshock.signals.srs.moments import temporal_moments
+from pyroshock.signals.srs.spectrum import shock_response_spectrum
 
 RATE = 100_000.0
 REST_S = 0.05
@@ -85,6 +87,25 @@ def test_spectrum_is_that_of_another_package():
     theirs = srs.srs(x, RATE, np.array(found.srs_frequency_hz), SRS_Q, ic="zero", peak="abs", stype="absacce")
     assert found.srs_maximax_m_s2 == pytest.approx(theirs, rel=0.02)
     assert found.srs_peak_m_s2 == max(found.srs_maximax_m_s2)
+
+
+@pytest.mark.parametrize("decay_s", [0.005, 0.05, 0.5])
+def test_spectrum_is_the_whole_records(decay_s):
+    rng = np.random.default_rng(3)
+    time = np.arange(100_000) / RATE - 0.2
+    ringing = sum(a * np.sin(2 * np.pi * f * time) for a, f in ((1e4, 2700.0), (3e3, 410.0), (800.0, 95.0)))
+    x = np.where(time > 0, np.exp(-time / decay_s) * ringing, 0.0) + rng.normal(size=time.size)
+    found = shock_figures(x, RATE)
+    whole = shock_response_spectrum(x - found.rest_m_s2, RATE, found.srs_frequency_hz, q=SRS_Q).maximax
+    assert np.array(found.srs_maximax_m_s2) == pytest.approx(whole, rel=0.01)
+
+
+def test_energy_duration_is_that_of_the_whole_record():
+    rng = np.random.default_rng(5)
+    for samples in (3, 100, 4096, 4097, 20_000):
+        x = rng.normal(size=samples) * np.exp(-np.arange(samples) / (samples / 5))
+        moments = temporal_moments(x, RATE)
+        assert shock_figures(x, RATE).energy_duration_s == pytest.approx(moments.duration_5_95_s, rel=1e-9)
 
 
 def test_offset_and_noise_leave_the_velocity_change():
