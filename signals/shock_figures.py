@@ -99,7 +99,7 @@ def shock_figures(acceleration: Floats, sampling_rate_hz: float, start_s: float 
         pulse_start_s=start_s + first * period,
         pulse_duration_s=(last - first) * period,
         effective_duration_s=_effective_samples(x, EFFECTIVE_SHARE * peak) * period,
-        energy_duration_s=_energy_samples(x, peak) * period,
+        energy_duration_s=_energy_samples(x) * period,
         velocity_change_m_s=_pulse_integral(x, top, sign, first, last) * period,
         record_velocity_change_m_s=(float(x.sum()) - 0.5 * float(x[0] + x[-1])) * period,
         srs_frequency_hz=lines,
@@ -170,26 +170,25 @@ def _effective_samples(x: Floats, level: float) -> float:
     return end - begin
 
 
-def _energy_samples(x: Floats, peak: float) -> float:
+def _energy_samples(x: Floats) -> float:
     """Between the shares of the energy, by the trapezoid rule: in blocks first, then within the two that hold them."""
-    blocks = -(-x.size // _BLOCK)
-    sums = np.empty(blocks)
-    for i in range(blocks):
-        sums[i] = _energy(x[i * _BLOCK : (i + 1) * _BLOCK + 1] / peak)
-    grown = np.concatenate(([0.0], np.cumsum(sums)))
-    early, late = (_reached(x, peak, grown, share) for share in (ENERGY_TAIL, 1 - ENERGY_TAIL))
-    return late - early
+    size = (x.size - 1) // _BLOCK * _BLOCK
+    blocks = x[:size].reshape(-1, _BLOCK)
+    edges = x[: size + 1 : _BLOCK] ** 2
+    sums = np.einsum("ij,ij->i", blocks, blocks) + np.diff(edges) / 2
+    rest = x[size:]
+    last = float(rest @ rest) - 0.5 * float(rest[0] ** 2 + rest[-1] ** 2)
+    grown = np.concatenate(([0.0], np.cumsum(np.append(sums, last))))
+    if not grown[-1] > 0:  # so small that its square is zero
+        return 0.0
+    return _reached(x, grown, 1 - ENERGY_TAIL) - _reached(x, grown, ENERGY_TAIL)
 
 
-def _energy(x: Floats) -> float:
-    return float(x @ x) - 0.5 * float(x[0] ** 2 + x[-1] ** 2) if x.size > 1 else 0.0
-
-
-def _reached(x: Floats, peak: float, grown: Floats, share: float) -> float:
+def _reached(x: Floats, grown: Floats, share: float) -> float:
     """The first time, in samples, at which a share of the energy has come; linear between samples."""
     level = share * float(grown[-1])
     block = max(0, int(np.searchsorted(grown, level)) - 1)
-    piece = (x[block * _BLOCK : (block + 1) * _BLOCK + 1] / peak) ** 2
+    piece = x[block * _BLOCK : (block + 1) * _BLOCK + 1] ** 2
     within = grown[block] + np.concatenate(([0.0], np.cumsum(piece[1:] + piece[:-1]) / 2))
     i = min(int(np.searchsorted(within, level)), within.size - 1)
     before = float(within[i - 1]) if i else float(within[0])
@@ -221,7 +220,7 @@ def _spectrum(x: Floats, sampling_rate_hz: float, silent: float) -> tuple[tuple[
     maximax: list[float] = []
     if low:
         whole = x.size // _MEANS * _MEANS
-        means = np.append(x[:whole].reshape(-1, _MEANS).mean(axis=1), x[whole:].sum() / _MEANS)
+        means = np.append(x[:whole].reshape(-1, _MEANS) @ np.full(_MEANS, 1 / _MEANS), x[whole:].sum() / _MEANS)
         maximax += shock_response_spectrum(means, rate, low, q=SRS_Q, threads=1).maximax.tolist()
     if high := lines[len(low) :]:
         heard = (x > silent) | (x < -silent)
