@@ -17,10 +17,12 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Factor, FactorLevel
+from ..schema.conditions import CHANNEL_COLUMNS
 from ..schema.impacts import Pulse
 from ..schema.listings import Condition, iter_impacts, iter_shots, listing_key
 from ..schema.outputs import whole_file
 from .predictions.nominal import with_predictions
+from .pulses.impact import LISTED_FIGURES, list_channel_figures
 from .pulses.series import series_batches
 
 Row = dict[str, Any]
@@ -38,7 +40,8 @@ def export_table(
     recording: str | None = None,
     left_out: list[str] | None = None,
 ) -> int:
-    """Write `what` ("impacts", "shots", "pulses", "series") to `out`, CSV or Parquet by its suffix; returns the rows.
+    """Write `what` ("impacts", "shots", "pulses", "channel-figures", "series") to `out`, CSV or Parquet by its suffix;
+    returns the rows.
 
     Damaged series are left out and named in `left_out`, where it is given. Raises `ValueError` for another suffix,
     `LookupError` for an unknown campaign or recording, `SeriesError` for a damaged series.
@@ -90,7 +93,22 @@ def _pulse_columns(pulse: Pulse) -> Row:
     return {name: getattr(pulse, name) for name in names} | forces
 
 
-_TABLES = {"impacts": _impacts, "shots": _shots, "pulses": _pulses}
+def _channel_figures(session: Session, campaign: str | None, where: tuple[Condition, ...]) -> Iterator[Row]:
+    """A row for each acceleration channel of an impact: run and factors, then the channel's figures."""
+    impacts = iter_impacts(session, campaign, where)
+    while batch := list(islice(impacts, 500)):
+        figures = list_channel_figures(session, [row["id"] for row in batch])
+        for row in batch:
+            shared = {name: value for name, value in row.items() if name not in CHANNEL_COLUMNS}
+            for channel in figures.get(row["id"], ()):
+                lines = {name: channel.get(name) for name in _SUMMARY}
+                yield {**shared, **{name: channel[name] for name in ("channel", *LISTED_FIGURES)}, **lines}
+
+
+#: Lines of the spectrum's summary that a table has, up to a tenth of 4 MHz; a record holds some of them.
+_SUMMARY = tuple(f"srs_{10 * 2**i}hz_m_s2" for i in range(16))
+
+_TABLES = {"impacts": _impacts, "shots": _shots, "pulses": _pulses, "channel-figures": _channel_figures}
 
 
 def _factor_columns(session: Session, what: str) -> dict[str, bool]:

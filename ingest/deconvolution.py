@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
@@ -51,6 +53,36 @@ def deconvolve(
     blocks = irfft(spectrum, length, overwrite_x=True)[..., margin:-margin]
     driven: Floats = blocks.reshape(*output.shape[:-1], -1)[..., :samples]
     return driven / weight
+
+
+def deconvolve_together(
+    outputs: Floats,
+    functions: Sequence[TransferFunction],
+    sampling_rate_hz: float,
+    to_hz: float,
+    regularisation: float = DEFAULT_REGULARISATION,
+) -> Floats:
+    """What drove `outputs` (k, n) through k transfer functions at once, (n,): the least squares of all, up to `to_hz`.
+
+    As `deconvolve`, for one window that is no longer than the functions' segment; from 0.8 `to_hz` on the result fades
+    to zero. Raises `TransferFunctionError` as `deconvolve`.
+    """
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    for output, tf in zip(outputs, functions, strict=True):
+        _check(output, tf, sampling_rate_hz, regularisation)
+    samples, segment, decay = outputs.shape[-1], functions[0].segment, functions[0].decay_1_s
+    weight = np.exp(-decay / sampling_rate_hz * np.arange(samples))
+    length = int(next_fast_len(3 * segment, real=True))
+    padded = np.zeros((len(outputs), length))
+    padded[:, segment : segment + samples] = outputs * weight
+    responses = np.stack([_padded_response(tf, length) for tf in functions])
+    power = (np.abs(responses) ** 2).sum(axis=0)
+    spectrum = (np.conj(responses) * rfft(padded)).sum(axis=0) / (power + regularisation * float(power.max()))
+    frequency = np.linspace(0.0, sampling_rate_hz / 2, spectrum.size)
+    fade = np.clip((frequency - 0.8 * to_hz) / (0.2 * to_hz), 0.0, 1.0)
+    driven: Floats = irfft(spectrum * np.cos(np.pi / 2 * fade) ** 2, length)[segment : segment + samples]
+    return np.asarray(driven / weight, dtype=np.float64)
 
 
 def clean_acceleration(
@@ -111,6 +143,12 @@ def _check(output: Floats, tf: TransferFunction, sampling_rate_hz: float, regula
 
 def _regularised_inverse(tf: TransferFunction, length: int, regularisation: float) -> NDArray[np.complex128]:
     """On the bins of a longer FFT, by the impulse response: interpolating the response itself would smear its phase."""
+    response = _padded_response(tf, length)
+    floor = regularisation * tf.largest_gain**2
+    return np.asarray(np.conj(response) / (response.real**2 + response.imag**2 + floor), dtype=np.complex128)
+
+
+def _padded_response(tf: TransferFunction, length: int) -> NDArray[np.complex128]:
     from scipy.fft import irfft, rfft
 
     impulse = irfft(tf.response, tf.segment)
@@ -118,6 +156,4 @@ def _regularised_inverse(tf: TransferFunction, length: int, regularisation: floa
     padded = np.zeros(length)
     padded[: tf.segment - early] = impulse[: tf.segment - early]
     padded[length - early :] = impulse[tf.segment - early :]
-    response = np.asarray(rfft(padded))
-    floor = regularisation * tf.largest_gain**2
-    return np.asarray(np.conj(response) / (response.real**2 + response.imag**2 + floor), dtype=np.complex128)
+    return np.asarray(rfft(padded), dtype=np.complex128)

@@ -16,6 +16,7 @@ from ..schema.toml_text import read_toml_text, toml_table
 from ..signals.channel import Sensor
 from ..signals.units import SI_UNITS, UnitError
 from .errors import Faults, IngestError
+from .force_source import ForceSource, force_source
 from .readers import ReadingOptions
 from .recording_options import reading_options
 from .texts import LONGEST_NAME, shown
@@ -72,6 +73,7 @@ class CampaignFile:
     confirmed: tuple[str, ...]  # `confirmed` of `[bench]`: rules of `bench_rules` that this bench breaks rightly
     max_regulated_pressure_pa: float  # of `[bench.gun]`: gauge; a limit for rows, not a property of the gun
     reading: ReadingOptions  # `[recordings]`: what the recordings do not say themselves
+    force: ForceSource | None = None  # `[force]`: the contact force is derived from accelerations
 
     @property
     def fingerprint(self) -> str:
@@ -91,11 +93,12 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         raise IngestError(f"{folder}: no such folder; expected a campaign folder with {FILE} and runs.csv")
     data = _load(folder / FILE)
     faults = Faults()
-    faults.of(_known_keys, data, ("campaign", "bench", "channels", "factors", "recordings"), "")
+    faults.of(_known_keys, data, ("campaign", "bench", "channels", "factors", "force", "recordings"), "")
     campaign = faults.of(_table, data, "campaign", required=True) or {}
     bench = faults.of(_table, data, "bench") or {}
     faults.of(_known_keys, campaign, ("name", "kind", "date", "description", "operator"), "campaign")
     faults.of(_known_keys, bench, ("gun", "hammer", "plate", "confirmed"), "bench")
+    sensors = faults.attempt(_sensors, faults.of(_table, data, "channels") or {})
     keys = faults if campaign else Faults()  # a table that is missing is one fault, not one for each of its keys
     file = CampaignFile(
         folder=folder,
@@ -107,11 +110,12 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         gun=faults.of(_gun, bench),
         hammer=faults.of(_hammer, bench),
         plate=faults.of(_plate, bench),
-        sensors=faults.of(_sensors, faults.of(_table, data, "channels") or {}),
+        sensors=sensors or {},
         factors=faults.of(_factors, faults.of(_table, data, "factors") or {}),
         confirmed=faults.of(_confirmed, bench),
         max_regulated_pressure_pa=faults.of(_regulator, bench),
         reading=faults.of(reading_options, data),
+        force=None if sensors is None else faults.of(force_source, faults.of(_table, data, "force") or {}, sensors),
     )
     faults.refuse()
     return file

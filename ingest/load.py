@@ -21,6 +21,7 @@ from ..signals.channel import on_impactor
 from .aside import Damaged
 from .bench_rules import Told, check_bench
 from .column_names import undeclared
+from .derived_force import PlateResponse, plate_response
 from .errors import Faults, IngestError
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile, read_campaign_file, stated_kind_and_factors
@@ -80,12 +81,13 @@ def ingest_folder(
     _refuse_unnamed(again, rows)
     target = CampaignStore(store, file, modes, rows, settings, again=again)
     work = _plan(file, rows, target)
+    plate = campaign_plate_response(file, rows)
     damaged: list[Damaged] = []
     held: list[tuple[list[Hit], ProcessedRecording]] = []
     jobs = jobs or default_jobs(sum(item.size_bytes for item in work))
     crashing = any(RecordingFiles(folder, item.path).may_crash for item in work)
     results = map_ahead(
-        partial(process, file, rows, settings), work, jobs, Isolation(_lost, _patience_s, always=crashing)
+        partial(process, file, rows, settings, plate), work, jobs, Isolation(_lost, _patience_s, always=crashing)
     )
     rehearsed = isinstance(store, Rehearsal)
     if not rehearsed:
@@ -205,7 +207,31 @@ def _refuse_unknown_format(folder: Path, row: RunRow) -> None:
         raise IngestError(f"{row.place}, column 'recording': {error}") from error
 
 
-def process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionSettings, work: Work) -> Outcome:
+def campaign_plate_response(file: CampaignFile, rows: tuple[RunRow, ...]) -> PlateResponse | None:
+    """The plate's transfer functions, where `[force]` asks for them. Raises `IngestError` for a row that was struck
+    elsewhere than the hammer's hits: its transfer function is another one."""
+    if file.force is None:
+        return None
+    hammer = file.force.impact_position
+    for row in rows:
+        struck = row.levels_by_factor.get("impact_position")
+        place = None if struck is None else struck.label
+        if place is not None and place != hammer:
+            raise IngestError(
+                f"{row.place}: impact_position is {place!r}, force.impact_position of campaign.toml "
+                f"{hammer!r}: a transfer function holds for one place; hit the plate with the hammer where the "
+                "projectile strikes it, or put these rows into a campaign of their own"
+            )
+    return plate_response(file.folder, file.force, dict(file.sensors))
+
+
+def process(
+    file: CampaignFile,
+    rows: tuple[RunRow, ...],
+    settings: ExtractionSettings,
+    plate: PlateResponse | None,
+    work: Work,
+) -> Outcome:
     """Read and extract one recording, and tell its hits apart. Runs in any process."""
     mine = list(work.rows)
     try:
@@ -215,14 +241,23 @@ def process(file: CampaignFile, rows: tuple[RunRow, ...], settings: ExtractionSe
             file.sensors,
             settings,
             expected=expected_hits(mine, rows),
+            rows=_impact_rows(file, mine),
             bullet_length_m=mine[0].bullet_length_m,
             bullet_length_u_m=mine[0].bullet_length_u_m,
             sha256=work.sha256,
             reading=file.reading,
+            plate=plate,
         )
         return match(work.path, mine, len(recording.pulses), rows), recording
     except RecordingError as error:
         return _damaged(work, str(error))
+
+
+def _impact_rows(file: CampaignFile, rows: list[RunRow]) -> int:
+    """Rows that are impacts without a contact force: a gun's are shots, unless they report an impact's velocity."""
+    if file.kind != "gun" or all(row.impact_velocity_m_s is not None for row in rows):
+        return len(rows)
+    return 0
 
 
 def _lost(work: Work) -> Outcome:

@@ -18,7 +18,9 @@ from ..signals.checks import run_checks
 from ..signals.checks.base import Finding
 from ..signals.checks.recording import judge_together
 from ..signals.units import UnitError, to_si
+from .channel_figures import ImpactFigures, measure_channels
 from .column_names import resembled_channel
+from .derived_force import PlateResponse, derived_force
 from .force_sign import check_force_sign
 from .gunshot import ShotMeasurement, measure_shot
 from .hit_findings import hits_without_row, touches_before
@@ -48,7 +50,8 @@ class StoredSeries:
 
 @dataclass(frozen=True)
 class ProcessedRecording:
-    """What a file gave. `speeds` has one entry per pulse (None where no impactor acceleration was recorded)."""
+    """What a file gave. `speeds` has one entry per pulse (None where no impactor acceleration was recorded), `figures`
+    one per impact (of its acceleration channels), in the order of time."""
 
     path: str
     sha256: str
@@ -60,6 +63,7 @@ class ProcessedRecording:
     shot: ShotMeasurement | None
     findings: tuple[Finding, ...]
     has_force: bool
+    figures: tuple[ImpactFigures, ...] = ()
 
     def without_samples(self) -> ProcessedRecording:
         """The same without the frames of its series: all that a dry run writes."""
@@ -74,24 +78,32 @@ def process_recording(
     settings: ExtractionSettings,
     *,
     expected: int | None = None,
+    rows: int = 1,
     bullet_length_m: float | None = None,
     bullet_length_u_m: float | None = None,
     sha256: str | None = None,
     reading: ReadingOptions = AS_IN_FILE,
+    plate: PlateResponse | None = None,
 ) -> ProcessedRecording:
-    """Read the files of `path` in `folder`, judge them, and cut out their pulses.
+    """Read the files of `path` in `folder`, judge them, cut out their pulses and measure their accelerations.
 
-    Raises `RecordingError` when one of them cannot be read whole.
+    `rows` of runs.csv name it; `expected`: hits of the force to keep. `plate`: the contact force is derived from the
+    accelerations. Raises `RecordingError` when one of the files cannot be read whole.
     """
     files = RecordingFiles(folder, path, reading)
     digest = sha256 or files.sha256()
     channels, unread = read_recording(files, sensors)
+    if plate is not None:
+        derived, remark = derived_force(channels, plate, settings)
+        channels += [derived] if derived is not None else []
+        unread.append(remark)
     hits = hits_of(channels, settings, expected)
     pulses = hits.pulses
     force = total_force(channels)
     speeds, conditioning = impact_speeds(channels, pulses, settings, force[0] if force else None)
     shot, shot_findings = measure_shot(channels, bullet_length_m, bullet_length_u_m)
-    findings = judged(channels, hits) + unread + conditioning + shot_findings
+    figures = measure_channels(channels, hits, rows, settings)
+    findings = judged(channels, hits) + unread + conditioning + shot_findings + list(figures.findings)
     return ProcessedRecording(
         path=path,
         sha256=digest,
@@ -103,6 +115,7 @@ def process_recording(
         shot=shot,
         findings=tuple(findings),
         has_force=any(c.quantity == "force" for c in channels),
+        figures=figures.impacts,
     )
 
 
@@ -204,11 +217,6 @@ def total_force(channels: list[Channel]) -> tuple[NDArray[np.float64], Channel] 
                 f"force channels {first.name!r} and {other.name!r} differ in length or rate; expected one array's"
             )
     return np.sum([c.si for c in forces], axis=0), first
-
-
-def pulses_of(channels: list[Channel], settings: ExtractionSettings, expected: int | None) -> tuple[Pulse, ...]:
-    """Pulses of a recording's contact force; none without a force channel."""
-    return hits_of(channels, settings, expected).pulses
 
 
 def hits_of(channels: list[Channel], settings: ExtractionSettings, expected: int | None) -> Hits:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from sqlalchemy import func, select, update
+from sqlalchemy import delete, func, select, update
 from sqlalchemy.orm import Session
 
-from ..schema.impacts import Impact
+from ..schema.impacts import ChannelFigures, Impact
 from ..schema.impacts import Pulse as PulseRow
 from ..signals.channel import Channel
-from .processing import pulses_of
+from .channel_figures import ImpactFigures, figure_rows, measure_channels
+from .processing import hits_of
 from .pulses import Pulse
 from .rows import pulse_values, settings_id
 from .settings import ExtractionSettings
@@ -23,11 +24,13 @@ class Cut:
     """What settings make of a recording: keys of its impacts in the order of their contacts, and the pulses found.
 
     Each impact has its pulse where `mismatch` is None; else it says why nobody can tell which belongs to which.
+    `figures` are those of the acceleration channels for each impact, where they were read too.
     """
 
     settings: ExtractionSettings
     impacts: tuple[int, ...]
     pulses: tuple[Pulse, ...]
+    figures: tuple[ImpactFigures, ...] = ()
 
     @property
     def mismatch(self) -> str | None:
@@ -66,7 +69,9 @@ def force_channels(session: Session, recording: int) -> tuple[Channel, ...]:
 
 def cut_of(channels: Sequence[Channel], impacts: Sequence[int], settings: ExtractionSettings) -> Cut:
     """`cut` of samples that were read; without the store."""
-    return Cut(settings, tuple(impacts), pulses_of(list(channels), settings, len(impacts)))
+    hits = hits_of(list(channels), settings, len(impacts))
+    figures = measure_channels(channels, hits, len(impacts), settings)
+    return Cut(settings, tuple(impacts), hits.pulses, figures.impacts)
 
 
 def versions(session: Session, impacts: Sequence[int], settings: ExtractionSettings) -> list[int]:
@@ -93,3 +98,30 @@ def add_versions(session: Session, found: Cut) -> None:
 
 def _retire(session: Session, impacts: Sequence[int]) -> None:
     session.execute(update(PulseRow).where(PulseRow.impact_id.in_(impacts), PulseRow.current).values(current=False))
+
+
+def impacts_without_contact(session: Session, recording: int) -> list[int]:
+    """Impacts of a recording of which none has a pulse, in the order of their rows; empty where some has one."""
+    if impacts_of(session, recording):
+        return []
+    return list(session.scalars(select(Impact.id).where(Impact.recording_id == recording).order_by(Impact.id)))
+
+
+def has_figures(session: Session, impacts: Sequence[int]) -> bool:
+    """Whether any of these impacts has figures of its accelerations."""
+    query = select(ChannelFigures.id).where(ChannelFigures.impact_id.in_(impacts)).limit(1)
+    return session.scalar(query) is not None
+
+
+def acceleration_channels(session: Session, recording: int) -> tuple[Channel, ...]:
+    """What is measured of each impact. Raises as `force_channels`."""
+    rows = list_channels(session, recording)
+    return tuple(read_channel(session, row) for row in rows if row.quantity == "acceleration")
+
+
+def replace_figures(session: Session, recording: int, impacts: Sequence[int], figures: Sequence[ImpactFigures]) -> int:
+    """Store the figures of a recording's accelerations instead of those that were there; how many impacts have them."""
+    session.execute(delete(ChannelFigures).where(ChannelFigures.impact_id.in_(impacts)))
+    channels = {row.name: row.id for row in list_channels(session, recording)}
+    session.add_all(ChannelFigures(**row) for row in figure_rows(figures, impacts, channels))
+    return sum(bool(by_channel) for by_channel in figures)

@@ -1,4 +1,7 @@
-"""Pulses cut anew from the stored series with other settings. Old versions stay; the new one is in use."""
+"""Pulses cut anew from the stored series with other settings. Old versions stay; the new one is in use.
+
+Accelerations are measured anew where a recording has no figures of them yet, or no force that says where its impacts
+lie."""
 
 from __future__ import annotations
 
@@ -18,7 +21,20 @@ from ..schema.series import SeriesError
 from ..schema.session import Store
 from ..schema.turns import take_turn
 from ..signals.channel import Channel
-from .recut import Cut, add_versions, cut, cut_of, force_channels, impacts_of, put_in_use, versions
+from .recut import (
+    Cut,
+    acceleration_channels,
+    add_versions,
+    cut,
+    cut_of,
+    force_channels,
+    has_figures,
+    impacts_of,
+    impacts_without_contact,
+    put_in_use,
+    replace_figures,
+    versions,
+)
 from .settings import ExtractionSettings
 
 #: Recordings under way at a time: a cluster of some dozen workers has enough to do.
@@ -27,15 +43,23 @@ _ON_A_CLUSTER = 64
 
 @dataclass
 class ReextractionReport:
-    """What changed: pulses `added`, pulses of earlier versions put back in use, recordings left as they were."""
+    """What changed: pulses `added`, pulses of earlier versions put back in use, impacts whose accelerations were
+    `measured` anew, recordings left as they were."""
 
     campaign: str
     added: int = 0
     reused: int = 0
+    measured: int = 0
     skipped: list[dict[str, str]] = field(default_factory=list)
 
     def as_json(self) -> dict[str, object]:
-        return {"campaign": self.campaign, "added": self.added, "reused": self.reused, "skipped": self.skipped}
+        return {
+            "campaign": self.campaign,
+            "added": self.added,
+            "reused": self.reused,
+            "measured": self.measured,
+            "skipped": self.skipped,
+        }
 
 
 def reextract(
@@ -102,13 +126,17 @@ def _recording(session: Session, key: int) -> tuple[str, str, list[int]]:
 
 @dataclass(frozen=True)
 class _Read:
-    """A recording as it is cut, wherever that is. `channels` is None where nothing is to be cut; `damage` says why."""
+    """A recording as it is cut, wherever that is. `channels` is None where nothing is to be cut; `damage` says why.
+
+    `contacts`: its impacts are contacts of a force; else they are shocks of its accelerations.
+    """
 
     key: int
     path: str
     impacts: tuple[int, ...]
     channels: tuple[Channel, ...] | None = None
     damage: str | None = None
+    contacts: bool = True
 
 
 def _window(crew: Crew) -> int:
@@ -121,10 +149,15 @@ def _window(crew: Crew) -> int:
 def _read(store: Store, key: int, path: str, settings: ExtractionSettings) -> _Read:
     with store.reading() as session:
         impacts = tuple(impacts_of(session, key))
-        if len(versions(session, impacts, settings)) == len(impacts):
-            return _Read(key, path, impacts)
         try:
-            return _Read(key, path, impacts, force_channels(session, key))
+            if not impacts:
+                impacts = tuple(impacts_without_contact(session, key))
+                channels = acceleration_channels(session, key) if impacts else ()
+                return _Read(key, path, impacts if channels else (), channels or None, contacts=False)
+            accelerations = () if has_figures(session, impacts) else acceleration_channels(session, key)
+            if not accelerations and len(versions(session, impacts, settings)) == len(impacts):
+                return _Read(key, path, impacts)
+            return _Read(key, path, impacts, (*force_channels(session, key), *accelerations))
         except SeriesError as error:
             return _Read(key, path, impacts, damage=str(error))
 
@@ -136,25 +169,42 @@ def _cut(one: _Read, settings: ExtractionSettings) -> Cut | None:
 def _keep(
     store: Store, one: _Read, found: Cut | None, settings: ExtractionSettings, report: ReextractionReport
 ) -> None:
+    if found is not None and not one.contacts:
+        _keep_figures(store, one, found, report)
+        return
     reason = one.damage or (found and found.mismatch)
     if reason:
         report.skipped.append({"recording": one.path, "reason": reason})
     elif one.impacts:
         write = partial(_stored, recording=one.key, impacts=one.impacts, settings=settings, found=found)
-        added, reused = store.write(write, idempotent=True)
+        added, reused, measured = store.write(write, idempotent=True)
         report.added += added
         report.reused += reused
+        report.measured += measured
+
+
+def _keep_figures(store: Store, one: _Read, found: Cut, report: ReextractionReport) -> None:
+    """The figures of a recording of accelerations alone."""
+    if len(found.figures) != len(one.impacts):
+        reason = f"not as many shocks found in its accelerations as the {len(one.impacts)} impacts that are stored"
+        report.skipped.append({"recording": one.path, "reason": reason})
+        return
+    write = partial(replace_figures, recording=one.key, impacts=one.impacts, figures=found.figures)
+    report.measured += store.write(write, idempotent=True)
 
 
 def _stored(
     session: Session, recording: int, impacts: Sequence[int], settings: ExtractionSettings, found: Cut | None
-) -> tuple[int, int]:
-    """Pulses added, and put back in use."""
+) -> tuple[int, int, int]:
+    """Pulses added, and put back in use; impacts whose accelerations were measured."""
     take_turn(session, f"recording {recording}")
     # Asked again in our turn: a second request for the same may have been faster.
+    measured = 0
+    if found is not None and found.figures and not has_figures(session, impacts):
+        measured = replace_figures(session, recording, impacts, found.figures)
     earlier = versions(session, impacts, settings)
     if found is None or len(earlier) == len(impacts):
         put_in_use(session, impacts, earlier)
-        return 0, len(earlier)
+        return 0, len(earlier), measured
     add_versions(session, found)
-    return len(found.pulses), 0
+    return len(found.pulses), 0, measured

@@ -21,7 +21,7 @@ from .errors import IngestError
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile
 from .known import KnownRow, known_recordings, known_rows
-from .load import Work, process, read_campaign_tables, work_of
+from .load import Work, campaign_plate_response, process, read_campaign_tables, work_of
 from .matching import Hit
 from .processing import ProcessedRecording
 from .runs import FILE, RunRow
@@ -92,7 +92,7 @@ def prepared_replacement(
         raise IngestError(
             f"recording {path!r} is in the store as it is; replace it by another, or discard {old!r} alone"
         )
-    outcome = process(file, rows, settings, work)
+    outcome = process(file, rows, settings, campaign_plate_response(file, rows), work)
     if isinstance(outcome, Damaged):
         raise IngestError(f"{path}: {outcome.reason}; recording {old!r} stays in the store")
     hits, new = outcome

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
 from ..schema.configurations import configuration_ids
-from ..schema.impacts import Impact, Pulse
+from ..schema.impacts import ChannelFigures, Impact, Pulse
 from ..schema.quality import QualityFinding
 from ..schema.recordings import SET_ASIDE, STORED, RecordedChannel, Recording
 from ..schema.removal.part import Part
@@ -25,6 +25,7 @@ from .additions import Additions, add_facts, row_additions
 from .aside import Damaged, forget_aside, keep_aside
 from .changed_channels import refuse_changed_channels
 from .changed_rows import RowDifferences, refuse_changed_rows, way_out
+from .channel_figures import figure_rows
 from .discarded import DiscardedRecordings
 from .errors import IngestError
 from .folder import CampaignFile
@@ -135,7 +136,7 @@ class CampaignStore:
             campaign = campaign_row(session, self._file, self._modes)
             known = known_rows(session, campaign)  # of another process too, that has been here since we looked
             hits = [Hit(row, row.repetition, None) for row in rows if (row.run, row.repetition) not in known]
-            return self._add_hits(session, campaign, hits, None, None)[0]
+            return self._add_hits(session, campaign, hits, None, None, {})[0]
 
         self._added(self._write_rows(FILE, add))
 
@@ -214,7 +215,7 @@ class CampaignStore:
         session.add(recording)
         session.flush()
         channels = self._add_channels(session, recording.id, done)
-        added, impacts = self._add_hits(session, campaign, hits, recording.id, done)
+        added, impacts = self._add_hits(session, campaign, hits, recording.id, done, channels)
         doubted = self._implausible(session, recording, channels, hits, done)
         findings = [finding_values(each, recording.id, channels, impacts) for each in (*done.findings, *doubted)]
         self._store.add_rows(session, QualityFinding, findings)
@@ -265,8 +266,12 @@ class CampaignStore:
         hits: Sequence[Hit],
         recording: int | None,
         done: ProcessedRecording | None,
+        channels: dict[str, int],
     ) -> tuple[Added, dict[int, int]]:
-        """Impacts and shots of hits, a table at a time; also the impact's key by the number of its pulse."""
+        """Impacts and shots of hits, a table at a time; also the impact's key by the number of its pulse.
+
+        `channels` of the recording: their keys by name.
+        """
         configurations = configuration_ids(session, [hit.row.levels for hit in hits])
         common = [
             {
@@ -285,6 +290,9 @@ class CampaignStore:
             settings = settings_id(session, self._settings)
             pulses = [pulse_values(done.pulses[pulse], impact, settings) for pulse, impact in impacts.items()]
             self._store.add_rows(session, Pulse, pulses)
+        if done and len(done.figures) == len(hits) == len(met):
+            order = [keys[hit.row.run, hit.repetition] for hit in hits]
+            self._store.add_rows(session, ChannelFigures, figure_rows(done.figures, order, channels))
         if self._file.kind != "gun":
             return Added(impacts=len(met)), impacts
         shots = [

@@ -14,7 +14,7 @@ from sqlalchemy import ColumnElement, Select, and_, exists, not_, or_, select, t
 from sqlalchemy.orm import Session
 
 from .campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
-from .impacts import Impact, Pulse
+from .impacts import ChannelFigures, Impact, Pulse
 from .pages import Span, Table, span_of
 from .quality import NOT_JUDGED, SEVERITIES, QualityFinding
 from .shots import Shot
@@ -32,6 +32,16 @@ OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
 #: SQLite, and every pulse's row is read for its flag.
 IN_USE = and_(Pulse.impact_id == Impact.id, text("pulses.current"))
 
+#: The same of the acceleration channel with the largest peak.
+LARGEST = and_(ChannelFigures.impact_id == Impact.id, text("channel_figures.largest"))
+
+#: Figures of that channel in the listing of impacts.
+CHANNEL_COLUMNS: dict[str, Any] = {
+    "peak_acceleration_m_s2": ChannelFigures.peak_acceleration_m_s2,
+    "pulse_duration_s": ChannelFigures.pulse_duration_s,
+    "velocity_change_m_s": ChannelFigures.velocity_change_m_s,
+}
+
 IMPACT_COLUMNS: dict[str, Any] = {
     "id": Impact.id,
     "run": Impact.run,
@@ -41,6 +51,7 @@ IMPACT_COLUMNS: dict[str, Any] = {
     "peak_force_n": Pulse.peak_force_n,
     "impulse_n_s": Pulse.impulse_n_s,
     "compression_time_s": Pulse.compression_time_s,
+    **CHANNEL_COLUMNS,
 }
 SHOT_COLUMNS: dict[str, Any] = {
     "id": Shot.id,

@@ -7,8 +7,8 @@ from typing import Any
 from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
-from .conditions import IMPACT_COLUMNS, IN_USE, Condition, restricted
-from .impacts import Impact, Pulse
+from .conditions import IMPACT_COLUMNS, IN_USE, LARGEST, Condition, restricted
+from .impacts import ChannelFigures, Impact, Pulse
 
 
 def list_pulse_keys(
@@ -23,7 +23,7 @@ def list_pulse_keys(
         raise ValueError(f"most is {most!r}; expected 1 or more pulses")
     columns: tuple[Any, ...] = (Pulse.id, Impact.id.label("impact"))
     query = select(*columns).select_from(Impact)
-    query = query.join(Pulse, IN_USE)
+    query = query.join(Pulse, IN_USE).outerjoin(ChannelFigures, LARGEST)
     query, span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
     query = query.where(Impact.id.between(span.first, span.last))
     # No more than fit between the first key and the last: a small store need not count.

@@ -30,6 +30,23 @@ PULSE = (
     "fine_period_s",
     "fine_force_n",
 )
+CHANNEL = (
+    "largest",
+    "rest_m_s2",
+    "peak_acceleration_m_s2",
+    "signed_peak_acceleration_m_s2",
+    "peak_time_s",
+    "pulse_start_s",
+    "pulse_duration_s",
+    "effective_duration_s",
+    "energy_duration_s",
+    "velocity_change_m_s",
+    "record_velocity_change_m_s",
+    "srs_frequency_hz",
+    "srs_maximax_m_s2",
+    "srs_peak_m_s2",
+    "srs_peak_frequency_hz",
+)
 SHOT = (
     "run",
     "repetition",
@@ -69,4 +86,4 @@ def _exact(value: Any) -> str:
     return "None" if math.isnan(number) else (number + 0.0).hex()
 
 
-__all__ = ["IMPACT", "PULSE", "SHOT", "figures_hash", "hashed"]
+__all__ = ["CHANNEL", "IMPACT", "PULSE", "SHOT", "figures_hash", "hashed"]

@@ -1,4 +1,4 @@
-"""Impacts, and the pulses that were extracted from their records."""
+"""Impacts, the pulses that were extracted from their records, and the figures of their acceleration channels."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from sqlalchemy.orm import Mapped, mapped_column, relationship
 
 from .base import Base, HasId, Written, not_negative, positive
 from .campaigns import Campaign, Configuration
-from .figures import IMPACT, PULSE, hashed
-from .recordings import Recording
+from .figures import CHANNEL, IMPACT, PULSE, hashed
+from .recordings import RecordedChannel, Recording
 
 
 class Impact(HasId, Written, Base):
@@ -100,3 +100,49 @@ class Pulse(HasId, Written, Base):
     figures_sha256: Mapped[str | None] = mapped_column(default=hashed(PULSE))
     impact: Mapped[Impact] = relationship(back_populates="pulses")
     settings: Mapped[ExtractionSettings] = relationship()
+
+
+class ChannelFigures(HasId, Written, Base):
+    """What one acceleration channel recorded of one impact (see `signals.shock_figures`), above the rest before it.
+
+    `largest` marks the channel with the largest peak of the impact, whose figures the listing has.
+    """
+
+    __tablename__ = "channel_figures"
+    __table_args__ = (
+        UniqueConstraint("impact_id", "channel_id"),
+        CheckConstraint("peak_acceleration_m_s2 > 0", "peak_acceleration_positive"),
+        CheckConstraint(not_negative("pulse_duration_s"), "pulse_duration_not_negative"),
+        CheckConstraint(not_negative("effective_duration_s"), "effective_duration_not_negative"),
+        CheckConstraint(not_negative("energy_duration_s"), "energy_duration_not_negative"),
+        # one channel per impact; also the join of every listing
+        Index(
+            "uq_channel_figures_largest",
+            "impact_id",
+            unique=True,
+            sqlite_where=text("largest"),
+            postgresql_where=text("largest"),
+        ),
+        Index("ix_channel_figures_channel_id", "channel_id"),
+    )
+
+    impact_id: Mapped[int] = mapped_column(ForeignKey("impacts.id"))
+    channel_id: Mapped[int] = mapped_column(ForeignKey("channels.id"))
+    largest: Mapped[bool]
+    rest_m_s2: Mapped[float | None]  # None: no rest was recorded before the shock
+    peak_acceleration_m_s2: Mapped[float]
+    signed_peak_acceleration_m_s2: Mapped[float]
+    peak_time_s: Mapped[float]  # on the recording's clock
+    pulse_start_s: Mapped[float]
+    pulse_duration_s: Mapped[float]  # at a tenth of the peak
+    effective_duration_s: Mapped[float]  # of all beyond a third of the peak
+    energy_duration_s: Mapped[float]  # from 5 to 95 % of the energy
+    velocity_change_m_s: Mapped[float]  # over the pulse
+    record_velocity_change_m_s: Mapped[float]
+    srs_frequency_hz: Mapped[list[Any]]  # octaves from 10 Hz
+    srs_maximax_m_s2: Mapped[list[Any]]  # Q = 10
+    srs_peak_m_s2: Mapped[float | None]
+    srs_peak_frequency_hz: Mapped[float | None]
+    figures_sha256: Mapped[str | None] = mapped_column(default=hashed(CHANNEL))
+    impact: Mapped[Impact] = relationship()
+    channel: Mapped[RecordedChannel] = relationship()

@@ -16,8 +16,10 @@ from sqlalchemy.orm import Session
 
 from .campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
 from .conditions import (
+    CHANNEL_COLUMNS,
     IMPACT_COLUMNS,
     IN_USE,
+    LARGEST,
     OPERATORS,
     SHOT_COLUMNS,
     Condition,
@@ -26,7 +28,7 @@ from .conditions import (
     listing_key,
     restricted,
 )
-from .impacts import Impact, Pulse
+from .impacts import ChannelFigures, Impact, Pulse
 from .pages import iter_pages
 from .plans import PlannedRun
 from .quality import NOT_JUDGED, SEVERITIES, QualityFinding
@@ -87,7 +89,8 @@ def iter_impacts(
     page: int = PAGE,
     after: int | None = None,
 ) -> Iterator[dict[str, Any]]:
-    """Impacts in order of their key, factors included, with the numbers of the pulse in use; those beyond key `after`.
+    """Impacts in order of their key, factors included, with the numbers of the pulse in use and those of the
+    acceleration channel with the largest peak; those beyond key `after`.
 
     Raises `UnknownFieldError` for a condition on nothing known, `LookupError` for an unknown campaign, `ValueError` for
     a column that is compared with a word.
@@ -98,9 +101,8 @@ def iter_impacts(
         Impact.recording_id,
         *_labelled(IMPACT_COLUMNS),
     )
-    query = (
-        select(*columns).select_from(Impact).join(Campaign, Impact.campaign_id == Campaign.id).outerjoin(Pulse, IN_USE)
-    )
+    query = select(*columns).select_from(Impact).join(Campaign, Impact.campaign_id == Campaign.id)
+    query = query.outerjoin(Pulse, IN_USE).outerjoin(ChannelFigures, LARGEST)
     query, span = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, where)
     configurations = _Configurations(session)
     for rows in iter_pages(session, query, Impact.id, span.beyond(after), page):
@@ -119,6 +121,7 @@ def iter_impacts(
                 "impulse_n_s": row["impulse_n_s"],
                 "compression_time_s": row["compression_time_s"],
                 "quality": NOT_JUDGED if row["recording_id"] is None else quality.get(row["id"], "ok"),
+                **{name: row[name] for name in CHANNEL_COLUMNS},
             }
 
 

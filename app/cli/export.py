@@ -10,7 +10,7 @@ from .common import db_option, note, opened
 
 
 @click.command()
-@click.argument("what", type=click.Choice(["impacts", "shots", "pulses", "series"]))
+@click.argument("what", type=click.Choice(["impacts", "shots", "pulses", "channel-figures", "series"]))
 @db_option
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE.csv or FILE.parquet.")
 @click.option("--campaign", metavar="NAME", help="Only of this campaign.")
@@ -26,7 +26,8 @@ def export(
     recording: str | None,
     skip_damaged: bool,
 ) -> None:
-    """Write impacts, shots, pulses (in use, with their force points) or series (in SI) to a file.
+    """Write impacts, shots, pulses (in use, with their force points), figures of the acceleration channels or series
+    (in SI) to a file.
 
     \b
     Example:

@@ -23,23 +23,26 @@ _LIMIT = click.option("--limit", type=click.IntRange(1), help="At most this many
 @_WHERE
 @_LIMIT
 def impacts(db: str, json_to: str | None, campaign: str | None, where: tuple[str, ...], limit: int | None) -> None:
-    """List impacts with their factors and the figures of the pulse in use. Numbers are SI.
+    """List impacts with their factors, the figures of the pulse in use, and those of the acceleration channel with the
+    largest peak. Numbers are SI.
 
     \b
     Example:
         pyroshock impacts --campaign spring --where tip_material=steel --where "peak_force_n>1000"
+        pyroshock impacts --where "peak_acceleration_m_s2>1000"
     """
     with opened(db) as store, store.reading() as session:
         from itertools import islice
 
         from ...schema.listings import iter_impacts
         from ..filters import parse_where
+        from ..pulses.impact import without_empty_figures
 
         rows = list(islice(iter_impacts(session, campaign, parse_where(where)), limit))
         if json_to is not None:
             write_json(rows, json_to)
         else:
-            print_table(rows, "no impacts match")
+            print_table(without_empty_figures(rows), "no impacts match")
 
 
 @click.command()

@@ -19,7 +19,8 @@ from .common import db_option, format_cell, json_option, note, opened, print_tab
     help="Draw record and pulse into FILE (.png, .svg, .pdf).",
 )
 def show(impact: int, db: str, json_to: str | None, plot: Path | None) -> None:
-    """Show the impact with number IMPACT: factors, pulse, its versions, findings, channels.
+    """Show the impact with number IMPACT: factors, pulse, its versions, figures of each acceleration
+    channel, findings, channels.
 
     \b
     Example:

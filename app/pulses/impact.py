@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
-from ...schema.impacts import Impact, Pulse
+from ...schema.conditions import CHANNEL_COLUMNS
+from ...schema.figures import CHANNEL
+from ...schema.impacts import ChannelFigures, Impact, Pulse
 from ...schema.listings import Condition, iter_impacts
 from ...schema.provenance import Provenance
 from ...schema.quality import QualityFinding
@@ -15,7 +18,8 @@ from ...schema.recordings import RecordedChannel
 
 
 def impact_page(session: Session, key: int) -> dict[str, Any]:
-    """One impact: its listing's row, then lists of pulse versions, findings and channels. `LookupError` if unknown."""
+    """One impact: its listing's row, then lists of pulse versions, figures of its acceleration channels, findings
+    and channels. `LookupError` if unknown."""
     impact = get_impact(session, key)
     row = next(iter_impacts(session, where=(Condition("id", "=", key),)))
     return {
@@ -24,6 +28,7 @@ def impact_page(session: Session, key: int) -> dict[str, Any]:
         "velocity_source": impact.velocity_source,
         "recording": impact.recording.path if impact.recording else None,
         "pulses": [_pulse(session, pulse) for pulse in _pulses(session, key)],
+        "channel_figures": list_channel_figures(session, [key]).get(key, []),
         "findings": _findings(session, impact),
         "channels": _channels(session, impact),
     }
@@ -59,6 +64,39 @@ def _pulse(session: Session, pulse: Pulse) -> dict[str, Any]:
         "segmentation_difference": pulse.segmentation_difference,
         "written_by": f"{writer.software_version}: {writer.command}",
     }
+
+
+#: Figures of a channel as they are listed: one number each.
+LISTED_FIGURES = tuple(name for name in CHANNEL if name not in ("largest", "srs_frequency_hz", "srs_maximax_m_s2"))
+
+
+def without_empty_figures(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Rows of a listing of impacts for a person: without the accelerations' columns where no row has them."""
+    if any(row.get(name) is not None for row in rows for name in CHANNEL_COLUMNS):
+        return rows
+    return [{name: value for name, value in row.items() if name not in CHANNEL_COLUMNS} for row in rows]
+
+
+def list_channel_figures(session: Session, impacts: Sequence[int]) -> dict[int, list[dict[str, Any]]]:
+    """Figures of the acceleration channels of impacts, by the impact's key: the channel's name, then its figures, and
+    the lines of the spectrum's summary as `srs_10hz_m_s2` and so on."""
+    query = (
+        select(ChannelFigures, RecordedChannel.name)
+        .join(RecordedChannel, ChannelFigures.channel_id == RecordedChannel.id)
+        .where(ChannelFigures.impact_id.in_(impacts))
+        .order_by(ChannelFigures.impact_id, RecordedChannel.name)
+    )
+    found: dict[int, list[dict[str, Any]]] = {}
+    for row, channel in session.execute(query):
+        lines = zip(row.srs_frequency_hz, row.srs_maximax_m_s2, strict=True)
+        found.setdefault(row.impact_id, []).append(
+            {
+                "channel": channel,
+                **{name: getattr(row, name) for name in LISTED_FIGURES},
+                **{f"srs_{frequency:.0f}hz_m_s2": value for frequency, value in lines},
+            }
+        )
+    return found
 
 
 def _findings(session: Session, impact: Impact) -> list[dict[str, Any]]:

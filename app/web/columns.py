@@ -29,6 +29,12 @@ HEADINGS: dict[str, tuple[str, float]] = {
     "mean_peak_n": ("mean peak (kN)", 1e-3),
     "deviation_n": ("its deviation (kN)", 1e-3),
     "deviation_s": ("its deviation (ms)", 1e3),
+    "peak_acceleration_m_s2": ("peak acceleration (m/s²)", 1.0),
+    "pulse_duration_s": ("pulse duration (ms)", 1e3),
+    "pulse_start_s": ("pulse start (ms)", 1e3),
+    "peak_time_s": ("time of peak (ms)", 1e3),
+    "effective_duration_s": ("effective duration (ms)", 1e3),
+    "energy_duration_s": ("energy duration (ms)", 1e3),
     "worst_frequency_hz": ("at (Hz)", 1.0),
     "worst_margin_db": ("worst margin (dB)", 1.0),
 }

@@ -77,6 +77,7 @@ RULES = (
     Rule("series_chunks", owner="channel_id"),
     Rule("impacts", ("campaign_id", "run", "repetition"), same=_impact, advice=_OTHER_RUN),
     Rule("pulses", ("impact_id", "settings_id")),
+    Rule("channel_figures", owner="channel_id"),
     Rule("shots", ("campaign_id", "run", "repetition"), same=_shot, advice=_OTHER_RUN),
     Rule("quality_findings", owner="recording_id"),
     Rule("diagnoses", ("campaign_id", "simulator", "diagnosed_at")),

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from ..campaigns import Campaign
 from ..datasets import SnapshotPulse
 from ..diagnoses import Diagnosis
-from ..impacts import Impact, Pulse
+from ..impacts import ChannelFigures, Impact, Pulse
 from ..plans import Plan, PlannedRun
 from ..quality import QualityFinding
 from ..recordings import RecordedChannel, Recording, SeriesChunk
@@ -94,6 +94,7 @@ def _rows(part: Part) -> list[tuple[Any, Any]]:
         (SnapshotPulse, SnapshotPulse.pulse_id.in_(part.pulses)),
         (QualityFinding, QualityFinding.recording_id.in_(part.recordings)),
         (Pulse, Pulse.impact_id.in_(part.impacts)),
+        (ChannelFigures, ChannelFigures.impact_id.in_(part.impacts)),
         (Shot, Shot.id.in_(part.shots)),
         (Impact, Impact.id.in_(part.impacts)),
         (SeriesChunk, SeriesChunk.channel_id.in_(part.channels)),

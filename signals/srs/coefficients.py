@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,8 @@ Floats = NDArray[np.float64]
 
 #: Below, the series; its next term is under 1e-19 of the first. Above, the closed form loses a digit at most.
 _SERIES_BELOW, _TERMS = 1.0, 20
+#: Coefficients of so many lines are no more than a spectrum of a short record costs.
+_KEPT_LINES = 64
 _FACTORIALS = np.array([float(math.factorial(k)) for k in range(_TERMS + 3)])
 
 
@@ -39,7 +42,18 @@ class Steps:
 
 
 def steps(theta: Floats, damping_ratio: float) -> Steps:
-    """`theta` (f,) above 0, `damping_ratio` from 0 to below 1."""
+    """`theta` (f,) above 0, `damping_ratio` from 0 to below 1. Those of a few lines are kept for the next record."""
+    if theta.size <= _KEPT_LINES:
+        return _kept_steps(theta.astype(np.float64).tobytes(), damping_ratio)
+    return _steps(theta, damping_ratio)
+
+
+@lru_cache(maxsize=64)
+def _kept_steps(theta: bytes, damping_ratio: float) -> Steps:
+    return _steps(np.frombuffer(theta), damping_ratio)
+
+
+def _steps(theta: Floats, damping_ratio: float) -> Steps:
     small, found = theta < _SERIES_BELOW, np.empty((3, theta.size))
     for of, form in ((small, _series), (~small, _closed)):
         found[:, of] = form(theta[of], damping_ratio)

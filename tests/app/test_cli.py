@@ -262,7 +262,7 @@ def test_extract_keeps_the_old_version_and_returns_to_it(tmp_path):
     count = json_of("ingest", campaign, "--db", url)["impacts"]
     before = json_of("impacts", "--db", url)
     changed = json_of("extract", "hammer", "--segmentation", "mask", "--db", url)
-    assert changed == {"campaign": "hammer", "added": count, "reused": 0, "skipped": []}
+    assert changed == {"campaign": "hammer", "added": count, "reused": 0, "measured": 0, "skipped": []}
     after = json_of("impacts", "--db", url)
     assert all(a["contact_time_s"] < b["contact_time_s"] for a, b in zip(after, before, strict=True))
     page = json_of("show", before[0]["id"], "--db", url)

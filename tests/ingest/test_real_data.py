@@ -9,10 +9,11 @@ import pytest
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.pulses import extract_pulses
 from pyroshock.ingest.settings import ExtractionSettings
-from pyroshock.schema.impacts import Impact, Pulse
+from pyroshock.schema.impacts import ChannelFigures, Impact, Pulse
 from pyroshock.schema.quality import QualityFinding
 from pyroshock.schema.recordings import Recording
 from pyroshock.schema.session import Writer, open_store
+from pyroshock.signals.shock_figures import shock_figures
 from sqlalchemy import select
 
 HEAD = '[campaign]\nname = "{name}"\nkind = "hammer"\ndate = "2026-01-01"\n'
@@ -142,3 +143,38 @@ def test_example_campaigns_ingest_whole(store, shared, name, impacts, shots, rec
     assert report.set_aside == []
     assert len(pulses_of(store)) == impacts
     assert doubts(store) == set()
+
+
+@pytest.mark.parametrize("shock", AFRL)
+def test_afrl_accelerations_have_the_published_figures(store, real_data, tmp_path, shock):
+    """As a campaign without a force; peak and width after a 50 kHz low-pass, as published."""
+    from scipy.signal import butter, sosfiltfilt
+
+    record = np.load(real_data / "afrl-ds3-electronics-shock" / "shocks.npz")[shock]
+    smooth = sosfiltfilt(butter(4, 50e3, fs=1e6, output="sos"), record[:, 1])
+    channels = '[channels.fixture]\nquantity="acceleration"\nunit="g"\n'
+    ingest_folder(store, write(tmp_path / "afrl", "afrl", channels, {"shock": {"fixture": smooth, "fs": 1e6}}))
+    with store.reading() as session:
+        figures = session.scalars(select(ChannelFigures)).one()
+    peak_kg, width_ms = AFRL[shock]
+    assert figures.peak_acceleration_m_s2 / 9806.65 == pytest.approx(peak_kg, rel=0.02)
+    # their reading of the width from a figure scatters by a tenth about ours
+    assert figures.pulse_duration_s * 1e3 == pytest.approx(width_ms, rel=0.25)
+
+
+def test_irvine_records_have_the_published_velocities_and_spectrum(real_data):
+    """Raw, the record integrates to -75.2 m/s, cleaned to none; a synthesised record comes with its spectrum."""
+    records = np.load(real_data / "vibrationdata-irvine" / "records.npz")
+    velocities = []
+    for key in ("rv_separation_raw_txt", "rv_separation_cleaned_txt"):
+        time, acceleration = records[key].T
+        figures = shock_figures(acceleration * 9.80665, (time.size - 1) / (time[-1] - time[0]))
+        rest = figures.rest_m_s2 or 0.0
+        velocities.append(figures.record_velocity_change_m_s + rest * (time[-1] - time[0]))
+    assert velocities == pytest.approx([-75.2, 0.0], abs=0.5)
+    time, acceleration = records["srs2000G_accel_txt"].T
+    figures = shock_figures(acceleration, (time.size - 1) / (time[-1] - time[0]))
+    frequency, positive, negative = records["srs2000_pn_txt"].T
+    theirs = np.interp(np.log(figures.srs_frequency_hz), np.log(frequency), np.maximum(positive, np.abs(negative)))
+    inside = np.array(figures.srs_frequency_hz) >= frequency[0]
+    assert np.array(figures.srs_maximax_m_s2)[inside] == pytest.approx(theirs[inside], rel=0.05)

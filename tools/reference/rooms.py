@@ -13,15 +13,15 @@ ROOMS: dict[str, tuple[str, ...]] = {
     ),
     "compute": ("crew", "mapping"),
     "signals": (
-        "units", "channel", "contact", "checks", "checks.base", "srs.spectrum", "srs.record", "srs.grid",
-        "srs.iso_filter", "srs.oscillator",
-        "srs.moments",
+        "units", "channel", "contact", "checks", "checks.base", "shock_figures", "srs.spectrum", "srs.record",
+        "srs.grid", "srs.iso_filter", "srs.oscillator", "srs.moments",
     ),
     "ingest": (
         "load", "report", "errors", "folder", "runs", "settings", "readers", "readers.base",
         "segmentation", "pulses", "spline", "transfer_function",
         "deconvolution", "delay", "deceleration", "impact_speed", "laser", "tank_pressure", "gunshot", "processing",
-        "stored", "reextract", "repair", "plan_link",
+        "channel_figures", "shock_events", "force_source", "derived_force", "stored", "reextract", "repair",
+        "plan_link",
     ),
     "doe": (
         "factors", "space", "designs.base", "designs.lhs", "designs.factorial", "designs.imported", "designs.augment",

@@ -17,7 +17,7 @@ from ....schema.series import SeriesError
 from ....schema.session import Store
 from ...filters import parse_where
 from ...predictions.nominal import with_predictions
-from ...pulses.impact import get_impact, impact_page
+from ...pulses.impact import get_impact, impact_page, without_empty_figures
 from ...pulses.segmentation import PulseView, pulse_view
 from ...pulses.signals import channel_window, list_signals
 from ..asking import Key, OpenStore
@@ -39,7 +39,9 @@ def impacts(request: Request, store: OpenStore, where: Where = [], campaign: str
     where = [each for each in where if each.strip()]
     with store.reading() as session:
         rows, following = list_impacts_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
-    return _listed(request, "impacts", rows, {"campaign": campaign, "where": where}, following, after)
+    return _listed(
+        request, "impacts", without_empty_figures(rows), {"campaign": campaign, "where": where}, following, after
+    )
 
 
 @router.get("/shots")
@@ -93,7 +95,7 @@ def impact(
     with store.reading() as session:
         signals = [] if recording is None else list_signals(session, recording)
         figures, damaged = _drawn(session, signals)
-    lists = ("pulses", "findings", "channels")
+    lists = ("pulses", "channel_figures", "findings", "channels")
     return page(
         request,
         "impact.html",

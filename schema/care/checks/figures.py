@@ -1,4 +1,5 @@
-"""The figures of impacts and shots are those that were written; `pulses` asks the same of a pulse's."""
+"""The figures of impacts, shots and acceleration channels are those that were written; `pulses` asks the same of a
+pulse's."""
 
 from __future__ import annotations
 
@@ -10,20 +11,24 @@ from sqlalchemy import Connection, select
 
 from ... import figures
 from ...campaigns import Campaign
-from ...impacts import Impact
+from ...impacts import ChannelFigures, Impact
 from ...plain import from_plain
+from ...recordings import RecordedChannel
 from ...shots import Shot
+from ...tables import metadata
 from ..findings import Finding
+from ..rows import stored_columns
 from .scope import RESTORE, Scope
 
 _PAGE = 2000
 _OF: tuple[tuple[type[Impact] | type[Shot], tuple[str, ...]], ...] = ((Impact, figures.IMPACT), (Shot, figures.SHOT))
-#: Is read as it is stored: a text that need not be JSON.
-_POINTS = "force_points_n"
+#: Are read as they are stored: a text that need not be JSON.
+_LISTS = ("force_points_n", "srs_frequency_hz", "srs_maximax_m_s2")
 
 
 def check_figures(connection: Connection, scope: Scope) -> Iterator[Finding]:
-    """Impacts and shots whose figures (velocities, pressures, masses) have another SHA-256 than the recorded one."""
+    """Impacts, shots and acceleration channels whose figures (velocities, pressures, masses, peaks) have another
+    SHA-256 than the recorded one."""
     for table, columns in _OF:
         own = [getattr(table, name) for name in ("id", "figures_sha256", *columns)]
         query = select(Campaign.name.label("campaign"), *own).join(Campaign, table.campaign_id == Campaign.id)
@@ -35,6 +40,26 @@ def check_figures(connection: Connection, scope: Scope) -> Iterator[Finding]:
                 if problem is not None:
                     place = {key: row[key] for key in ("campaign", "run", "repetition")}
                     yield Finding("figures", problem, RESTORE, {**place, "table": table.__tablename__})
+    yield from _channel_figures(connection, scope)
+
+
+def _channel_figures(connection: Connection, scope: Scope) -> Iterator[Finding]:
+    """Figures of acceleration channels that have another SHA-256 than the recorded one."""
+    table = metadata.tables[ChannelFigures.__tablename__]
+    wanted = ("id", "figures_sha256", *figures.CHANNEL)
+    own = [column for column in stored_columns(table) if column.name in wanted]
+    place = (Campaign.name.label("campaign"), Impact.run, Impact.repetition, RecordedChannel.name.label("channel"))
+    query = select(*place, *own).join_from(table, Impact, table.c.impact_id == Impact.id)
+    query = query.join(Campaign, Impact.campaign_id == Campaign.id)
+    query = query.join(RecordedChannel, table.c.channel_id == RecordedChannel.id)
+    query, after = scope.within(query.order_by(table.c.id).limit(_PAGE), Impact.campaign_id), 0
+    while page := connection.execute(query.where(table.c.id > after)).mappings().all():
+        after = page[-1]["id"]
+        for row in page:
+            problem = figures_problem(dict(row), figures.CHANNEL)
+            if problem is not None:
+                where = {key: row[key] for key in ("campaign", "run", "repetition", "channel")}
+                yield Finding("figures", problem, RESTORE, {**where, "table": table.name})
 
 
 def figures_problem(row: Mapping[str, Any], columns: tuple[str, ...]) -> str | None:
@@ -49,9 +74,10 @@ def figures_problem(row: Mapping[str, Any], columns: tuple[str, ...]) -> str | N
 
 
 def _decoded(row: Mapping[str, Any]) -> Mapping[str, Any]:
-    if _POINTS not in row:
-        return row
-    try:
-        return {**row, _POINTS: from_plain(json.loads(row[_POINTS]))}
-    except (TypeError, ValueError):
-        return row
+    decoded = dict(row)
+    for name in _LISTS:
+        try:
+            decoded[name] = from_plain(json.loads(row[name]))
+        except (KeyError, TypeError, ValueError):
+            continue
+    return decoded

@@ -43,8 +43,14 @@ def _cause(value: Any) -> bool:
     return all(isinstance(effect, str) for effect in value["effects"]) and "probability" in value
 
 
+def _numbers(value: Any) -> bool:
+    return isinstance(value, list) and all(map(_number, value))
+
+
 SHAPES: dict[str, Callable[[Any], bool]] = {
     "pulses.force_points_n": _points,
+    "channel_figures.srs_frequency_hz": _numbers,
+    "channel_figures.srs_maximax_m_s2": _numbers,
     "extraction_settings.settings": _settings,
     "diagnoses.report": _report,
     "channels.header": _object,
