@@ -86,6 +86,10 @@ def _refuse_false_count(path: Path, head: bytes, order: str) -> tuple[str, bool]
     name = name_bytes.decode("latin1")
     if flags & 0xFF == _CHAR_CLASS or flags & 0xFF in _NUMERIC_CLASSES:
         shape = struct.unpack(f"{order}{len(dimensions) // 4}i", dimensions)
+        if len(shape) < 2:
+            raise RecordingError(
+                f"{path.name}: {name!r} has {len(shape)} dimensions; expected two or more"
+            )  # scipy crashes
         kind, count, _, _ = tag(head, position, order)
         samples, width = math.prod(shape), _TYPE_BYTES.get(kind, 0)
         refuse_bomb(path, name, samples, max(width, 1))

@@ -259,3 +259,15 @@ def test_a_false_count_within_a_structure_is_refused(tmp_path, old, new):
     path.write_bytes(content.replace(old, new, 1))
     with pytest.raises(RecordingError, match=r"^shot\.mat: .*structure does not hold what it declares"):
         open_recording(path)
+
+
+def test_a_text_without_dimensions_is_refused(tmp_path):
+    """Found by fuzzing: scipy ended the process."""
+    path = tmp_path / "shot.mat"
+    savemat(path, {"fs": 1000.0, "force": TABLE[:, 0]})
+    flags, dimensions = struct.pack("<IIII", 6, 8, 4, 0), struct.pack("<II", 5, 0)
+    name, text = struct.pack("<II4sI", 1, 4, b"note", 0), struct.pack("<HH4s", 16, 4, b"13.0")
+    body = flags + dimensions + name + text
+    path.write_bytes(path.read_bytes() + struct.pack("<II", 14, len(body)) + body)
+    with pytest.raises(RecordingError, match=r"^shot\.mat: 'note' has 0 dimensions; expected two or more"):
+        open_recording(path)
