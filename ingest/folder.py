@@ -98,7 +98,6 @@ def read_campaign_file(folder: Path) -> CampaignFile:
     bench = faults.of(_table, data, "bench") or {}
     faults.of(_known_keys, campaign, ("name", "kind", "date", "description", "operator"), "campaign")
     faults.of(_known_keys, bench, ("gun", "hammer", "plate", "confirmed"), "bench")
-    sensors = faults.attempt(_sensors, faults.of(_table, data, "channels") or {})
     keys = faults if campaign else Faults()  # a table that is missing is one fault, not one for each of its keys
     file = CampaignFile(
         folder=folder,
@@ -110,7 +109,7 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         gun=faults.of(_gun, bench),
         hammer=faults.of(_hammer, bench),
         plate=faults.of(_plate, bench),
-        sensors=sensors or {},
+        sensors=(sensors := faults.attempt(_sensors, faults.of(_table, data, "channels") or {})) or {},
         factors=faults.of(_factors, faults.of(_table, data, "factors") or {}),
         confirmed=faults.of(_confirmed, bench),
         max_regulated_pressure_pa=faults.of(_regulator, bench),

@@ -17,7 +17,7 @@ from pathlib import Path
 from ..signals.units import SI_UNITS, UnitError, to_si
 from .errors import IngestError
 from .folder import FILE as CAMPAIGN
-from .readers import READERS, RecordingError, open_recording
+from .readers import AS_IN_FILE, READERS, ReadingOptions, RecordingError, open_recording
 from .readers.guard import one_line
 from .recording_files import recording_path
 from .runs import FILES
@@ -81,6 +81,10 @@ class NewFolder:
                 file.write(text)
 
 
+#: To see the channels of a recording that states no sampling rate.
+_ANY_RATE = ReadingOptions(sampling_rate_hz=1.0)
+
+
 def start_folder(
     folder: Path, start: str, recordings: str | None = None, rows: Sequence[Mapping[str, str]] = ()
 ) -> NewFolder:
@@ -94,16 +98,16 @@ def start_folder(
     if not rows and not paths:
         raise IngestError(f"{folder}: no recording found; name a plan, or where the recordings lie within the folder")
     channels: dict[str, _RecordedChannel] = {}
-    usable, notes = [], []
+    usable, without_clock, notes = [], 0, []
     for path in paths:
         try:
-            _add_channels(folder / path, channels)
+            without_clock += _add_channels(folder / path, channels)
             usable.append(path)
         except RecordingError as error:
             notes.append(f"{path} is left out: {one_line(error)}")
     if paths and not usable:
         raise IngestError(f"{folder}: no usable recording; {notes[0]}")
-    campaign = _campaign(folder.resolve().name, start, channels, len(usable))
+    campaign = _campaign(folder.resolve().name, start, channels, len(usable), without_clock)
     return NewFolder(campaign, _runs(start, rows, usable), tuple(notes))
 
 
@@ -128,17 +132,31 @@ def _may_be_recording(name: str, suffixes: Iterable[str]) -> bool:
     return Path(name).suffix.lower() in suffixes and name not in (*FILES, "plate_modes.csv")
 
 
-def _add_channels(path: Path, channels: dict[str, _RecordedChannel]) -> None:
-    with open_recording(path) as recording:
+def _add_channels(path: Path, channels: dict[str, _RecordedChannel]) -> bool:
+    """Note the channels of a recording; whether it states no sampling rate, which campaign.toml has to give then."""
+    try:
+        _add_channels_as(path, channels, AS_IN_FILE)
+    except RecordingError as error:
+        try:
+            _add_channels_as(path, channels, _ANY_RATE)
+        except RecordingError:
+            raise error from None
+        return True
+    return False
+
+
+def _add_channels_as(path: Path, channels: dict[str, _RecordedChannel], reading: ReadingOptions) -> None:
+    with open_recording(path, reading) as recording:
         for info in recording.channels:
             channel = channels.setdefault(info.name, _RecordedChannel())
             channel.files += 1
-            channel.rates_hz[info.sampling_rate_hz] += 1
+            if reading is not _ANY_RATE:
+                channel.rates_hz[info.sampling_rate_hz] += 1
             if info.unit and info.unit.strip():
                 channel.units[info.unit.strip()] += 1
 
 
-def _campaign(name: str, start: str, channels: Mapping[str, _RecordedChannel], files: int) -> str:
+def _campaign(name: str, start: str, channels: Mapping[str, _RecordedChannel], files: int, without_clock: int) -> str:
     about_kind = "  # accelerometers alone: kind hammer without [bench.hammer]" if start == DROP else ""
     lines = [
         f'{_HEAD}\n[campaign]\nname = {_toml(name)}  {PLEASE_CHECK}\nkind = "{KIND_OF_START[start]}"{about_kind}',
@@ -151,6 +169,12 @@ def _campaign(name: str, start: str, channels: Mapping[str, _RecordedChannel], f
         '# modes = "plate_modes.csv"  # a modal table; or material, thickness_m and outline_m:',
         '# material = "steel"\n# thickness_m = 0.01\n# outline_m = [[0, 0], [0.3, 0], [0.3, 0.3], [0, 0.3]]\n',
     ]
+    if without_clock:
+        lines += [
+            f"[recordings]  # {without_clock} of {files} recordings state no sampling rate",
+            f'sampling_rate_hz = "{FILL_IN}"  # such as 51200, without quotes',
+            "# columns = [...]  # names of all columns in order, where the recordings have none\n",
+        ]
     expected = {"acceleration": _RecordedChannel()} if start == DROP else {"force": _RecordedChannel()}
     for channel, recorded in (channels or expected).items():
         lines += [_channel(channel, recorded, files), ""]
@@ -164,7 +188,7 @@ def _channel(name: str, recorded: _RecordedChannel, files: int) -> str:
     lines = [f"[channels.{_toml(name)}]  # the name as in the recordings"]
     if files:
         rates = enumerated([f"{rate:.12g} Hz" for rate in sorted(recorded.rates_hz)])
-        lines.append(f"# in {recorded.files} of {files} recordings, at {rates}")
+        lines.append(f"# in {recorded.files} of {files} recordings, at {rates or 'a rate that they do not state'}")
     if len(recorded.units) > 1:
         lines.append(f"# the recordings say {enumerated([one_line(text) for text in recorded.units])}")
     elif unit is not None and not is_unit:

@@ -21,6 +21,7 @@ _ONE_COLUMN = [(NO_DELIMITER, "."), (NO_DELIMITER, ",")]
 _SAMPLE_LINES = 400
 _COMMENT = re.compile(r"\s*(?:#|%|//)+\s*")
 _STATEMENT = re.compile(r"([^=:]+?)\s*[=:]\s*(\S.*?)\s*")
+_SEPARATOR_AT_BLANK = re.compile(r"[,;](?=\s|$)")
 _WORD_AND_UNIT = re.compile(r"\S+(?:\s+(?:\[[^\[\]]*\]|\([^()]*\)))?")
 
 
@@ -69,7 +70,8 @@ class _Table:
     def _title(self, line: int) -> list[str] | None:
         ways = [self.rows[line]]
         if self.delimiter == BLANKS:
-            text = _COMMENT.sub("", self.lines[line], count=1).strip()
+            # a heading may have commas between its names above numbers that have blanks
+            text = _SEPARATOR_AT_BLANK.sub(" ", _COMMENT.sub("", self.lines[line], count=1)).strip()
             ways = [_WORD_AND_UNIT.findall(text), *ways, re.split(r"\s*\t\s*|\s{2,}", text)]
         for fields in ways:
             padded = self._as_wide(fields)

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from pyroshock.app.diagnoses import diagnosing
@@ -270,8 +271,8 @@ def test_registered_model_holds_what_the_bench_does(lab: str, monkeypatch: pytes
         adopt(store, of_gun("spring", layer, simulator="gun:adiabatic | contact:hertz"), layer.id)
 
         class Registry:
-            def champion(self, _: str) -> str:
-                return "the model in use"
+            def champion(self, _: str) -> SimpleNamespace:
+                return SimpleNamespace(label="hybrid@1", dataset=SimpleNamespace(hash="0" * 64))
 
         monkeypatch.setattr(twins, "_registry", lambda _: Registry())
         monkeypatch.setattr(twins, "_registered", lambda *_: LawContact("hunter"))

@@ -26,6 +26,13 @@ FILLED = {
     "friction_coefficient": "1.4",
     "heat_capacity_ratio": "1.4",
     "efficiency": "0.5",
+    "sampling_rate_hz": f"{FS_HZ}",
+}
+#: Formats whose files have no names for their channels -> the names that these get.
+BARE = {
+    "text-bare": ("column_1", "column_2", "column_3"),
+    "npy": ("data_1", "data_2", "data_3"),
+    "wav": ("ch1", "ch2", "ch3"),
 }
 
 
@@ -83,7 +90,7 @@ def stored_channels(url):
         return set(session.execute(select(*columns, RecordedChannel.sampling_rate_hz)).all())
 
 
-@pytest.mark.parametrize("recipe", RECIPES)
+@pytest.mark.parametrize("recipe", sorted(RECIPES.keys() - BARE))
 def test_recordings_of_each_format(sqlite_url, tmp_path, recipe):
     folder = tmp_path / "spring"
     folder.mkdir()
@@ -97,6 +104,27 @@ def test_recordings_of_each_format(sqlite_url, tmp_path, recipe):
         ("force", "force", "N", written.rate_hz),
         ("acceleration_1", "acceleration", "m/s2", written.rate_hz),
         ("counts", "voltage", "V", written.rate_hz),
+    }
+
+
+@pytest.mark.parametrize(("recipe", "names"), BARE.items())
+def test_recordings_that_say_less(sqlite_url, tmp_path, recipe, names):
+    """Without names, and but for WAV without a rate, which is asked for under [recordings]."""
+    folder = tmp_path / "spring"
+    folder.mkdir()
+    suffix, write = RECIPES[recipe]
+    written = write(folder / f"one{suffix}", truth())
+    started(folder, "--kind", "hammer")
+    fill_in(folder, **dict(zip(names, ("N", "m/s2", "V"), strict=True)))
+    for name, quantity in zip(names, ("force", "acceleration", "voltage"), strict=True):
+        text = (folder / "campaign.toml").read_text(encoding="utf-8")
+        before, heading, after = text.partition(f'[channels."{name}"]')
+        after = re.sub(r'quantity = "[^"]*"', f'quantity = "{quantity}"', after, count=1)
+        (folder / "campaign.toml").write_text(before + heading + after, encoding="utf-8")
+    assert (recipe == "wav") == ("[recordings]" not in (folder / "campaign.toml").read_text(encoding="utf-8"))
+    ingested(sqlite_url, folder)
+    assert {(name, rate) for name, _, _, rate in stored_channels(sqlite_url)} == {
+        (name, written.rate_hz) for name in names
     }
 
 

@@ -82,11 +82,13 @@ def test_json_says_how_long_the_record_is_and_what_the_oscillators_are(tmp_path)
     }
 
 
-def test_each_check_has_its_value_and_limit_with_their_unit(tmp_path):
+def test_each_check_has_its_evidence_with_units_in_the_keys(tmp_path):
     path = tmp_path / "a.csv"
     np.savetxt(path, np.clip(pulse(), None, 50), header="fs = 20000\nacc [g]")
     checks = as_json(path, "--frequencies", "100", "--range", "50g")["checks"]
-    assert checks and all({"name", "value", "limit", "unit", "message"} <= set(check) for check in checks)
+    assert all(set(check) == {"check", "severity", "message", "evidence"} for check in checks)
+    (saturation,) = (check for check in checks if check["check"] == "saturation")
+    assert saturation["severity"] == "reject" and saturation["evidence"]["level"] == pytest.approx(50 * G)
 
 
 @pytest.mark.parametrize("rate", ["20000", "20000Hz", "20 kHz"])

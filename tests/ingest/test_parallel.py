@@ -3,54 +3,20 @@
 from __future__ import annotations
 
 import os
-import threading
 
 import pytest
 from pyroshock.ingest.parallel import Isolation, map_ahead
-from pyroshock.ingest.readers.patience import limited
-
-
-def square(x: int) -> int:
-    return x * x
-
-
-def dies_on_three(x: int) -> int:
-    if x % 10 == 3:
-        os._exit(139)
-    return x * x
-
-
-def raises_on_three(x: int) -> int:
-    if x == 3:
-        raise ValueError("three")
-    return x
-
-
-def hangs_on_three(x: int) -> int:
-    if x == 3:
-        threading.Event().wait()
-    return x
-
-
-def walks_in_circles_on_three(x: int) -> int:
-    """As libhdf5 does: no limit on the clock, and processor time for ever."""
-    with limited(0.2):
-        while x == 3:
-            pass
-    return x
-
-
-def process_of(_: int) -> int:
-    return os.getpid()
-
-
-def lost(_: int) -> int:
-    return -1
-
-
-def patience(x: int) -> float:
-    return 1.0 if x == 3 else 30.0
-
+from support.processes.work_items import (
+    dies_and_leaves_a_mark,
+    dies_on_three,
+    hangs_on_three,
+    lost,
+    patience,
+    process_of,
+    raises_on_three,
+    square,
+    walks_in_circles_on_three,
+)
 
 ISOLATION = Isolation(lost, patience)
 ALWAYS = Isolation(lost, patience, always=True)
@@ -97,9 +63,3 @@ def test_item_that_kills_the_only_process_is_not_tried_again(tmp_path):
     """It was the first of those under way: a second try would take as long to fail."""
     list(map_ahead(dies_and_leaves_a_mark, [tmp_path / "a", tmp_path / "b"], 1, Isolation(lost, patience, always=True)))
     assert [(tmp_path / name).read_text() for name in "ab"] == ["x", "x"]
-
-
-def dies_and_leaves_a_mark(path):
-    with path.open("a") as file:
-        file.write("x")
-    os._exit(139)

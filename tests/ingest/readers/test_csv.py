@@ -33,6 +33,9 @@ LAYOUTS = {
     "blanks and tabs": "# fs = 51200\n  force \t acc  \n  N\t\tg\n 0 \t  10\n1.5   20.5\t\n-2.25\t \t30\n",
     "blanks, decimal comma": "fs 51200\nforce [N]  acc [g]\n0,0 10\n1,5 20,5\n-2,25 30\n",
     "blanks, unit after a blank": "Time [ms] force [N] acc [g]\n0 0 10\n0.01953125 1.5 20.5\n0.0390625 -2.25 30\n",
+    "blanks, commas in the heading": (
+        "# time(s), \t force(N), acc(g)\n0 0 10\n1.953125e-5 1.5 20.5\n3.90625e-5 -2.25 30\n"
+    ),
     "comment lines": "% bench 3\n// hammer, low\n% fs = 51200\n% force [N] acc [g]\n0 10\n1.5 20.5\n-2.25 30\n",
     "text above": (
         "Recorder X 12, serial 0042\nsecond floor\n\nSampling rate: 51200 Hz\n\nforce,acc\n(N),(g)\n\n0,10\n1.5,20.5\n"
