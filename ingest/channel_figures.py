@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from math import ceil, inf
 from typing import Any
 
-from ..signals.channel import Channel
+from ..signals.channel import Channel, on_impactor
 from ..signals.checks.base import Finding
 from ..signals.shock_figures import ShockFigures, shock_figures
 from .pulses import Hits
@@ -29,18 +29,26 @@ class RecordingFigures:
 def measure_channels(
     channels: Sequence[Channel], hits: Hits, rows: int, settings: ExtractionSettings
 ) -> RecordingFigures:
-    """Figures of the acceleration channels of a recording.
+    """Figures of the acceleration channels of a recording; beside a force not of those that ride on the impactor, whose
+    motion its velocity tells.
 
     Its impacts are the contacts that its force shows (`hits`), else as many shocks of the accelerations as `rows` of
     runs.csv name it; none where they are 0.
     """
-    accelerations = [channel for channel in channels if channel.quantity == "acceleration" and channel.recorded.size]
+    force = bool(hits.pulses)
+    accelerations = [
+        channel
+        for channel in channels
+        if channel.quantity == "acceleration"
+        and channel.recorded.size
+        and not (force and on_impactor(channel.sensor.position))
+    ]
     if not accelerations:
         return RecordingFigures()
-    if not hits.pulses and rows < 1:
+    if not force and rows < 1:
         return RecordingFigures()
     findings: tuple[Finding, ...] = ()
-    if hits.pulses:
+    if force:
         parts = _parts_of_contacts(hits, accelerations[0].sampling_rate_hz)
     else:
         shocks = shock_parts(accelerations, rows, settings)

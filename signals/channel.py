@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .units import SI_UNITS, to_si
 
+Result = TypeVar("Result")
 #: Positions of sensors on what the operator's arm or the gun moves on purpose: its velocity changes for good.
 IMPACTOR_POSITIONS = ("hammer", "impactor", "projectile", "bullet", "tip")
 
@@ -63,6 +65,7 @@ class Channel:
     sampling_rate_hz: float
     start_s: float = 0.0
     header: dict[str, Any] = field(default_factory=dict)
+    _reckoned: dict[Hashable, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def name(self) -> str:
@@ -85,6 +88,13 @@ class Channel:
         if offset != 0.0:
             values += offset
         return values
+
+    def once(self, key: Hashable, reckon: Callable[[], Result]) -> Result:
+        """What `reckon` gives, kept under `key`: several checks need the same figures of the same samples."""
+        if key not in self._reckoned:
+            self._reckoned[key] = reckon()
+        result: Result = self._reckoned[key]
+        return result
 
     @property
     def period_s(self) -> float:

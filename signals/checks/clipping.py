@@ -6,7 +6,7 @@ import numpy as np
 
 from ..channel import Channel
 from .base import Contact, Finding, Severity
-from .levels import finite_samples, scale_of
+from .levels import channel_scale, finite_samples
 from .plateaus import Plateaus, find_plateaus
 from .runs import runs_of
 from .short_tops import find_code_limit, find_short_top
@@ -25,7 +25,7 @@ def check_clipping(channel: Channel, contacts: tuple[Contact, ...]) -> list[Find
     x = finite_samples(channel)
     if x.size == 0:
         return []
-    scale = scale_of(x)
+    scale = channel_scale(channel)
     findings: list[Finding] = []
     for polarity in (1, -1):
         band = BAND_STEPS * scale.step

@@ -52,12 +52,20 @@ def scale_of(x: NDArray[np.float64]) -> Scale:
     return Scale(baseline(x), quantisation_step(x), robust_sigma(x))
 
 
+def channel_scale(channel: Channel) -> Scale:
+    """The scale of a channel's samples (`finite_samples`), at least one."""
+    return channel.once("scale", lambda: scale_of(finite_samples(channel)))
+
+
 def finite_samples(channel: Channel) -> NDArray[np.float64]:
     """The channel in SI (n,); where it holds NaN or infinity, a copy with the median of the others in their place.
 
     The dropout check reports those samples; the other checks need a record that they can compare.
     """
-    si = channel.si
+    return channel.once("finite samples", lambda: _with_filler(channel.si))
+
+
+def _with_filler(si: NDArray[np.float64]) -> NDArray[np.float64]:
     if all_finite(si):
         return si
     good = np.isfinite(si)
@@ -97,6 +105,12 @@ def quantisation_step(x: NDArray[np.float64]) -> float:
     gaps = np.diff(np.sort(np.concatenate([decimated(x), near])))
     gaps = gaps[gaps > 0]
     return float(gaps.min()) if gaps.size else 0.0
+
+
+def shock_span(channel: Channel, contacts: tuple[Contact, ...]) -> Span | None:
+    """`event_span` of a channel: all but a force ring after a contact."""
+    ringing = channel.quantity != "force"
+    return channel.once(("span", contacts), lambda: event_span(finite_samples(channel), contacts, ringing))
 
 
 def event_span(x: NDArray[np.float64], contacts: tuple[Contact, ...], ringing: bool) -> Span | None:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..channel import Channel, on_impactor
 from .base import Contact
-from .levels import event_span, finite_samples
+from .levels import finite_samples, shock_span
 from .rest import block_mean, rest_before
 
 #: Standard errors of the level taken off that its drift of the velocity is allowed (`rest.BLOCKS` tells why so many).
@@ -41,10 +41,14 @@ class Motion:
 
 def motion_of(channel: Channel, contacts: tuple[Contact, ...]) -> Motion | None:
     """The motion that an acceleration tells; None of other quantities, of what moves on purpose, and of a constant."""
+    return channel.once(("motion", contacts), lambda: _motion_of(channel, contacts))
+
+
+def _motion_of(channel: Channel, contacts: tuple[Contact, ...]) -> Motion | None:
     if channel.quantity != "acceleration" or on_impactor(channel.sensor.position):
         return None
     x = finite_samples(channel)
-    span = event_span(x, contacts, ringing=True)
+    span = shock_span(channel, contacts)
     if span is None:
         return None
     before = rest_before(x, span)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..channel import Channel
 from ..srs.record import Spectrum
 from .base import Finding
-from .levels import event_span, finite_samples
+from .levels import finite_samples, shock_span
 from .rest import rest_before
 
 #: Noise 6 dB below adds at most 3.5 dB to a line.
@@ -23,7 +23,7 @@ def check_noise_floor(channel: Channel, spectrum: Spectrum) -> list[Finding]:
     is said without 16 samples at rest before the shock.
     """
     x = finite_samples(channel)
-    span = event_span(x, (), ringing=True)
+    span = shock_span(channel, ())
     quiet = x[:0] if span is None else rest_before(x, span)
     if span is None or quiet.size == 0 or np.ptp(quiet) == 0.0:
         return []

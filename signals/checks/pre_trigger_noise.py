@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..channel import Channel
 from .base import Contact, Finding, Severity
-from .levels import Span, event_span, finite_samples, robust_sigma
+from .levels import Span, finite_samples, robust_sigma, shock_span
 
 #: What rests before a shock. Pressure and temperature need not.
 QUANTITIES = ("force", "acceleration", "velocity", "strain")
@@ -35,7 +35,7 @@ def check_pre_trigger_noise(channel: Channel, contacts: tuple[Contact, ...]) -> 
     if channel.quantity not in QUANTITIES:
         return []
     x = finite_samples(channel)
-    span = event_span(x, contacts, ringing=channel.quantity != "force")
+    span = shock_span(channel, contacts)
     if span is None:
         return []
     longest = max(MIN_SAMPLES, round(MAX_STRETCH_S * channel.sampling_rate_hz))

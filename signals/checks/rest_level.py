@@ -8,7 +8,7 @@ import numpy as np
 
 from ..channel import Channel, on_impactor
 from .base import Contact, Finding, Severity
-from .levels import baseline, event_span, finite_samples
+from .levels import baseline, finite_samples, shock_span
 from .rest import block_mean, rest_after, rest_before
 
 #: A constant b is b in every line of a shock spectrum, and two decades below its knee the spectrum of most shocks has
@@ -38,7 +38,7 @@ def check_rest_level(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
     x = finite_samples(channel)
     if x.size == 0 or abs(baseline(x)) < MEDIAN_SHARE * float(np.ptp(x)):
         return []
-    span = event_span(x, contacts, ringing=True)
+    span = shock_span(channel, contacts)
     if span is None:
         return []
     before, after = rest_before(x, span), rest_after(x, span)

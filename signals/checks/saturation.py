@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..channel import Channel
 from .base import Contact, Finding
 from .clipping import BAND_STEPS, by_contact
-from .levels import Scale, finite_samples, scale_of
+from .levels import Scale, channel_scale, finite_samples
 from .plateaus import Plateaus, find_plateaus
 from .runs import runs_of
 
@@ -32,7 +32,7 @@ def check_saturation(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
     x = finite_samples(channel)
     if x.size == 0:
         return []
-    scale = scale_of(x)
+    scale = channel_scale(channel)
     full_scale = channel.sensor.range_si
     if full_scale is not None and channel.quantity not in WITHOUT_RANGE:
         beyond = _beyond_range(channel, contacts, x, full_scale, scale.step)

@@ -25,16 +25,16 @@ MIN_LOPSIDED = 0.2
 
 def find_short_top(x: NDArray[np.float64], scale: Scale, polarity: int, band: float) -> Plateaus | None:
     """The two samples at the maximum of `x` (n,) (`polarity` 1) or minimum (-1) that are a cut; None otherwise."""
-    up = polarity * (x - scale.rest)
-    top = float(up.max())
-    at = np.flatnonzero(up >= top - band)
+    highest, lowest = float(x.max()), float(x.min())
+    level = highest if polarity > 0 else lowest
+    if polarity * (level - scale.rest) < MIN_DEVIATION_SHARE * max(highest - scale.rest, scale.rest - lowest):
+        return None
+    at = np.flatnonzero(x >= level - band if polarity > 0 else x <= level + band)
     if at.size != 2 or at[1] != at[0] + 1 or at[0] == 0 or at[1] == x.size - 1:
         return None
-    if top < MIN_DEVIATION_SHARE * float(np.abs(x - scale.rest).max()):
-        return None
-    before, after = top - float(up[at[0] - 1]), top - float(up[at[1] + 1])
+    before, after = (polarity * (level - float(x[i])) for i in (at[0] - 1, at[1] + 1))
     fall = max(before, after)
-    spread = max(abs(float(up[at[1]] - up[at[0]])), scale.step)
+    spread = max(abs(float(x[at[1]] - x[at[0]])), scale.step)
     if spread > MAX_STEP_SHARE * fall or abs(before - after) < max(MIN_LOPSIDED * fall, 3.0 * scale.noise):
         return None
     return Plateaus(float(x[at[0]]), Runs(at[:1], np.array([2], np.int64)))

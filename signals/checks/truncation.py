@@ -6,7 +6,7 @@ import numpy as np
 
 from ..channel import Channel
 from .base import Contact, Finding
-from .levels import event_span, finite_samples
+from .levels import finite_samples, shock_span
 from .rest import rest_before
 
 #: What comes after the end can then change a line of a spectrum that still builds up by about this share.
@@ -23,7 +23,7 @@ def check_truncation(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
     if channel.quantity != "acceleration":
         return []
     x = finite_samples(channel)
-    span = event_span(x, contacts, ringing=True)
+    span = shock_span(channel, contacts)
     if span is None:
         return []
     swing = float(np.ptp(x[-max(2, int(END_SHARE * x.size)) :])) / 2.0

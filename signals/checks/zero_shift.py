@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..channel import Channel, on_impactor
 from .base import Contact, Finding, Severity
-from .levels import Span, event_span, finite_samples
+from .levels import Span, finite_samples, shock_span
 from .rest import block_mean, rest_after, rest_before
 
 #: Standard errors that make a shift (`rest.BLOCKS` tells why so many).
@@ -54,7 +54,7 @@ def check_zero_shift(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
     if channel.quantity not in ("acceleration", "force") or (channel.quantity == "acceleration" and moving):
         return []
     x = finite_samples(channel)
-    span = event_span(x, contacts, ringing=channel.quantity == "acceleration")
+    span = shock_span(channel, contacts)
     levels = None if span is None else _levels(x, span)
     if span is None or levels is None or abs(levels.shift) < MIN_ERRORS * levels.error:
         return []
