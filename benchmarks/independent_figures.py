@@ -49,7 +49,7 @@ def shipped_records(folder: Path) -> Iterator[Record]:
     for key in hits.files:
         for i, hit in enumerate(hits[key] if hits[key].ndim == 3 else ()):
             yield Record("vrtac", f"{key}/{i}", "force", hit[0].astype(float), 20e3)
-    table = _lvm_table(folder / "ladisk-imac-tutorial" / "acceleration.lvm")
+    table = lvm_columns(folder / "ladisk-imac-tutorial" / "acceleration.lvm")
     yield Record("ladisk", "acceleration.lvm", "force", table["Force (Trigger)"], 50e3)
     shocks = np.load(folder / "afrl-ds3-electronics-shock" / "shocks.npz")
     for key in shocks.files:
@@ -65,13 +65,13 @@ def further_records(folder: Path) -> Iterator[Record]:
         _refuse_other_numbers(path, "acceleration", acceleration * G)
         yield Record("text", path.name, "acceleration", acceleration * G, (len(time) - 1) / (time[-1] - time[0]))
     for path in sorted(folder.glob("*.lvm")):
-        for name, samples in _lvm_table(path).items():
+        for name, samples in lvm_columns(path).items():
             if name.startswith("Acceleration") and samples.size > 1000:
                 _refuse_other_numbers(path, name, samples)
                 yield Record("LabVIEW", f"{path.name}/{name}", "acceleration", samples, 51200.0)
 
 
-def _lvm_table(path: Path) -> dict[str, Floats]:
+def lvm_columns(path: Path) -> dict[str, Floats]:
     """Columns of a LabVIEW file of one segment, by name."""
     lines = path.read_text(encoding="latin-1").splitlines()
     head = max(i for i, line in enumerate(lines) if line.startswith("***End_of_Header***")) + 1
