@@ -40,7 +40,8 @@ class Motion:
 
 
 def motion_of(channel: Channel, contacts: tuple[Contact, ...]) -> Motion | None:
-    """The motion that an acceleration tells; None of other quantities, of what moves on purpose, and of a constant."""
+    """The motion that an acceleration tells; None of other quantities, of what moves on purpose, of a constant, and
+    without a rest before the shock."""
     return channel.once(("motion", contacts), lambda: _motion_of(channel, contacts))
 
 
@@ -52,7 +53,9 @@ def _motion_of(channel: Channel, contacts: tuple[Contact, ...]) -> Motion | None
     if span is None:
         return None
     before = rest_before(x, span)
-    level, error = block_mean(before) if before.size else (0.0, 0.0)
+    if before.size == 0:
+        return None  # an offset of the sensor integrates to any velocity
+    level, error = block_mean(before)
     length = -(-(x.size - span.first) // BLOCKS)
     count = (x.size - span.first) // length
     blocks = x[span.first : span.first + count * length].reshape(count, length)

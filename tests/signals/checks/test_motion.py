@@ -84,3 +84,10 @@ def test_ringing_at_the_end_is_told_with_its_share(channel_of, decay, told):
 
 def test_noise_that_swings_before_the_shock_is_no_ringing(channel_of):
     assert check_truncation(channel_of(half_sine(noise=0.05 * HEIGHT), "acceleration", RATE), ()) == []
+
+
+def test_without_a_rest_before_the_shock_nothing_is_said(channel_of):
+    """A sensor's own offset integrates to any velocity, and nobody knows it there."""
+    x = half_sine()[ONSET:] + 0.04 * HEIGHT
+    channel = channel_of(x, "acceleration", RATE)
+    assert check_velocity(channel, ()) == [] == check_displacement(channel, ())
