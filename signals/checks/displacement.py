@@ -14,10 +14,11 @@ LIMIT = 1.1
 
 
 def check_displacement(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
-    """At most one `warning`, of an acceleration that is not of what moves on purpose: its displacement passes (largest
+    """At most one finding, of an acceleration that is not of what moves on purpose: its displacement passes (largest
     velocity of the shock) x (time since its begin).
 
-    It sees slow baseline wander that comes back to zero velocity, which the velocity check does not.
+    It sees slow baseline wander that comes back to zero velocity, which the velocity check does not. A `note` where an
+    offset below 0.5 % of the peak would take it as far, else a `warning`.
     """
     motion = motion_of(channel, contacts)
     if motion is None:
@@ -36,4 +37,6 @@ def check_displacement(channel: Channel, contacts: tuple[Contact, ...]) -> list[
         f"integrates to {farthest_m * 1e3:.3g} mm, where {motion.shock_velocity_m_s:.3g} m/s kept to the end would "
         f"give {reach_m * 1e3:.3g} mm: the baseline wanders; high-pass the record, or use only lines far above it"
     )
-    return [Finding("displacement", "warning", message, channel.name, evidence)]
+    return [
+        Finding("displacement", motion.severity(2.0 * farthest_m / motion.lasts_s**2), message, channel.name, evidence)
+    ]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..channel import Channel, on_impactor
-from .base import Contact
+from .base import Contact, Severity
 from .levels import finite_samples, shock_span
 from .rest import block_mean, rest_before
 
@@ -16,6 +16,9 @@ from .rest import block_mean, rest_before
 MIN_ERRORS = 5.0
 
 
+#: A constant offset of this share of the peak spoils a spectrum's slow lines (the check of zero shifts tells why); what
+#: integrates to less is worth a note.
+DOUBTFUL_SHARE = 0.005
 #: A longer record is integrated in so many blocks: what swings within one carries little velocity.
 BLOCKS = 65536
 
@@ -33,6 +36,11 @@ class Motion:
     block_s: float
     shock_velocity_m_s: float
     drift_m_s2: float
+    peak_m_s2: float
+
+    def severity(self, offset_m_s2: float) -> Severity:
+        """Of a finding that a constant offset of this size would explain."""
+        return "warning" if abs(offset_m_s2) >= DOUBTFUL_SHARE * self.peak_m_s2 else "note"
 
     @property
     def lasts_s(self) -> float:
@@ -67,4 +75,5 @@ def _motion_of(channel: Channel, contacts: tuple[Contact, ...]) -> Motion | None
         block_s=length * channel.period_s,
         shock_velocity_m_s=float(np.abs(in_shock).max()),
         drift_m_s2=MIN_ERRORS * error,
+        peak_m_s2=span.peak,
     )

@@ -15,8 +15,11 @@ LIMIT = 1.5
 
 
 def check_velocity(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
-    """At most one `warning`, of an acceleration that is not of what moves on purpose: its final velocity passes 1.5
-    times the largest while the shock lasts, by more than noise in the level before the shock explains."""
+    """At most one finding, of an acceleration that is not of what moves on purpose: its final velocity passes 1.5 times
+    the largest while the shock lasts, by more than noise in the level before the shock explains.
+
+    A `note` where an offset below 0.5 % of the peak would do that, else a `warning`.
+    """
     motion = motion_of(channel, contacts)
     if motion is None or (shock_m_s := motion.shock_velocity_m_s) == 0.0:
         return []
@@ -34,4 +37,4 @@ def check_velocity(channel: Channel, contacts: tuple[Contact, ...]) -> list[Find
         f"integrates to {final_m_s:.3g} m/s at the end, after {shock_m_s:.3g} m/s in the shock: an offset, unless "
         "something pushed on; do not trust lines of a spectrum at which the pseudo-velocity is of that size"
     )
-    return [Finding("velocity", "warning", message, channel.name, evidence)]
+    return [Finding("velocity", motion.severity(final_m_s / motion.lasts_s), message, channel.name, evidence)]

@@ -91,3 +91,12 @@ def test_without_a_rest_before_the_shock_nothing_is_said(channel_of):
     x = half_sine()[ONSET:] + 0.04 * HEIGHT
     channel = channel_of(x, "acceleration", RATE)
     assert check_velocity(channel, ()) == [] == check_displacement(channel, ())
+
+
+@pytest.mark.parametrize(("share", "severity"), [(0.002, "note"), (0.02, "warning")])
+def test_offset_that_spoils_no_spectrum_is_a_note(channel_of, share, severity):
+    x = half_sine(400_000)
+    x[ONSET:] += share * HEIGHT
+    for check in (check_velocity, check_displacement):
+        (finding,) = check(channel_of(x, "acceleration", RATE), ())
+        assert finding.severity == severity
