@@ -32,9 +32,9 @@ G = 9.80665
 def judge(record: Labelled) -> tuple[str, tuple[str, ...]]:
     """The verdict, and the checks that said it."""
     channels = [_channel(signal, record.rate_hz) for signal in record.signals]
-    found = [f for f in judged(channels, hits_of(channels, ExtractionSettings(), None)) if f.severity != "note"]
-    worst = max((f.severity for f in found), key=VERDICTS.index, default="ok")
-    return worst, tuple(sorted({f.check for f in found if f.severity == worst}))
+    findings = [f for f in judged(channels, hits_of(channels, ExtractionSettings(), None)) if f.severity != "note"]
+    worst = max((f.severity for f in findings), key=VERDICTS.index, default="ok")
+    return worst, tuple(sorted({f.check for f in findings if f.severity == worst}))
 
 
 def _channel(signal: Signal, rate_hz: float) -> Channel:

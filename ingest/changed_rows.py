@@ -76,22 +76,22 @@ def refuse_changed_rows(
     """Raise `IngestError` for a row that is in the store with other values, or from another recording."""
     for row in rows:
         where = f"{row.place}: run {row.run}, repetition {row.repetition}"
-        known = known_rows.get((row.run, row.repetition))
-        if known is None:
+        stored = known_rows.get((row.run, row.repetition))
+        if stored is None:
             path = row.recording or ""
             if path in recordings and recordings[path].status == STORED:
                 raise IngestError(
                     f"{where}: {path} is in the store already, without this row; give it back its rows, "
                     f"{way_out(file.name, path)}"
                 )
-        elif known.recording != row.recording:
-            source = known.recording or "a row without recording"
+        elif stored.recording != row.recording:
+            source = stored.recording or "a row without recording"
             replace = (
-                "" if None in (known.recording, row.recording) else f", {way_out(file.name, source, row.recording)}"
+                "" if None in (stored.recording, row.recording) else f", {way_out(file.name, source, row.recording)}"
             )
             raise IngestError(f"{where} is in the store from {source}; give this one a number of its own{replace}")
-        elif changes := differences.changes(session, row, known):
-            replace = "" if known.recording is None else f", {way_out(file.name, known.recording)}"
+        elif changes := differences.changes(session, row, stored):
+            replace = "" if stored.recording is None else f", {way_out(file.name, stored.recording)}"
             raise IngestError(
                 f"{where} is in the store with other factors, velocity or bullet: {'; '.join(changes)}; "
                 f"restore the stored values, or give the corrected run a number of its own{replace}"

@@ -83,7 +83,7 @@ def _parts_of_contacts(hits: Hits, sampling_rate_hz: float) -> tuple[tuple[float
 
 def _measured(channels: Sequence[Channel], begin_s: float, end_s: float) -> ImpactFigures:
     """Figures of one part of the record by channel."""
-    found = {}
+    figures_by_channel = {}
     for channel in channels:
         first = 0 if begin_s == -inf else max(0, ceil((begin_s - channel.start_s) * channel.sampling_rate_hz))
         stop = channel.recorded.size
@@ -92,5 +92,5 @@ def _measured(channels: Sequence[Channel], begin_s: float, end_s: float) -> Impa
         start_s = channel.start_s + first * channel.period_s
         figures = shock_figures(channel.si[first:stop], channel.sampling_rate_hz, start_s)
         if figures is not None:
-            found[channel.name] = figures
-    return found
+            figures_by_channel[channel.name] = figures
+    return figures_by_channel

@@ -54,11 +54,11 @@ def _minority(session: Session, campaign: str) -> tuple[dict[Place, str], set[Pl
     )
     channels: dict[int, int] = dict(iter(session.execute(forces.order_by(RecordedChannel.id.desc()))))
     columns = (QualityFinding.recording_id, QualityFinding.channel_id, QualityFinding.check)
-    told = select(*columns).join(Recording, QualityFinding.recording_id == Recording.id)
-    told = told.join(Campaign, Recording.campaign_id == Campaign.id).where(
+    query = select(*columns).join(Recording, QualityFinding.recording_id == Recording.id)
+    query = query.join(Campaign, Recording.campaign_id == Campaign.id).where(
         Campaign.name == campaign, QualityFinding.check.in_((NEGATIVE, OTHER_SIGN))
     )
-    findings = session.execute(told).all()
+    findings = session.execute(query).all()
     negative = {recording for recording, _, check in findings if check == NEGATIVE} & channels.keys()
     positive = channels.keys() - negative
     minority, sign, others = negative, "negative", len(positive)

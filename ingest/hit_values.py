@@ -28,10 +28,10 @@ def impact_values(row: RunRow, hit: Hit, done: ProcessedRecording | None) -> dic
 
 def hit_velocity(row: RunRow, hit: Hit, done: ProcessedRecording) -> float | None:
     """The impact velocity by whatever tells it first: the row, the impactor's acceleration, the shot (m/s)."""
-    told = impact_values(row, hit, done).get("impact_velocity_m_s")
+    velocity = impact_values(row, hit, done).get("impact_velocity_m_s")
     shot = done.shot.velocity_m_s if done.shot else None
-    found = told if isinstance(told, float) else row.measured_velocity_m_s or shot
-    return None if found is None else float(found)
+    best = velocity if isinstance(velocity, float) else row.measured_velocity_m_s or shot
+    return None if best is None else float(best)
 
 
 def shot_values(row: RunRow, done: ProcessedRecording | None) -> dict[str, object]:

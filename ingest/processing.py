@@ -192,12 +192,12 @@ def _check_unit(file: str, sensor: Sensor, written: str | None) -> None:
     except UnitError:
         return
     try:
-        found = to_si(written, quantity)
+        written_unit = to_si(written, quantity)
     except UnitError as error:
         if "unknown" in str(error) or "unreadable" in str(error):
             return  # a spelling that nobody knows contradicts nothing
-        found = None
-    if found is None or not np.allclose(found, declared, rtol=1e-6, atol=0):
+        written_unit = None
+    if written_unit is None or not np.allclose(written_unit, declared, rtol=1e-6, atol=0):
         raise RecordingError(
             f"{file}: channel {sensor.name!r} is in {written!r} by the file, in {expected_unit!r} by campaign.toml"
         )
@@ -231,8 +231,8 @@ def hits_of(channels: list[Channel], settings: ExtractionSettings, expected: int
 def judged(channels: list[Channel], hits: Hits) -> list[Finding]:
     """What the checks find on the channels of one recording and in its pulses, each event once."""
     contacts = tuple(pulse.contact for pulse in hits.pulses)
-    found = [finding for channel in channels for finding in run_checks(channel, contacts)]
-    return judge_together(channels, found + _pulse_findings(channels, hits))
+    findings = [finding for channel in channels for finding in run_checks(channel, contacts)]
+    return judge_together(channels, findings + _pulse_findings(channels, hits))
 
 
 def _pulse_findings(channels: list[Channel], hits: Hits) -> list[Finding]:
@@ -243,13 +243,13 @@ def _pulse_findings(channels: list[Channel], hits: Hits) -> list[Finding]:
         return []
     if not hits.pulses:
         return [Finding("no-contact", "reject", "no contact rises above the noise of the force", name)]
-    found = hits_without_row(hits, name) + check_force_sign(hits.pulses, name)
+    findings = hits_without_row(hits, name) + check_force_sign(hits.pulses, name)
     for i, pulse in enumerate(hits.pulses):
-        found += touches_before(pulse, i, name)
+        findings += touches_before(pulse, i, name)
         if pulse.truncated:
             message = "the record begins or ends inside the contact"
-            found.append(Finding("truncated-contact", "reject", message, name, {"start_s": pulse.start_s}, i))
+            findings.append(Finding("truncated-contact", "reject", message, name, {"start_s": pulse.start_s}, i))
         if pulse.threshold_raised:
             message = "noise lies above the extraction's threshold, which was raised: the contact is cut short"
-            found.append(Finding("threshold-raised", "note", message, name, {"start_s": pulse.start_s}, i))
-    return found
+            findings.append(Finding("threshold-raised", "note", message, name, {"start_s": pulse.start_s}, i))
+    return findings

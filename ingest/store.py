@@ -233,19 +233,19 @@ class CampaignStore:
     ) -> list[Finding]:
         """What mass, velocity and tip of the rows say against the pulses, and recordings of the same samples."""
         name = next((s.channel.name for s in done.series if s.channel.quantity == "force"), next(iter(channels)))
-        found = [check_same_samples(recordings_alike(session, recording), name)]
+        findings = [check_same_samples(recordings_alike(session, recording), name)]
         for hit in hits:
             if hit.pulse is not None:
                 mass_kg = self._file.hammer.mass_kg if self._file.hammer else hit.row.number("bullet_mass")
                 velocity = hit_velocity(hit.row, hit, done)
-                found.append(check_tip(hit.row.number("tip_radius"), hit.pulse, name))
+                findings.append(check_tip(hit.row.number("tip_radius"), hit.pulse, name))
                 if mass_kg is not None and velocity is not None:
                     pulse, held = done.pulses[hit.pulse], self._file.hammer is not None
                     plate = self._plate_mass_kg
-                    found.append(
+                    findings.append(
                         check_impulse(pulse, mass_kg, velocity, hit.pulse, name, held=held, plate_mass_kg=plate)
                     )
-        return [finding for finding in found if finding is not None]
+        return [finding for finding in findings if finding is not None]
 
     def _add_channels(self, session: Session, recording: int, done: ProcessedRecording) -> dict[str, int]:
         """Channels with their series; their keys by name."""
@@ -308,8 +308,8 @@ class CampaignStore:
             return {}
         self._store.add_rows(session, Impact, rows)
         origin = {name: rows[0][name] for name in ("campaign_id", "recording_id")}
-        found = session.execute(select(Impact.run, Impact.repetition, Impact.id).filter_by(**origin))
-        return {(run, repetition): key for run, repetition, key in found}
+        stored = session.execute(select(Impact.run, Impact.repetition, Impact.id).filter_by(**origin))
+        return {(run, repetition): key for run, repetition, key in stored}
 
     def _has_impact(self, hit: Hit, done: ProcessedRecording | None) -> bool:
         """Whether a hit is an impact; a shot that met no force channel is none."""

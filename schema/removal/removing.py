@@ -128,8 +128,8 @@ def _reopened(session: Session, planned: Sequence[int]) -> list[dict[str, Any]]:
         run = session.get_one(PlannedRun, key)
         plan = session.get_one(Plan, run.plan_id)
         table = Shot if plan.kind == "gun" else Impact
-        left = session.scalar(select(func.count()).where(table.planned_run_id == key)) or 0
-        if run.status == "done" and left < run.repetitions:
+        recorded = session.scalar(select(func.count()).where(table.planned_run_id == key)) or 0
+        if run.status == "done" and recorded < run.repetitions:
             run.status = "planned"
             reopened.append({"plan": plan.name, "run": run.run})
     return reopened

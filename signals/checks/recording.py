@@ -64,10 +64,10 @@ def _softened(finding: Finding, louder: str | None) -> Finding:
 
 def _louder(channel: Channel, channels: Sequence[Channel]) -> str | None:
     """The other axis of the same sensor that saw ten times as much; None where there is none."""
-    mine = _peak(channel)
+    own_peak = _peak(channel)
     beside = [c for c in channels if c is not channel and _same_sensor(c, channel)]
     loudest = max(beside, key=_peak, default=None)
-    return None if loudest is None or mine > QUIET_SHARE * _peak(loudest) else loudest.name
+    return None if loudest is None or own_peak > QUIET_SHARE * _peak(loudest) else loudest.name
 
 
 def _same_sensor(one: Channel, other: Channel) -> bool:

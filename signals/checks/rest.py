@@ -32,8 +32,8 @@ def _climbs(x: NDArray[np.float64]) -> bool:
     means = block_means(x)
     at = np.arange(BLOCKS) - (BLOCKS - 1) / 2
     slope = float(at @ means) / float(at @ at)
-    left = means - means.mean() - slope * at
-    return abs(slope) > MIN_SLOPE_ERRORS * float(np.sqrt(left @ left / (BLOCKS - 2) / (at @ at)))
+    residuals = means - means.mean() - slope * at
+    return abs(slope) > MIN_SLOPE_ERRORS * float(np.sqrt(residuals @ residuals / (BLOCKS - 2) / (at @ at)))
 
 
 def rest_after(x: NDArray[np.float64], span: Span) -> NDArray[np.float64]:
