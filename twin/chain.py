@@ -13,7 +13,7 @@ from .bands import Band, Quantity, stratified_normals
 from .launch import GunStage
 from .plate.response import PlateResponse
 from .plates import PlateStage
-from .prediction import Prediction
+from .prediction import Prediction, RestsOn
 from .sampling import MeasuredForce, sampled
 from .sensors.chain import SensorChain
 from .sensors.seen import seen_pulses
@@ -176,6 +176,8 @@ class Twin:
             spectra_m_s2={name: Band.of(spectra[:, i]) for i, name in enumerate(self.sensor_names)},
             models=self.models if measured is None else {**self.models, "gun": "none", "contact": "measured force"},
             outside=() if measured is not None else self.contact.outside(nominal)[0],
+            extrapolation=(),
+            rests_on=RestsOn(0, self.contact.label, ""),
         )
 
     def _luck(self, count: int, rng: np.random.Generator) -> tuple[Floats, _Members]:

@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
 
 from .bands import Band, Floats, Quantity
 from .setting import Setting
-from .strikes import Outside
+from .strikes import Extrapolation, Outside
+
+
+@dataclass(frozen=True)
+class RestsOn:
+    """What stands behind the bands: how many measured shots the contact has learned from, and the model or law.
+
+    `sentence` says it in one plain line for a person.
+    """
+
+    shots: int
+    model: str
+    sentence: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,7 +31,8 @@ class Prediction:
 
     `force_n` is over equal phases of the contact, `time_s` (p,) those phases of the mean contact. `spectra_m_s2` and
     the rows of `accelerations_m_s2` (d, sensors, n), from the beginning of contact on, go with `sensors`: none for a
-    twin without a plate. `models` says for each stage what answered, `outside` where it was asked beyond its domain.
+    twin without a plate. `models` says for each stage what answered, `outside` where it was asked beyond its domain,
+    `extrapolation` which quantities lie beyond what was recorded.
     """
 
     setting: Setting
@@ -38,6 +51,8 @@ class Prediction:
     spectra_m_s2: Mapping[str, Band]
     models: Mapping[str, str]
     outside: tuple[Outside, ...]
+    extrapolation: tuple[Extrapolation, ...]
+    rests_on: RestsOn
 
     def acceleration(self, sensor: str, until_s: float = 0.01) -> tuple[Floats, Band]:
         """Time (n,) and the band of one sensor's acceleration (m/s2), made when asked for. `LookupError` as `index`."""
@@ -65,6 +80,8 @@ class Prediction:
             "srs": self._srs_json(),
             "models": dict(self.models),
             "outside_domain": [{"predictor": o.predictor, "value": o.value, "range": o.range} for o in self.outside],
+            "extrapolation": [asdict(each) for each in self.extrapolation],
+            "rests_on": asdict(self.rests_on),
         }
 
     def _acceleration_json(self, sensor: str) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from .materials import Material
 
 INSULATORS = ("none", "polymeric")
+BOUNDARY_CONDITIONS = ("free", "fixed")
 
 
 @dataclass(frozen=True)
@@ -29,6 +30,7 @@ class Setting:
     anvil: Material | None = None
     insulator: str = "none"
     impact_position: str = "#1"
+    boundary_conditions: str = "free"
 
     def __post_init__(self) -> None:
         for name in ("impactor_mass_kg", "tip_radius_m", "plate_thickness_m", "plate_mass_kg"):
@@ -41,6 +43,10 @@ class Setting:
             _positive("impact_velocity_m_s", self.impact_velocity_m_s)
         if self.insulator not in INSULATORS:
             raise ValueError(f"insulator = {self.insulator!r}: expected one of {', '.join(INSULATORS)}")
+        if self.boundary_conditions not in BOUNDARY_CONDITIONS:
+            raise ValueError(
+                f"boundary_conditions = {self.boundary_conditions!r}: expected one of {', '.join(BOUNDARY_CONDITIONS)}"
+            )
         if self.insulator != "none" and self.anvil is None:
             raise ValueError(f"insulator = {self.insulator!r} without an anvil: expected an anvil, on which it lies")
 

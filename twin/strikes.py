@@ -34,6 +34,16 @@ class Outside:
     range: str
 
 
+@dataclass(frozen=True)
+class Extrapolation:
+    """A quantity that is asked for beyond what was recorded: the value asked, and the range of what was learned, SI."""
+
+    quantity: str
+    asked: float
+    low: float
+    high: float
+
+
 @dataclass(frozen=True, eq=False)
 class Pulses:
     """Force on the target of n impacts: `force_n` (n, p) at equidistant phases of the contact, both ends 0.
