@@ -155,20 +155,15 @@ class Learned:
         explained = np.einsum("fmn,fmn->mf", shared @ self.precision, shared)
         return np.maximum(own - explained, 0.0)
 
-    def left_out(self, groups: NDArray[np.intp]) -> tuple[Floats, Floats]:
-        """Errors and their stated deviations (n, f), dB, at shots of a group (n,) predicted from all other groups.
+    def left_out(self) -> tuple[Floats, Floats]:
+        """Errors and their stated deviations (n, f), dB, where every shot is predicted from all others.
 
-        In closed form: of the block of a group in the precision, its inverse is the covariance of the errors, and its
-        inverse times the weights are the errors (Rasmussen and Williams, eq. 5.12 for groups of one).
+        In closed form: of the diagonal of a precision, the inverse is the variance of the error, and times the weight
+        the error itself (Rasmussen and Williams, eq. 5.12).
         """
-        errors, variances = np.empty_like(self.weights), np.empty_like(self.weights)
-        for group in np.unique(groups):
-            rows = np.flatnonzero(groups == group)
-            block = np.linalg.inv(self.precision[:, rows[:, None], rows])
-            errors[rows] = np.einsum("fnm,mf->nf", block, self.weights[rows])
-            variances[rows] = np.einsum("fnn->nf", block)
-        patterns, scales = self.prior.patterns, self.prior.scales
-        return errors @ patterns.T * scales, np.sqrt(variances @ (patterns**2).T) * scales
+        variances = 1 / np.einsum("fnn->nf", self.precision)
+        errors = (self.weights * variances) @ self.prior.patterns.T * self.prior.scales
+        return errors, np.sqrt(variances @ (self.prior.patterns**2).T) * self.prior.scales
 
     def covariance_db2(self, setting: Setting) -> Floats:
         """(f, f) of a further shot at a setting, its own scatter included."""

@@ -30,24 +30,28 @@ class Coordinates:
     """Settings as the kernels take them: logarithms (n, 3) of drive, mass and tip radius, and `words` (n, 6).
 
     The drive is the tank's pressure, or the velocity where that is set. The words are plate, position, tip, anvil,
-    insulator and boundary conditions.
+    insulator and boundary conditions. `shots` (n,) says of how many shots a row is the mean.
     """
 
     logs: Floats
     words: NDArray[np.str_]
+    shots: Floats
 
     @classmethod
     def of(cls, settings: Sequence[Setting]) -> Coordinates:
         numbers = [(s.impact_velocity_m_s or s.tank_pressure_pa, s.impactor_mass_kg, s.tip_radius_m) for s in settings]
         logs = np.log(np.maximum(np.array(numbers, dtype=np.float64), 1e-9))
-        return cls(logs, np.array([_words(s) for s in settings]))
+        return cls(logs, np.array([_words(s) for s in settings]), np.ones(len(settings)))
 
     def __len__(self) -> int:
         return len(self.logs)
 
-    def take(self, rows: NDArray[np.intp]) -> Coordinates:
-        """Some of the settings, by their rows."""
-        return Coordinates(self.logs[rows], self.words[rows])
+    def means(self, groups: NDArray[np.intp]) -> Coordinates:
+        """Of the settings of each group (n,), in rising order; a group's words are those of its first setting."""
+        _, first, which, count = np.unique(groups, return_index=True, return_inverse=True, return_counts=True)
+        logs = np.zeros((count.size, self.logs.shape[1]))
+        np.add.at(logs, which, self.logs)
+        return Coordinates(logs / count[:, None], self.words[first], count.astype(np.float64))
 
 
 def _words(setting: Setting) -> tuple[str, ...]:
@@ -84,10 +88,13 @@ SameContact = SameWords((TIP, ANVIL, INSULATOR))
 
 
 class EachShot:
-    """Each shot for itself, repeats of one setting too: given another object, no shot is the same."""
+    """Each shot for itself, repeats of one setting too: given another object, no shot is the same.
+
+    A mean of shots has so much less of it.
+    """
 
     def __call__(self, first: Coordinates, second: Coordinates) -> Floats:
-        return np.eye(len(first)) if first is second else np.zeros((len(first), len(second)))
+        return np.diag(1 / first.shots) if first is second else np.zeros((len(first), len(second)))
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.twin.tune.discrepancy import TERMS, Discrepancy, covariance
+from pyroshock.twin.tune.discrepancy import TERMS, Discrepancy, Learned, covariance
 from pyroshock.twin.tune.kernels import Coordinates
 from pyroshock.twin.tune.likelihood import fitted
 from scipy.stats import multivariate_normal
@@ -91,13 +91,25 @@ def test_spread_of_the_model_widens_the_prior_and_leaves_with_the_first_shot():
 
 def test_shots_left_out_are_predicted_as_if_they_had_not_been_fired():
     """By the closed form, and by conditioning on the others alone."""
-    settings, groups = [*some(5), *some(2)], np.array([0, 1, 2, 3, 4, 0, 1])
+    settings = some(5)
     residual = planted(settings)
-    errors, deviations = Discrepancy(LINES).after(settings, residual).left_out(groups)
-    others = np.flatnonzero(groups != 1)
-    learned = Discrepancy(LINES).after([settings[i] for i in others], residual[others])
-    assert errors[1] == pytest.approx(residual[1] - learned.mean_db([settings[1]])[0], abs=1e-6)
-    assert deviations[1] ** 2 == pytest.approx(np.diag(learned.covariance_db2(settings[1])), rel=1e-6)
+    errors, deviations = Discrepancy(LINES).after(settings, residual).left_out()
+    for row, new in enumerate(settings):
+        others = [i for i in range(5) if i != row]
+        learned = Discrepancy(LINES).after([settings[i] for i in others], residual[others])
+        assert errors[row] == pytest.approx(residual[row] - learned.mean_db([new])[0], abs=1e-6)
+        assert deviations[row] ** 2 == pytest.approx(np.diag(learned.covariance_db2(new)), rel=1e-6)
+
+
+def test_the_mean_of_repeats_teaches_what_the_repeats_do():
+    first, second, new = some(3)
+    settings, groups = [first, second, first, first], np.array([4, 7, 4, 4])
+    residual = planted(settings)
+    alone = Discrepancy(LINES).after(settings, residual)
+    means = np.array([residual[groups == 4].mean(axis=0), residual[1]])
+    together = Learned.of(Discrepancy(LINES), Coordinates.of(settings).means(groups), means)
+    assert together.mean_db([new]) == pytest.approx(alone.mean_db([new]), abs=1e-5)
+    assert together.covariance_db2(new) == pytest.approx(alone.covariance_db2(new), abs=1e-5)
 
 
 def test_draws_have_the_stated_covariance():
