@@ -11,6 +11,7 @@ from ...doe.limits.bench import BenchLimits, read_limits
 from ...doe.space import Space
 from ...schema.session import Store
 from ...twin.srs.target import Target
+from ...twin.tune.attainability import AT_LEAST
 from ...twin.tune.goal import Goal
 from ...twin.tune.space import Amount, TuningSpace
 from ...twin.tune.tuner import Measured, Tuned, tune
@@ -23,7 +24,10 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True, eq=False)
 class Ask:
-    """What a user asks: a spectrum, of which twin, with what the lab owns, learning from which campaigns."""
+    """What a user asks: a spectrum, of which twin, with what the lab owns, learning from which campaigns.
+
+    A setting meets the target from a probability of `at_least` on.
+    """
 
     target: Target
     request: TwinRequest
@@ -34,6 +38,7 @@ class Ask:
     share: float = 1.0
     extrapolate: bool = False
     seed: int = 0
+    at_least: float = AT_LEAST
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +64,7 @@ class TuningSession:
             refusals=bench_refusals(self.built.twin, self.limits),
             outside=outside_of(self.built.twin),
             extrapolate=self.ask.extrapolate,
+            at_least=self.ask.at_least,
             progress=progress,
         )
 

@@ -98,6 +98,11 @@ class Discrepancy:
         terms = tuple(replace(t, sd_db=float(np.sqrt(t.sd_db**2 + extra.get(t.name, 0.0)))) for t in self.terms)
         return replace(self, terms=terms)
 
+    def shot_covariance_db2(self) -> Floats:
+        """(f, f) of what one shot has for itself: what remains when all that shots share is learned."""
+        parts = (t.sd_db**2 * t.of_lines(self.octaves) for t in self.terms if isinstance(t.of_settings, EachShot))
+        return np.asarray(sum(parts, np.zeros((self.frequency_hz.size, self.frequency_hz.size))))
+
     def after(self, settings: Sequence[Setting], residual_db: Floats) -> Learned:
         """Conditioned on measured - predicted levels (n, f) of n shots at their settings; none is fine."""
         return Learned.of(self, Coordinates.of(settings) if len(settings) else None, residual_db)
