@@ -19,8 +19,10 @@ from ...twin.materials import THESIS, Material
 from ...twin.plates import PlateSpread, PlateStage
 from ...twin.sensors.chain import SensorChain
 from ...twin.setting import Setting
+from ...twin.spectrum_calibration import SpectrumCalibration
 from ..models.training import registry_of
 from .benches import Bench, PlateDrawing, Point, bench_of_campaign, bench_of_file, shipped_bench, with_modes
+from .measured_shots import no_shots, read_measured_shots, struck_plate
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -29,8 +31,9 @@ if TYPE_CHECKING:
     from ...training.records import Version
     from ...training.registry.registry import Registry
     from ...twin.gun.calibration import VelocityCalibration
+    from ...twin.measured_shots import MeasuredShots
     from ...twin.plate.modal import ModalPlate
-    from ...twin.strikes import ContactStage
+    from ...twin.strikes import ContactStage, Floats
 
 #: Without a model: hann and hunt-crossley are nearer to a hammer's pulses (thesis, Tables 5.2 and 5.3), but the
 #: restitution that they take after Zener is far below what he solved for a bullet on 10 mm: it has to be clipped.
@@ -47,7 +50,8 @@ _ENOUGH_SHOTS, THESIS_VELOCITY_SPREAD = 5, 0.046
 class TwinRequest:
     """What a user asks of a twin; what is None or empty is the store's, else the shipped bench's.
 
-    `adopted`: effects that diagnoses have left to the campaign's bench act, too.
+    `adopted`: effects that diagnoses have left to the campaign's bench act, too. `learn`: the campaign's measured shots
+    teach every stage, but for those of `without_configurations` (keys of the store), which the twin has then not seen.
     """
 
     campaign: str | None = None
@@ -61,17 +65,23 @@ class TwinRequest:
     q: float = 10.0
     frequency_hz: tuple[float, ...] = ()
     adopted: bool = True
+    learn: bool = True
+    without_configurations: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True, eq=False)
 class BuiltTwin:
-    """A twin, and what settings for it are made of. `notes` are for the user: what was assumed."""
+    """A twin, and what settings for it are made of. `notes` are for the user: what was assumed.
+
+    `shots` are those that the twin has learned spectra from.
+    """
 
     twin: Twin
     bench: Bench
     plate: Material
     materials: Mapping[str, Material]
     notes: tuple[str, ...] = field(default=())
+    shots: MeasuredShots | None = None
 
     def material(self, name: str) -> Material:
         """By name or alias. Raises `LookupError` naming those there are."""
@@ -105,6 +115,7 @@ def _material_named(materials: Mapping[str, Material], name: str) -> Material:
 def _built(
     session: Session | None, bench: Bench, materials: Mapping[str, Material], db: str, request: TwinRequest
 ) -> BuiltTwin:
+    recorded = bench
     if request.bench is not None:
         bench = bench_of_file(request.bench, bench)
     if request.modes is not None:
@@ -112,19 +123,66 @@ def _built(
     plate = _material_named(materials, request.plate or bench.plate_material)
     adopted, adopted_notes = _adopted(session, bench, request)
     request = replace(request, effects=(*request.effects, *(e for e in adopted if e.stage() != "contact")))
+    plates, plate_note = _plates(bench, plate, db, request)
+    shots = _shots(session, recorded, materials, plates.sensors, request)
     gun, shots_note = _gun(session, bench, request)
     contact, contact_note = _contact(session, db, request, tuple(e for e in adopted if e.stage() == "contact"))
-    plates, plate_note = _plates(bench, plate, db, request)
     twin = Twin(
         contact=contact,
         gun=gun,
         plate=plates,
         sensors=SensorChain.of(_of_stage(request, "sensor")),
-        frequency_hz=np.array(request.frequency_hz) if request.frequency_hz else default_lines(),
+        frequency_hz=_lines(request),
         q=request.q,
     )
-    notes = tuple(note for note in (*adopted_notes, shots_note, contact_note, plate_note) if note)
-    return BuiltTwin(twin, bench, plate, materials, notes)
+    of_plate = shots if (bench.drawing, bench.modes) == (recorded.drawing, recorded.modes) else shots.take([])
+    twin, spectra_note = _calibrated(twin, bench, of_plate, materials, db, request)
+    notes = tuple(note for note in (*adopted_notes, shots_note, contact_note, plate_note, spectra_note) if note)
+    return BuiltTwin(twin, bench, plate, materials, notes, of_plate)
+
+
+def _lines(request: TwinRequest) -> Floats:
+    return np.array(request.frequency_hz) if request.frequency_hz else default_lines()
+
+
+def _shots(
+    session: Session | None,
+    bench: Bench,
+    materials: Mapping[str, Material],
+    sensors: tuple[str, ...],
+    request: TwinRequest,
+) -> MeasuredShots:
+    """Of the campaign whose bench is taken; none where nothing is to be learned."""
+    lines = _lines(request)
+    if session is None or bench.campaign is None or not request.learn:
+        return no_shots(sensors, lines, request.q)
+    shots, _ = read_measured_shots(
+        session,
+        bench.campaign,
+        frequency_hz=lines,
+        q=request.q,
+        sensors=sensors,
+        material=lambda name: _material_named(materials, name),
+        plate=struck_plate(bench),
+    )
+    return shots.without(sorted(request.without_configurations))
+
+
+def _calibrated(
+    twin: Twin, bench: Bench, shots: MeasuredShots, materials: Mapping[str, Material], db: str, request: TwinRequest
+) -> tuple[Twin, str]:
+    """With what shots teach of spectra, on every plate that they hit; of a plate whose modes were measured, and that
+    no shots are of, the spread of the plate's ensemble says enough."""
+    if not twin.sensor_names or not (len(shots) or bench.modes is None):
+        return twin, ""
+    if bench.modes is None:
+        others = {setting.plate.name for setting in shots.settings} - set(twin.plate.plates)
+        more = {name: _drawn_plate(bench, materials[name.lower()], db, request) for name in sorted(others)}
+        twin = replace(twin, plate=replace(twin.plate, plates={**twin.plate.plates, **more}))
+    if not len(shots):
+        return replace(twin, calibration=SpectrumCalibration.untaught(twin.sensor_names, twin.frequency_hz)), ""
+    calibration = SpectrumCalibration.of(shots, twin.replayed_db(shots))
+    return replace(twin, calibration=calibration), f"spectra: learned from {calibration.shots} measured shots"
 
 
 def _adopted(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
@@ -256,10 +314,14 @@ def _plates(bench: Bench, material: Material, db: str, request: TwinRequest) -> 
         spread = PlateSpread(frequency=0.002, damping=0.2)
         return PlateStage({material.name: bench.modes}, effects, spread, bench.modes_source), ""
     drawing = bench.drawing.at(request.impact_points, request.sensors)
-    lines = request.frequency_hz or tuple(default_lines().tolist())
-    highest = min(MODES_OVER_LINES * max(lines), MAX_MODE_HZ)
-    plate = solved(drawing, material, highest, plates_folder(db))
+    plate = _drawn_plate(bench, material, db, request)
     return PlateStage({material.name: plate}, effects, label=f"finite elements ({drawing.source})"), _of(drawing)
+
+
+def _drawn_plate(bench: Bench, material: Material, db: str, request: TwinRequest) -> ModalPlate:
+    drawing = bench.drawing.at(request.impact_points, request.sensors)
+    highest = min(MODES_OVER_LINES * float(_lines(request).max()), MAX_MODE_HZ)
+    return solved(drawing, material, highest, plates_folder(db))
 
 
 def plates_folder(db: str) -> Path:

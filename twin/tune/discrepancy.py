@@ -98,6 +98,11 @@ class Discrepancy:
         terms = tuple(replace(t, sd_db=float(np.sqrt(t.sd_db**2 + extra.get(t.name, 0.0)))) for t in self.terms)
         return replace(self, terms=terms)
 
+    def of_shots_alone(self) -> Discrepancy:
+        """Without what shots share: of a model that has learned that by itself."""
+        own = (t if isinstance(t.of_settings, EachShot) else replace(t, sd_db=0.0) for t in self.terms)
+        return replace(self, terms=tuple(own))
+
     def shot_covariance_db2(self) -> Floats:
         """(f, f) of what one shot has for itself: what remains when all that shots share is learned."""
         parts = (t.sd_db**2 * t.of_lines(self.octaves) for t in self.terms if isinstance(t.of_settings, EachShot))

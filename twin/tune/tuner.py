@@ -64,19 +64,21 @@ def tune(
     effort: Effort | None = None,
     draws: int = DRAWS,
     at_least: float = AT_LEAST,
+    calibrated: bool = False,
     progress: Progress | None = None,
 ) -> Tuned:
     """Settings for a spectrum, each with its probability, after what has been measured.
 
     Settings outside of the model's domain are to avoid unless `extrapolate`, or unless there is no other. A setting
-    meets the goal from a probability of `at_least` on. Raises `ValueError` where the goal's lines are not the model's.
+    meets the goal from a probability of `at_least` on. `calibrated`: the model has learned from shots itself, and its
+    draws hold all that is not known of its spectra. Raises `ValueError` where the goal's lines are not the model's.
     """
     if goal.frequency_hz.shape != forward.frequency_hz.shape or not np.allclose(
         goal.frequency_hz, forward.frequency_hz, rtol=1e-6
     ):
         raise ValueError("the goal's lines are not those of the model: expected the same frequencies")
     shots = measured or Measured()
-    learned = learn(forward, goal, shots, rng, space)
+    learned = learn(forward, goal, shots, rng, space, calibrated=calibrated)
     searcher = Searcher(forward, learned, goal, refusals, progress)
     known = [s for s in dict.fromkeys(shots.settings) if s.plate == space.plate and s.tank_pressure_pa is not None]
     result = search(searcher, space, known, effort)
@@ -91,10 +93,22 @@ def tune(
     return Tuned(tuple(distinct(kept)), avoid, learned, attainability(evidence, rng))
 
 
-def learn(forward: Forward, goal: Goal, shots: Measured, rng: np.random.Generator, space: TuningSpace) -> Learned:
-    """The discrepancy after the shots. Few shots: stated deviations and the model's own spread; many: fitted ones."""
+def learn(
+    forward: Forward,
+    goal: Goal,
+    shots: Measured,
+    rng: np.random.Generator,
+    space: TuningSpace,
+    *,
+    calibrated: bool = False,
+) -> Learned:
+    """The discrepancy after the shots. Few shots: stated deviations and the model's own spread; many: fitted ones.
+
+    Of a calibrated model without more shots, nothing but the model's own spread and what a shot has for itself.
+    """
     prior = Discrepancy(forward.frequency_hz)
     if not len(shots):
+        prior = prior.of_shots_alone() if calibrated else prior
         return with_model_spread(prior, forward, goal, rng, space).after((), np.empty((0, 0)))
     residual = shots.level_db - level_db(forward.spectra(shots.settings))
     if len(shots) < ENOUGH_SHOTS:
