@@ -30,7 +30,7 @@ from .shot import Floats
 
 # Standard deviations of delta and of the scatter of one shot, each with a log-normal prior: median, width.
 _GAPS, _GAP_PRIOR = np.geomspace(0.01, 0.32, 6), (0.06, 0.8)
-_SCATTERS, _SCATTER_PRIOR = np.geomspace(0.004, 0.12, 8), (0.03, 0.8)
+_SCATTERS, _SCATTER_PRIOR = np.geomspace(0.004, 0.12, 8), (0.04, 0.8)
 # Delta changes over a factor of this in pressure or mass.
 _SMOOTH = 3.0
 # Shots whose pressures and masses are as near (ln) count as of one setting.

@@ -66,7 +66,7 @@ def test_nothing_learned_holds_guns_of_the_catalogue(open_gun):
 def test_one_shot_narrows_the_band_there_and_elsewhere(open_gun):
     pressure, mass, measured = campaign(GUNS[0], 1)
     learned = open_gun.updated(pressure[0], mass[0], measured[0])
-    assert width(learned, pressure[0], mass[0]) < width(open_gun, pressure[0], mass[0]) / 3
+    assert width(learned, pressure[0], mass[0]) < width(open_gun, pressure[0], mass[0]) / 2
     assert width(learned, 3e5, 0.5) < width(open_gun, 3e5, 0.5) / 1.5
 
 
