@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -105,7 +105,8 @@ class Twin:
         rng = rng or np.random.default_rng(0)
         velocity, normals, member = self._drawn(setting, draws, rng)
         factors = self._factors([setting], velocity.mean(keepdims=True), self.sensor_names, draws, rng)
-        return self._predicted(setting, velocity, normals, member, factors[: len(velocity), 0], measured_force)
+        models = self._models(draws - len(velocity))
+        return self._predicted(setting, velocity, normals, member, factors[: len(velocity), 0], measured_force, models)
 
     def predict_many(
         self, settings: Sequence[Setting], *, draws: int = 64, rng: np.random.Generator | None = None
@@ -125,9 +126,9 @@ class Twin:
     ) -> Floats:
         """Random spectra (count, n, f), m/s2, as `spectra`; one draw has the same luck and plate for every setting."""
         z, member = self._luck(count, rng)
-        velocity = self.velocities(settings) * np.exp(z[:, :1] * self._velocity_spreads(settings))
+        velocity = self._velocity_draws(settings, z)
         many = [setting for _ in range(count) for setting in settings]
-        normals = np.repeat(z[:, 1:], len(settings), axis=0)
+        normals = np.repeat(z[:, self._gun_normals :], len(settings), axis=0)
         flat = self._maximax(many, velocity.ravel(), normals, np.repeat(member, len(settings)), sensor)
         factors = self._factors(settings, self.velocities(settings), self._asked(sensor)[:1], count, rng)
         return flat.reshape(count, len(settings), -1) * factors[:, :, 0, 1:]
@@ -166,16 +167,22 @@ class Twin:
     # --- one shot ---
 
     def _drawn(self, setting: Setting, draws: int, rng: np.random.Generator) -> tuple[Floats, Floats | None, _Members]:
-        """Velocities (d,), the contact's normals (d, normals), members of the plate's ensemble (d,)."""
+        """Velocities (d,), the contact's normals (d, normals), members of the plate's ensemble (d,).
+
+        Of those draws in which the bullet leaves the barrel: what strikes no target has no force.
+        """
         velocity = self.velocities([setting])
         if not velocity[0] > 0:
-            pressure = setting.tank_pressure_pa or 0.0
-            raise ValueError(f"the bullet does not leave the barrel at {pressure / 1e5:g} bar: raise the tank pressure")
+            raise ValueError(_stays(setting))
         if draws == 0:
             return velocity, None, np.full(1, _NOMINAL)
         z, member = self._luck(draws, rng)
-        normals = z[:, 1:] if self.contact.normals else None
-        return velocity * np.exp(z[:, 0] * self._velocity_spreads([setting])), normals, member
+        velocity = self._velocity_draws([setting], z)[:, 0]
+        left = velocity > 0
+        if not left.any():
+            raise ValueError(_stays(setting))
+        normals = z[left, self._gun_normals :] if self.contact.normals else None
+        return velocity[left], normals, member[left]
 
     def _predicted(
         self,
@@ -185,6 +192,7 @@ class Twin:
         member: _Members,
         factors: Floats,
         measured: MeasuredForce | None,
+        models: Mapping[str, str],
     ) -> Prediction:
         many = [setting] * len(velocity)
         strikes = Strikes(many, velocity)
@@ -210,15 +218,20 @@ class Twin:
             frequency_hz=self.frequency_hz,
             q=self.q,
             spectra_m_s2={name: Band.of(spectra[:, i]) for i, name in enumerate(self.sensor_names)},
-            models=self.models if measured is None else {**self.models, "gun": "none", "contact": "measured force"},
+            models=models if measured is None else {**models, "gun": "none", "contact": "measured force"},
             outside=() if measured is not None else self.contact.outside(nominal)[0],
             extrapolation=(),
             rests_on=RestsOn(0, self.contact.label, ""),
         )
 
+    def _models(self, stay: int) -> dict[str, str]:
+        """`models`, and of how many draws the bands say nothing."""
+        models = self.models
+        return models if stay <= 0 else {**models, "gun": f"{models['gun']}; {stay} draws stay in the barrel, left out"}
+
     def _luck(self, count: int, rng: np.random.Generator) -> tuple[Floats, _Members]:
-        """Normals of velocity and contact (count, 1 + normals), and a plate of the ensemble for each draw (count,)."""
-        z = stratified_normals(count, 1 + self.contact.normals, rng)
+        """Normals of gun and contact (count, normals of both), and a plate of the ensemble for each draw (count,)."""
+        z = stratified_normals(count, self._gun_normals + self.contact.normals, rng)
         members = self.plate.members if self.calibration is None else 0
         return z, rng.permutation(np.arange(count) % members + 1) if members else np.full(count, _NOMINAL)
 
@@ -237,8 +250,15 @@ class Twin:
         factors = self.calibration.factors(at_velocities(settings, velocity), sensors, z)
         return factors if z is not None else factors[None]
 
-    def _velocity_spreads(self, settings: Sequence[Setting]) -> Floats:
-        return self.gun.spreads(settings) if self.gun is not None else np.zeros(len(settings))
+    @property
+    def _gun_normals(self) -> int:
+        return 0 if self.gun is None else self.gun.normals
+
+    def _velocity_draws(self, settings: Sequence[Setting], z: Floats) -> Floats:
+        """True velocities (count, n) of the normals of `_luck`."""
+        if self.gun is None:
+            return np.tile(self.velocities(settings), (len(z), 1))
+        return self.gun.velocity_draws(settings, self.sensors, z[:, : self.gun.normals])
 
     # --- many shots ---
 
@@ -302,3 +322,8 @@ class Twin:
     @property
     def _step_s(self) -> float:
         return 1 / self.sampling_rate_hz
+
+
+def _stays(setting: Setting) -> str:
+    pressure = setting.tank_pressure_pa or 0.0
+    return f"the bullet does not leave the barrel at {pressure / 1e5:g} bar: raise the tank pressure"

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from ...schema.session import Store
     from ...training.records import Version
     from ...training.registry.registry import Registry
-    from ...twin.gun.calibration import VelocityCalibration
     from ...twin.measured_shots import MeasuredShots
     from ...twin.plate.modal import ModalPlate
     from ...twin.strikes import ContactStage, Floats
@@ -42,8 +41,8 @@ REGISTERED = "registered"
 #: A solved plate has the modes up to so many times the highest line: one beyond moves that line's oscillator by a
 #: fifteenth of what it moves the plate. But none that the rate of 100 kHz shows badly.
 MODES_OVER_LINES, MAX_MODE_HZ = 4.0, 20_000.0
-#: So many measured shots teach the gun; with less its scatter is that of the errors in Table 5.1.
-_ENOUGH_SHOTS, THESIS_VELOCITY_SPREAD = 5, 0.046
+#: Scatter (ln, standard deviation) of a gun's shots that nobody has measured: that of Table 5.1 about one factor.
+THESIS_VELOCITY_SPREAD = 0.046
 
 
 @dataclass(frozen=True)
@@ -200,34 +199,37 @@ def _of_stage(request: TwinRequest, stage: str) -> tuple[Effect, ...]:
 
 
 def _gun(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[GunStage, str]:
-    """The gun, corrected by the campaign's measured shots; with the thesis's scatter where there are too few."""
+    """The gun with its unknown effects drawn, updated by the campaign's measured shots."""
     from ...twin.gun.effect import GunEffect
 
     effects = checked_effects(_of_stage(request, "gun"), GunEffect)
-    stage = GunStage(bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source)
+    stage = GunStage(bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source, unknown_effects=True)
     twice = bench.gun.efficiency < 1 and bool(effects)
     also = f"; the bench's efficiency {bench.gun.efficiency:g} acts beside the gun's effects" if twice else ""
-    calibration = _calibration(session, bench.campaign, stage)
-    if calibration is None:
-        return stage, f"velocity spread {THESIS_VELOCITY_SPREAD:.1%}: the thesis's five shots{also}"
-    return replace(stage, calibration=calibration), f"velocity corrected by {calibration.shots} measured shots{also}"
+    stage, note = _updated(session, bench, stage)
+    return stage, f"{note}{also}"
 
 
-def _calibration(session: Session | None, campaign: str | None, gun: GunStage) -> VelocityCalibration | None:
-    """Of the shots that were measured and that the gun says to leave the barrel; None for less than five."""
+def _updated(session: Session | None, bench: Bench, gun: GunStage) -> tuple[GunStage, str]:
+    """By the shots whose velocity was measured, but for those that no gas could have fired."""
     from ...schema.listings import iter_shots
-    from ...twin.gun.calibration import VelocityCalibration
+    from ...twin.gun.limits import beyond_energy
 
-    if session is None or campaign is None:
-        return None
-    shots = [shot for shot in iter_shots(session, campaign) if (shot["measured_velocity_m_s"] or 0) > 0]
+    nothing = (
+        "velocity: no measured shots, so that the effects that nobody has stated are drawn from their likely ranges"
+    )
+    if session is None or bench.campaign is None:
+        return gun, nothing
+    shots = [shot for shot in iter_shots(session, bench.campaign) if (shot["measured_velocity_m_s"] or 0) > 0]
     names = ("tank_pressure_pa", "bullet_mass_kg", "measured_velocity_m_s")
     pressure, mass, measured = (np.array([shot[name] for shot in shots], dtype=np.float64) for name in names)
-    predicted = gun.fired(pressure, mass) if shots else np.zeros(0)
-    left = predicted > 0
-    if left.sum() < _ENOUGH_SHOTS:
-        return None
-    return VelocityCalibration.of(pressure[left], mass[left], measured[left], predicted[left])
+    possible = (pressure > 0) & ~beyond_energy(bench.gun, pressure, mass, measured)
+    left_out = f"; {np.sum(~possible)} with more energy than the gas can give left out" if not possible.all() else ""
+    if not possible.any():
+        return gun, f"{nothing}{left_out}"
+    uncertainty = np.array([shot["measured_velocity_u_m_s"] or 0.0 for shot in shots])
+    taken = gun.updated(*(values[possible] for values in (pressure, mass, measured, uncertainty)))
+    return taken, f"velocity: learned from {possible.sum()} measured shots{left_out}"
 
 
 def _contact(
