@@ -34,9 +34,8 @@ if TYPE_CHECKING:
     from ...twin.plate.modal import ModalPlate
     from ...twin.strikes import ContactStage, Floats
 
-#: Without a model: hann and hunt-crossley are nearer to a hammer's pulses (thesis, Tables 5.2 and 5.3), but the
-#: restitution that they take after Zener is far below what he solved for a bullet on 10 mm: it has to be clipped.
-DEFAULT_LAW = "hertz"
+#: Without a model: what is likely of the contact, narrowed by measured shots (`PriorContact`).
+PRIOR = "prior"
 REGISTERED = "registered"
 #: A solved plate has the modes up to so many times the highest line: one beyond moves that line's oscillator by a
 #: fifteenth of what it moves the plate. But none that the rate of 100 kHz shows badly.
@@ -125,7 +124,7 @@ def _built(
     plates, plate_note = _plates(bench, plate, db, request)
     shots = _shots(session, recorded, materials, plates.sensors, request)
     gun, shots_note = _gun(session, bench, request)
-    contact, contact_note = _contact(session, db, request, tuple(e for e in adopted if e.stage() == "contact"))
+    contact, contact_note = _contact(session, bench, db, request, tuple(e for e in adopted if e.stage() == "contact"))
     twin = Twin(
         contact=contact,
         gun=gun,
@@ -233,15 +232,18 @@ def _updated(session: Session | None, bench: Bench, gun: GunStage) -> tuple[GunS
 
 
 def _contact(
-    session: Session | None, db: str, request: TwinRequest, adopted: tuple[Effect, ...] = ()
+    session: Session | None, bench: Bench, db: str, request: TwinRequest, adopted: tuple[Effect, ...] = ()
 ) -> tuple[ContactStage, str]:
-    """A registered model where there is a champion, or one is asked for; else a law, on which effects act."""
+    """A registered model where there is a champion, or one is asked for; else a law, on which effects act, or the prior
+    of the contact."""
     from ...twin.contact.laws import LAWS
     from ..models.withdrawn import note_of
 
     effects = _of_stage(request, "contact")
-    if request.contact in LAWS or effects:
+    if request.contact is not None and request.contact in LAWS:
         return _law(request.contact, (*effects, *adopted)), ""
+    if request.contact == PRIOR or effects:
+        return _prior(session, bench, (*effects, *adopted)), ""
     idle = _idle(adopted)
     registry = _registry(db)
     if request.contact in (None, REGISTERED):
@@ -250,9 +252,11 @@ def _contact(
             return _registered(session, registry, found), _joined(idle, note_of(session, found))
         if request.contact == REGISTERED:
             raise LookupError("no model is in use for the gun; make one so: pyroshock promote MODEL VERSION")
-        return _law(DEFAULT_LAW, adopted), f"contact by the law {DEFAULT_LAW!r}: no model is in use for the gun"
+        prior = _prior(session, bench, adopted)
+        return prior, f"contact: {prior.label}, each drawn from its likely range; no model is in use for the gun"
     if registry is None:
-        raise LookupError(f"no law of contact {request.contact!r}, and no models; laws: {', '.join(LAWS)}")
+        laws = ", ".join((PRIOR, *LAWS))
+        raise LookupError(f"no law of contact {request.contact!r}, and no models; laws: {laws}")
     from ...training.listing import chosen
 
     version = chosen(registry.versions(), request.contact.removeprefix("models:/"))
@@ -268,7 +272,7 @@ def _idle(adopted: tuple[Effect, ...]) -> str:
     if not adopted:
         return ""
     names = ", ".join(effect.id for effect in adopted)
-    return f"{names} does not act on a registered model, which learned from measured pulses; --contact hertz uses it"
+    return f"{names} does not act on a registered model, which learned from measured pulses; --contact prior uses it"
 
 
 def registered_contact(session: Session | None, db: str, name: str, in_use: str | None = None) -> ContactStage:
@@ -286,10 +290,22 @@ def registered_contact(session: Session | None, db: str, name: str, in_use: str 
     return _registered(session, registry, found)
 
 
-def _law(name: str | None, effects: tuple[Effect, ...]) -> ContactStage:
+def _law(name: str, effects: tuple[Effect, ...]) -> ContactStage:
     from ...twin.contact.stage import LawContact
 
-    return LawContact(name or DEFAULT_LAW, effects=effects)
+    return LawContact(name, effects=effects)
+
+
+def _prior(session: Session | None, bench: Bench, effects: tuple[Effect, ...]) -> ContactStage:
+    """A hammer's mass is uncertain as well, for a hand holds it."""
+    from ...schema.campaigns import Campaign
+    from ...schema.listings import get_campaign_id
+    from ...twin.contact.prior import PriorContact
+
+    if session is None or bench.campaign is None:
+        return PriorContact(effects)
+    campaign = session.get_one(Campaign, get_campaign_id(session, bench.campaign))
+    return PriorContact(effects, hand_held=campaign.kind == "hammer")
 
 
 def _registry(db: str) -> Registry | None:

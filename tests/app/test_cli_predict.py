@@ -57,7 +57,7 @@ def test_json_is_the_contract_and_alone_on_standard_output(quick):
     assert found["force"].keys() == {"time_s", "mean", "lower", "upper"}
     assert found["srs"]["frequency_hz"][0] == 200.0
     assert found["srs"]["acceleration_2"].keys() == {"mean", "lower", "upper"}
-    assert found["models"]["contact"] == "hertz"
+    assert found["models"]["contact"] == "prior of 4 effects"
     for one in found["outside_domain"]:
         assert one.keys() == {"predictor", "value", "range"}
 
@@ -93,9 +93,11 @@ def test_effects_change_the_answer_and_are_told(quick):
     assert "gun.back_pressure" in found["models"]["gun"] and "sensor.velocity_gain" in found["models"]["sensors"]
 
 
-def test_effect_of_the_contact_acts_on_hertz(quick):
-    found = told(quick("--velocity", "8m/s", "--effect", "contact.effective_mass:mass_factor=2", "--json"))
-    assert found["models"]["contact"] == "hertz + contact.effective_mass"
+@pytest.mark.parametrize(("law", "label"), [((), "prior of 4 effects"), (("--contact", "hertz"), "hertz")])
+def test_effect_of_the_contact_acts_on_the_prior_and_on_hertz(quick, law, label):
+    effect = "contact.effective_mass:mass_factor=2"
+    found = told(quick("--velocity", "8m/s", "--effect", effect, "--json", *law))
+    assert found["models"]["contact"] == f"{label} + contact.effective_mass"
 
 
 def test_bench_file_and_points_are_taken(quick, tmp_path):
@@ -164,7 +166,7 @@ def test_model_in_use_answers(quick, monkeypatch):
 
 def test_what_lies_outside_is_told_in_few_digits(quick):
     """A velocity was shown with sixteen."""
-    result = quick("--tank-pressure", "20bar", "--tip", "steel")
+    result = quick("--tank-pressure", "20bar", "--tip", "steel", "--contact", "hertz")
     assert result.exit_code == 0
     (line,) = [each for each in result.stderr.splitlines() if each.startswith("outside of its domain")]
     assert re.fullmatch(r"outside of its domain: impact_velocity_m_s = \d{2}\.\d{1,2} \(up to .*yield\)", line)
