@@ -70,7 +70,10 @@ class PlateDrawing:
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """Gun and plate, and where they are from. `modes` is a measured table, which goes before the drawing."""
+    """Gun and plate, and where they are from. `modes` is a measured table, which goes before the drawing.
+
+    `hammer_mass_kg` is that of a campaign's hammer: then the gun has no part.
+    """
 
     gun: GunBench
     gun_source: str
@@ -79,6 +82,7 @@ class Bench:
     modes: ModalPlate | None = None
     modes_source: str = ""
     campaign: str | None = None
+    hammer_mass_kg: float | None = None
 
 
 def shipped_bench() -> Bench:
@@ -100,6 +104,8 @@ def bench_of_campaign(session: Session, name: str | None) -> Bench:
         from ...dataset.stored_bench import gun_bench
 
         bench = replace(bench, gun=gun_bench(campaign.gun), gun_source=f"campaign {campaign.name}")
+    elif campaign.hammer is not None:
+        bench = replace(bench, hammer_mass_kg=campaign.hammer.mass_kg)
     if campaign.plate is not None:
         bench = _with_plate(session, bench, campaign.plate, f"campaign {campaign.name}")
     return replace(bench, campaign=campaign.name)
@@ -112,7 +118,7 @@ def bench_of_file(path: Path, bench: Bench) -> Bench:
         _known(table, ("gun", "plate"), "the file")
         if "gun" in table:
             _known(table["gun"], tuple(f.name for f in fields(GunBench)), "[gun]", every=True)
-            bench = replace(bench, gun=GunBench(**table["gun"]), gun_source=path.name)
+            bench = replace(bench, gun=GunBench(**table["gun"]), gun_source=path.name, hammer_mass_kg=None)
         return _with_plate_table(bench, table["plate"], path) if "plate" in table else bench
     except (ValueError, TypeError, OverflowError, RecursionError) as error:
         raise ValueError(f"{path.name}: {error}") from error

@@ -19,9 +19,9 @@ from ...twin.materials import THESIS, Material
 from ...twin.plates import PlateSpread, PlateStage
 from ...twin.sensors.chain import SensorChain
 from ...twin.setting import Setting
-from ...twin.spectrum_calibration import SpectrumCalibration
 from ..models.training import registry_of
 from .benches import Bench, PlateDrawing, Point, bench_of_campaign, bench_of_file, shipped_bench, with_modes
+from .learning import NO_SHOTS, basis, calibrated, taught_contact, taught_gun
 from .measured_shots import no_shots, read_measured_shots, struck_plate
 
 if TYPE_CHECKING:
@@ -69,24 +69,22 @@ class TwinRequest:
 
 @dataclass(frozen=True, eq=False)
 class BuiltTwin:
-    """A twin, and what settings for it are made of. `notes` are for the user: what was assumed.
-
-    `shots` are those that the twin has learned spectra from.
-    """
+    """A twin, and what settings for it are made of. `notes` are for the user: what was assumed."""
 
     twin: Twin
     bench: Bench
     plate: Material
     materials: Mapping[str, Material]
     notes: tuple[str, ...] = field(default=())
-    shots: MeasuredShots | None = None
 
     def material(self, name: str) -> Material:
         """By name or alias. Raises `LookupError` naming those there are."""
         return _material_named(self.materials, name)
 
     def setting(self, **own: Any) -> Setting:
-        """A setting on this twin's plate; `own` are the other fields of `Setting`."""
+        """A setting on this twin's plate; `own` are the other fields of `Setting`. A hammer's mass is the bench's."""
+        if own.get("impactor_mass_kg") is None and self.bench.hammer_mass_kg is not None:
+            own["impactor_mass_kg"] = self.bench.hammer_mass_kg
         drawing = self.bench.drawing
         mass = drawing.area_m2 * drawing.thickness_m * self.plate.density_kg_m3
         return Setting(plate=self.plate, plate_thickness_m=drawing.thickness_m, plate_mass_kg=mass, **own)
@@ -123,20 +121,25 @@ def _built(
     request = replace(request, effects=(*request.effects, *(e for e in adopted if e.stage() != "contact")))
     plates, plate_note = _plates(bench, plate, db, request)
     shots = _shots(session, recorded, materials, plates.sensors, request)
-    gun, shots_note = _gun(session, bench, request)
+    gun, gun_note = None, ""
+    if bench.hammer_mass_kg is None:
+        learned_from = recorded.campaign if request.learn and bench.gun == recorded.gun else None
+        gun, gun_note = _gun(session, bench, request, learned_from)
     contact, contact_note = _contact(session, bench, db, request, tuple(e for e in adopted if e.stage() == "contact"))
     twin = Twin(
-        contact=contact,
+        contact=taught_contact(contact, shots),
         gun=gun,
         plate=plates,
         sensors=SensorChain.of(_of_stage(request, "sensor")),
         frequency_hz=_lines(request),
         q=request.q,
     )
-    of_plate = shots if (bench.drawing, bench.modes) == (recorded.drawing, recorded.modes) else shots.take([])
-    twin, spectra_note = _calibrated(twin, bench, of_plate, materials, db, request)
-    notes = tuple(note for note in (*adopted_notes, shots_note, contact_note, plate_note, spectra_note) if note)
-    return BuiltTwin(twin, bench, plate, materials, notes, of_plate)
+    same_plate = (bench.drawing, bench.modes) == (recorded.drawing, recorded.modes)
+    others = None if bench.modes is not None else lambda name: _drawn_plate(bench, materials[name.lower()], db, request)
+    twin, spectra_note = calibrated(twin, shots if same_plate else shots.take([]), others)
+    twin = replace(twin, rests_on=basis(twin, recorded.campaign))
+    notes = tuple(note for note in (*adopted_notes, gun_note, contact_note, plate_note, spectra_note) if note)
+    return BuiltTwin(twin, bench, plate, materials, notes)
 
 
 def _lines(request: TwinRequest) -> Floats:
@@ -166,23 +169,6 @@ def _shots(
     return shots.without(sorted(request.without_configurations))
 
 
-def _calibrated(
-    twin: Twin, bench: Bench, shots: MeasuredShots, materials: Mapping[str, Material], db: str, request: TwinRequest
-) -> tuple[Twin, str]:
-    """With what shots teach of spectra, on every plate that they hit; of a plate whose modes were measured, and that
-    no shots are of, the spread of the plate's ensemble says enough."""
-    if not twin.sensor_names or not (len(shots) or bench.modes is None):
-        return twin, ""
-    if bench.modes is None:
-        others = {setting.plate.name for setting in shots.settings} - set(twin.plate.plates)
-        more = {name: _drawn_plate(bench, materials[name.lower()], db, request) for name in sorted(others)}
-        twin = replace(twin, plate=replace(twin.plate, plates={**twin.plate.plates, **more}))
-    if not len(shots):
-        return replace(twin, calibration=SpectrumCalibration.untaught(twin.sensor_names, twin.frequency_hz)), ""
-    calibration = SpectrumCalibration.of(shots, twin.replayed_db(shots))
-    return replace(twin, calibration=calibration), f"spectra: learned from {calibration.shots} measured shots"
-
-
 def _adopted(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """Of the campaign's bench; a bench or a plate given by hand is another one."""
     from .adopting import taken_up
@@ -197,38 +183,18 @@ def _of_stage(request: TwinRequest, stage: str) -> tuple[Effect, ...]:
     return tuple(effect for effect in request.effects if effect.stage() == stage)
 
 
-def _gun(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[GunStage, str]:
-    """The gun with its unknown effects drawn, updated by the campaign's measured shots."""
+def _gun(session: Session | None, bench: Bench, request: TwinRequest, campaign: str | None) -> tuple[GunStage, str]:
+    """The gun with its unknown effects drawn, updated by the measured shots of `campaign`."""
     from ...twin.gun.effect import GunEffect
 
     effects = checked_effects(_of_stage(request, "gun"), GunEffect)
     stage = GunStage(bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source, unknown_effects=True)
     twice = bench.gun.efficiency < 1 and bool(effects)
     also = f"; the bench's efficiency {bench.gun.efficiency:g} acts beside the gun's effects" if twice else ""
-    stage, note = _updated(session, bench, stage)
+    note = NO_SHOTS
+    if session is not None and campaign is not None:
+        stage, note = taught_gun(session, campaign, stage, request.without_configurations)
     return stage, f"{note}{also}"
-
-
-def _updated(session: Session | None, bench: Bench, gun: GunStage) -> tuple[GunStage, str]:
-    """By the shots whose velocity was measured, but for those that no gas could have fired."""
-    from ...schema.listings import iter_shots
-    from ...twin.gun.limits import beyond_energy
-
-    nothing = (
-        "velocity: no measured shots, so that the effects that nobody has stated are drawn from their likely ranges"
-    )
-    if session is None or bench.campaign is None:
-        return gun, nothing
-    shots = [shot for shot in iter_shots(session, bench.campaign) if (shot["measured_velocity_m_s"] or 0) > 0]
-    names = ("tank_pressure_pa", "bullet_mass_kg", "measured_velocity_m_s")
-    pressure, mass, measured = (np.array([shot[name] for shot in shots], dtype=np.float64) for name in names)
-    possible = (pressure > 0) & ~beyond_energy(bench.gun, pressure, mass, measured)
-    left_out = f"; {np.sum(~possible)} with more energy than the gas can give left out" if not possible.all() else ""
-    if not possible.any():
-        return gun, f"{nothing}{left_out}"
-    uncertainty = np.array([shot["measured_velocity_u_m_s"] or 0.0 for shot in shots])
-    taken = gun.updated(*(values[possible] for values in (pressure, mass, measured, uncertainty)))
-    return taken, f"velocity: learned from {possible.sum()} measured shots{left_out}"
 
 
 def _contact(
@@ -243,7 +209,7 @@ def _contact(
     if request.contact is not None and request.contact in LAWS:
         return _law(request.contact, (*effects, *adopted)), ""
     if request.contact == PRIOR or effects:
-        return _prior(session, bench, (*effects, *adopted)), ""
+        return _prior(bench, (*effects, *adopted)), ""
     idle = _idle(adopted)
     registry = _registry(db)
     if request.contact in (None, REGISTERED):
@@ -252,7 +218,7 @@ def _contact(
             return _registered(session, registry, found), _joined(idle, note_of(session, found))
         if request.contact == REGISTERED:
             raise LookupError("no model is in use for the gun; make one so: pyroshock promote MODEL VERSION")
-        prior = _prior(session, bench, adopted)
+        prior = _prior(bench, adopted)
         return prior, f"contact: {prior.label}, each drawn from its likely range; no model is in use for the gun"
     if registry is None:
         laws = ", ".join((PRIOR, *LAWS))
@@ -296,16 +262,11 @@ def _law(name: str, effects: tuple[Effect, ...]) -> ContactStage:
     return LawContact(name, effects=effects)
 
 
-def _prior(session: Session | None, bench: Bench, effects: tuple[Effect, ...]) -> ContactStage:
+def _prior(bench: Bench, effects: tuple[Effect, ...]) -> ContactStage:
     """A hammer's mass is uncertain as well, for a hand holds it."""
-    from ...schema.campaigns import Campaign
-    from ...schema.listings import get_campaign_id
     from ...twin.contact.prior import PriorContact
 
-    if session is None or bench.campaign is None:
-        return PriorContact(effects)
-    campaign = session.get_one(Campaign, get_campaign_id(session, bench.campaign))
-    return PriorContact(effects, hand_held=campaign.kind == "hammer")
+    return PriorContact(effects, hand_held=bench.hammer_mass_kg is not None)
 
 
 def _registry(db: str) -> Registry | None:
