@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from sqlalchemy import and_, select
@@ -185,7 +186,7 @@ def _hits(session: Session, campaign: int) -> list[_Hit]:
         .where(Shot.campaign_id == campaign)
         .order_by(Shot.run, Shot.repetition)
     )  # fmt: skip
-    hits = [_Hit(*row) for row in session.execute(shots)]
+    hits = [_Hit(*values) for values in _values(session, shots)]
     if hits:
         return hits
     mass = session.scalar(
@@ -200,12 +201,18 @@ def _hits(session: Session, campaign: int) -> list[_Hit]:
         .where(Impact.campaign_id == campaign)
         .order_by(Impact.run, Impact.repetition)
     )  # fmt: skip
-    return [_Hit(*row[:5], None, mass, *row[5:]) for row in session.execute(impacts)]
+    return [_Hit(*(*values[:5], None, mass, *values[5:])) for values in _values(session, impacts)]
 
 
-def _rejected(session: Session, campaign: int) -> dict[int | None, str]:
+def _values(session: Session, query: Any) -> list[tuple[Any, ...]]:
+    return [tuple(row) for row in session.execute(query)]
+
+
+def _rejected(session: Session, campaign: int) -> Mapping[int | None, str]:
     """Impacts whose force or velocity a check rejects, and which check."""
-    return dict(verdicts(session, [campaign], rows_of_campaigns(session, [campaign], None), "reject"))
+    rejected: dict[int | None, str] = {}
+    rejected.update(verdicts(session, [campaign], rows_of_campaigns(session, [campaign], None), "reject").items())
+    return rejected
 
 
 def _starts(session: Session, campaign: int) -> dict[int, list[float]]:
@@ -217,7 +224,7 @@ def _starts(session: Session, campaign: int) -> dict[int, list[float]]:
         .order_by(Impact.recording_id, Pulse.start_s)
     )
     starts: dict[int, list[float]] = {}
-    for recording, start in session.execute(query):
+    for recording, start in _values(session, query):
         starts.setdefault(recording, []).append(start)
     return starts
 
