@@ -148,30 +148,26 @@ def _gun(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[G
     stage = GunStage(bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source, unknown_effects=True)
     twice = bench.gun.efficiency < 1 and bool(effects)
     also = f"; the bench's efficiency {bench.gun.efficiency:g} acts beside the gun's effects" if twice else ""
-    stage, note = _updated(session, bench, stage)
-    return stage, f"{note}{also}"
+    stage, left_out = _updated(session, bench, stage)
+    return stage, f"{stage.sentence.rstrip('.')}{left_out}{also}"
 
 
 def _updated(session: Session | None, bench: Bench, gun: GunStage) -> tuple[GunStage, str]:
-    """By the shots whose velocity was measured, but for those that no gas could have fired."""
+    """By the shots whose velocity was measured; and how many of them no gas could have fired."""
     from ...schema.listings import iter_shots
     from ...twin.gun.limits import beyond_energy
 
-    nothing = (
-        "velocity: no measured shots, so that the effects that nobody has stated are drawn from their likely ranges"
-    )
     if session is None or bench.campaign is None:
-        return gun, nothing
+        return gun, ""
     shots = [shot for shot in iter_shots(session, bench.campaign) if (shot["measured_velocity_m_s"] or 0) > 0]
     names = ("tank_pressure_pa", "bullet_mass_kg", "measured_velocity_m_s")
     pressure, mass, measured = (np.array([shot[name] for shot in shots], dtype=np.float64) for name in names)
-    possible = (pressure > 0) & ~beyond_energy(bench.gun, pressure, mass, measured)
-    left_out = f"; {np.sum(~possible)} with more energy than the gas can give left out" if not possible.all() else ""
-    if not possible.any():
-        return gun, f"{nothing}{left_out}"
     uncertainty = np.array([shot["measured_velocity_u_m_s"] or 0.0 for shot in shots])
-    taken = gun.updated(*(values[possible] for values in (pressure, mass, measured, uncertainty)))
-    return taken, f"velocity: learned from {possible.sum()} measured shots{left_out}"
+    possible = (pressure > 0) & ~beyond_energy(bench.gun, pressure, mass, measured)
+    if possible.any():
+        gun = gun.updated(*(values[possible] for values in (pressure, mass, measured, uncertainty)))
+    impossible = int(np.sum(~possible))
+    return gun, f"; {impossible} shots have more energy than the gas can give: left out" if impossible else ""
 
 
 def _contact(

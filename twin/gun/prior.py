@@ -37,6 +37,8 @@ _MASSES: Floats = np.asarray(1e-3 * 2.0 ** np.arange(21))
 _COARSER = (100.0, 1.0)
 # A bullet that has less than this share of the work that the gas can do stays in the barrel.
 _STAYS = 1e-4
+# Of pressure, to either side, by which an amplification is told; and the largest.
+_STEP, _MOST_AMPLIFIED = 1.1, 6.0
 # A range that begins above 0 and is at least so wide is even by its logarithm.
 _WIDE = 1.5
 # An efficiency that is stated was read at one of these pressures (Pa) and masses (kg), nobody says at which.
@@ -82,6 +84,12 @@ class GunPrior:
         share = np.maximum(self._interpolated(tank, bullet_mass_kg), _STAYS)
         gain = 0.0 if "sensor.velocity_gain" in {e.id for e in sensors.effects} else self.log_velocity_gain[:, None]
         return np.asarray(self._lossless(tank, bullet_mass_kg) + np.log(share) / 2 + self.scale[:, None] + gain)
+
+    def amplification(self, pressure_pa: Floats, bullet_mass_kg: Floats, sensors: SensorChain) -> Floats:
+        """2 d ln v / d ln p of the members (K, n): 1 where nothing is lost, and large where losses take nearly all the
+        work, so that a little more or less of them is a lot of velocity."""
+        up, down = (self.log_velocity(pressure_pa * factor, bullet_mass_kg, sensors) for factor in (_STEP, 1 / _STEP))
+        return np.asarray(np.clip((up - down) / np.log(_STEP), 1.0, _MOST_AMPLIFIED))
 
     def least_log_velocity(self, pressure_pa: Floats, bullet_mass_kg: Floats, sensors: SensorChain) -> Floats:
         """ln of the velocities (K, n) below which a bullet counts as one that stays in the barrel."""
