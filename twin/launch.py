@@ -153,16 +153,13 @@ class GunStage:
     def _guns(self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain) -> tuple[Floats, Floats, Floats]:
         """(K, n) each: ln of velocities, minus infinity where the bullet stays; the scatter of one shot; the most."""
         guns = gun_prior(self.bench, self.effects)
-        least = guns.least_log_velocity(pressure_pa, mass_kg, sensors)
-        most = guns.highest_log_velocity(pressure_pa, mass_kg, sensors)
         if self.shots is None:
-            mean = guns.log_velocity(pressure_pa, mass_kg, sensors)
-            spread = self.velocity_spread * guns.amplification(pressure_pa, mass_kg, sensors)
+            members = guns.velocities(pressure_pa, mass_kg, sensors)
+            spread = self.velocity_spread * members.amplification
         else:
-            posterior = _posterior(guns, self.shots, sensors)
-            mean, spread = posterior.log_velocity(pressure_pa, mass_kg, sensors)
-            least, most = least[posterior.rows], most[posterior.rows]
-        return np.where(mean > least, np.minimum(mean, most), -np.inf), spread, most
+            members, spread = _posterior(guns, self.shots, sensors).velocities(pressure_pa, mass_kg, sensors)
+        leaves = members.log > members.least
+        return np.where(leaves, np.minimum(members.log, members.most), -np.inf), spread, members.most
 
     def _shot(self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain, z: Floats) -> Floats:
         """Velocities (d, n): the first normal is the rank of a gun among all, by how fast it is at these settings."""

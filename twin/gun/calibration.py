@@ -2,7 +2,7 @@
 
 Glossary: y = ln of measured velocity, x = ln of a member's velocity (`prior`), K members; p tank pressure, m bullet
 mass; s a setting (p, m); delta what the effects leave of the gap, smooth in ln p and ln m; S the settings of the shots.
-y = x(s) + a(s) (delta(s) + scatter of one shot), a being `GunPrior.amplification`: both are of the work, and where
+y = x(s) + a(s) (delta(s) + scatter of one shot), a being the members' amplification: both are of the work, and where
 friction and leaks take nearly all of it a little is a lot of velocity.
 
 1. delta is a Gaussian process, its size and the scatter of a shot are on a grid with priors; each pair's evidence is
@@ -18,7 +18,7 @@ With no shots nothing is moved; one shot is enough; where no shots are near, the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from ..sensors.chain import SensorChain
 from .bench import checked
-from .prior import GunPrior
+from .prior import GunPrior, MemberVelocities
 from .shot import Floats
 
 # Standard deviations of delta and of the scatter of one shot, each with a log-normal prior: median, width.
@@ -89,7 +89,8 @@ class _Settings:
     freedom: int
 
     @classmethod
-    def of(cls, shots: VelocityShots, guns: GunPrior, sensors: SensorChain) -> Self:
+    def of(cls, shots: VelocityShots, guns: GunPrior, sensors: SensorChain) -> tuple[Self, Floats]:
+        """And x of the members (K, c) there."""
         gain = float(sensors.measured_velocity_m_s(np.ones(1))[0])
         pressure = np.maximum(sensors.true_pressure_pa(shots.tank_pressure_pa), 1.0)
         y = np.log(shots.measured_m_s / gain)
@@ -103,21 +104,17 @@ class _Settings:
         means = mean(y)
         stated = mean((shots.measured_u_m_s / shots.measured_m_s) ** 2)
         pressure, mass = np.exp(mean(at[:, 0])), np.exp(mean(at[:, 1]))
-        amplified = _amplified(guns, pressure, mass, means, sensors)
+        members = guns.velocities(pressure, mass, sensors)
+        alike = np.exp(-(((members.log - means) / _ALIKE) ** 2) / 2) + 1e-9
+        amplified = np.asarray((alike * members.amplification).sum(axis=0) / alike.sum(axis=0))
         within = float(np.sum(((y - means[which]) / amplified[which]) ** 2))
-        return cls(pressure, mass, means, counts, stated, amplified, within, int(y.size - counts.size))
-
-
-def _amplified(guns: GunPrior, pressure_pa: Floats, mass_kg: Floats, y: Floats, sensors: SensorChain) -> Floats:
-    """(c,), the mean of members that shoot about as fast as was measured."""
-    apart = (guns.log_velocity(pressure_pa, mass_kg, sensors) - y) / _ALIKE
-    like = np.exp(-(apart**2) / 2) + 1e-9
-    return np.asarray((like * guns.amplification(pressure_pa, mass_kg, sensors)).sum(axis=0) / like.sum(axis=0))
+        freedom = int(y.size - counts.size)
+        return cls(pressure, mass, means, counts, stated, amplified, within, freedom), members.log
 
 
 @dataclass(frozen=True, eq=False)
 class VelocityPosterior:
-    """K guns that agree with measured shots. `log_velocity` says where each shoots, and how well that is known."""
+    """K guns that agree with measured shots. `velocities` says how fast they are, and how well that is known."""
 
     guns: GunPrior
     rows: _Rows  # (K,) of the prior's members, some more than once
@@ -129,8 +126,7 @@ class VelocityPosterior:
     @classmethod
     def of(cls, guns: GunPrior, shots: VelocityShots, sensors: SensorChain) -> Self:
         """The guns after the shots."""
-        settings, rng = _Settings.of(shots, guns, sensors), np.random.default_rng(0)
-        x = guns.log_velocity(settings.pressure_pa, settings.mass_kg, sensors)
+        (settings, x), rng = _Settings.of(shots, guns, sensors), np.random.default_rng(0)
         kernel, count = _kernel(settings, settings.pressure_pa, settings.mass_kg), len(guns)
         pairs, weights = _pairs(settings, x, kernel)
         middle = np.sqrt(weights @ pairs**2).tolist()
@@ -158,19 +154,20 @@ class VelocityPosterior:
             inverses.append((members, gap, scatter, inverse))
         return cls(guns, rows, settings, moves, gaps, inverses)
 
-    def log_velocity(self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain) -> tuple[Floats, Floats]:
-        """ln of velocities (K, n), m/s, at true pressures by the stated sensors, and standard deviations (K, n) of one
-        shot about them."""
-        x = self.guns.log_velocity(pressure_pa, mass_kg, sensors)[self.rows]
+    def velocities(self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain) -> tuple[MemberVelocities, Floats]:
+        """As `GunPrior.velocities`, moved to where the shots are, and standard deviations (K, n) of the logarithm of
+        one shot."""
+        members = self.guns.velocities(pressure_pa, mass_kg, sensors).take(self.rows)
+        x = members.log
         kernel = _kernel(self.settings, pressure_pa, mass_kg)
-        amplified = self.guns.amplification(pressure_pa, mass_kg, sensors)[self.rows]
-        mean: Floats = np.asarray(x + self._moves.T @ (x - x.mean(axis=0)) + amplified * (kernel @ self._gaps).T)
+        gaps = members.amplification * (kernel @ self._gaps).T
+        moved = np.asarray(x + self._moves.T @ (x - x.mean(axis=0)) + gaps)
         alone = _alone(self.settings, pressure_pa, mass_kg)
         variance = np.empty_like(x)
-        for members, gap, scatter, inverse in self._inverses:
+        for rows, gap, scatter, inverse in self._inverses:
             known = gap**2 * np.sum(kernel @ inverse * kernel, axis=1)
-            variance[members] = gap**2 * np.maximum(alone - known, 0.0) + scatter**2
-        return mean, np.asarray(amplified * np.sqrt(variance))
+            variance[rows] = gap**2 * np.maximum(alone - known, 0.0) + scatter**2
+        return replace(members, log=moved), np.asarray(members.amplification * np.sqrt(variance))
 
 
 def _places(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats:
