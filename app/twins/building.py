@@ -21,7 +21,7 @@ from ...twin.sensors.chain import SensorChain
 from ...twin.setting import Setting
 from ..models.training import registry_of
 from .benches import Bench, PlateDrawing, Point, bench_of_campaign, bench_of_file, shipped_bench, with_modes
-from .learning import NO_SHOTS, basis, calibrated, taught_contact, taught_gun
+from .learning import basis, calibrated, taught_contact, taught_gun
 from .measured_shots import no_shots, read_measured_shots, struck_plate
 
 if TYPE_CHECKING:
@@ -191,10 +191,10 @@ def _gun(session: Session | None, bench: Bench, request: TwinRequest, campaign: 
     stage = GunStage(bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source, unknown_effects=True)
     twice = bench.gun.efficiency < 1 and bool(effects)
     also = f"; the bench's efficiency {bench.gun.efficiency:g} acts beside the gun's effects" if twice else ""
-    note = NO_SHOTS
+    left_out = ""
     if session is not None and campaign is not None:
-        stage, note = taught_gun(session, campaign, stage, request.without_configurations)
-    return stage, f"{note}{also}"
+        stage, left_out = taught_gun(session, campaign, stage, request.without_configurations)
+    return stage, f"{stage.sentence.rstrip('.')}{left_out}{also}"
 
 
 def _contact(

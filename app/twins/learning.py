@@ -25,12 +25,10 @@ if TYPE_CHECKING:
     from ...twin.plate.modal import ModalPlate
     from ...twin.strikes import ContactStage
 
-NO_SHOTS = "velocity: no measured shots, so that the effects that nobody has stated are drawn from their likely ranges"
-
 
 def taught_gun(session: Session, campaign: str, gun: GunStage, without: Collection[int]) -> tuple[GunStage, str]:
     """The gun after the campaign's measured velocities, but for those that no gas could have given and those of
-    configurations that are left out; and a note. Shots without any mount are looked at, too: the gun knows none."""
+    configurations that are left out; and a note on the former. Shots without a mount count, too: the gun knows none."""
     query = select(
         Shot.tank_pressure_pa, Shot.bullet_mass_kg, Shot.measured_velocity_m_s, Shot.measured_velocity_u_m_s
     ).where(
@@ -41,11 +39,10 @@ def taught_gun(session: Session, campaign: str, gun: GunStage, without: Collecti
     rows = np.array([[value or 0.0 for value in row] for row in session.execute(query)], dtype=np.float64)
     pressure, mass, measured, uncertainty = rows.reshape(-1, 4).T
     possible = (pressure > 0) & ~beyond_energy(gun.bench, pressure, mass, measured)
-    left_out = f"; {np.sum(~possible)} with more energy than the gas can give left out" if not possible.all() else ""
-    if not possible.any():
-        return gun, f"{NO_SHOTS}{left_out}"
-    taught = gun.updated(*(values[possible] for values in (pressure, mass, measured, uncertainty)))
-    return taught, f"velocity: learned from {possible.sum()} measured shots{left_out}"
+    if possible.any():
+        gun = gun.updated(*(values[possible] for values in (pressure, mass, measured, uncertainty)))
+    impossible = int(np.sum(~possible))
+    return gun, f"; {impossible} shots have more energy than the gas can give: left out" if impossible else ""
 
 
 def taught_contact(contact: ContactStage, shots: MeasuredShots) -> ContactStage:

@@ -125,7 +125,7 @@ def test_campaign_gives_its_gun_and_the_scatter_of_its_shots(quick, tmp_path):
     with opened(url, create=True) as store:
         ingest_examples(store)
     result = quick("--tank-pressure", "3bar", "--campaign", "first-shots", "--db", url)
-    assert "velocity: learned from 5 measured shots" in result.stderr
+    assert "The velocity rests on 5 measured shots, 0.232 to 0.616 bar and 0.143 kg" in result.stderr
     found = told(quick("--tank-pressure", "3bar", "--tip", "Aluminium", "--db", url, "--json"))
     assert "campaign first-shots" in found["models"]["gun"]
 
