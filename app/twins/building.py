@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...dataset.stored_bench import by_name, stored_materials
+from ...schema.velocity_kinds import BEFORE_CONTACT
 from ...training.place import place_beside
 from ...twin.chain import Twin, default_lines
 from ...twin.effects import Effect, checked_effects
@@ -82,12 +83,11 @@ class BuiltTwin:
         return _material_named(self.materials, name)
 
     def setting(self, **own: Any) -> Setting:
-        """A setting on this twin's plate; `own` are the other fields of `Setting`. A hammer's mass is the bench's."""
-        if own.get("impactor_mass_kg") is None and self.bench.hammer_mass_kg is not None:
-            own["impactor_mass_kg"] = self.bench.hammer_mass_kg
+        """A setting on this twin's plate; `own` are the other fields of `Setting`."""
         drawing = self.bench.drawing
         mass = drawing.area_m2 * drawing.thickness_m * self.plate.density_kg_m3
-        return Setting(plate=self.plate, plate_thickness_m=drawing.thickness_m, plate_mass_kg=mass, **own)
+        given = {"plate_mass_kg": mass, **own}
+        return Setting(plate=self.plate, plate_thickness_m=drawing.thickness_m, **given)
 
 
 def twin_of(store: Store | None, db: str, request: TwinRequest) -> BuiltTwin:
@@ -118,14 +118,13 @@ def _built(
         bench = with_modes(bench, request.modes)
     plate = _material_named(materials, request.plate or bench.plate_material)
     adopted, adopted_notes = _adopted(session, bench, request)
-    request = replace(request, effects=(*request.effects, *(e for e in adopted if e.stage() != "contact")))
+    adopted_contact = tuple(effect for effect in adopted if effect.stage() == "contact")
+    request = replace(request, effects=(*request.effects, *(e for e in adopted if e not in adopted_contact)))
     plates, plate_note = _plates(bench, plate, db, request)
     shots = _shots(session, recorded, materials, plates.sensors, request)
-    gun, gun_note = None, ""
-    if bench.hammer_mass_kg is None:
-        learned_from = recorded.campaign if request.learn and bench.gun == recorded.gun else None
-        gun, gun_note = _gun(session, bench, request, learned_from)
-    contact, contact_note = _contact(session, bench, db, request, tuple(e for e in adopted if e.stage() == "contact"))
+    same_gun = request.learn and bench.gun == recorded.gun
+    gun, gun_note = _gun(session, bench, request, recorded.campaign if same_gun else None)
+    contact, contact_note = _contact(session, db, bench, request, adopted_contact)
     twin = Twin(
         contact=taught_contact(contact, shots),
         gun=gun,
@@ -183,11 +182,21 @@ def _of_stage(request: TwinRequest, stage: str) -> tuple[Effect, ...]:
     return tuple(effect for effect in request.effects if effect.stage() == stage)
 
 
-def _gun(session: Session | None, bench: Bench, request: TwinRequest, campaign: str | None) -> tuple[GunStage, str]:
-    """The gun with its unknown effects drawn, updated by the measured shots of `campaign`."""
+def _gun(
+    session: Session | None, bench: Bench, request: TwinRequest, campaign: str | None
+) -> tuple[GunStage | None, str]:
+    """The gun with its unknown effects drawn, updated by the measured shots of `campaign`.
+
+    None on a bench without one. Raises `ValueError` for effects of a gun there.
+    """
     from ...twin.gun.effect import GunEffect
 
     effects = checked_effects(_of_stage(request, "gun"), GunEffect)
+    if not bench.has_gun:
+        if effects:
+            names = ", ".join(effect.id for effect in effects)
+            raise ValueError(f"effect {names}: campaign {bench.campaign!r} is of kind {bench.kind!r} and has no gun")
+        return None, ""
     stage = GunStage(bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source, unknown_effects=True)
     twice = bench.gun.efficiency < 1 and bool(effects)
     also = f"; the bench's efficiency {bench.gun.efficiency:g} acts beside the gun's effects" if twice else ""
@@ -198,62 +207,97 @@ def _gun(session: Session | None, bench: Bench, request: TwinRequest, campaign: 
 
 
 def _contact(
-    session: Session | None, bench: Bench, db: str, request: TwinRequest, adopted: tuple[Effect, ...] = ()
+    session: Session | None, db: str, bench: Bench, request: TwinRequest, adopted: tuple[Effect, ...] = ()
 ) -> tuple[ContactStage, str]:
-    """A registered model where there is a champion, or one is asked for; else a law, on which effects act, or the prior
-    of the contact."""
+    """The model in use for this kind of bench, or one that is asked for; else the prior of the contact, or a law.
+
+    Effects act on all of them.
+    """
     from ...twin.contact.laws import LAWS
-    from ..models.withdrawn import note_of
+    from .model_in_use import model_in_use
 
     effects = _of_stage(request, "contact")
     if request.contact is not None and request.contact in LAWS:
         return _law(request.contact, (*effects, *adopted)), ""
-    if request.contact == PRIOR or effects:
+    if request.contact == PRIOR:
         return _prior(bench, (*effects, *adopted)), ""
-    idle = _idle(adopted)
     registry = _registry(db)
     if request.contact in (None, REGISTERED):
-        found = None if registry is None else registry.champion("gun")
-        if found is not None and registry is not None:
-            return _registered(session, registry, found), _joined(idle, note_of(session, found))
+        version = None if registry is None else model_in_use(session, registry, bench.kind)
+        if version is not None and registry is not None:
+            return _registered_with(session, registry, version, effects, adopted)
         if request.contact == REGISTERED:
-            raise LookupError("no model is in use for the gun; make one so: pyroshock promote MODEL VERSION")
-        prior = _prior(bench, adopted)
-        return prior, f"contact: {prior.label}, each drawn from its likely range; no model is in use for the gun"
+            raise LookupError(_none_in_use(bench.kind))
+        prior = _prior(bench, (*effects, *adopted))
+        note = f"contact: {prior.label}, each drawn from its likely range; no model is in use for the {bench.kind}"
+        return prior, note
     if registry is None:
         laws = ", ".join((PRIOR, *LAWS))
         raise LookupError(f"no law of contact {request.contact!r}, and no models; laws: {laws}")
     from ...training.listing import chosen
 
     version = chosen(registry.versions(), request.contact.removeprefix("models:/"))
-    return _registered(session, registry, version), _joined(idle, note_of(session, version))
+    return _registered_with(session, registry, version, effects, adopted)
 
 
-def _joined(*notes: str) -> str:
-    return "; ".join(filter(None, notes))
+def _none_in_use(bench_kind: str) -> str:
+    return f"no model is in use for the {bench_kind}; make one so: pyroshock promote MODEL@VERSION"
 
 
-def _idle(adopted: tuple[Effect, ...]) -> str:
-    """A registered model has learned from measured pulses: it holds what the bench does."""
-    if not adopted:
+def _registered_with(
+    session: Session | None,
+    registry: Registry,
+    version: Version,
+    effects: tuple[Effect, ...],
+    adopted: tuple[Effect, ...],
+) -> tuple[ContactStage, str]:
+    """A registered model with effects, and what is to be said of it: adopted ones act where it has not learned them."""
+    from ...schema.velocity_kinds import INTEGRATED
+    from ..models.withdrawn import note_of
+    from .adopting import learned_by
+    from .model_in_use import velocity_kind_of
+
+    learned = learned_by(session, version, adopted)
+    acting = (*effects, *(effect for effect in adopted if effect not in learned))
+    kind = velocity_kind_of(session, version)
+    integrated = (
+        f"{version.label} takes velocities integrated to the peak of the force: it is asked with the one that belongs "
+        "to the velocity before contact by its own pulse and the plate's mobility"
+    )
+    notes = (
+        _learned(learned, version.label),
+        integrated if kind == INTEGRATED else "",
+        note_of(session, version),
+    )
+    return _registered(session, registry, version, kind, acting), "; ".join(filter(None, notes))
+
+
+def _learned(effects: tuple[Effect, ...], label: str) -> str:
+    """An adopted effect that is in the measured pulses already would act twice."""
+    if not effects:
         return ""
-    names = ", ".join(effect.id for effect in adopted)
-    return f"{names} does not act on a registered model, which learned from measured pulses; --contact prior uses it"
+    names = ", ".join(effect.id for effect in effects)
+    return (
+        f"{names} (adopted) does not act on {label}, which has learned it from measured pulses of this bench; "
+        "--effect adds it, --contact prior uses the law with it"
+    )
 
 
 def registered_contact(session: Session | None, db: str, name: str, in_use: str | None = None) -> ContactStage:
-    """The registered model "NAME@VERSION", or the one `in_use` for a predictor set. Raises `LookupError`."""
+    """The registered model "NAME@VERSION", or the one in use for a kind of bench, asked with velocities as its
+    dataset had them. Raises `LookupError`."""
     from ...training.listing import chosen
+    from .model_in_use import model_in_use
 
     registry = _registry(db)
     if registry is None:
         raise LookupError(f"no registered model {name!r}: none is registered (pyroshock train)")
     if in_use is None:
         return _registered(session, registry, chosen(registry.versions(), name))
-    found = registry.champion(in_use)
-    if found is None:
-        raise LookupError(f"no model is in use for the {in_use}; make one so: pyroshock promote MODEL VERSION")
-    return _registered(session, registry, found)
+    version = model_in_use(session, registry, in_use)
+    if version is None:
+        raise LookupError(_none_in_use(in_use))
+    return _registered(session, registry, version)
 
 
 def _law(name: str, effects: tuple[Effect, ...]) -> ContactStage:
@@ -266,7 +310,7 @@ def _prior(bench: Bench, effects: tuple[Effect, ...]) -> ContactStage:
     """A hammer's mass is uncertain as well, for a hand holds it."""
     from ...twin.contact.prior import PriorContact
 
-    return PriorContact(effects, hand_held=bench.hammer_mass_kg is not None)
+    return PriorContact(effects, hand_held=bench.kind == "hammer")
 
 
 def _registry(db: str) -> Registry | None:
@@ -275,7 +319,13 @@ def _registry(db: str) -> Registry | None:
     return None if registry.connection.nothing_there else registry
 
 
-def _registered(session: Session | None, registry: Registry, version: Version) -> ContactStage:
+def _registered(
+    session: Session | None,
+    registry: Registry,
+    version: Version,
+    velocity_kind: str = BEFORE_CONTACT,
+    effects: tuple[Effect, ...] = (),
+) -> ContactStage:
     from ...dataset.predictors import SHIPPED
     from ...dataset.snapshot import read_snapshot
     from ...training.contact_stage import RegisteredContact
@@ -283,7 +333,7 @@ def _registered(session: Session | None, registry: Registry, version: Version) -
     own = None
     if version.dataset.predictor_set not in SHIPPED and session is not None:
         own = read_snapshot(session, version.dataset.hash).predictors
-    return RegisteredContact(registry.load(version), own)
+    return RegisteredContact(registry.load(version), own, velocity_kind, effects)
 
 
 def _plates(bench: Bench, material: Material, db: str, request: TwinRequest) -> tuple[PlateStage, str]:

@@ -141,16 +141,12 @@ def test_scatter_of_the_thesis_is_that_of_its_five_shots():
 
 def test_model_in_use_answers(quick, monkeypatch):
     table = pulse_table(np.random.default_rng(0), repetitions=2)
-    dataset, when = DatasetName("spring", "5" * 64, "hammer"), datetime(2026, 1, 1, tzinfo=UTC)
+    dataset, when = DatasetName("spring", "5" * 64, "hammer", "gun"), datetime(2026, 1, 1, tzinfo=UTC)
     ids = ("key", "run", "0" * 64)
     version = Version("hertz", 4, dataset, "repetitions", 0, {}, Cost(1.0, 1.0), *ids, when, "hammer")
     model = Analytic("hertz").fit(table, np.random.default_rng(0))
 
     class Registry:
-        def champion(self, predictor_set: str) -> Version:
-            assert predictor_set == "gun"
-            return version
-
         def versions(self) -> list[Version]:
             return [version]
 
