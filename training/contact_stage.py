@@ -54,7 +54,7 @@ class RegisteredContact:
     def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
         """Raises `ValueError` where a setting does not tell what a predictor asks for."""
         prediction = self.registered.model.predict(self.inputs(strikes))
-        return _pulses(prediction if z is None else _random(prediction, z))
+        return _pulses(prediction) if z is None else random_pulses(prediction, z)
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
         found = self.registered.domain.outside(self.inputs(strikes))
@@ -134,14 +134,14 @@ def _value(predictor: Predictor, source: str, case: Case, materials: Mapping[str
     return float(predictor.levels.index(word))
 
 
-def _random(prediction: ContactPrediction, z: Floats) -> ContactPrediction:
-    """z (n, 2)."""
+def random_pulses(prediction: ContactPrediction, z: Floats) -> Pulses:
+    """A random pulse for each prediction, a function of normal numbers z (n, 2): force and contact time."""
     force, time = prediction.force_n, prediction.contact_time_s
     if prediction.force_spread_n is not None:
         force = np.maximum(force + z[:, :1] * prediction.force_spread_n, 0.0)
     if prediction.contact_time_spread_s is not None:
         time = np.maximum(time + z[:, 1] * prediction.contact_time_spread_s, _SHORTEST * time)
-    return ContactPrediction(force, time, None, None)
+    return _pulses(ContactPrediction(force, time, None, None))
 
 
 def _pulses(prediction: ContactPrediction) -> Pulses:

@@ -18,10 +18,11 @@ from .common import db_option, json_option, note, opened, write_json
 def promote(
     model: str, version: int, other: str | None, force: bool, reason: str, db: str, json_to: str | None
 ) -> None:
-    """Make VERSION of MODEL the champion: the one that predictions use.
+    """Put VERSION of MODEL in use: predictions take it from then on.
 
-    Refused, with exit code 1, when its mean cost (eq. 5.4) is greater than the present champion's on held-out pulses
-    that neither was trained on. Refusals are kept too: pyroshock models --promotions.
+    It must predict configurations that it has not seen better than the model in use, and the first model better than
+    the contact of which nothing was learned: by the mean CRPS of peak force, contact time and impulse. Else it is
+    refused, with exit code 1. Refusals are kept too: pyroshock models --promotions.
 
     \b
     Example:
@@ -44,8 +45,9 @@ def promote(
             )
         if json_to is not None:
             write_json(asdict(decision), json_to)
-        verb = "champion" if decision.promoted else "refused"
+        before = f"before: {decision.champion}" if decision.champion else "none before"
+        state = f"is now in use for the {decision.predictor_set} ({before})" if decision.promoted else "is refused"
         judged = f" (judged on {decision.pulses} pulses, {decision.judged_on})" if decision.pulses else ""
-        note(f"{verb}: {decision.candidate} of {decision.predictor_set}{judged}: {decision.reason}")
+        note(f"{decision.candidate} {state}: {decision.reason}{judged}")
         if not decision.promoted:
             raise click.exceptions.Exit(1)
