@@ -13,8 +13,9 @@ from .strikes import Floats, Pulses
 def sampled(pulses: Pulses, step_s: float, most: int | None = None) -> Floats:
     """Forces (n, p) every `step_s` from the beginning of contact, the first and the last 0, straight between phases.
 
-    Each keeps the impulse of its pulse: samples of a short one are scaled, by (step / contact time)^2 or so. No more
-    than `most` samples are made, and a pulse that goes on beyond them, which has very many, is not scaled.
+    Each keeps the impulse of its pulse: samples of a short one are scaled, by (step / contact time)^2 or so, and a
+    contact that is shorter than a step has all of its impulse in the second sample. No more than `most` samples, two or
+    more, are made, and a pulse that goes on beyond them, which has very many, is not scaled.
     """
     longest = float(pulses.contact_time_s.max())
     samples = math.ceil(longest / step_s) + 2
@@ -25,13 +26,16 @@ def sampled(pulses: Pulses, step_s: float, most: int | None = None) -> Floats:
     rows = np.arange(len(left))[:, None]
     before, after = pulses.force_n[rows, left], pulses.force_n[rows, left + 1]
     force = before + (position - left) * (after - before)
+    between = pulses.contact_time_s <= step_s
+    force[between] = 0.0
+    force[between, 1] = pulses.impulse_n_s[between] / step_s  # where the sample of a slightly longer contact is
     scale = _scale(force.sum(axis=1) * step_s, pulses.impulse_n_s)
     scale[pulses.contact_time_s > time[-1]] = 1.0
     return np.asarray(force * scale[:, None])
 
 
 def _scale(sampled_n_s: Floats, impulse_n_s: Floats) -> Floats:
-    """1 where there is no impulse to keep, or a contact fell between two samples."""
+    """1 where there is no impulse to keep."""
     known = sampled_n_s > 0
     return np.where(known, impulse_n_s / np.where(known, sampled_n_s, 1.0), 1.0)
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from .materials import Material
 
@@ -16,7 +17,8 @@ class Setting:
     """What an operator sets for one shot, SI. Raises `ValueError` naming the field, the value and what is expected.
 
     Exactly one of `tank_pressure_pa` (gauge) and `impact_velocity_m_s` is given: with the velocity, the gun has no
-    part. The insulator lies on an anvil, so it needs one.
+    part. The insulator lies on an anvil, so it needs one. `factors` are a lab's own, by name, for models that ask for
+    them; physics knows none of them.
     """
 
     impactor_mass_kg: float
@@ -31,6 +33,7 @@ class Setting:
     insulator: str = "none"
     impact_position: str = "#1"
     boundary_conditions: str = "free"
+    factors: Mapping[str, str | float] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         for name in ("impactor_mass_kg", "tip_radius_m", "plate_thickness_m", "plate_mass_kg"):

@@ -45,7 +45,9 @@ _MADE_OF = (
     click.option("--campaign", metavar="NAME", default=None, help="Whose bench. [the newest of a gun]"),
     click.option("--bench", type=click.Path(path_type=Path), default=None, help="TOML file with [gun], [plate]."),
     click.option("--modes", type=click.Path(path_type=Path), default=None, help="Modal table of the plate, CSV."),
-    click.option("--contact", metavar="LAW|registered|NAME@VERSION", default=None, help="[the model in use, or hertz]"),
+    click.option(
+        "--contact", metavar="LAW|prior|registered|NAME@VERSION", default=None, help="[the model in use, or prior]"
+    ),
     click.option("--effect", "effects", multiple=True, metavar="ID[:NAME=VALUE,...]", help="Off the nominal: repeat."),
     click.option("--no-adopted", is_flag=True, help="Without the effects that diagnoses have left to the bench."),
     click.option("--impact-at", multiple=True, metavar="X,Y", help="Point #1, #2... of the outline, in m: repeat."),

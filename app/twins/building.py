@@ -19,8 +19,10 @@ from ...twin.materials import THESIS, Material
 from ...twin.plates import PlateSpread, PlateStage
 from ...twin.sensors.chain import SensorChain
 from ...twin.setting import Setting
+from ...twin.spectrum_calibration import SpectrumCalibration
 from ..models.training import registry_of
 from .benches import Bench, PlateDrawing, Point, bench_of_campaign, bench_of_file, shipped_bench, with_modes
+from .measured_shots import no_shots, read_measured_shots, struck_plate
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -28,26 +30,26 @@ if TYPE_CHECKING:
     from ...schema.session import Store
     from ...training.records import Version
     from ...training.registry.registry import Registry
-    from ...twin.gun.calibration import VelocityCalibration
+    from ...twin.measured_shots import MeasuredShots
     from ...twin.plate.modal import ModalPlate
-    from ...twin.strikes import ContactStage
+    from ...twin.strikes import ContactStage, Floats
 
-#: Without a model: hann and hunt-crossley are nearer to a hammer's pulses (thesis, Tables 5.2 and 5.3), but the
-#: restitution that they take after Zener is far below what he solved for a bullet on 10 mm: it has to be clipped.
-DEFAULT_LAW = "hertz"
+#: Without a model: what is likely of the contact, narrowed by measured shots (`PriorContact`).
+PRIOR = "prior"
 REGISTERED = "registered"
 #: A solved plate has the modes up to so many times the highest line: one beyond moves that line's oscillator by a
 #: fifteenth of what it moves the plate. But none that the rate of 100 kHz shows badly.
 MODES_OVER_LINES, MAX_MODE_HZ = 4.0, 20_000.0
-#: So many measured shots teach the gun; with less its scatter is that of the errors in Table 5.1.
-_ENOUGH_SHOTS, THESIS_VELOCITY_SPREAD = 5, 0.046
+#: Scatter (ln, standard deviation) of a gun's shots that nobody has measured: that of Table 5.1 about one factor.
+THESIS_VELOCITY_SPREAD = 0.046
 
 
 @dataclass(frozen=True)
 class TwinRequest:
     """What a user asks of a twin; what is None or empty is the store's, else the shipped bench's.
 
-    `adopted`: effects that diagnoses have left to the campaign's bench act, too.
+    `adopted`: effects that diagnoses have left to the campaign's bench act, too. `learn`: the campaign's measured shots
+    teach every stage, but for those of `without_configurations` (keys of the store), which the twin has then not seen.
     """
 
     campaign: str | None = None
@@ -61,17 +63,23 @@ class TwinRequest:
     q: float = 10.0
     frequency_hz: tuple[float, ...] = ()
     adopted: bool = True
+    learn: bool = True
+    without_configurations: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True, eq=False)
 class BuiltTwin:
-    """A twin, and what settings for it are made of. `notes` are for the user: what was assumed."""
+    """A twin, and what settings for it are made of. `notes` are for the user: what was assumed.
+
+    `shots` are those that the twin has learned spectra from.
+    """
 
     twin: Twin
     bench: Bench
     plate: Material
     materials: Mapping[str, Material]
     notes: tuple[str, ...] = field(default=())
+    shots: MeasuredShots | None = None
 
     def material(self, name: str) -> Material:
         """By name or alias. Raises `LookupError` naming those there are."""
@@ -105,6 +113,7 @@ def _material_named(materials: Mapping[str, Material], name: str) -> Material:
 def _built(
     session: Session | None, bench: Bench, materials: Mapping[str, Material], db: str, request: TwinRequest
 ) -> BuiltTwin:
+    recorded = bench
     if request.bench is not None:
         bench = bench_of_file(request.bench, bench)
     if request.modes is not None:
@@ -112,19 +121,66 @@ def _built(
     plate = _material_named(materials, request.plate or bench.plate_material)
     adopted, adopted_notes = _adopted(session, bench, request)
     request = replace(request, effects=(*request.effects, *(e for e in adopted if e.stage() != "contact")))
-    gun, shots_note = _gun(session, bench, request)
-    contact, contact_note = _contact(session, db, request, tuple(e for e in adopted if e.stage() == "contact"))
     plates, plate_note = _plates(bench, plate, db, request)
+    shots = _shots(session, recorded, materials, plates.sensors, request)
+    gun, shots_note = _gun(session, bench, request)
+    contact, contact_note = _contact(session, bench, db, request, tuple(e for e in adopted if e.stage() == "contact"))
     twin = Twin(
         contact=contact,
         gun=gun,
         plate=plates,
         sensors=SensorChain.of(_of_stage(request, "sensor")),
-        frequency_hz=np.array(request.frequency_hz) if request.frequency_hz else default_lines(),
+        frequency_hz=_lines(request),
         q=request.q,
     )
-    notes = tuple(note for note in (*adopted_notes, shots_note, contact_note, plate_note) if note)
-    return BuiltTwin(twin, bench, plate, materials, notes)
+    of_plate = shots if (bench.drawing, bench.modes) == (recorded.drawing, recorded.modes) else shots.take([])
+    twin, spectra_note = _calibrated(twin, bench, of_plate, materials, db, request)
+    notes = tuple(note for note in (*adopted_notes, shots_note, contact_note, plate_note, spectra_note) if note)
+    return BuiltTwin(twin, bench, plate, materials, notes, of_plate)
+
+
+def _lines(request: TwinRequest) -> Floats:
+    return np.array(request.frequency_hz) if request.frequency_hz else default_lines()
+
+
+def _shots(
+    session: Session | None,
+    bench: Bench,
+    materials: Mapping[str, Material],
+    sensors: tuple[str, ...],
+    request: TwinRequest,
+) -> MeasuredShots:
+    """Of the campaign whose bench is taken; none where nothing is to be learned."""
+    lines = _lines(request)
+    if session is None or bench.campaign is None or not request.learn:
+        return no_shots(sensors, lines, request.q)
+    shots, _ = read_measured_shots(
+        session,
+        bench.campaign,
+        frequency_hz=lines,
+        q=request.q,
+        sensors=sensors,
+        material=lambda name: _material_named(materials, name),
+        plate=struck_plate(bench),
+    )
+    return shots.without(sorted(request.without_configurations))
+
+
+def _calibrated(
+    twin: Twin, bench: Bench, shots: MeasuredShots, materials: Mapping[str, Material], db: str, request: TwinRequest
+) -> tuple[Twin, str]:
+    """With what shots teach of spectra, on every plate that they hit; of a plate whose modes were measured, and that
+    no shots are of, the spread of the plate's ensemble says enough."""
+    if not twin.sensor_names or not (len(shots) or bench.modes is None):
+        return twin, ""
+    if bench.modes is None:
+        others = {setting.plate.name for setting in shots.settings} - set(twin.plate.plates)
+        more = {name: _drawn_plate(bench, materials[name.lower()], db, request) for name in sorted(others)}
+        twin = replace(twin, plate=replace(twin.plate, plates={**twin.plate.plates, **more}))
+    if not len(shots):
+        return replace(twin, calibration=SpectrumCalibration.untaught(twin.sensor_names, twin.frequency_hz)), ""
+    calibration = SpectrumCalibration.of(shots, twin.replayed_db(shots))
+    return replace(twin, calibration=calibration), f"spectra: learned from {calibration.shots} measured shots"
 
 
 def _adopted(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
@@ -142,46 +198,52 @@ def _of_stage(request: TwinRequest, stage: str) -> tuple[Effect, ...]:
 
 
 def _gun(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[GunStage, str]:
-    """The gun, corrected by the campaign's measured shots; with the thesis's scatter where there are too few."""
+    """The gun with its unknown effects drawn, updated by the campaign's measured shots."""
     from ...twin.gun.effect import GunEffect
 
     effects = checked_effects(_of_stage(request, "gun"), GunEffect)
-    stage = GunStage(bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source)
+    stage = GunStage(bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source, unknown_effects=True)
     twice = bench.gun.efficiency < 1 and bool(effects)
     also = f"; the bench's efficiency {bench.gun.efficiency:g} acts beside the gun's effects" if twice else ""
-    calibration = _calibration(session, bench.campaign, stage)
-    if calibration is None:
-        return stage, f"velocity spread {THESIS_VELOCITY_SPREAD:.1%}: the thesis's five shots{also}"
-    return replace(stage, calibration=calibration), f"velocity corrected by {calibration.shots} measured shots{also}"
+    stage, note = _updated(session, bench, stage)
+    return stage, f"{note}{also}"
 
 
-def _calibration(session: Session | None, campaign: str | None, gun: GunStage) -> VelocityCalibration | None:
-    """Of the shots that were measured and that the gun says to leave the barrel; None for less than five."""
+def _updated(session: Session | None, bench: Bench, gun: GunStage) -> tuple[GunStage, str]:
+    """By the shots whose velocity was measured, but for those that no gas could have fired."""
     from ...schema.listings import iter_shots
-    from ...twin.gun.calibration import VelocityCalibration
+    from ...twin.gun.limits import beyond_energy
 
-    if session is None or campaign is None:
-        return None
-    shots = [shot for shot in iter_shots(session, campaign) if (shot["measured_velocity_m_s"] or 0) > 0]
+    nothing = (
+        "velocity: no measured shots, so that the effects that nobody has stated are drawn from their likely ranges"
+    )
+    if session is None or bench.campaign is None:
+        return gun, nothing
+    shots = [shot for shot in iter_shots(session, bench.campaign) if (shot["measured_velocity_m_s"] or 0) > 0]
     names = ("tank_pressure_pa", "bullet_mass_kg", "measured_velocity_m_s")
     pressure, mass, measured = (np.array([shot[name] for shot in shots], dtype=np.float64) for name in names)
-    predicted = gun.fired(pressure, mass) if shots else np.zeros(0)
-    left = predicted > 0
-    if left.sum() < _ENOUGH_SHOTS:
-        return None
-    return VelocityCalibration.of(pressure[left], mass[left], measured[left], predicted[left])
+    possible = (pressure > 0) & ~beyond_energy(bench.gun, pressure, mass, measured)
+    left_out = f"; {np.sum(~possible)} with more energy than the gas can give left out" if not possible.all() else ""
+    if not possible.any():
+        return gun, f"{nothing}{left_out}"
+    uncertainty = np.array([shot["measured_velocity_u_m_s"] or 0.0 for shot in shots])
+    taken = gun.updated(*(values[possible] for values in (pressure, mass, measured, uncertainty)))
+    return taken, f"velocity: learned from {possible.sum()} measured shots{left_out}"
 
 
 def _contact(
-    session: Session | None, db: str, request: TwinRequest, adopted: tuple[Effect, ...] = ()
+    session: Session | None, bench: Bench, db: str, request: TwinRequest, adopted: tuple[Effect, ...] = ()
 ) -> tuple[ContactStage, str]:
-    """A registered model where there is a champion, or one is asked for; else a law, on which effects act."""
+    """A registered model where there is a champion, or one is asked for; else a law, on which effects act, or the prior
+    of the contact."""
     from ...twin.contact.laws import LAWS
     from ..models.withdrawn import note_of
 
     effects = _of_stage(request, "contact")
-    if request.contact in LAWS or effects:
+    if request.contact is not None and request.contact in LAWS:
         return _law(request.contact, (*effects, *adopted)), ""
+    if request.contact == PRIOR or effects:
+        return _prior(session, bench, (*effects, *adopted)), ""
     idle = _idle(adopted)
     registry = _registry(db)
     if request.contact in (None, REGISTERED):
@@ -190,9 +252,11 @@ def _contact(
             return _registered(session, registry, found), _joined(idle, note_of(session, found))
         if request.contact == REGISTERED:
             raise LookupError("no model is in use for the gun; make one so: pyroshock promote MODEL VERSION")
-        return _law(DEFAULT_LAW, adopted), f"contact by the law {DEFAULT_LAW!r}: no model is in use for the gun"
+        prior = _prior(session, bench, adopted)
+        return prior, f"contact: {prior.label}, each drawn from its likely range; no model is in use for the gun"
     if registry is None:
-        raise LookupError(f"no law of contact {request.contact!r}, and no models; laws: {', '.join(LAWS)}")
+        laws = ", ".join((PRIOR, *LAWS))
+        raise LookupError(f"no law of contact {request.contact!r}, and no models; laws: {laws}")
     from ...training.listing import chosen
 
     version = chosen(registry.versions(), request.contact.removeprefix("models:/"))
@@ -208,7 +272,7 @@ def _idle(adopted: tuple[Effect, ...]) -> str:
     if not adopted:
         return ""
     names = ", ".join(effect.id for effect in adopted)
-    return f"{names} does not act on a registered model, which learned from measured pulses; --contact hertz uses it"
+    return f"{names} does not act on a registered model, which learned from measured pulses; --contact prior uses it"
 
 
 def registered_contact(session: Session | None, db: str, name: str, in_use: str | None = None) -> ContactStage:
@@ -226,10 +290,22 @@ def registered_contact(session: Session | None, db: str, name: str, in_use: str 
     return _registered(session, registry, found)
 
 
-def _law(name: str | None, effects: tuple[Effect, ...]) -> ContactStage:
+def _law(name: str, effects: tuple[Effect, ...]) -> ContactStage:
     from ...twin.contact.stage import LawContact
 
-    return LawContact(name or DEFAULT_LAW, effects=effects)
+    return LawContact(name, effects=effects)
+
+
+def _prior(session: Session | None, bench: Bench, effects: tuple[Effect, ...]) -> ContactStage:
+    """A hammer's mass is uncertain as well, for a hand holds it."""
+    from ...schema.campaigns import Campaign
+    from ...schema.listings import get_campaign_id
+    from ...twin.contact.prior import PriorContact
+
+    if session is None or bench.campaign is None:
+        return PriorContact(effects)
+    campaign = session.get_one(Campaign, get_campaign_id(session, bench.campaign))
+    return PriorContact(effects, hand_held=campaign.kind == "hammer")
 
 
 def _registry(db: str) -> Registry | None:
@@ -256,10 +332,14 @@ def _plates(bench: Bench, material: Material, db: str, request: TwinRequest) -> 
         spread = PlateSpread(frequency=0.002, damping=0.2)
         return PlateStage({material.name: bench.modes}, effects, spread, bench.modes_source), ""
     drawing = bench.drawing.at(request.impact_points, request.sensors)
-    lines = request.frequency_hz or tuple(default_lines().tolist())
-    highest = min(MODES_OVER_LINES * max(lines), MAX_MODE_HZ)
-    plate = solved(drawing, material, highest, plates_folder(db))
+    plate = _drawn_plate(bench, material, db, request)
     return PlateStage({material.name: plate}, effects, label=f"finite elements ({drawing.source})"), _of(drawing)
+
+
+def _drawn_plate(bench: Bench, material: Material, db: str, request: TwinRequest) -> ModalPlate:
+    drawing = bench.drawing.at(request.impact_points, request.sensors)
+    highest = min(MODES_OVER_LINES * float(_lines(request).max()), MAX_MODE_HZ)
+    return solved(drawing, material, highest, plates_folder(db))
 
 
 def plates_folder(db: str) -> Path:

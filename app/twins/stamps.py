@@ -12,6 +12,7 @@ from sqlalchemy import func, select
 
 from ...schema.benches import ModalTable
 from ...schema.campaigns import Campaign
+from ...schema.impacts import Impact, Pulse
 from ...schema.materials import Material
 from ...schema.shots import Shot
 from ...schema.tombstones import Tombstone
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 _ASKED_EVERY_S = 10.0
 #: Their newest keys tell what was added; rows that a twin is made of are never changed, and what is
 #: deleted leaves a tombstone (a key may be given again).
-_TABLES = (Campaign, Shot, TwinVersion, Material, ModalTable, Tombstone)
+_TABLES = (Campaign, Shot, Impact, Pulse, TwinVersion, Material, ModalTable, Tombstone)
 
 _Signature = tuple[tuple[int, int], ...]
 

@@ -11,7 +11,6 @@ import pytest
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.configuration import UNSTATED, Source, TwinConfiguration, configuration_of
 from pyroshock.twin.effects import effect
-from pyroshock.twin.gun.calibration import VelocityCalibration
 from pyroshock.twin.gun.nominal import muzzle_velocity
 from pyroshock.twin.launch import GunStage
 from pyroshock.twin.plates import PlateSpread, PlateStage
@@ -91,11 +90,11 @@ def test_twin_made_of_it_predicts_as_the_one_it_is_of():
     np.testing.assert_array_equal(again.spectra(one), twin.spectra(one))
 
 
-def test_what_measured_shots_taught_reads_back():
+def test_measured_shots_of_a_gun_read_back():
     pressure, mass = np.array([2e5, 4e5, 6e5, 8e5]), np.full(4, 0.5)
     predicted = muzzle_velocity(BENCH, pressure, mass)
-    taught = VelocityCalibration.of(pressure, mass, [0.9, 0.91, 0.92, 0.9] * predicted, predicted)
-    twin = Twin(HalfSine(), GunStage(BENCH, 0.05, calibration=taught))
+    learned = GunStage(BENCH, 0.05).updated(pressure, mass, [0.9, 0.91, 0.92, 0.9] * predicted)
+    twin = Twin(HalfSine(), learned)
     data = json.loads(json.dumps(configuration_of(twin).as_json()))
     again = TwinConfiguration.from_json(data).twin(HalfSine(), {})
     shots = [setting(tank_pressure_pa=3e5), setting(tank_pressure_pa=9e5)]

@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pyroshock.twin.sampling import MeasuredForce, sampled
 from pyroshock.twin.strikes import Pulses
 
@@ -25,6 +27,36 @@ def test_a_pulse_that_is_cut_is_as_it_is_and_one_that_just_fits_is_not_cut() -> 
     long, exact = sampled(triangle(1e-3, 6.0), 1e-4, 6)[0], sampled(triangle(3.0, 6.0), 1.0, 4)[0]
     np.testing.assert_allclose(long, 12e3 * 1e-4 * np.arange(6), rtol=1e-12)
     assert exact.sum() == pytest.approx(9.0, rel=1e-12)
+
+
+@given(
+    st.floats(-8.0, 0.0),
+    st.floats(0.05, 0.95),
+    st.sampled_from([1e-6, 1e-5, 1 / 51_200]),
+    st.sampled_from([None, 4000]),
+)
+def test_a_contact_of_any_duration_keeps_its_impulse(
+    logarithm: float, rise: float, step_s: float, most: int | None
+) -> None:
+    """From 10 ns to 1 s, of any rise; `most` may cut only what goes on beyond it."""
+    time = 10.0**logarithm
+    pulses = Pulses(
+        np.array([time]), np.interp(np.linspace(0, 1, 65), [0, rise, 1], [0, 5.0, 0])[None], np.array([time])
+    )
+    samples = math.ceil(time / step_s) + 2
+    if most is None and samples > 100_000:
+        step_s = time / 1000
+    found = sampled(pulses, step_s, most)[0]
+    if most is None or samples <= most:
+        assert found.sum() * step_s == pytest.approx(float(pulses.impulse_n_s[0]), rel=1e-9)
+    else:
+        assert found.size == most and found.sum() * step_s <= float(pulses.impulse_n_s[0]) * 1.001
+    assert found[0] == 0.0 and np.all(found >= 0)
+
+
+def test_a_contact_shorter_than_a_step_differs_little_from_one_that_is_longer() -> None:
+    shorter, longer = (sampled(triangle(time, 1 / time), 1e-5, 8)[0] for time in (0.999e-5, 1.001e-5))
+    np.testing.assert_allclose(shorter, longer[: shorter.size], rtol=1e-9)
 
 
 def test_no_force_stays_none() -> None:

@@ -24,9 +24,10 @@ class Spread:
                 raise ValueError(f"spread of {name} = {getattr(self, name)!r}: expected 0 or more")
 
     @property
-    def logarithmic(self) -> tuple[float, float]:
-        """Standard deviations of the logarithms of peak force and contact time."""
-        return _log_deviation(self.force), _log_deviation(self.time)
+    def stretch(self) -> float:
+        """Standard deviation of the logarithm of a stretch of time that divides the force: the quadratic mean of those
+        of force and time, which cannot differ where the impulse is kept."""
+        return math.hypot(_log_deviation(self.force), _log_deviation(self.time)) / math.sqrt(2)
 
 
 def _log_deviation(error: float) -> float:

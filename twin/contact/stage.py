@@ -52,24 +52,25 @@ class LawContact:
 
     @property
     def normals(self) -> int:
-        """2 where the law knows a spread: one for the peak force, one for the contact time."""
-        return 2 if any(self._spread.logarithmic) else 0
+        """1 where the law knows a spread: contact time and peak force are stretched against each other."""
+        return 1 if self._spread.stretch else 0
 
     @property
     def _spread(self) -> Spread:
         return SPREADS.get(self.law, NO_SPREAD) if self.spread is None else self.spread
 
     def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
-        """Force at 65 phases. A random pulse is the mean one with force and time each times a log-normal factor.
+        """Force at 65 phases. A random pulse is the mean one, longer and lower or shorter and higher by a log-normal
+        factor: its impulse is the mean one's.
 
         Raises `MissingQuantityError` for what these strikes do not tell, `ValueError` for a `z` of another shape.
         """
         pulse = trimmed(self._solved(strikes), PHASES)
-        force, time = self._factors(len(strikes), z)
+        stretch = self._stretch(len(strikes), z)
         return Pulses(
-            contact_time_s=pulse.contact_time_s * time,
-            force_n=pulse.force_n * force[:, None],
-            compression_time_s=pulse.compression_time_s * time,
+            contact_time_s=pulse.contact_time_s * stretch,
+            force_n=pulse.force_n / stretch[:, None],
+            compression_time_s=pulse.compression_time_s * stretch,
         )
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
@@ -83,10 +84,9 @@ class LawContact:
         place = impedance(strikes)
         return impact(bodies, self.effects, insulated=insulated(strikes), plate_impedance_n_s_m=place, steps=_STEPS)
 
-    def _factors(self, n: int, z: Floats | None) -> tuple[Floats, Floats]:
+    def _stretch(self, n: int, z: Floats | None) -> Floats:
         if z is None or not self.normals:
-            return np.ones(n), np.ones(n)
+            return np.ones(n)
         if z.shape != (n, self.normals):
             raise ValueError(f"z has shape {z.shape}: expected ({n}, {self.normals})")
-        force, time = np.exp(z * self._spread.logarithmic).T
-        return force, time
+        return np.asarray(np.exp(z[:, 0] * self._spread.stretch))

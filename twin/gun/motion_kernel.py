@@ -36,7 +36,7 @@ QUANTITIES = np.dtype(
             "outside_rt",
             "critical_ratio",
             "leak_m2",  # area of flow times c*
-            "gauge_leak_m2",  # the same, for a choked flow at gauge pressure
+            "gauge_leak_m2",  # the same, for a choked flow at the pressure above the surroundings
             "wall_1_m",  # Darcy's friction factor over the bore's diameter
             "air_density_kg_m3",  # of outside air, times the dynamic heads that it loses
             "gas_heads",
@@ -115,13 +115,13 @@ def _flow_derivatives(area_m2, pressure_pa, rt, other_pa, other_rt, critical):  
 
 
 @njit(nogil=True, error_model="numpy")
-def _leak(q, pressure, absolute, rt):  # type: ignore[no-untyped-def]
-    """kg/s past the projectile."""
+def _leak(q, absolute, rt):  # type: ignore[no-untyped-def]
+    """kg/s past the projectile. Gauge pressure is that above the surroundings, whatever the law counts from."""
     leak = 0.0
     if q.leak_m2 > 0:
         leak = mass_flow(q.leak_m2, absolute, rt, q.outside_pa, q.outside_rt, q.critical_ratio)
-    if q.gauge_leak_m2 > 0 and pressure > 0:
-        leak += q.gauge_leak_m2 * pressure / math.sqrt(rt)
+    if q.gauge_leak_m2 > 0 and absolute > q.outside_pa:
+        leak += q.gauge_leak_m2 * (absolute - q.outside_pa) / math.sqrt(rt)
     return leak
 
 
@@ -143,7 +143,7 @@ def _rates(q, time, state, leak, resistance, rates):  # type: ignore[no-untyped-
         carried = (tank_rt if inflow > 0 else rt) * inflow
         rates[4] = -q.index / q.tank_m3 * carried
         rates[5] = -inflow
-    leak += _leak(q, pressure, absolute, rt)
+    leak += _leak(q, absolute, rt)
     lost = (rt if leak > 0 else q.outside_rt) * leak
     speed = max(velocity, 0.0)
     heads = q.wall_1_m * position * (mass / volume) + q.air_density_kg_m3 + q.gas_heads * max(pressure, 0.0) / rt
@@ -209,10 +209,11 @@ def _derivatives(q, time, state, jacobian, by_time):  # type: ignore[no-untyped-
             q.leak_m2, absolute, rt, q.outside_pa, q.outside_rt, q.critical_ratio
         )
         leak_x, leak_p, leak_m = by_inside_rt * rt_x, by_inside + by_inside_rt * rt_p, by_inside_rt * rt_m
-    if q.gauge_leak_m2 > 0 and pressure > 0:
+    if q.gauge_leak_m2 > 0 and absolute > q.outside_pa:
         gauge = q.gauge_leak_m2 / math.sqrt(rt)
-        by_rt = -gauge * pressure / (2 * rt)
-        leak += gauge * pressure
+        above = absolute - q.outside_pa
+        by_rt = -gauge * above / (2 * rt)
+        leak += gauge * above
         leak_x, leak_p, leak_m = leak_x + by_rt * rt_x, leak_p + gauge + by_rt * rt_p, leak_m + by_rt * rt_m
     if leak > 0:
         lost, lost_x, lost_p, lost_m = (

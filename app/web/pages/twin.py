@@ -111,6 +111,8 @@ async def tune(
     plate: Annotated[str, Form(max_length=200)] = "",
     tolerance: Annotated[str, Form(max_length=200)] = "",
     measured: Annotated[str, Form(max_length=1000)] = "",
+    at_least: Annotated[float, Form(gt=0, le=1)] = 0.5,
+    share: Annotated[float, Form(gt=0, le=1)] = 1.0,
     text: Annotated[str, Form(max_length=MOST_BYTES)] = "",
 ) -> Response:
     form = await request.form()
@@ -127,6 +129,8 @@ async def tune(
         contact=contact or None,
         plate=plate or None,
         measured=names,
+        at_least=at_least,
+        share=share,
     )
     return followed(tune_job(running, store, asked))
 

@@ -73,27 +73,31 @@ def test_layer_acts_below_the_insulator_only() -> None:
 
 @every_stage
 def test_zero_normals_are_the_mean_pulse(stage: ContactStage) -> None:
-    assert stage.normals == 2
-    mean, drawn = stage.pulses(STRIKES), stage.pulses(STRIKES, np.zeros((3, 2)))
+    assert stage.normals == 1
+    mean, drawn = stage.pulses(STRIKES), stage.pulses(STRIKES, np.zeros((3, 1)))
     assert drawn.force_n == pytest.approx(mean.force_n)
     assert drawn.contact_time_s == pytest.approx(mean.contact_time_s)
 
 
 @pytest.mark.parametrize("law", LAWS)
-def test_scatter_has_the_tables_mean_error(law: str) -> None:
-    """Mean |predicted - measured| / measured, over 5,000 draws."""
+def test_scatter_keeps_the_impulse_and_has_about_the_tables_mean_error(law: str) -> None:
+    """Mean |predicted - measured| / measured, over 5,000 draws: the tables' quadratic mean of force and time."""
     rng = np.random.default_rng(1)
     strikes = Strikes([SETTING] * 5_000, np.ones(5_000))
     stage = LawContact(law)
-    mean, drawn = stage.pulses(Strikes([SETTING], np.ones(1))), stage.pulses(strikes, rng.standard_normal((5_000, 2)))
+    mean, drawn = stage.pulses(Strikes([SETTING], np.ones(1))), stage.pulses(strikes, rng.standard_normal((5_000, 1)))
+    np.testing.assert_allclose(drawn.impulse_n_s, float(mean.impulse_n_s[0]), rtol=1e-9)
     force = np.mean(np.abs(mean.peak_force_n - drawn.peak_force_n) / drawn.peak_force_n)
     time = np.mean(np.abs(mean.contact_time_s - drawn.contact_time_s) / drawn.contact_time_s)
-    assert force == pytest.approx(SPREADS[law].force, rel=0.08)
-    assert time == pytest.approx(SPREADS[law].time, rel=0.08)
+    table = sorted([SPREADS[law].force, SPREADS[law].time])
+    assert 0.92 * table[0] < force < 1.08 * table[1]
+    assert 0.92 * table[0] < time < 1.08 * table[1]
 
 
 def test_small_spread_is_the_normals_own() -> None:
-    assert Spread(0.01, 0.02, "assumed").logarithmic == pytest.approx(np.sqrt(np.pi / 2) * np.array([0.01, 0.02]), 1e-3)
+    """Of a small error s, sqrt(pi / 2) s; of two, their quadratic mean."""
+    assert Spread(0.01, 0.01, "assumed").stretch == pytest.approx(np.sqrt(np.pi / 2) * 0.01, 1e-3)
+    assert Spread(0.01, 0.02, "assumed").stretch == pytest.approx(np.sqrt(np.pi / 2 * 2.5e-4), 1e-3)
 
 
 def test_a_law_without_spread_takes_no_normals() -> None:
@@ -103,7 +107,7 @@ def test_a_law_without_spread_takes_no_normals() -> None:
 
 
 def test_normals_of_another_shape_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"z has shape \(2, 2\): expected \(3, 2\)"):
+    with pytest.raises(ValueError, match=r"z has shape \(2, 2\): expected \(3, 1\)"):
         LawContact().pulses(STRIKES, np.zeros((2, 2)))
 
 

@@ -1,0 +1,299 @@
+"""What measured shots say about latent numbers of the contact: a Gaussian posterior of the shots' own and of new ones.
+
+Every latent number (a parameter's standard normal, a discrepancy of time, restitution or shape) is a Gaussian process
+over settings and velocities. Measurements y = (ln peak force, ln contact time, ln impulse) depend on the latent numbers
+of their own shot alone; that dependence is replaced by a line that is regressed over the posterior itself, again and
+again, with what it leaves as noise (iterated posterior linearisation: Garcia-Fernandez, Svensson, Morelande and Sarkka,
+IEEE Trans. Signal Process. 63 (2015) 5561). Amplitudes of the discrepancies are the most probable ones under log-normal
+priors, widened by their uncertainty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..setting import Setting
+from .bodies import Floats
+from .uncertain_parameters import COLUMNS, column_correlation, shot_variance
+
+DISCREPANCIES = ("time", "restitution", "shape")
+VELOCITY = "velocity"  # the error of a measured velocity, a latent number of each learned shot
+
+#: Standard deviations of the discrepancies from one configuration to the next, and from shot to shot, before any
+#: was measured; and that of the logarithms of all of these.
+SMOOTH = np.array([0.15, 0.8, 0.3])
+SHOT = np.array([0.04, 0.2, 0.04])
+#: By how much they are greater with an anvil, which rings on its joint below the tip.
+WITH_ANVIL = np.array([2.0, 1.5, 2.5])
+_AMPLITUDE_SPREAD = np.array([0.5, 0.5, 0.5, 0.6, 0.6, 0.6])
+#: Standard deviations of ln peak force, ln contact time and ln impulse as sensors show them.
+MEASUREMENT = np.array([0.015, 0.03, 0.015])
+#: Lengths in ln mass, ln velocity and ln radius over which a discrepancy changes.
+_LENGTHS = np.array([1.0, 1.0, 0.8])
+#: Shares of a discrepancy's variance: common to all, of the tip, of what is struck, of both together.
+_SHARES = (0.1, 0.25, 0.35, 0.3)
+_SAMPLES, _ITERATIONS = 48, 10
+#: Share of the way to the next line's posterior: whole steps go to and fro between two regimes.
+_STEP = 0.5
+#: Share of the posterior's deviations over which lines are regressed, after the first two.
+_NEAR = 0.5
+
+#: ln peak force, ln contact time, ln impulse (n * s, 3) of latent numbers (n * s, latents) and ln velocities (n * s,).
+Observables = Callable[[Floats, Floats], Floats]
+
+
+@dataclass(frozen=True, eq=False)
+class ShotFeatures:
+    """What a latent number depends on: settings and velocities (m/s, (n,))."""
+
+    settings: Sequence[Setting]
+    velocity_m_s: Floats
+
+    @property
+    def scaled(self) -> Floats:
+        """(n, 3) in units of the lengths over which discrepancies change."""
+        own = np.array([(s.impactor_mass_kg, s.tip_radius_m) for s in self.settings]).reshape(-1, 2)
+        return np.asarray(np.log(np.column_stack([own[:, 0], self.velocity_m_s, own[:, 1]])) / _LENGTHS)
+
+    @property
+    def tip(self) -> NDArray[np.str_]:
+        return np.array([s.tip.name for s in self.settings])
+
+    @property
+    def anvil(self) -> NDArray[np.bool_]:
+        return np.array([s.anvil is not None for s in self.settings])
+
+    @property
+    def struck(self) -> NDArray[np.str_]:
+        names = ((s.anvil.name if s.anvil else "", s.insulator, s.plate.name) for s in self.settings)
+        return np.array(["|".join(name) for name in names])
+
+
+def anvil_factors(features: ShotFeatures, discrepancy: int) -> Floats:
+    """By how much a discrepancy is greater at each of n settings."""
+    return np.where(features.anvil, WITH_ANVIL[discrepancy], 1.0)
+
+
+def smooth_correlation(rows: ShotFeatures, columns: ShotFeatures) -> Floats:
+    """Of a discrepancy (rows, columns): 1 at the same setting and velocity."""
+    distance = rows.scaled[:, None] - columns.scaled
+    near = np.exp(-0.5 * (distance**2).sum(axis=2))
+    tip = rows.tip[:, None] == columns.tip
+    struck = rows.struck[:, None] == columns.struck
+    common, of_tip, of_struck, both = _SHARES
+    return np.asarray(near * (common + of_tip * tip + of_struck * struck + both * (tip & struck)))
+
+
+@dataclass(frozen=True, eq=False)
+class LatentPosterior:
+    """Gaussian of the latent numbers `names` at any setting and velocity. Without shots it is the prior."""
+
+    names: tuple[str, ...]
+    shots: ShotFeatures
+    weights: Floats  # (observed, latents): derivative of each observation for the latent numbers of its shot
+    rows: NDArray[np.intp]  # (observed,): the shot of each observation
+    mean_factor: Floats  # (observed,): inverse covariance times residuals
+    precision: Floats  # (observed, observed): inverse covariance
+    smooth: Floats  # (3,): standard deviations of the discrepancies
+    shot: Floats
+
+    @classmethod
+    def prior(cls, names: tuple[str, ...]) -> LatentPosterior:
+        nothing = ShotFeatures((), np.zeros(0))
+        widening = np.exp(_AMPLITUDE_SPREAD**2)
+        empty = np.zeros((0, len(names)))
+        rows = np.zeros(0, dtype=np.intp)
+        return cls(
+            names, nothing, empty, rows, np.zeros(0), np.zeros((0, 0)), SMOOTH * widening[:3], SHOT * widening[3:]
+        )
+
+    def at(self, features: ShotFeatures) -> tuple[Floats, Floats]:
+        """Mean (n, latents) and covariance (n, latents, latents) of each of n new shots."""
+        count, latents = len(features.settings), len(self.names)
+        cross = np.empty((count, len(self.rows), latents))
+        variance = np.empty((count, latents))
+        for column, name in enumerate(self.names):
+            if len(self.rows):
+                correlation = self._correlation(name, features)[:, self.rows]
+                cross[:, :, column] = correlation * self.weights[:, column]
+            variance[:, column] = self.prior_variance(name, features)
+        mean = np.einsum("nol,o->nl", cross, self.mean_factor)
+        gain = np.einsum("op,npl->nol", self.precision, cross)
+        covariance = -np.einsum("nol,nok->nlk", cross, gain)
+        covariance[:, np.arange(latents), np.arange(latents)] += variance
+        return mean, covariance
+
+    def _correlation(self, name: str, features: ShotFeatures) -> Floats:
+        """Covariance (new, learned) of one latent number."""
+        if name in COLUMNS:
+            return column_correlation(name, features.settings, self.shots.settings)
+        index = DISCREPANCIES.index(name)
+        factors = np.outer(anvil_factors(features, index), anvil_factors(self.shots, index))
+        return np.asarray(self.smooth[index] ** 2 * factors * smooth_correlation(features, self.shots))
+
+    def prior_variance(self, name: str, features: ShotFeatures) -> Floats:
+        """(n,) of one latent number, before any shot of this bench."""
+        if name in COLUMNS:
+            return np.ones(len(features.settings))
+        index = DISCREPANCIES.index(name)
+        return np.asarray(self.smooth[index] ** 2 * anvil_factors(features, index) ** 2 + self.shot[index] ** 2)
+
+
+def updated_posterior(
+    names: tuple[str, ...], shots: ShotFeatures, velocity_u: Floats, measured: Floats, observables: Observables
+) -> LatentPosterior:
+    """Of n shots: `velocity_u` (n,) standard uncertainty of ln velocity, `measured` (n, 3) logarithms, NaN for none."""
+    fit = _Fit(names, shots, velocity_u, measured, observables)
+    for iteration in range(_ITERATIONS):
+        fit.linearise(1.0 if iteration < 2 else _NEAR)
+        if iteration:
+            fit.choose_amplitudes(2 if iteration < _ITERATIONS - 1 else 8)
+        fit.condition(1.0 if iteration < 2 else _STEP)
+    return fit.posterior()
+
+
+class _Fit:
+    """The state of the iteration: every shot's latent numbers with the error of its velocity as the last."""
+
+    def __init__(
+        self,
+        names: tuple[str, ...],
+        shots: ShotFeatures,
+        velocity_u: Floats,
+        measured: Floats,
+        observables: Observables,
+    ) -> None:
+        self.names, self.shots, self.measured, self.observables = names, shots, measured, observables
+        self.velocity_u = velocity_u
+        count = len(measured)
+        self.rows, self.kinds = np.nonzero(np.isfinite(measured))
+        identity, smooth = np.eye(count), smooth_correlation(shots, shots)
+        self.parameters = {
+            name: column_correlation(name, shots.settings, shots.settings) + shot_variance(name) * identity
+            for name in names
+            if name in COLUMNS
+        }
+        factors = [anvil_factors(shots, index) for index in range(3)]
+        self.bases = [smooth * np.outer(factor, factor) for factor in factors] + [identity] * 3
+        self.log_amplitudes = np.log(np.concatenate([SMOOTH, SHOT]))
+        self.amplitude_sd = _AMPLITUDE_SPREAD.copy()
+        self.latents = len(names) + 1
+        self.mean = np.zeros((count, self.latents))
+        self.covariance = np.zeros((count, self.latents, self.latents))
+        for column in range(self.latents):
+            self.covariance[:, column, column] = np.diag(self._kernel(column))
+        rng = np.random.default_rng(0)
+        self.normals = _whitened(rng.standard_normal((_SAMPLES, self.latents)))
+
+    def _kernel(self, column: int) -> Floats:
+        """Covariance (shots, shots) of one latent number."""
+        if column == len(self.names):
+            return np.diag(self.velocity_u**2)
+        name = self.names[column]
+        if name in self.parameters:
+            return self.parameters[name]
+        index = DISCREPANCIES.index(name)
+        variance = np.exp(2 * self.log_amplitudes)
+        return np.asarray(variance[index] * self.bases[index] + variance[index + 3] * self.bases[index + 3])
+
+    def linearise(self, share: float) -> None:
+        """Lines y = b + A x of each shot, regressed over a share of its posterior, and what they leave as noise."""
+        count = len(self.measured)
+        root = share * _root(self.covariance)
+        offsets = np.einsum("nlk,sk->nsl", root, self.normals)
+        points = (self.mean[:, None] + offsets).reshape(count * _SAMPLES, -1)
+        log_velocity = np.repeat(np.log(self.shots.velocity_m_s), _SAMPLES) - points[:, -1]
+        values = self.observables(points[:, :-1], log_velocity).reshape(count, _SAMPLES, 3)
+        centre = values.mean(axis=1)
+        deviations = values - centre[:, None]
+        slope = np.einsum("nso,sl->nol", deviations, self.normals) / _SAMPLES
+        left = deviations - np.einsum("nol,sl->nso", slope, self.normals)
+        noise = np.einsum("nso,nsp->nop", left, left) / max(_SAMPLES - self.latents - 1, 1)
+        # A = slope / root, since x - mean = root z.
+        derivative = np.linalg.solve(np.swapaxes(root, 1, 2), np.swapaxes(slope, 1, 2))
+        derivative = np.swapaxes(derivative, 1, 2)
+        intercept = centre - np.einsum("nol,nl->no", derivative, self.mean)
+        self.weights = derivative[self.rows, self.kinds]
+        self.residual = (self.measured - intercept)[self.rows, self.kinds]
+        noise = noise + np.diag(MEASUREMENT**2)
+        same = self.rows[:, None] == self.rows
+        self.noise = np.where(same, noise[self.rows[:, None], self.kinds[:, None], self.kinds[None, :]], 0.0)
+        self.fixed = self.noise.copy()
+        for column in range(self.latents):
+            if column == self.latents - 1 or self.names[column] in self.parameters:
+                self.fixed += self._spread(column, self._kernel(column))
+        first = self.latents - 4
+        self.parts = [self._spread(first + index % 3, base) for index, base in enumerate(self.bases)]
+
+    def _spread(self, column: int, kernel: Floats) -> Floats:
+        """What one latent number of a covariance (shots, shots) adds to that of the observations."""
+        weight = self.weights[:, column]
+        return np.asarray(weight[:, None] * kernel[np.ix_(self.rows, self.rows)] * weight)
+
+    def choose_amplitudes(self, steps: int) -> None:
+        """Most probable amplitudes of the discrepancies by Fisher's scoring, and their uncertainty."""
+        prior = np.log(np.concatenate([SMOOTH, SHOT]))
+        for _ in range(steps):
+            inverse = np.linalg.inv(self._total())
+            factor = inverse @ self.residual
+            variance = 2 * np.exp(2 * self.log_amplitudes)
+            products = [inverse @ part for part in self.parts]
+            fit = np.array([factor @ part @ factor - np.trace(p) for part, p in zip(self.parts, products, strict=True)])
+            fisher = np.array([[np.sum(p * q.T) for q in products] for p in products])
+            fisher = 0.5 * fisher * np.outer(variance, variance) + np.diag(_AMPLITUDE_SPREAD**-2)
+            gradient = 0.5 * variance * fit - (self.log_amplitudes - prior) / _AMPLITUDE_SPREAD**2
+            self.log_amplitudes = self.log_amplitudes + np.clip(np.linalg.solve(fisher, gradient), -0.7, 0.7)
+            self.amplitude_sd = np.sqrt(np.diag(np.linalg.inv(fisher)))
+
+    def _total(self) -> Floats:
+        variance = np.exp(2 * self.log_amplitudes)
+        return np.asarray(self.fixed + sum(v * part for v, part in zip(variance, self.parts, strict=True)))
+
+    def condition(self, step: float) -> None:
+        """The posterior of every shot's latent numbers."""
+        self.precision = np.linalg.inv(self._total())
+        self.factor = self.precision @ self.residual
+        count = len(self.measured)
+        cross = np.empty((count, len(self.rows), self.latents))
+        prior = np.zeros((count, self.latents, self.latents))
+        for column in range(self.latents):
+            kernel = self._kernel(column)
+            cross[:, :, column] = kernel[:, self.rows] * self.weights[:, column]
+            prior[:, column, column] = np.diag(kernel)
+        mean = np.einsum("nol,o->nl", cross, self.factor)
+        covariance = prior - np.matmul(np.swapaxes(cross, 1, 2), np.matmul(self.precision, cross))
+        self.mean = self.mean + step * (mean - self.mean)
+        self.covariance = self.covariance + step * (covariance - self.covariance)
+
+    def posterior(self) -> LatentPosterior:
+        amplitudes: Floats = np.exp(self.log_amplitudes)
+        widened: Floats = amplitudes * np.exp(self.amplitude_sd**2)
+        return LatentPosterior(
+            self.names,
+            self.shots,
+            self.weights[:, :-1],
+            self.rows,
+            self.factor,
+            self.precision,
+            amplitudes[:3],
+            widened[3:],
+        )
+
+
+def _whitened(normals: Floats) -> Floats:
+    """Samples (s, k) of mean 0 and covariance 1 exactly."""
+    centred = normals - normals.mean(axis=0)
+    root = np.linalg.cholesky(centred.T @ centred / len(centred))
+    return np.asarray(np.linalg.solve(root, centred.T).T)
+
+
+def _root(covariance: Floats) -> Floats:
+    """Lower roots of covariances (n, k, k), of which some may be singular."""
+    size = covariance.shape[1]
+    scale = np.einsum("nkk->nk", covariance)
+    jitter = np.maximum(1e-9 * scale, 1e-12)
+    return np.linalg.cholesky(covariance + jitter[:, :, None] * np.eye(size))

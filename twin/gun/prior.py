@@ -1,0 +1,224 @@
+"""Guns that a bench may be, before its shots are measured: effects at random, within their documented likely ranges.
+
+A member is a gun whose effects, where nobody has stated them, act with their prior odds and have parameters from their
+likely ranges: evenly by logarithm where a range begins above 0, else evenly. Transducer and velocity measurement have
+errors as on their data sheets. The members are a Latin hypercube (McKay, Beckman and Conover, Technometrics 21 (1979)
+239). Each obeys the balances of `shots.gun_velocity`, so that none makes energy.
+
+Velocities are tabulated as shares e of the most work that the gas can do, over tank pressure and bullet mass, and
+interpolated; nodes of the table are fired when they are first needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..bands import stratified_normals
+from ..effects import Parameter, catalogue
+from ..sensors.chain import SensorChain
+from .bench import GunBench
+from .effect import GunEffect
+from .limits import barrel_work_j, escape_speed_m_s
+from .shot import ROOM_K, Floats
+from .shots import gun_velocity
+
+#: Members of a prior.
+MEMBERS = 256
+# The table: 1 kPa to 170 MPa in steps of 1.4, 1 g to 1 t in steps of 2.
+_PRESSURES: Floats = np.asarray(1e3 * 1.4 ** np.arange(37))
+_MASSES: Floats = np.asarray(1e-3 * 2.0 ** np.arange(21))
+# Steps of the integration may err by so many times more; a bullet that creeps needs the finer ones.
+_COARSER = (100.0, 1.0)
+# A bullet that has less than this share of the work that the gas can do stays in the barrel.
+_STAYS = 1e-4
+# A range that begins above 0 and is at least so wide is even by its logarithm.
+_WIDE = 1.5
+# An efficiency that is stated was read at one of these pressures (Pa) and masses (kg), nobody says at which.
+_MOST_GAIN = 1.5  # by which a gun may be faster than its effects say for it
+_EFFICIENCY_AT = ((0.5e5, 0.2), (0.5e5, 1.0), (4e5, 0.2), (4e5, 1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class GunPrior:
+    """K guns: `effects`, whose parameters are numbers or (K,), and errors of sensors, that of the velocity as its log.
+
+    `scale` (K,) is the logarithm of a factor on velocities, by which a gun has the efficiency that its bench states.
+    """
+
+    bench: GunBench
+    effects: tuple[GunEffect, ...]
+    pressure_offset_pa: Floats
+    log_pressure_gain: Floats
+    log_velocity_gain: Floats
+    scale: Floats
+    _shares: Floats = field(repr=False)  # (pressures, masses, K); NaN where it was not fired
+
+    def __len__(self) -> int:
+        return len(self.scale)
+
+    @property
+    def opposing_pressure_pa(self) -> Floats:
+        """Of the atmosphere ahead of the bullet, (K,); 0 for a barrel that is pumped out."""
+        ahead = next((effect for effect in self.effects if effect.id == "gun.back_pressure"), None)
+        return np.zeros(len(self)) + (0.0 if ahead is None else ahead.atmosphere_pa)  # type: ignore[attr-defined]
+
+    def tank_pressure_pa(self, pressure_pa: Floats, sensors: SensorChain) -> Floats:
+        """Pressures (K, n) that the tank has where readings, freed of the errors that are stated, are (n,)."""
+        stated = {effect.id for effect in sensors.effects}
+        offset = 0.0 if "sensor.pressure_offset" in stated else self.pressure_offset_pa[:, None]
+        gain = 0.0 if "sensor.pressure_gain" in stated else self.log_pressure_gain[:, None]
+        return np.asarray(np.maximum((pressure_pa - offset) * np.exp(-gain), 0.0) + np.zeros((len(self), 1)))
+
+    def log_velocity(self, pressure_pa: Floats, bullet_mass_kg: Floats, sensors: SensorChain) -> Floats:
+        """ln of velocities (K, n), m/s, for pressures (n,) freed of the sensors' stated errors; where a bullet stays in
+        the barrel that of `_STAYS`."""
+        tank = self.tank_pressure_pa(pressure_pa, sensors)
+        share = np.maximum(self._interpolated(tank, bullet_mass_kg), _STAYS)
+        gain = 0.0 if "sensor.velocity_gain" in {e.id for e in sensors.effects} else self.log_velocity_gain[:, None]
+        return np.asarray(self._lossless(tank, bullet_mass_kg) + np.log(share) / 2 + self.scale[:, None] + gain)
+
+    def least_log_velocity(self, pressure_pa: Floats, bullet_mass_kg: Floats, sensors: SensorChain) -> Floats:
+        """ln of the velocities (K, n) below which a bullet counts as one that stays in the barrel."""
+        tank = self.tank_pressure_pa(pressure_pa, sensors)
+        return np.asarray(self._lossless(tank, bullet_mass_kg) + np.log(4 * _STAYS) / 2)
+
+    def highest_log_velocity(self, pressure_pa: Floats, bullet_mass_kg: Floats, sensors: SensorChain) -> Floats:
+        """ln of the velocities (K, n) that gas of the room's temperature can give at most (`barrel_work_j`), against
+        the atmosphere where there is one, and below the gas's escape speed."""
+        tank = self.tank_pressure_pa(pressure_pa, sensors)
+        most = self._lossless(tank, bullet_mass_kg, self.opposing_pressure_pa[:, None])
+        return np.asarray(np.minimum(most, np.log(escape_speed_m_s(self.bench.heat_capacity_ratio, ROOM_K))))
+
+    def _lossless(self, tank_pa: Floats, bullet_mass_kg: Floats, ahead_pa: Floats | float = 0.0) -> Floats:
+        """ln of velocities (K, n); of an empty tank a number so small that no sum brings it back."""
+        work = barrel_work_j(self.bench, tank_pa, ahead_pa)
+        return np.asarray(np.log(np.maximum(2 * work / bullet_mass_kg, 1e-18)) / 2)
+
+    def take(self, rows: NDArray[np.intp]) -> Self:
+        """Some of the guns."""
+        return replace(
+            self,
+            effects=tuple(effect.take(rows) for effect in self.effects),
+            pressure_offset_pa=self.pressure_offset_pa[rows],
+            log_pressure_gain=self.log_pressure_gain[rows],
+            log_velocity_gain=self.log_velocity_gain[rows],
+            scale=self.scale[rows],
+            _shares=self._shares[:, :, rows],
+        )
+
+    def _interpolated(self, tank_pa: Floats, bullet_mass_kg: Floats) -> Floats:
+        """Shares (K, n), linear in ln p and ln m between nodes; at the table's ends the last node's."""
+        p, at_p = _place(tank_pa, _PRESSURES)
+        m, at_m = _place(np.broadcast_to(bullet_mass_kg, tank_pa.shape), _MASSES)
+        self._fire(p, m)
+        k = np.arange(len(self))[:, None]
+        low = (1 - at_m) * self._shares[p, m, k] + at_m * self._shares[p, m + 1, k]
+        high = (1 - at_m) * self._shares[p + 1, m, k] + at_m * self._shares[p + 1, m + 1, k]
+        return np.asarray((1 - at_p) * low + at_p * high)
+
+    def _fire(self, p: NDArray[np.intp], m: NDArray[np.intp]) -> None:
+        """The nodes that are needed and not there."""
+        needed = np.zeros(self._shares.shape[:2], dtype=bool)
+        for i in (p, p + 1):
+            for j in (m, m + 1):
+                needed[i, j] = True
+        nodes = np.argwhere(needed & np.isnan(self._shares[:, :, 0]))
+        if nodes.size:
+            pressure, mass = _PRESSURES[nodes[:, 0]], _MASSES[nodes[:, 1]]
+            self._shares[nodes[:, 0], nodes[:, 1]] = _fired_shares(self.bench, self.effects, pressure, mass, len(self))
+
+
+def _place(values: Floats, nodes: Floats) -> tuple[NDArray[np.intp], Floats]:
+    """The node below and the share of the way to the next, by logarithms."""
+    at = np.log(np.maximum(values, nodes[0]) / nodes[0]) / np.log(nodes[1] / nodes[0])
+    below = np.minimum(at.astype(np.intp), nodes.size - 2)
+    return below, np.minimum(at - below, 1.0)
+
+
+def _fired_shares(
+    bench: GunBench, effects: Sequence[GunEffect], pressure_pa: Floats, mass_kg: Floats, members: int
+) -> Floats:
+    """(nodes, K)."""
+    nodes = pressure_pa.size
+    rows = np.tile(np.arange(members), nodes)
+    each = [effect.take(rows) for effect in effects]
+    pressure, mass = np.repeat(pressure_pa, members), np.repeat(mass_kg, members)
+    ideal = replace(bench, efficiency=1.0)
+    try:
+        velocity = gun_velocity(ideal, pressure, mass, each, _COARSER[0]).velocity_m_s
+    except RuntimeError:
+        velocity = gun_velocity(ideal, pressure, mass, each, _COARSER[1]).velocity_m_s
+    return (mass * velocity**2 / 2 / barrel_work_j(bench, pressure, 0.0)).reshape(nodes, members)
+
+
+@lru_cache(maxsize=8)
+def gun_prior(bench: GunBench, stated: tuple[GunEffect, ...], members: int = MEMBERS, seed: int = 0) -> GunPrior:
+    """The guns that a bench with stated effects may be, always the same."""
+    drawn = [kind for kind in _kinds() if kind.id not in {effect.id for effect in stated}]
+    columns = sum(2 + len(kind.parameters()) for kind in drawn) + 3
+    z = iter(stratified_normals(members, columns, np.random.default_rng(seed)).T)
+    effects = (*stated, *(_drawn(kind, z) for kind in drawn))
+    offset, pressure_gain, velocity_gain = (
+        _typical(identity) * next(z) for identity in ("pressure_offset", "pressure_gain", "velocity_gain")
+    )
+    shares = np.full((_PRESSURES.size, _MASSES.size, members), np.nan)
+    unscaled = GunPrior(bench, effects, offset, pressure_gain, velocity_gain, np.zeros(members), shares)
+    return unscaled if bench.efficiency == 1 else _with_efficiency(unscaled, stated, np.random.default_rng(seed))
+
+
+def _kinds() -> list[type[GunEffect]]:
+    return [kind for kind in catalogue().values() if issubclass(kind, GunEffect)]
+
+
+def _drawn(kind: type[GunEffect], z: Any) -> GunEffect:
+    """With its prior odds it acts, by one of its laws (`regimes`), each as likely as any other."""
+    from scipy.special import ndtr
+
+    acts = ndtr(next(z)) < kind.prior_odds / (1 + kind.prior_odds)
+    laws = kind.regimes or (tuple(item.name for item in kind.parameters() if item.likely is not None),)
+    law = np.minimum((ndtr(next(z)) * len(laws)).astype(int), len(laws) - 1)
+    values = {}
+    for item in kind.parameters():
+        of_law = np.array([item.name in names for names in laws])[law]
+        values[item.name] = np.where(acts & of_law, _likely(item, ndtr(next(z))), item.off)
+    return kind(**values)
+
+
+def _likely(item: Parameter, u: Floats) -> Floats:
+    """Values of a parameter's likely range by their rank u in (0, 1)."""
+    if item.likely is None:
+        return np.full(u.shape, item.default)
+    low, high = item.likely
+    if low > 0 and high / low > _WIDE:
+        return np.asarray(low * (high / low) ** u)
+    return np.asarray(low + (high - low) * u)
+
+
+def _typical(name: str) -> float:
+    """Standard deviation of a sensor's only error, by data sheets."""
+    (item,) = catalogue()[f"sensor.{name}"].parameters()
+    assert item.typical is not None
+    return item.typical
+
+
+def _with_efficiency(guns: GunPrior, stated: tuple[GunEffect, ...], rng: np.random.Generator) -> GunPrior:
+    """Guns that have the efficiency that their bench states: measured over predicted velocity, at a setting that who
+    stated it did not say, so that a gun has it at a setting of its own. Guns that lose much more there are not the
+    bench; others take their place."""
+    at_pa, at_kg = np.array(_EFFICIENCY_AT).T
+    predicted = gun_velocity(guns.bench, at_pa, at_kg, stated).velocity_m_s
+    with np.errstate(divide="ignore"):
+        scales = np.log(predicted) - guns.log_velocity(at_pa, at_kg, SensorChain())
+    fits = np.isfinite(scales) & (scales < np.log(_MOST_GAIN))
+    like = np.flatnonzero(fits.any(axis=1))
+    if not like.size:
+        return guns
+    members = np.where(fits.any(axis=1), np.arange(len(guns)), rng.choice(like, len(guns)))
+    at = np.where(fits[members], rng.random(fits.shape), -1.0).argmax(axis=1)
+    return replace(guns.take(members), scale=scales[members, at])
