@@ -83,9 +83,7 @@ class RegisteredContact:
         if z is not None and z.shape != (len(strikes), self.normals):
             raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
         prediction = self.registered.model.predict(self._inputs_at(strikes, self._model_velocity(strikes, z)))
-        pulses = _pulses(prediction)
-        if z is not None:
-            pulses = _random(pulses, prediction, z[:, :2], _momentum(strikes))
+        pulses = _pulses(prediction) if z is None else random_pulses(prediction, z[:, :2], _momentum(strikes))
         return with_effects(pulses, strikes, self.effects) if self.effects else pulses
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
@@ -216,8 +214,9 @@ def _momentum(strikes: Strikes) -> Floats:
     return np.array([setting.impactor_mass_kg for setting in strikes.settings]) * strikes.impact_velocity_m_s
 
 
-def _random(mean: Pulses, prediction: ContactPrediction, z: Floats, momentum_n_s: Floats) -> Pulses:
-    """Pulses of normal numbers z (n, 2) about the mean ones, as the class says."""
+def random_pulses(prediction: ContactPrediction, z: Floats, momentum_n_s: Floats) -> Pulses:
+    """Pulses of normal numbers z (n, 2) about the mean ones, as `RegisteredContact` says; momenta (n,) in N s."""
+    mean = _pulses(prediction)
     rows, peak = np.arange(len(z)), mean.force_n.argmax(axis=1)
     force_s = _logarithmic(prediction.force_spread_n, rows, peak, mean.peak_force_n)
     time_s = _logarithmic(prediction.contact_time_spread_s, rows, None, mean.contact_time_s)

@@ -132,8 +132,7 @@ class RegisteredModel:
 class Decision:
     """A promotion, or its refusal: kept with who asked, when, and on which figures.
 
-    `difference` is candidate minus champion in the cost of eq. 5.4, on `pulses` that neither was trained on; None
-    where there was no champion.
+    `figures` have the scores of both on `pulses` of unseen configurations ("crps.candidate", "crps.reference").
     """
 
     candidate: str

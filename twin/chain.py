@@ -14,7 +14,7 @@ from .launch import GunStage
 from .measured_shots import MeasuredShots
 from .plate.response import PlateResponse
 from .plates import PlateStage
-from .prediction import Prediction, RestsOn
+from .prediction import Prediction, RestsOn, ShotDraws
 from .sampling import MeasuredForce, sampled
 from .sensors.chain import SensorChain
 from .sensors.seen import seen_pulses
@@ -203,11 +203,12 @@ class Twin:
         accelerations = self._felt(many, pulses, member, self.sensor_names)
         spectra = self._spectra_of(accelerations, pulses) * factors[..., 1:]
         accelerations *= factors[..., :1]
+        measured_velocity = self.sensors.measured_velocity_m_s(velocity)
         nominal = Strikes([setting], velocity.mean(keepdims=True))
         phases = np.linspace(0.0, 1.0, seen.force_n.shape[1])
         return Prediction(
             setting=setting,
-            velocity_m_s=Quantity.of(self.sensors.measured_velocity_m_s(velocity)),
+            velocity_m_s=Quantity.of(measured_velocity),
             contact_time_s=Quantity.of(seen.contact_time_s),
             compression_time_s=Quantity.of(seen.compression_time_s),
             peak_force_n=Quantity.of(seen.peak_force_n),
@@ -224,6 +225,14 @@ class Twin:
             outside=() if measured is not None else self.contact.outside(nominal)[0],
             extrapolation=self._extrapolation(nominal) if measured is None else (),
             rests_on=self.rests_on or RestsOn(0, self.contact.label, f"The bands rest on {self.contact.label} alone."),
+            draws=ShotDraws(
+                velocity_m_s=measured_velocity,
+                contact_time_s=seen.contact_time_s,
+                peak_force_n=seen.peak_force_n,
+                impulse_n_s=seen.impulse_n_s,
+                peak_acceleration_m_s2=np.abs(accelerations).max(axis=2),
+                spectra_m_s2=spectra,
+            ),
         )
 
     def _extrapolation(self, nominal: Strikes) -> tuple[Extrapolation, ...]:
