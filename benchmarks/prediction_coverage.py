@@ -55,7 +55,7 @@ def made_campaign(folder: Path, kind: str, seed: int) -> tuple[str, str, Path]:
     db, seal = f"sqlite:///{folder / f'{name}.db'}", folder / f"{name}.sealed.json"
     if not (folder / f"{name}.db").exists():
         runs, repetitions = (str(number) for number in SIZES[kind])
-        command = [sys.executable, "-m", "pyroshock.app.cli.main"]
+        command = [sys.executable, "-m", "pyroshock"]
         plan = ["plan", "lhs", name, "--runs", runs, "--kind", kind, "--repetitions", repetitions, "--seed", str(seed)]
         for step in (plan, ["simulate", name, "--out", str(folder / name), "--seed", str(seed)]):
             subprocess.run([*command, *step, "--db", db], check=True, capture_output=True)
