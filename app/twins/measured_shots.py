@@ -318,14 +318,13 @@ class _Records:
         return out, reasons
 
     def _rejected(self, hit: _Hit) -> dict[int, str]:
-        """Channels that a check rejects, all along or at this hit."""
+        """Channels that a check rejects; what it found at one impact leaves that impact out."""
         query = select(QualityFinding.channel_id, QualityFinding.check).where(
             QualityFinding.recording_id == hit.recording,
             QualityFinding.severity == "reject",
             QualityFinding.channel_id.is_not(None),
-            QualityFinding.impact_id.is_(None) | (QualityFinding.impact_id == hit.impact),
         )
-        return {channel: check for channel, check in self.session.execute(query) if channel is not None}
+        return dict(_values(self.session, query))
 
     def _shock(self, row: RecordedChannel, hit: _Hit) -> Floats:
         """Largest acceleration and spectrum (1 + lines,). `ValueError` for a record that shows no whole shock."""
