@@ -86,7 +86,8 @@ class PriorContact:
     The parameters are log-normal over their likely ranges (`uncertain_parameters`), what the law leaves open is a
     stretch of time, a shift of the restitution within 0 to 1 and another power of the shape; so every draw's impulse is
     (1 + e) m u with e from 0 to 1. `updated` narrows them by measured shots. `effects` act in every draw: their
-    parameters are not drawn. `hand_held`: a hammer in a hand, whose effective mass is drawn, too.
+    parameters are not drawn. `hand_held`: a hammer in a hand, whose effective mass is drawn, too,
+    and whose force is felt at the tip.
     """
 
     effects: Sequence[Effect] = ()
@@ -129,7 +130,7 @@ class PriorContact:
             if z.shape != (len(strikes), self.normals):
                 raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
             mean = mean + np.einsum("nlk,nk->nl", root, z)
-        return balanced_pulses(StruckBodies.of(strikes), self.names, mean, self._fixed)
+        return balanced_pulses(StruckBodies.of(strikes), self.names, mean, self._fixed, at_tip=self.hand_held)
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
         """Nothing: yield, loss and layer are drawn."""
@@ -176,7 +177,7 @@ class PriorContact:
 
         def logarithms(latent: Floats, log_velocity: Floats) -> Floats:
             many = struck.repeated(len(latent) // len(learned), np.exp(log_velocity))
-            pulses = balanced_pulses(many, self.names, latent, self._fixed)
+            pulses = balanced_pulses(many, self.names, latent, self._fixed, at_tip=self.hand_held)
             return np.log(np.column_stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s]))
 
         return logarithms
