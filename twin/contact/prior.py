@@ -16,7 +16,7 @@ from ..strikes import Extrapolation, Outside, Pulses, Strikes
 from .balanced_pulses import StruckBodies, balanced_pulses
 from .bodies import Floats
 from .effect import ContactEffect
-from .shot_update import DISCREPANCIES, LatentPosterior, ShotFeatures, updated_posterior
+from .shot_update import DISCREPANCIES, LatentPosterior, ShotFeatures, lower_roots, updated_posterior
 from .uncertain_parameters import effect_of, uncertain_columns
 
 #: Steps of ln velocity between which a posterior is straight: much shorter than a discrepancy's length.
@@ -189,23 +189,24 @@ class PriorContact:
         share = position - step
         keys = [(setting, int(row)) for setting, row in zip(strikes.settings, step, strict=True)]
         wanted = dict.fromkeys(key for setting, row in keys for key in ((setting, row), (setting, row + 1)))
-        self._keep(tuple(key for key in wanted if key not in self._cache))
-        ends = [[self._cache[setting, row + further] for setting, row in keys] for further in (0, 1)]
+        known = {key: at for key in wanted if (at := self._cache.get(key)) is not None}
+        known |= self._at([key for key in wanted if key not in known])
+        if len(self._cache) > _KEPT:
+            self._cache.clear()
+        self._cache.update(known)
+        ends = [[known[setting, row + further] for setting, row in keys] for further in (0, 1)]
         means, roots = ([np.array([end[part] for end in rows]) for rows in ends] for part in (0, 1))
         mean = means[0] + share[:, None] * (means[1] - means[0])
         return mean, roots[0] + share[:, None, None] * (roots[1] - roots[0])
 
-    def _keep(self, keys: tuple[tuple[Setting, int], ...]) -> None:
+    def _at(self, keys: Sequence[tuple[Setting, int]]) -> dict[tuple[Setting, int], tuple[Floats, Floats]]:
+        """Mean and root of the posterior at settings and steps of velocity."""
         if not keys:
-            return
-        if len(self._cache) > _KEPT:
-            self._cache.clear()
+            return {}
         assert self.posterior is not None  # made with the stage
         velocity = np.exp(_GRID * np.array([row for _, row in keys], dtype=np.float64))
         mean, covariance = self.posterior.at(ShotFeatures(tuple(setting for setting, _ in keys), velocity))
-        jitter = 1e-9 * np.einsum("nkk->nk", covariance)[:, :, None] * np.eye(self.normals)
-        roots = np.linalg.cholesky(covariance + jitter)
-        self._cache.update(zip(keys, zip(mean, roots, strict=True), strict=True))
+        return dict(zip(keys, zip(mean, lower_roots(covariance), strict=True), strict=True))
 
 
 def _quantities(settings: Sequence[Setting], velocity_m_s: Floats) -> dict[str, Floats]:
