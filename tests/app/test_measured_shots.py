@@ -138,6 +138,15 @@ def test_what_a_check_rejects_is_left_out(session):
     assert math.isnan(shots.peak_force_n[0]) and shots.impact_velocity_m_s[0] > 0
 
 
+def test_of_many_shots_evenly_picked_ones_are_read(session):
+    known, bench = stored_materials(session), bench_of_campaign(session, "gun")
+    shots, _ = read_measured_shots(
+        session, "gun", frequency_hz=LINES, q=10.0, sensors=SENSORS, plate=struck_plate(bench), most=3,
+        material=lambda name: known[name.lower()],
+    )  # fmt: skip
+    assert [s.tank_pressure_pa for s in shots.settings] == pytest.approx([0.4e5, 0.6e5, 0.4e5])
+
+
 def test_settings_that_are_not_known_and_sensors_that_are_not_there_are_told(session):
     shots, left_out = read(session, "hammer", ("acceleration_1", "acceleration_9"))
     assert np.isnan(shots.peak_acceleration_m_s2[:, 1]).all()
