@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,6 +44,8 @@ _SAMPLES_A_CYCLE = 10.0
 #: Relative standard uncertainty of a velocity that had to be converted, and of one of which nothing is known.
 _CONVERTED_U, _UNSTATED_U = 0.10, 0.01
 INTEGRATED = "integrated"
+#: The tip of a shot of which nothing but the velocity was measured: the velocity does not depend on it.
+_UNSTATED_TIP: Mapping[str, str | float] = {"tip_material": "steel", "tip_radius": 0.045}
 
 
 @dataclass(frozen=True)
@@ -243,6 +245,8 @@ def _setting(
     material: Callable[[str], Material],
     plate: StruckPlate,
 ) -> Setting:
+    if hit.impact is None and hit.recording is None:
+        words = {**_UNSTATED_TIP, **words}
     if "tip_material" not in words or "tip_radius" not in words:
         raise ValueError("no tip_material, or no tip_radius")
     if hit.mass_kg is None:
