@@ -11,7 +11,7 @@ from ..dataset.predictors import PredictorSet, shipped
 from ..dataset.sources import FACTOR, STATED_PLATE_MASS, VELOCITY, Case, Properties, read_number, read_word
 from ..dataset.table import Floats, Inputs, Predictor
 from ..schema.columns import NONE
-from ..schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED
+from ..schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
 from ..twin.contact.effect import ContactEffect
 from ..twin.contact.effects_on_pulses import with_effects
 from ..twin.contact.target_motion import PulseMoments, TargetMotion, integrated_velocity, velocity_before_contact
@@ -24,6 +24,8 @@ from .records import RegisteredModel
 
 #: A model's velocity is at least this share of that before contact, and is looked for between so many velocities.
 _LEAST_SHARE, _VELOCITIES = 0.1, 9
+#: At most: an integral lacks the target's motion; with the motion added as it likely is, it may have too much.
+_MOST_SHARE = {INTEGRATED: 1.0, TARGET_MOTION_ADDED: 2.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,8 +120,8 @@ class RegisteredContact:
     def _model_velocity(self, strikes: Strikes, z: Floats | None) -> Floats:
         """The velocity (n,) of the model's kind at which its mean pulse gives that before contact.
 
-        The model is asked at velocities from a tenth to all of it, once for each setting; between them what they give
-        before contact, which is nearly proportional, is interpolated in logarithms.
+        The model is asked at velocities from a tenth to all of it, or twice, once for each setting; between them what
+        they give before contact, which is nearly proportional, is interpolated in logarithms.
         """
         wanted = strikes.impact_velocity_m_s
         converted = self.velocity_kind == INTEGRATED or z is not None  # else the target's motion is as it likely is
@@ -130,7 +132,8 @@ class RegisteredContact:
         row = np.array([places[id(setting)] for setting in strikes.settings])
         fastest = np.zeros(len(settings))
         np.maximum.at(fastest, row, wanted)
-        asked = fastest[:, None] * np.geomspace(_LEAST_SHARE, 1.0, _VELOCITIES)
+        most = _MOST_SHARE[self.velocity_kind]
+        asked = fastest[:, None] * np.geomspace(_LEAST_SHARE, most, _VELOCITIES)
         many = Strikes([setting for setting in settings.values() for _ in range(_VELOCITIES)], asked.ravel())
         force = _pulses(self.registered.model.predict(self._inputs_at(many, asked.ravel()))).force_n
         moments = PulseMoments.of(force)
@@ -144,7 +147,7 @@ class RegisteredContact:
         rising = np.log(np.maximum.accumulate(before, axis=1))
         at = zip(np.log(wanted), rising, np.log(asked[row]), strict=True)
         velocity = np.exp(np.array([np.interp(*case) for case in at]))
-        return np.asarray(np.clip(velocity, _LEAST_SHARE * wanted, wanted))
+        return np.asarray(np.clip(velocity, _LEAST_SHARE * wanted, most * wanted))
 
     def _row(self, setting: Setting) -> tuple[float, ...]:
         case, materials = case_of(setting), _materials(setting)

@@ -20,7 +20,7 @@ from .sensors.chain import SensorChain
 from .sensors.seen import seen_pulses
 from .setting import Setting
 from .spectrum_calibration import SpectrumCalibration, at_velocities, with_measured_force
-from .strikes import ContactStage, Floats, Pulses, Strikes
+from .strikes import ContactStage, Extrapolating, Extrapolation, Floats, Pulses, Strikes
 from .windows import ringing_spectra
 
 #: Strikes that are computed at once: what they take stays below 50 MB for each sensor.
@@ -44,7 +44,8 @@ class Twin:
 
     Accelerations are `samples` from the beginning of contact at `sampling_rate_hz`; spectra are maximax, m/s2, at
     `frequency_hz` for quality `q`. With a `calibration`, all draws have the nominal plate: what is not known of a plate
-    is in the calibration. Picklable where its contact stage is.
+    is in the calibration. `rests_on` says what the bands rest on; None: on the contact stage alone. Picklable where
+    its contact stage is.
     """
 
     contact: ContactStage
@@ -56,6 +57,7 @@ class Twin:
     sampling_rate_hz: float = 100_000.0
     samples: int = 10_000
     calibration: SpectrumCalibration | None = None
+    rests_on: RestsOn | None = None
     _responses: dict[_Key, PlateResponse] = field(default_factory=dict, init=False, repr=False)
 
     @property
@@ -221,8 +223,8 @@ class Twin:
             spectra_m_s2={name: Band.of(spectra[:, i]) for i, name in enumerate(self.sensor_names)},
             models=models if measured is None else {**models, "gun": "none", "contact": "measured force"},
             outside=() if measured is not None else self.contact.outside(nominal)[0],
-            extrapolation=(),
-            rests_on=RestsOn(0, self.contact.label, ""),
+            extrapolation=self._extrapolation(nominal) if measured is None else (),
+            rests_on=self.rests_on or RestsOn(0, self.contact.label, f"The bands rest on {self.contact.label} alone."),
             draws=ShotDraws(
                 velocity_m_s=measured_velocity,
                 contact_time_s=seen.contact_time_s,
@@ -232,6 +234,14 @@ class Twin:
                 spectra_m_s2=spectra,
             ),
         )
+
+    def _extrapolation(self, nominal: Strikes) -> tuple[Extrapolation, ...]:
+        """Of gun and contact, each quantity once."""
+        of_gun = () if self.gun is None else self.gun.extrapolation(nominal.settings)[0]
+        of_contact = self.contact.extrapolation(nominal)[0] if isinstance(self.contact, Extrapolating) else ()
+        same = {"impactor_mass_kg": "bullet_mass_kg"}  # the contact's name, and the gun's
+        known = {item.quantity for item in of_gun}
+        return (*of_gun, *(x for x in of_contact if same.get(x.quantity, x.quantity) not in known))
 
     def _models(self, stay: int) -> dict[str, str]:
         """`models`, and of how many draws the bands say nothing."""

@@ -113,6 +113,22 @@ class GunStage:
         from; empty within them, where the velocity is given, and where nothing was learned."""
         return [() if self.shots is None else _beyond(setting, self.shots) for setting in settings]
 
+    @property
+    def sentence(self) -> str:
+        """What the velocity rests on, in one plain line."""
+        if not self.unknown_effects:
+            return (
+                f"The velocity is that of eq. 2.16 with the stated effects and a spread of {self.velocity_spread:.1%}."
+            )
+        if self.shots is None:
+            return (
+                "The velocity rests on no measured shot: effects of the gun that are not stated are drawn from their "
+                "likely ranges."
+            )
+        pressure, mass = self.shots.tank_pressure_pa / 1e5, self.shots.bullet_mass_kg
+        fired = f"{_range(pressure, 'bar')} and {_range(mass, 'kg')}"
+        return f"The velocity rests on {len(self.shots)} measured shots, {fired}."
+
     def fired(self, tank_pressure_pa: Floats, bullet_mass_kg: Floats) -> Floats:
         """Velocities (n,) of true tank pressures and bullets by the stated effects alone."""
         from .gun.shots import gun_velocity
@@ -137,16 +153,13 @@ class GunStage:
     def _guns(self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain) -> tuple[Floats, Floats, Floats]:
         """(K, n) each: ln of velocities, minus infinity where the bullet stays; the scatter of one shot; the most."""
         guns = gun_prior(self.bench, self.effects)
-        least = guns.least_log_velocity(pressure_pa, mass_kg, sensors)
-        most = guns.highest_log_velocity(pressure_pa, mass_kg, sensors)
         if self.shots is None:
-            mean = guns.log_velocity(pressure_pa, mass_kg, sensors)
-            spread = np.full_like(mean, self.velocity_spread)
+            members = guns.velocities(pressure_pa, mass_kg, sensors)
+            spread = self.velocity_spread * members.amplification
         else:
-            posterior = _posterior(guns, self.shots, sensors)
-            mean, spread = posterior.log_velocity(pressure_pa, mass_kg, sensors)
-            least, most = least[posterior.rows], most[posterior.rows]
-        return np.where(mean > least, np.minimum(mean, most), -np.inf), spread, most
+            members, spread = _posterior(guns, self.shots, sensors).velocities(pressure_pa, mass_kg, sensors)
+        leaves = members.log > members.least
+        return np.where(leaves, np.minimum(members.log, members.most), -np.inf), spread, members.most
 
     def _shot(self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain, z: Floats) -> Floats:
         """Velocities (d, n): the first normal is the rank of a gun among all, by how fast it is at these settings."""
@@ -156,6 +169,26 @@ class GunStage:
         order = np.argsort(np.where(np.isfinite(mean), mean, -1e3).mean(axis=1), kind="stable")
         gun = order[np.minimum((ndtr(z[:, 0]) * order.size).astype(np.intp), order.size - 1)]
         return np.asarray(np.exp(np.minimum(mean[gun] + spread[gun] * z[:, 1:2], most[gun])))
+
+
+def beyond_sentence(beyond: Sequence[Extrapolation]) -> str:
+    """Of `GunStage.extrapolation` for one setting, in plain words; empty where nothing is beyond."""
+    words = {"tank_pressure_pa": ("tank pressure", 1e5, "bar"), "bullet_mass_kg": ("bullet mass", 1.0, "kg")}
+    parts = []
+    for item in beyond:
+        name, unit, symbol = words[item.quantity]
+        side = "below" if item.asked < item.low else "above"
+        known = _range(np.array([item.low, item.high]) / unit, symbol)
+        parts.append(f"the {name} of {item.asked / unit:.3g} {symbol} lies {side} the {known} of the measured shots")
+    if not parts:
+        return ""
+    text = " and ".join(parts)
+    return f"{text[0].upper()}{text[1:]}: the velocity there rests on the physics of the gun, and its band is wider."
+
+
+def _range(values: Floats, unit: str) -> str:
+    low, high = float(values.min()), float(values.max())
+    return f"{low:.3g} {unit}" if low == high else f"{low:.3g} to {high:.3g} {unit}"
 
 
 @lru_cache(maxsize=16)

@@ -21,9 +21,14 @@ if TYPE_CHECKING:
 
 #: Options of what the operator sets; `tune` and `predict` spell them alike.
 _SET = (
-    click.option("--tank-pressure", metavar="5bar", default=None, help="Gauge. [5bar]"),
-    click.option("--velocity", metavar="20m/s", default=None, help="Of impact, in place of the gun."),
-    click.option("--bullet-mass", metavar="0.5kg", default="0.5kg", show_default=True, help="Of the projectile."),
+    click.option("--tank-pressure", metavar="5bar", default=None, help="Gauge, of a gun. [5bar]"),
+    click.option("--velocity", metavar="20m/s", default=None, help="Of impact, before contact; in place of the gun."),
+    click.option(
+        "--bullet-mass",
+        metavar="0.5kg",
+        default=None,
+        help="Of the projectile. [0.5kg; a hammer campaign's: its hammer]",
+    ),
     click.option("--tip", metavar="MATERIAL", default="steel", show_default=True, help="What the tip is made of."),
     click.option("--tip-radius", metavar="45mm", default="45mm", show_default=True, help="Of the ball."),
     click.option("--plate", metavar="MATERIAL", default=None, help="What the plate is made of. [the bench's]"),
@@ -39,6 +44,19 @@ _SET = (
     ),
     click.option(
         "--impact-position", metavar="'#1'", default="#1", show_default=True, help="Where it strikes the plate."
+    ),
+    click.option(
+        "--boundary-conditions",
+        type=click.Choice(("free", "fixed")),
+        default=None,
+        help="How the plate is held. [free]",
+    ),
+    click.option(
+        "--factor",
+        "factors",
+        multiple=True,
+        metavar="NAME=VALUE",
+        help="A factor that the model learned from, in SI: plate_mass_kg, or one of your own. Repeat it.",
     ),
 )
 _MADE_OF = (
@@ -100,12 +118,14 @@ def predict(
     """Velocity, force, acceleration and shock response spectrum of one shot, with 90 % bands.
 
     It says what answered at each stage, and where it is asked beyond what that has learned from. Without a store it
-    takes the bench that ships with the software.
+    takes the bench that ships with the software. The contact model is the one in use for the kind of the campaign. A
+    factor that no stage uses is an error.
 
     \b
     Example:
         pyroshock predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel
         pyroshock predict --velocity 8m/s --tip delrin --effect plate.damping:factor=2 --plot shot.png
+        pyroshock predict --campaign hammer --velocity 1.5m/s --tip delrin --tip-radius 30mm --boundary-conditions fixed
         pyroshock predict --plan spring --out predicted.csv --jobs 2
     """
     from ..models.training import models_extra
@@ -145,7 +165,8 @@ def predict(
             note(f"outside of its domain: {outside_words(outside)}")
 
 
-_SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position")
+_SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position",
+            "boundary_conditions", "factors")  # fmt: skip
 
 
 def _request(asked: dict[str, Any]) -> TwinRequest:
@@ -168,13 +189,14 @@ def _request(asked: dict[str, Any]) -> TwinRequest:
 
 
 def _shot(words: dict[str, Any]) -> Shot:
+    from ..predictions.given_factors import parse_factor
     from ..predictions.predicting import Shot
 
     velocity, pressure = words["velocity"], words["tank_pressure"]
     if velocity is not None and pressure is not None:
         raise ValueError("--velocity and --tank-pressure: expected one of them")
     return Shot(
-        bullet_mass_kg=parse_quantity(words["bullet_mass"], "kg", "--bullet-mass"),
+        bullet_mass_kg=parse_quantity(words["bullet_mass"], "kg", "--bullet-mass") if words["bullet_mass"] else None,
         tip_material=words["tip"],
         tip_radius_m=parse_quantity(words["tip_radius"], "m", "--tip-radius"),
         tank_pressure_pa=parse_quantity(pressure, "Pa", "--tank-pressure") if pressure else None,
@@ -182,6 +204,8 @@ def _shot(words: dict[str, Any]) -> Shot:
         anvil_material=words["anvil"],
         insulator=words["insulator"],
         impact_position=words["impact_position"],
+        boundary_conditions=words["boundary_conditions"],
+        factors=dict(parse_factor(text) for text in words["factors"]),
     )
 
 

@@ -15,6 +15,7 @@ from ...schema.listings import Condition, iter_impacts
 from ...schema.provenance import Provenance
 from ...schema.quality import QualityFinding
 from ...schema.recordings import RecordedChannel
+from ...schema.velocity_kinds import velocity_kind
 
 
 def impact_page(session: Session, key: int) -> dict[str, Any]:
@@ -26,6 +27,7 @@ def impact_page(session: Session, key: int) -> dict[str, Any]:
         **row,
         "impact_velocity_u_m_s": impact.impact_velocity_u_m_s,
         "velocity_source": impact.velocity_source,
+        "velocity_kind": velocity_kind(impact.velocity_source),
         "recording": impact.recording.path if impact.recording else None,
         "pulses": [_pulse(session, pulse) for pulse in _pulses(session, key)],
         "channel_figures": list_channel_figures(session, [key]).get(key, []),

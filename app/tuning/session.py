@@ -75,6 +75,11 @@ class TuningSession:
 def session_of(store: Store, db: str, ask: Ask) -> TuningSession:
     """Raises `LookupError` and `ValueError` for what there is not, in one line."""
     built = _without_double_counting(twin_of(store, db, ask.request), ask.measured)
+    if not built.bench.has_gun:
+        raise ValueError(
+            f"campaign {built.bench.campaign!r} is of kind {built.bench.kind!r} and has no gun, whose settings are "
+            "searched: give the campaign of a gun with --campaign"
+        )
     limits = read_limits(ask.factors.bench)
     own = built.setting(impactor_mass_kg=1.0, tip=built.plate, tip_radius_m=1.0, impact_velocity_m_s=1.0)
     space = tuning_space(

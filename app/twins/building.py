@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...dataset.stored_bench import by_name, stored_materials
+from ...schema.velocity_kinds import BEFORE_CONTACT
 from ...training.place import place_beside
 from ...twin.chain import Twin, default_lines
 from ...twin.effects import Effect, checked_effects
@@ -19,9 +20,9 @@ from ...twin.materials import THESIS, Material
 from ...twin.plates import PlateSpread, PlateStage
 from ...twin.sensors.chain import SensorChain
 from ...twin.setting import Setting
-from ...twin.spectrum_calibration import SpectrumCalibration
 from ..models.training import registry_of
 from .benches import Bench, PlateDrawing, Point, bench_of_campaign, bench_of_file, shipped_bench, with_modes
+from .learning import basis, calibrated, taught_contact, taught_gun
 from .measured_shots import no_shots, read_measured_shots, struck_plate
 
 if TYPE_CHECKING:
@@ -69,17 +70,13 @@ class TwinRequest:
 
 @dataclass(frozen=True, eq=False)
 class BuiltTwin:
-    """A twin, and what settings for it are made of. `notes` are for the user: what was assumed.
-
-    `shots` are those that the twin has learned spectra from.
-    """
+    """A twin, and what settings for it are made of. `notes` are for the user: what was assumed."""
 
     twin: Twin
     bench: Bench
     plate: Material
     materials: Mapping[str, Material]
     notes: tuple[str, ...] = field(default=())
-    shots: MeasuredShots | None = None
 
     def material(self, name: str) -> Material:
         """By name or alias. Raises `LookupError` naming those there are."""
@@ -89,7 +86,8 @@ class BuiltTwin:
         """A setting on this twin's plate; `own` are the other fields of `Setting`."""
         drawing = self.bench.drawing
         mass = drawing.area_m2 * drawing.thickness_m * self.plate.density_kg_m3
-        return Setting(plate=self.plate, plate_thickness_m=drawing.thickness_m, plate_mass_kg=mass, **own)
+        given = {"plate_mass_kg": mass, **own}
+        return Setting(plate=self.plate, plate_thickness_m=drawing.thickness_m, **given)
 
 
 def twin_of(store: Store | None, db: str, request: TwinRequest) -> BuiltTwin:
@@ -120,23 +118,27 @@ def _built(
         bench = with_modes(bench, request.modes)
     plate = _material_named(materials, request.plate or bench.plate_material)
     adopted, adopted_notes = _adopted(session, bench, request)
-    request = replace(request, effects=(*request.effects, *(e for e in adopted if e.stage() != "contact")))
+    adopted_contact = tuple(effect for effect in adopted if effect.stage() == "contact")
+    request = replace(request, effects=(*request.effects, *(e for e in adopted if e not in adopted_contact)))
     plates, plate_note = _plates(bench, plate, db, request)
     shots = _shots(session, recorded, materials, plates.sensors, request)
-    gun, shots_note = _gun(session, bench, request)
-    contact, contact_note = _contact(session, bench, db, request, tuple(e for e in adopted if e.stage() == "contact"))
+    same_gun = request.learn and bench.gun == recorded.gun
+    gun, gun_note = _gun(session, bench, request, recorded.campaign if same_gun else None)
+    contact, contact_note = _contact(session, db, bench, request, adopted_contact)
     twin = Twin(
-        contact=contact,
+        contact=taught_contact(contact, shots),
         gun=gun,
         plate=plates,
         sensors=SensorChain.of(_of_stage(request, "sensor")),
         frequency_hz=_lines(request),
         q=request.q,
     )
-    of_plate = shots if (bench.drawing, bench.modes) == (recorded.drawing, recorded.modes) else shots.take([])
-    twin, spectra_note = _calibrated(twin, bench, of_plate, materials, db, request)
-    notes = tuple(note for note in (*adopted_notes, shots_note, contact_note, plate_note, spectra_note) if note)
-    return BuiltTwin(twin, bench, plate, materials, notes, of_plate)
+    same_plate = (bench.drawing, bench.modes) == (recorded.drawing, recorded.modes)
+    others = None if bench.modes is not None else lambda name: _drawn_plate(bench, materials[name.lower()], db, request)
+    twin, spectra_note = calibrated(twin, shots if same_plate else shots.take([]), others)
+    twin = replace(twin, rests_on=basis(twin, recorded.campaign))
+    notes = tuple(note for note in (*adopted_notes, gun_note, contact_note, plate_note, spectra_note) if note)
+    return BuiltTwin(twin, bench, plate, materials, notes)
 
 
 def _lines(request: TwinRequest) -> Floats:
@@ -166,23 +168,6 @@ def _shots(
     return shots.without(sorted(request.without_configurations))
 
 
-def _calibrated(
-    twin: Twin, bench: Bench, shots: MeasuredShots, materials: Mapping[str, Material], db: str, request: TwinRequest
-) -> tuple[Twin, str]:
-    """With what shots teach of spectra, on every plate that they hit; of a plate whose modes were measured, and that
-    no shots are of, the spread of the plate's ensemble says enough."""
-    if not twin.sensor_names or not (len(shots) or bench.modes is None):
-        return twin, ""
-    if bench.modes is None:
-        others = {setting.plate.name for setting in shots.settings} - set(twin.plate.plates)
-        more = {name: _drawn_plate(bench, materials[name.lower()], db, request) for name in sorted(others)}
-        twin = replace(twin, plate=replace(twin.plate, plates={**twin.plate.plates, **more}))
-    if not len(shots):
-        return replace(twin, calibration=SpectrumCalibration.untaught(twin.sensor_names, twin.frequency_hz)), ""
-    calibration = SpectrumCalibration.of(shots, twin.replayed_db(shots))
-    return replace(twin, calibration=calibration), f"spectra: learned from {calibration.shots} measured shots"
-
-
 def _adopted(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """Of the campaign's bench; a bench or a plate given by hand is another one."""
     from .adopting import taken_up
@@ -197,97 +182,122 @@ def _of_stage(request: TwinRequest, stage: str) -> tuple[Effect, ...]:
     return tuple(effect for effect in request.effects if effect.stage() == stage)
 
 
-def _gun(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[GunStage, str]:
-    """The gun with its unknown effects drawn, updated by the campaign's measured shots."""
+def _gun(
+    session: Session | None, bench: Bench, request: TwinRequest, campaign: str | None
+) -> tuple[GunStage | None, str]:
+    """The gun with its unknown effects drawn, updated by the measured shots of `campaign`.
+
+    None on a bench without one. Raises `ValueError` for effects of a gun there.
+    """
     from ...twin.gun.effect import GunEffect
 
     effects = checked_effects(_of_stage(request, "gun"), GunEffect)
+    if not bench.has_gun:
+        if effects:
+            names = ", ".join(effect.id for effect in effects)
+            raise ValueError(f"effect {names}: campaign {bench.campaign!r} is of kind {bench.kind!r} and has no gun")
+        return None, ""
     stage = GunStage(bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source, unknown_effects=True)
     twice = bench.gun.efficiency < 1 and bool(effects)
     also = f"; the bench's efficiency {bench.gun.efficiency:g} acts beside the gun's effects" if twice else ""
-    stage, note = _updated(session, bench, stage)
-    return stage, f"{note}{also}"
-
-
-def _updated(session: Session | None, bench: Bench, gun: GunStage) -> tuple[GunStage, str]:
-    """By the shots whose velocity was measured, but for those that no gas could have fired."""
-    from ...schema.listings import iter_shots
-    from ...twin.gun.limits import beyond_energy
-
-    nothing = (
-        "velocity: no measured shots, so that the effects that nobody has stated are drawn from their likely ranges"
-    )
-    if session is None or bench.campaign is None:
-        return gun, nothing
-    shots = [shot for shot in iter_shots(session, bench.campaign) if (shot["measured_velocity_m_s"] or 0) > 0]
-    names = ("tank_pressure_pa", "bullet_mass_kg", "measured_velocity_m_s")
-    pressure, mass, measured = (np.array([shot[name] for shot in shots], dtype=np.float64) for name in names)
-    possible = (pressure > 0) & ~beyond_energy(bench.gun, pressure, mass, measured)
-    left_out = f"; {np.sum(~possible)} with more energy than the gas can give left out" if not possible.all() else ""
-    if not possible.any():
-        return gun, f"{nothing}{left_out}"
-    uncertainty = np.array([shot["measured_velocity_u_m_s"] or 0.0 for shot in shots])
-    taken = gun.updated(*(values[possible] for values in (pressure, mass, measured, uncertainty)))
-    return taken, f"velocity: learned from {possible.sum()} measured shots{left_out}"
+    left_out = ""
+    if session is not None and campaign is not None:
+        stage, left_out = taught_gun(session, campaign, stage, request.without_configurations)
+    return stage, f"{stage.sentence.rstrip('.')}{left_out}{also}"
 
 
 def _contact(
-    session: Session | None, bench: Bench, db: str, request: TwinRequest, adopted: tuple[Effect, ...] = ()
+    session: Session | None, db: str, bench: Bench, request: TwinRequest, adopted: tuple[Effect, ...] = ()
 ) -> tuple[ContactStage, str]:
-    """A registered model where there is a champion, or one is asked for; else a law, on which effects act, or the prior
-    of the contact."""
+    """The model in use for this kind of bench, or one that is asked for; else the prior of the contact, or a law.
+
+    Effects act on all of them.
+    """
     from ...twin.contact.laws import LAWS
-    from ..models.withdrawn import note_of
+    from .model_in_use import model_in_use
 
     effects = _of_stage(request, "contact")
     if request.contact is not None and request.contact in LAWS:
         return _law(request.contact, (*effects, *adopted)), ""
-    if request.contact == PRIOR or effects:
-        return _prior(session, bench, (*effects, *adopted)), ""
-    idle = _idle(adopted)
+    if request.contact == PRIOR:
+        return _prior(bench, (*effects, *adopted)), ""
     registry = _registry(db)
     if request.contact in (None, REGISTERED):
-        found = None if registry is None else registry.champion("gun")
-        if found is not None and registry is not None:
-            return _registered(session, registry, found), _joined(idle, note_of(session, found))
+        version = None if registry is None else model_in_use(session, registry, bench.kind)
+        if version is not None and registry is not None:
+            return _registered_with(session, registry, version, effects, adopted)
         if request.contact == REGISTERED:
-            raise LookupError("no model is in use for the gun; make one so: pyroshock promote MODEL VERSION")
-        prior = _prior(session, bench, adopted)
-        return prior, f"contact: {prior.label}, each drawn from its likely range; no model is in use for the gun"
+            raise LookupError(_none_in_use(bench.kind))
+        prior = _prior(bench, (*effects, *adopted))
+        note = f"contact: {prior.label}, each drawn from its likely range; no model is in use for the {bench.kind}"
+        return prior, note
     if registry is None:
         laws = ", ".join((PRIOR, *LAWS))
         raise LookupError(f"no law of contact {request.contact!r}, and no models; laws: {laws}")
     from ...training.listing import chosen
 
     version = chosen(registry.versions(), request.contact.removeprefix("models:/"))
-    return _registered(session, registry, version), _joined(idle, note_of(session, version))
+    return _registered_with(session, registry, version, effects, adopted)
 
 
-def _joined(*notes: str) -> str:
-    return "; ".join(filter(None, notes))
+def _none_in_use(bench_kind: str) -> str:
+    return f"no model is in use for the {bench_kind}; make one so: pyroshock promote MODEL@VERSION"
 
 
-def _idle(adopted: tuple[Effect, ...]) -> str:
-    """A registered model has learned from measured pulses: it holds what the bench does."""
-    if not adopted:
+def _registered_with(
+    session: Session | None,
+    registry: Registry,
+    version: Version,
+    effects: tuple[Effect, ...],
+    adopted: tuple[Effect, ...],
+) -> tuple[ContactStage, str]:
+    """A registered model with effects, and what is to be said of it: adopted ones act where it has not learned them."""
+    from ...schema.velocity_kinds import INTEGRATED
+    from ..models.withdrawn import note_of
+    from .adopting import learned_by
+    from .model_in_use import velocity_kind_of
+
+    learned = learned_by(session, version, adopted)
+    acting = (*effects, *(effect for effect in adopted if effect not in learned))
+    kind = velocity_kind_of(session, version)
+    integrated = (
+        f"{version.label} takes velocities integrated to the peak of the force: it is asked with the one that belongs "
+        "to the velocity before contact by its own pulse and the plate's mobility"
+    )
+    notes = (
+        _learned(learned, version.label),
+        integrated if kind == INTEGRATED else "",
+        note_of(session, version),
+    )
+    return _registered(session, registry, version, kind, acting), "; ".join(filter(None, notes))
+
+
+def _learned(effects: tuple[Effect, ...], label: str) -> str:
+    """An adopted effect that is in the measured pulses already would act twice."""
+    if not effects:
         return ""
-    names = ", ".join(effect.id for effect in adopted)
-    return f"{names} does not act on a registered model, which learned from measured pulses; --contact prior uses it"
+    names = ", ".join(effect.id for effect in effects)
+    return (
+        f"{names} (adopted) does not act on {label}, which has learned it from measured pulses of this bench; "
+        "--effect adds it, --contact prior uses the law with it"
+    )
 
 
 def registered_contact(session: Session | None, db: str, name: str, in_use: str | None = None) -> ContactStage:
-    """The registered model "NAME@VERSION", or the one `in_use` for a predictor set. Raises `LookupError`."""
+    """The registered model "NAME@VERSION", or the one in use for a kind of bench, asked with velocities as its
+    dataset had them. Raises `LookupError`."""
     from ...training.listing import chosen
+    from .model_in_use import model_in_use
 
     registry = _registry(db)
     if registry is None:
         raise LookupError(f"no registered model {name!r}: none is registered (pyroshock train)")
     if in_use is None:
         return _registered(session, registry, chosen(registry.versions(), name))
-    found = registry.champion(in_use)
-    if found is None:
-        raise LookupError(f"no model is in use for the {in_use}; make one so: pyroshock promote MODEL VERSION")
-    return _registered(session, registry, found)
+    version = model_in_use(session, registry, in_use)
+    if version is None:
+        raise LookupError(_none_in_use(in_use))
+    return _registered(session, registry, version)
 
 
 def _law(name: str, effects: tuple[Effect, ...]) -> ContactStage:
@@ -296,16 +306,11 @@ def _law(name: str, effects: tuple[Effect, ...]) -> ContactStage:
     return LawContact(name, effects=effects)
 
 
-def _prior(session: Session | None, bench: Bench, effects: tuple[Effect, ...]) -> ContactStage:
+def _prior(bench: Bench, effects: tuple[Effect, ...]) -> ContactStage:
     """A hammer's mass is uncertain as well, for a hand holds it."""
-    from ...schema.campaigns import Campaign
-    from ...schema.listings import get_campaign_id
     from ...twin.contact.prior import PriorContact
 
-    if session is None or bench.campaign is None:
-        return PriorContact(effects)
-    campaign = session.get_one(Campaign, get_campaign_id(session, bench.campaign))
-    return PriorContact(effects, hand_held=campaign.kind == "hammer")
+    return PriorContact(effects, hand_held=bench.kind == "hammer")
 
 
 def _registry(db: str) -> Registry | None:
@@ -314,7 +319,13 @@ def _registry(db: str) -> Registry | None:
     return None if registry.connection.nothing_there else registry
 
 
-def _registered(session: Session | None, registry: Registry, version: Version) -> ContactStage:
+def _registered(
+    session: Session | None,
+    registry: Registry,
+    version: Version,
+    velocity_kind: str = BEFORE_CONTACT,
+    effects: tuple[Effect, ...] = (),
+) -> ContactStage:
     from ...dataset.predictors import SHIPPED
     from ...dataset.snapshot import read_snapshot
     from ...training.contact_stage import RegisteredContact
@@ -322,7 +333,7 @@ def _registered(session: Session | None, registry: Registry, version: Version) -
     own = None
     if version.dataset.predictor_set not in SHIPPED and session is not None:
         own = read_snapshot(session, version.dataset.hash).predictors
-    return RegisteredContact(registry.load(version), own)
+    return RegisteredContact(registry.load(version), own, velocity_kind, effects)
 
 
 def _plates(bench: Bench, material: Material, db: str, request: TwinRequest) -> tuple[PlateStage, str]:

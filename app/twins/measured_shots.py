@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from sqlalchemy import and_, select
@@ -21,7 +22,9 @@ from ...schema.listings import get_campaign_id
 from ...schema.quality import QualityFinding
 from ...schema.recordings import RecordedChannel
 from ...schema.shots import Shot
+from ...schema.velocity_kinds import INTEGRATED, velocity_kind
 from ...twin.contact.impacts import plate_impedance
+from ...twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
 from ...twin.materials import Material
 from ...twin.measured_shots import MeasuredShots
 from ...twin.setting import Setting
@@ -41,11 +44,18 @@ _CLIPPED = 0.99
 _SILENT = 10.0
 #: Every line gets so many samples a cycle, which a twin has at its highest line, whatever the recorder's rate.
 _SAMPLES_A_CYCLE = 10.0
-#: Relative standard uncertainty of a velocity that had to be converted, and of one of which nothing is known.
-_CONVERTED_U, _UNSTATED_U = 0.10, 0.01
-INTEGRATED = "integrated"
+#: Relative standard uncertainty of a velocity that was stored without any.
+_UNSTATED_U = 0.01
 #: The tip of a shot of which nothing but the velocity was measured: the velocity does not depend on it.
 _UNSTATED_TIP: Mapping[str, str | float] = {"tip_material": "steel", "tip_radius": 0.045}
+#: Factors that a setting has fields for; others are a laboratory's own.
+_FIELDS = frozenset(field.name.removesuffix("_m") for field in fields(Setting)) | {
+    "tip_material",
+    "plate_material",
+    "anvil_material",
+    "bullet_mass",
+    "tank_pressure",
+}
 
 
 @dataclass(frozen=True)
@@ -75,6 +85,7 @@ class _Hit:
     contact_time_s: float | None
     peak_force_n: float | None
     impulse_n_s: float | None
+    force_points_n: list[float] | None
 
 
 def read_measured_shots(
@@ -165,7 +176,7 @@ def _column(values: Sequence[float | None]) -> Floats:
 
 def _hits(session: Session, campaign: int) -> list[_Hit]:
     """In the order of runs: shots where the campaign has any, else the impacts of its hammer."""
-    pulse = (Pulse.start_s, Pulse.contact_time_s, Pulse.spline_peak_force_n, Pulse.impulse_n_s)
+    pulse = (Pulse.start_s, Pulse.contact_time_s, Pulse.spline_peak_force_n, Pulse.impulse_n_s, Pulse.force_points_n)
     in_use = and_(Pulse.impact_id == Impact.id, Pulse.current)
     shots = (
         select(
@@ -177,7 +188,7 @@ def _hits(session: Session, campaign: int) -> list[_Hit]:
         .where(Shot.campaign_id == campaign)
         .order_by(Shot.run, Shot.repetition)
     )  # fmt: skip
-    hits = [_Hit(*row) for row in session.execute(shots)]
+    hits = [_Hit(*values) for values in _values(session, shots)]
     if hits:
         return hits
     mass = session.scalar(
@@ -192,12 +203,18 @@ def _hits(session: Session, campaign: int) -> list[_Hit]:
         .where(Impact.campaign_id == campaign)
         .order_by(Impact.run, Impact.repetition)
     )  # fmt: skip
-    return [_Hit(*row[:5], None, mass, *row[5:]) for row in session.execute(impacts)]
+    return [_Hit(*(*values[:5], None, mass, *values[5:])) for values in _values(session, impacts)]
 
 
-def _rejected(session: Session, campaign: int) -> dict[int | None, str]:
+def _values(session: Session, query: Any) -> list[tuple[Any, ...]]:
+    return [tuple(row) for row in session.execute(query)]
+
+
+def _rejected(session: Session, campaign: int) -> Mapping[int | None, str]:
     """Impacts whose force or velocity a check rejects, and which check."""
-    return dict(verdicts(session, [campaign], rows_of_campaigns(session, [campaign], None), "reject"))
+    rejected: dict[int | None, str] = {}
+    rejected.update(verdicts(session, [campaign], rows_of_campaigns(session, [campaign], None), "reject").items())
+    return rejected
 
 
 def _starts(session: Session, campaign: int) -> dict[int, list[float]]:
@@ -209,7 +226,7 @@ def _starts(session: Session, campaign: int) -> dict[int, list[float]]:
         .order_by(Impact.recording_id, Pulse.start_s)
     )
     starts: dict[int, list[float]] = {}
-    for recording, start in session.execute(query):
+    for recording, start in _values(session, query):
         starts.setdefault(recording, []).append(start)
     return starts
 
@@ -219,19 +236,21 @@ def _velocity(
 ) -> tuple[float, float]:
     """Before contact, and its standard uncertainty, m/s; NaN where none was measured.
 
-    The integral of the impactor's acceleration ends at the peak of force, when impactor and plate have the same
-    velocity: that of the plate, F / Z with the impedance of a plate without edges, is added.
+    One that was integrated to the peak of the force is converted by the motion of the plate under that force.
     """
     if not hit.velocity_m_s:
         return math.nan, math.nan
     velocity = hit.velocity_m_s
     stated = hit.velocity_u_m_s if hit.velocity_u_m_s is not None else _UNSTATED_U * velocity
-    if hit.velocity_source != INTEGRATED or hit.peak_force_n is None:
+    if velocity_kind(hit.velocity_source) != INTEGRATED or hit.force_points_n is None:
         return velocity, stated
     body = _plate_material(words, material, plate)
     values = (body.youngs_modulus_pa, body.poisson_ratio, body.density_kg_m3, plate.thickness_m)
-    velocity += hit.peak_force_n / float(plate_impedance(*(np.array(value) for value in values)))
-    return velocity, math.hypot(stated, _CONVERTED_U * velocity)
+    impedance = plate_impedance(*(np.array([value]) for value in values))
+    motion = TargetMotion.of(impedance, np.array([words.get("anvil_material", NONE) != NONE]))
+    moments = PulseMoments.of(np.array([hit.force_points_n], dtype=np.float64))
+    before, uncertainty = velocity_before_contact(np.array([velocity]), moments, motion, np.array([stated]))
+    return float(before[0]), float(uncertainty[0])
 
 
 def _plate_material(words: dict[str, str | float], material: Callable[[str], Material], plate: StruckPlate) -> Material:
@@ -267,6 +286,7 @@ def _setting(
         insulator=str(words.get("insulator", NONE)),
         impact_position=str(words.get("impact_position", "#1")),
         boundary_conditions=str(words.get("boundary_conditions", "free")),
+        factors={name: value for name, value in words.items() if name not in _FIELDS},
     )
 
 

@@ -16,7 +16,7 @@ from pyroshock.twin.chain import Twin
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.limits import barrel_work_j, beyond_energy, escape_speed_m_s
-from pyroshock.twin.launch import GunStage
+from pyroshock.twin.launch import GunStage, beyond_sentence
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.strikes import Extrapolation
 from support.records.twin_parts import HalfSine, setting
@@ -178,6 +178,18 @@ def test_pressure_and_mass_beyond_the_shots_are_named_with_their_ranges():
         (),
     ]
     assert gun().extrapolation(asked) == [(), (), (), ()]
+    assert beyond_sentence(learned.extrapolation(asked)[0]) == (
+        "The tank pressure of 50 bar lies above the 1 to 6.7 bar of the measured shots: the velocity there rests on "
+        "the physics of the gun, and its band is wider."
+    )
+    assert beyond_sentence(()) == ""
+
+
+def test_sentence_says_what_the_velocity_rests_on():
+    assert gun().sentence.startswith("The velocity rests on no measured shot")
+    learned = gun().updated([1e5, 6.7e5], [0.2, 0.2], [20.0, 40.0])
+    assert learned.sentence == "The velocity rests on 2 measured shots, 1 to 6.7 bar and 0.2 kg."
+    assert "a spread of 5.0%" in GunStage(IDEAL, 0.05).sentence
 
 
 def test_shots_belong_to_unknown_effects():

@@ -36,4 +36,4 @@ def correlation_with(jacobian: Floats, spread: Floats, correlation: Floats, outp
     together = parts @ correlation[:, output]
     width = np.sqrt(np.maximum(variance, 0.0))
     known = (width > 0) & (spread[:, output] > 0)
-    return np.clip(np.divide(together, width, out=np.zeros_like(width), where=known), -1.0, 1.0)
+    return np.asarray(np.clip(np.divide(together, width, out=np.zeros_like(width), where=known), -1.0, 1.0))

@@ -111,7 +111,7 @@ class PulseMoments:
         mean = np.trapezoid(dense, phase, axis=1)
         left = np.trapezoid(dense * (1 - phase), phase, axis=1)
         to_peak = until[np.arange(len(dense)), dense.argmax(axis=1)] * (phase[1] / 2)
-        return cls(left / to_peak, mean)
+        return cls(left / to_peak, np.asarray(mean))
 
 
 def velocity_before_contact(

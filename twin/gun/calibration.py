@@ -2,7 +2,8 @@
 
 Glossary: y = ln of measured velocity, x = ln of a member's velocity (`prior`), K members; p tank pressure, m bullet
 mass; s a setting (p, m); delta what the effects leave of the gap, smooth in ln p and ln m; S the settings of the shots.
-y = x(s) + delta(s) + scatter of one shot.
+y = x(s) + a(s) (delta(s) + scatter of one shot), a being the members' amplification: both are of the work, and where
+friction and leaks take nearly all of it a little is a lot of velocity.
 
 1. delta is a Gaussian process, its size and the scatter of a shot are on a grid with priors; each pair's evidence is
    that of Gaussian x with the members' mean and covariance (Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425).
@@ -17,7 +18,7 @@ With no shots nothing is moved; one shot is enough; where no shots are near, the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -25,16 +26,18 @@ from numpy.typing import NDArray
 
 from ..sensors.chain import SensorChain
 from .bench import checked
-from .prior import GunPrior
+from .prior import GunPrior, MemberVelocities
 from .shot import Floats
 
 # Standard deviations of delta and of the scatter of one shot, each with a log-normal prior: median, width.
 _GAPS, _GAP_PRIOR = np.geomspace(0.01, 0.32, 6), (0.06, 0.8)
-_SCATTERS, _SCATTER_PRIOR = np.geomspace(0.004, 0.12, 8), (0.04, 0.8)
+_SCATTERS, _SCATTER_PRIOR = np.geomspace(0.004, 0.12, 8), (0.02, 0.8)
 # Delta changes over a factor of this in pressure or mass.
 _SMOOTH = 3.0
 # Shots whose pressures and masses are as near (ln) count as of one setting.
 _SAME = 0.01
+# Members whose ln v is as near to a measured one shoot alike.
+_ALIKE = 0.15
 # Of the members, that stay in play when they are drawn again.
 _IN_PLAY = 0.25
 _Rows = NDArray[np.intp]
@@ -71,7 +74,7 @@ class VelocityShots:
 @dataclass(frozen=True, eq=False)
 class _Settings:
     """c settings: true pressures by the stated sensors, masses, means of y, shots, variance by what is stated of the
-    measurement; and within settings the sum of squares of y and its degrees of freedom.
+    measurement, amplification; and within settings the sum of squares of y over it and its degrees of freedom.
 
     What is stated of a velocity is an error that shots of a setting have in common: their bullet's length (eq. 5.2).
     """
@@ -81,11 +84,13 @@ class _Settings:
     y: Floats
     shots: Floats
     stated: Floats
+    amplified: Floats
     within: float
     freedom: int
 
     @classmethod
-    def of(cls, shots: VelocityShots, sensors: SensorChain) -> Self:
+    def of(cls, shots: VelocityShots, guns: GunPrior, sensors: SensorChain) -> tuple[Self, Floats]:
+        """And x of the members (K, c) there."""
         gain = float(sensors.measured_velocity_m_s(np.ones(1))[0])
         pressure = np.maximum(sensors.true_pressure_pa(shots.tank_pressure_pa), 1.0)
         y = np.log(shots.measured_m_s / gain)
@@ -98,14 +103,18 @@ class _Settings:
 
         means = mean(y)
         stated = mean((shots.measured_u_m_s / shots.measured_m_s) ** 2)
-        within = float(np.sum((y - means[which]) ** 2))
-        logs = mean(at[:, 0]), mean(at[:, 1])
-        return cls(np.exp(logs[0]), np.exp(logs[1]), means, counts, stated, within, int(y.size - counts.size))
+        pressure, mass = np.exp(mean(at[:, 0])), np.exp(mean(at[:, 1]))
+        members = guns.velocities(pressure, mass, sensors)
+        alike = np.exp(-(((members.log - means) / _ALIKE) ** 2) / 2) + 1e-9
+        amplified = np.asarray((alike * members.amplification).sum(axis=0) / alike.sum(axis=0))
+        within = float(np.sum(((y - means[which]) / amplified[which]) ** 2))
+        freedom = int(y.size - counts.size)
+        return cls(pressure, mass, means, counts, stated, amplified, within, freedom), members.log
 
 
 @dataclass(frozen=True, eq=False)
 class VelocityPosterior:
-    """K guns that agree with measured shots. `log_velocity` says where each shoots, and how well that is known."""
+    """K guns that agree with measured shots. `velocities` says how fast they are, and how well that is known."""
 
     guns: GunPrior
     rows: _Rows  # (K,) of the prior's members, some more than once
@@ -117,8 +126,7 @@ class VelocityPosterior:
     @classmethod
     def of(cls, guns: GunPrior, shots: VelocityShots, sensors: SensorChain) -> Self:
         """The guns after the shots."""
-        settings, rng = _Settings.of(shots, sensors), np.random.default_rng(0)
-        x = guns.log_velocity(settings.pressure_pa, settings.mass_kg, sensors)
+        (settings, x), rng = _Settings.of(shots, guns, sensors), np.random.default_rng(0)
         kernel, count = _kernel(settings, settings.pressure_pa, settings.mass_kg), len(guns)
         pairs, weights = _pairs(settings, x, kernel)
         middle = np.sqrt(weights @ pairs**2).tolist()
@@ -141,22 +149,25 @@ class VelocityPosterior:
                 moves[:, members] = anomalies @ weight
                 misfit = misfit - (anomalies @ weight).T @ anomalies
             inverse: Floats = np.asarray(np.linalg.inv(noise), dtype=np.float64)
-            gaps[:, members] = gap**2 * inverse @ misfit.T
+            inverse *= settings.amplified[:, None] * settings.amplified
+            gaps[:, members] = gap**2 * inverse @ (misfit / settings.amplified).T
             inverses.append((members, gap, scatter, inverse))
         return cls(guns, rows, settings, moves, gaps, inverses)
 
-    def log_velocity(self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain) -> tuple[Floats, Floats]:
-        """ln of velocities (K, n), m/s, at true pressures by the stated sensors, and standard deviations (K, n) of one
-        shot about them."""
-        x = self.guns.log_velocity(pressure_pa, mass_kg, sensors)[self.rows]
+    def velocities(self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain) -> tuple[MemberVelocities, Floats]:
+        """As `GunPrior.velocities`, moved to where the shots are, and standard deviations (K, n) of the logarithm of
+        one shot."""
+        members = self.guns.velocities(pressure_pa, mass_kg, sensors).take(self.rows)
+        x = members.log
         kernel = _kernel(self.settings, pressure_pa, mass_kg)
-        mean: Floats = np.asarray(x + self._moves.T @ (x - x.mean(axis=0)) + (kernel @ self._gaps).T)
+        gaps = members.amplification * (kernel @ self._gaps).T
+        moved = np.asarray(x + self._moves.T @ (x - x.mean(axis=0)) + gaps)
         alone = _alone(self.settings, pressure_pa, mass_kg)
         variance = np.empty_like(x)
-        for members, gap, scatter, inverse in self._inverses:
+        for rows, gap, scatter, inverse in self._inverses:
             known = gap**2 * np.sum(kernel @ inverse * kernel, axis=1)
-            variance[members] = gap**2 * np.maximum(alone - known, 0.0) + scatter**2
-        return mean, np.asarray(np.sqrt(variance))
+            variance[rows] = gap**2 * np.maximum(alone - known, 0.0) + scatter**2
+        return replace(members, log=moved), np.asarray(members.amplification * np.sqrt(variance))
 
 
 def _places(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats:
@@ -184,7 +195,8 @@ def _alone(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats:
 
 def _noise(settings: _Settings, kernel: Floats, gap: float, scatter: float) -> Floats:
     """Covariance (c, c) of the means of y about a member's x."""
-    return np.asarray(gap**2 * kernel + np.diag(scatter**2 / settings.shots + settings.stated + 1e-10))
+    of_work = gap**2 * kernel + np.diag(scatter**2 / settings.shots)
+    return np.asarray(of_work * settings.amplified[:, None] * settings.amplified + np.diag(settings.stated + 1e-10))
 
 
 def _pairs(settings: _Settings, x: Floats, kernel: Floats) -> tuple[Floats, Floats]:

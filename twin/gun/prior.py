@@ -37,11 +37,32 @@ _MASSES: Floats = np.asarray(1e-3 * 2.0 ** np.arange(21))
 _COARSER = (100.0, 1.0)
 # A bullet that has less than this share of the work that the gas can do stays in the barrel.
 _STAYS = 1e-4
+_MOST_AMPLIFIED = 6.0
 # A range that begins above 0 and is at least so wide is even by its logarithm.
 _WIDE = 1.5
 # An efficiency that is stated was read at one of these pressures (Pa) and masses (kg), nobody says at which.
 _MOST_GAIN = 1.5  # by which a gun may be faster than its effects say for it
 _EFFICIENCY_AT = ((0.5e5, 0.2), (0.5e5, 1.0), (4e5, 0.2), (4e5, 1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class MemberVelocities:
+    """Of K guns at n settings, all (K, n), velocities by their logarithm: `least`, below which a bullet counts as one
+    that stays in the barrel, and `most`, what gas of the room's temperature can give (`barrel_work_j`) against the
+    atmosphere where there is one, below its escape speed.
+
+    `amplification`, 2 d ln v / d ln p, is 1 where nothing is lost, and large where losses take nearly all the work, so
+    that a little more or less of them is a lot of velocity.
+    """
+
+    log: Floats
+    least: Floats
+    most: Floats
+    amplification: Floats
+
+    def take(self, rows: NDArray[np.intp]) -> Self:
+        """Some of the guns."""
+        return type(self)(self.log[rows], self.least[rows], self.most[rows], self.amplification[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,37 +89,33 @@ class GunPrior:
         ahead = next((effect for effect in self.effects if effect.id == "gun.back_pressure"), None)
         return np.zeros(len(self)) + (0.0 if ahead is None else ahead.atmosphere_pa)  # type: ignore[attr-defined]
 
-    def tank_pressure_pa(self, pressure_pa: Floats, sensors: SensorChain) -> Floats:
-        """Pressures (K, n) that the tank has where readings, freed of the errors that are stated, are (n,)."""
+    def velocities(self, pressure_pa: Floats, bullet_mass_kg: Floats, sensors: SensorChain) -> MemberVelocities:
+        """For pressures (n,), freed of the sensors' stated errors, and masses (n,)."""
         stated = {effect.id for effect in sensors.effects}
-        offset = 0.0 if "sensor.pressure_offset" in stated else self.pressure_offset_pa[:, None]
-        gain = 0.0 if "sensor.pressure_gain" in stated else self.log_pressure_gain[:, None]
-        return np.asarray(np.maximum((pressure_pa - offset) * np.exp(-gain), 0.0) + np.zeros((len(self), 1)))
-
-    def log_velocity(self, pressure_pa: Floats, bullet_mass_kg: Floats, sensors: SensorChain) -> Floats:
-        """ln of velocities (K, n), m/s, for pressures (n,) freed of the sensors' stated errors; where a bullet stays in
-        the barrel that of `_STAYS`."""
-        tank = self.tank_pressure_pa(pressure_pa, sensors)
-        share = np.maximum(self._interpolated(tank, bullet_mass_kg), _STAYS)
-        gain = 0.0 if "sensor.velocity_gain" in {e.id for e in sensors.effects} else self.log_velocity_gain[:, None]
-        return np.asarray(self._lossless(tank, bullet_mass_kg) + np.log(share) / 2 + self.scale[:, None] + gain)
-
-    def least_log_velocity(self, pressure_pa: Floats, bullet_mass_kg: Floats, sensors: SensorChain) -> Floats:
-        """ln of the velocities (K, n) below which a bullet counts as one that stays in the barrel."""
-        tank = self.tank_pressure_pa(pressure_pa, sensors)
-        return np.asarray(self._lossless(tank, bullet_mass_kg) + np.log(4 * _STAYS) / 2)
-
-    def highest_log_velocity(self, pressure_pa: Floats, bullet_mass_kg: Floats, sensors: SensorChain) -> Floats:
-        """ln of the velocities (K, n) that gas of the room's temperature can give at most (`barrel_work_j`), against
-        the atmosphere where there is one, and below the gas's escape speed."""
-        tank = self.tank_pressure_pa(pressure_pa, sensors)
-        most = self._lossless(tank, bullet_mass_kg, self.opposing_pressure_pa[:, None])
-        return np.asarray(np.minimum(most, np.log(escape_speed_m_s(self.bench.heat_capacity_ratio, ROOM_K))))
-
-    def _lossless(self, tank_pa: Floats, bullet_mass_kg: Floats, ahead_pa: Floats | float = 0.0) -> Floats:
-        """ln of velocities (K, n); of an empty tank a number so small that no sum brings it back."""
-        work = barrel_work_j(self.bench, tank_pa, ahead_pa)
-        return np.asarray(np.log(np.maximum(2 * work / bullet_mass_kg, 1e-18)) / 2)
+        offset, pressure_gain, velocity_gain = (
+            0.0 if f"sensor.{name}" in stated else error[:, None]
+            for name, error in (
+                ("pressure_offset", self.pressure_offset_pa),
+                ("pressure_gain", self.log_pressure_gain),
+                ("velocity_gain", self.log_velocity_gain),
+            )
+        )
+        shape = np.zeros((len(self), 1))
+        tank = np.asarray(np.maximum((pressure_pa - offset) * np.exp(-pressure_gain), 0.0) + shape)
+        share, slope = self._interpolated(tank, bullet_mass_kg)
+        lossless, ahead = barrel_work_j(self.bench, tank, 0.0), self.opposing_pressure_pa[:, None]
+        most = barrel_work_j(self.bench, tank, ahead) if ahead.any() else lossless
+        # An empty tank has a work so small that no sum brings it back.
+        works = np.stack([lossless * np.maximum(share, _STAYS), lossless * 4 * _STAYS, most])
+        works = np.maximum(works, np.array([1e-18, 4e-18, 1e-18])[:, None, None])
+        log, least, highest = np.log(2 * works / bullet_mass_kg) / 2
+        escape = np.log(escape_speed_m_s(self.bench.heat_capacity_ratio, ROOM_K))
+        return MemberVelocities(
+            log=log + self.scale[:, None] + velocity_gain,
+            least=least,
+            most=np.minimum(highest, escape),
+            amplification=np.clip(1 + slope / np.maximum(share, _STAYS), 1.0, _MOST_AMPLIFIED),
+        )
 
     def take(self, rows: NDArray[np.intp]) -> Self:
         """Some of the guns."""
@@ -112,15 +129,19 @@ class GunPrior:
             _shares=self._shares[:, :, rows],
         )
 
-    def _interpolated(self, tank_pa: Floats, bullet_mass_kg: Floats) -> Floats:
-        """Shares (K, n), linear in ln p and ln m between nodes; at the table's ends the last node's."""
+    def _interpolated(self, tank_pa: Floats, bullet_mass_kg: Floats) -> tuple[Floats, Floats]:
+        """Shares (K, n), linear in ln p and ln m between nodes, and their slopes by ln p; at the table's ends the last
+        node's."""
         p, at_p = _place(tank_pa, _PRESSURES)
-        m, at_m = _place(np.broadcast_to(bullet_mass_kg, tank_pa.shape), _MASSES)
-        self._fire(p, m)
-        k = np.arange(len(self))[:, None]
-        low = (1 - at_m) * self._shares[p, m, k] + at_m * self._shares[p, m + 1, k]
-        high = (1 - at_m) * self._shares[p + 1, m, k] + at_m * self._shares[p + 1, m + 1, k]
-        return np.asarray((1 - at_p) * low + at_p * high)
+        m, at_m = _place(np.asarray(bullet_mass_kg), _MASSES)
+        self._fire(p, np.broadcast_to(m, p.shape))
+        masses, members = self._shares.shape[1:]
+        node = (p * masses + m) * members + np.arange(members)[:, None]
+        flat = self._shares.reshape(-1)
+        low, high = ((1 - at_m) * flat[i] + at_m * flat[i + members] for i in (node, node + masses * members))
+        return np.asarray((1 - at_p) * low + at_p * high), np.asarray(
+            (high - low) / np.log(_PRESSURES[1] / _PRESSURES[0])
+        )
 
     def _fire(self, p: NDArray[np.intp], m: NDArray[np.intp]) -> None:
         """The nodes that are needed and not there."""
@@ -128,10 +149,10 @@ class GunPrior:
         for i in (p, p + 1):
             for j in (m, m + 1):
                 needed[i, j] = True
-        nodes = np.argwhere(needed & np.isnan(self._shares[:, :, 0]))
-        if nodes.size:
-            pressure, mass = _PRESSURES[nodes[:, 0]], _MASSES[nodes[:, 1]]
-            self._shares[nodes[:, 0], nodes[:, 1]] = _fired_shares(self.bench, self.effects, pressure, mass, len(self))
+        # One by one, so that a node is the same whichever others are needed with it.
+        for node in np.argwhere(needed & np.isnan(self._shares[:, :, 0])):
+            pressure, mass = float(_PRESSURES[node[0]]), float(_MASSES[node[1]])
+            self._shares[node[0], node[1]] = _fired_shares(self.bench, self.effects, pressure, mass, len(self))
 
 
 def _place(values: Floats, nodes: Floats) -> tuple[NDArray[np.intp], Floats]:
@@ -142,19 +163,15 @@ def _place(values: Floats, nodes: Floats) -> tuple[NDArray[np.intp], Floats]:
 
 
 def _fired_shares(
-    bench: GunBench, effects: Sequence[GunEffect], pressure_pa: Floats, mass_kg: Floats, members: int
+    bench: GunBench, effects: Sequence[GunEffect], pressure_pa: float, mass_kg: float, members: int
 ) -> Floats:
-    """(nodes, K)."""
-    nodes = pressure_pa.size
-    rows = np.tile(np.arange(members), nodes)
-    each = [effect.take(rows) for effect in effects]
-    pressure, mass = np.repeat(pressure_pa, members), np.repeat(mass_kg, members)
-    ideal = replace(bench, efficiency=1.0)
+    """(K,) at one node."""
+    ideal, mass = replace(bench, efficiency=1.0), np.full(members, mass_kg)
     try:
-        velocity = gun_velocity(ideal, pressure, mass, each, _COARSER[0]).velocity_m_s
+        shots = gun_velocity(ideal, pressure_pa, mass, effects, _COARSER[0])
     except RuntimeError:
-        velocity = gun_velocity(ideal, pressure, mass, each, _COARSER[1]).velocity_m_s
-    return (mass * velocity**2 / 2 / barrel_work_j(bench, pressure, 0.0)).reshape(nodes, members)
+        shots = gun_velocity(ideal, pressure_pa, mass, effects, _COARSER[1])
+    return np.asarray(mass * shots.velocity_m_s**2 / 2 / barrel_work_j(bench, pressure_pa, 0.0))
 
 
 @lru_cache(maxsize=8)
@@ -214,7 +231,7 @@ def _with_efficiency(guns: GunPrior, stated: tuple[GunEffect, ...], rng: np.rand
     at_pa, at_kg = np.array(_EFFICIENCY_AT).T
     predicted = gun_velocity(guns.bench, at_pa, at_kg, stated).velocity_m_s
     with np.errstate(divide="ignore"):
-        scales = np.log(predicted) - guns.log_velocity(at_pa, at_kg, SensorChain())
+        scales = np.log(predicted) - guns.velocities(at_pa, at_kg, SensorChain()).log
     fits = np.isfinite(scales) & (scales < np.log(_MOST_GAIN))
     like = np.flatnonzero(fits.any(axis=1))
     if not like.size:

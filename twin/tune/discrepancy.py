@@ -163,7 +163,7 @@ class Learned:
         alike = np.array([term.of_settings(at, self.shots) for term in self.prior.terms])
         shared = np.einsum("tmn,tf->fmn", alike, self.prior.variances)
         explained = np.einsum("fmn,fmn->mf", shared @ self.precision, shared)
-        return np.maximum(own - explained, 0.0)
+        return np.asarray(np.maximum(own - explained, 0.0))
 
     def left_out(self) -> tuple[Floats, Floats]:
         """Errors and their stated deviations (n, f), dB, where every shot is predicted from all others.

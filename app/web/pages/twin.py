@@ -18,9 +18,10 @@ from ....twin.contact.laws import LAWS
 from ....twin.prediction import Prediction
 from ...finite import finite
 from ...jobs.kinds.tune import TUNE
-from ...predictions.predicting import predicted
+from ...predictions.predicting import TANK_PRESSURE_PA, predicted
 from ...predictions.tables import quantity_rows
 from ...spectra.targets import MOST_BYTES
+from ...twins.building import BuiltTwin
 from ...twins.sliders import sliders
 from ..asking import Key, OpenStore, Running
 from ..figures.twin import prediction_figures, tuned_figure
@@ -38,8 +39,8 @@ _SETTINGS = ("tank_pressure_pa", "bullet_mass_kg", "tip_material", "tip_radius_m
 def twin(request: Request, question: Asked, twins: Twins, store: OpenStore) -> Response:
     built = twins.get(question.request())
     with store.reading() as session:
-        campaigns = _gun_campaigns(session)
-    question = _complete(question)
+        campaigns = _campaigns(session)
+    question = _complete(question, built)
     found, why_not = _answer(twins, question)
     return page(
         request,
@@ -56,15 +57,19 @@ def twin(request: Request, question: Asked, twins: Twins, store: OpenStore) -> R
     )
 
 
-def _complete(question: Question) -> Question:
-    """A shot is set by its pressure unless a velocity is said."""
+def _complete(question: Question, built: BuiltTwin) -> Question:
+    """A shot of a gun is set by its pressure unless a velocity is said, one of a hammer by its velocity; the mass is
+    the bench's where none is said."""
+    update: dict[str, float] = {}
     if question.tank_pressure_pa is None and question.impact_velocity_m_s is None:
-        return question.model_copy(update={"tank_pressure_pa": 5e5})
-    return question
+        update = {"tank_pressure_pa": TANK_PRESSURE_PA} if built.bench.has_gun else {"impact_velocity_m_s": 1.0}
+    if question.bullet_mass_kg is None:
+        update["bullet_mass_kg"] = built.bench.impactor_mass_kg
+    return question.model_copy(update=update)
 
 
-def _gun_campaigns(session: Session) -> list[str]:
-    query = select(Campaign.name).where(Campaign.gun_id.is_not(None)).order_by(Campaign.date.desc(), Campaign.name)
+def _campaigns(session: Session) -> list[str]:
+    query = select(Campaign.name).order_by(Campaign.date.desc(), Campaign.name)
     return list(session.scalars(query.limit(500)))
 
 
@@ -97,7 +102,7 @@ def _outside(prediction: Prediction) -> list[dict[str, Any]]:
 @router.get("/twin/answer")
 def answer(question: Asked, twins: Twins) -> dict[str, Any]:
     """What the sliders ask for while they move."""
-    found: dict[str, Any] = finite(answered(twins, _complete(question)))
+    found: dict[str, Any] = finite(answered(twins, _complete(question, twins.get(question.request()))))
     return found
 
 

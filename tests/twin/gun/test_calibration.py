@@ -160,11 +160,14 @@ def share_inside(bench: GunBench, shots: list[Floats], left_out: list[NDArray[np
     return float(np.mean(inside))
 
 
-@pytest.mark.parametrize("efficiency", [0.5, 1.0])
-def test_first_shots_of_the_thesis_left_out_in_turn(efficiency):
-    """Five shots that scatter by 5 % about any smooth law: of 90 % bands, four or five hold them."""
-    record = first_shots_record(efficiency)
-    assert share_inside(record.gun, columns_of(record), [np.arange(5) == i for i in range(5)]) >= 0.8
+def test_first_shots_of_the_thesis_left_out_in_turn():
+    """Five shots that scatter by 5 % about any smooth law, with the thesis's efficiency stated and without: fewer than
+    seven of ten in 90 % bands would be a chance of 1 in 80."""
+    inside = []
+    for efficiency in (0.5, 1.0):
+        record = first_shots_record(efficiency)
+        inside.append(share_inside(record.gun, columns_of(record), [np.arange(5) == i for i in range(5)]))
+    assert np.mean(inside) >= 0.7
 
 
 def test_small_gun_at_shots_and_pressures_left_out(real_data):
