@@ -15,7 +15,7 @@ from .kernel import Law, rates, unloading
 #: Steps of the contact's own time, and of a period of the anvil on its joint.
 _OF_CONTACT, _OF_PERIOD = 24.0, 16.0
 #: Most steps, and the share of the peak force at which a pulse ends, as measured ones do.
-_MOST, _END = 4000, 0.005
+_MOST, _END = 20_000, 0.005
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -28,13 +28,17 @@ def _flow(law, mass, stiffness, damping, mobility, depth, velocity, anvil, joint
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _history(row, time, force):  # type: ignore[no-untyped-def]
-    """The joint's force after each step into `time` and `force`: how many, and when the indentation first turns."""
+def _history(row, at_tip, time, force):  # type: ignore[no-untyped-def]
+    """The joint's force, or the contact's `at_tip`, after each step into `time` and `force`.
+
+    Returns how many, and when the indentation first turns: less than 0 where it does not.
+    """
     loading = Law(row[0], 1.0, 0.0, row[5], row[1], row[2], row[3], row[4])
     own_time, mass, stiffness, damping, mobility = row[6], row[7], row[8], row[9], row[10]
     period = 2.0 * np.pi * np.sqrt(min(mass, 1.0) / stiffness)
-    slow = min(period / _OF_PERIOD, mass * mobility / 4.0 if mobility > 0.0 else np.inf)
-    slow = max(slow, period / (2.0 * _OF_PERIOD))
+    slow = period / _OF_PERIOD
+    if mobility > 0.0:  # the joint relaxes on the plate, too: longer steps would not be stable
+        slow = min(slow, 1.5 * (1.0 + damping * mobility) / (stiffness * mobility))
     fast = min(slow, own_time / _OF_CONTACT)
     law, unloaded, deepest, turn = loading, False, 0.0, -1.0
     depth, velocity, anvil, joint = 0.0, 1.0, 0.0, 0.0
@@ -66,16 +70,16 @@ def _history(row, time, force):  # type: ignore[no-untyped-def]
             x1, v1, a1, j1, carried, contact = _flow(
                 law, mass, stiffness, damping, mobility, depth, velocity, anvil, joint
             )
-        time[count], force[count] = time[count - 1] + size, carried
+        time[count], force[count] = time[count - 1] + size, contact if at_tip else carried
+        peak = max(peak, force[count])
         count += 1
-        peak = max(peak, carried)
-        if unloaded and carried < _END * peak and contact <= _END * peak:
+        if unloaded and force[count - 1] < _END * peak and contact <= _END * peak:
             break
     return count, turn
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def struck_anvils(figures, phases):  # type: ignore[no-untyped-def]
+def struck_anvils(figures, at_tip, phases):  # type: ignore[no-untyped-def]
     """Pulses below anvils of `figures` (n, 11): the columns of `Numbers`, the contact's own time, M, K, C and Y.
 
     Returns (n, 3) length of the pulse, time of the turn, peak force, and the force (n, phases) at equal phases of it.
@@ -84,7 +88,7 @@ def struck_anvils(figures, phases):  # type: ignore[no-untyped-def]
     found, forces = np.empty((n, 3)), np.zeros((n, phases))
     time, force = np.empty(_MOST), np.empty(_MOST)
     for i in range(n):
-        count, turn = _history(figures[i], time, force)
+        count, turn = _history(figures[i], at_tip, time, force)
         top = 0
         for k in range(count):
             if force[k] > force[top]:
@@ -100,7 +104,7 @@ def struck_anvils(figures, phases):  # type: ignore[no-untyped-def]
         if last > top and force[last] < least:
             end -= (least - force[last]) / (force[last - 1] - force[last]) * (time[last] - time[last - 1])
         length = end - begin
-        found[i, 0], found[i, 1], found[i, 2] = length, turn - begin, force[top]
+        found[i, 0], found[i, 1], found[i, 2] = length, (time[top] if turn < 0.0 else turn) - begin, force[top]
         k = max(first - 1, 0)
         for p in range(1, phases - 1):
             at = begin + length * p / (phases - 1)

@@ -68,9 +68,10 @@ class StruckBodies:
 
 
 def balanced_pulses(
-    struck: StruckBodies, names: Sequence[str], latent: Floats, fixed: Sequence[ContactEffect]
+    struck: StruckBodies, names: Sequence[str], latent: Floats, fixed: Sequence[ContactEffect], *, at_tip: bool = False
 ) -> Pulses:
     """Pulses at latent numbers (n, names): columns of `COLUMNS` and `DISCREPANCIES`; `fixed` effects act on all.
+    `at_tip`: the force on an anvil, not on the plate below it.
 
     The impulse is (1 + e) m u with e in [0, 1] to rounding: a stretch of time lowers the force as it lengthens the
     contact, and a greater restitution or a shape with a narrower top lengthens it below the same peak. On an anvil of
@@ -81,7 +82,7 @@ def balanced_pulses(
     effects = drawn_effects(columns, struck.polymer)
     mass_first = 1 if "mass" in columns else 0  # others refer to the momentum
     effects = [*effects[:mass_first], *fixed, *effects[mass_first:]]
-    natural, momentum, least = _natural_pulses(struck, effects, columns)
+    natural, momentum, least = _natural_pulses(struck, effects, columns, at_tip)
     share = np.clip((natural.impulse_n_s - least) / (2 * momentum - least), _LEAST, _MOST)
     odds = share / (1 - share) * np.exp(np.clip(columns["restitution"], -_FAR, _FAR))
     impulse = least + (2 * momentum - least) * odds / (1 + odds)
@@ -93,7 +94,7 @@ def balanced_pulses(
 
 
 def _natural_pulses(
-    struck: StruckBodies, effects: Sequence[ContactEffect], columns: Mapping[str, Floats]
+    struck: StruckBodies, effects: Sequence[ContactEffect], columns: Mapping[str, Floats], at_tip: bool
 ) -> tuple[Pulses, Floats, Floats]:
     """Pulses as they are solved, the momentum (N s, (n,)) before, and the least impulse."""
     on_rigid_plate = _prepared(struck, [effect for effect in effects if effect.id != PlateCompliance.id])
@@ -111,7 +112,7 @@ def _natural_pulses(
         mobility = (impacts.plate_mobility_m_n_s - on_rigid_plate.plate_mobility_m_n_s)[rows]
         mass = struck.bodies.target_density_kg_m3[rows] * volume
         least[rows] *= mass / (impacts.mass_kg[rows] + mass)
-        pulses = anvil_pulses(on_rigid_plate.take(rows), mass, stiffness, mobility, PHASES)
+        pulses = anvil_pulses(on_rigid_plate.take(rows), mass, stiffness, mobility, PHASES, at_tip=at_tip)
         time[rows], force[rows], compression[rows] = pulses.contact_time_s, pulses.force_n, pulses.compression_time_s
     return Pulses(time, np.maximum(force, 0.0), compression), momentum, least
 

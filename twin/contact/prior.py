@@ -16,7 +16,7 @@ from ..strikes import Extrapolation, Outside, Pulses, Strikes
 from .balanced_pulses import StruckBodies, balanced_pulses
 from .bodies import Floats
 from .effect import ContactEffect
-from .shot_update import DISCREPANCIES, LatentPosterior, ShotFeatures, updated_posterior
+from .shot_update import DISCREPANCIES, LatentPosterior, ShotFeatures, lower_roots, updated_posterior
 from .uncertain_parameters import effect_of, uncertain_columns
 
 #: Steps of ln velocity between which a posterior is straight: much shorter than a discrepancy's length.
@@ -86,7 +86,8 @@ class PriorContact:
     The parameters are log-normal over their likely ranges (`uncertain_parameters`), what the law leaves open is a
     stretch of time, a shift of the restitution within 0 to 1 and another power of the shape; so every draw's impulse is
     (1 + e) m u with e from 0 to 1. `updated` narrows them by measured shots. `effects` act in every draw: their
-    parameters are not drawn. `hand_held`: a hammer in a hand, whose effective mass is drawn, too.
+    parameters are not drawn. `hand_held`: a hammer in a hand, whose effective mass is drawn, too,
+    and whose force is felt at the tip.
     """
 
     effects: Sequence[Effect] = ()
@@ -129,7 +130,7 @@ class PriorContact:
             if z.shape != (len(strikes), self.normals):
                 raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
             mean = mean + np.einsum("nlk,nk->nl", root, z)
-        return balanced_pulses(StruckBodies.of(strikes), self.names, mean, self._fixed)
+        return balanced_pulses(StruckBodies.of(strikes), self.names, mean, self._fixed, at_tip=self.hand_held)
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
         """Nothing: yield, loss and layer are drawn."""
@@ -176,7 +177,7 @@ class PriorContact:
 
         def logarithms(latent: Floats, log_velocity: Floats) -> Floats:
             many = struck.repeated(len(latent) // len(learned), np.exp(log_velocity))
-            pulses = balanced_pulses(many, self.names, latent, self._fixed)
+            pulses = balanced_pulses(many, self.names, latent, self._fixed, at_tip=self.hand_held)
             return np.log(np.column_stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s]))
 
         return logarithms
@@ -188,23 +189,24 @@ class PriorContact:
         share = position - step
         keys = [(setting, int(row)) for setting, row in zip(strikes.settings, step, strict=True)]
         wanted = dict.fromkeys(key for setting, row in keys for key in ((setting, row), (setting, row + 1)))
-        self._keep(tuple(key for key in wanted if key not in self._cache))
-        ends = [[self._cache[setting, row + further] for setting, row in keys] for further in (0, 1)]
+        known = {key: at for key in wanted if (at := self._cache.get(key)) is not None}
+        known |= self._at([key for key in wanted if key not in known])
+        if len(self._cache) > _KEPT:
+            self._cache.clear()
+        self._cache.update(known)
+        ends = [[known[setting, row + further] for setting, row in keys] for further in (0, 1)]
         means, roots = ([np.array([end[part] for end in rows]) for rows in ends] for part in (0, 1))
         mean = means[0] + share[:, None] * (means[1] - means[0])
         return mean, roots[0] + share[:, None, None] * (roots[1] - roots[0])
 
-    def _keep(self, keys: tuple[tuple[Setting, int], ...]) -> None:
+    def _at(self, keys: Sequence[tuple[Setting, int]]) -> dict[tuple[Setting, int], tuple[Floats, Floats]]:
+        """Mean and root of the posterior at settings and steps of velocity."""
         if not keys:
-            return
-        if len(self._cache) > _KEPT:
-            self._cache.clear()
+            return {}
         assert self.posterior is not None  # made with the stage
         velocity = np.exp(_GRID * np.array([row for _, row in keys], dtype=np.float64))
         mean, covariance = self.posterior.at(ShotFeatures(tuple(setting for setting, _ in keys), velocity))
-        jitter = 1e-9 * np.einsum("nkk->nk", covariance)[:, :, None] * np.eye(self.normals)
-        roots = np.linalg.cholesky(covariance + jitter)
-        self._cache.update(zip(keys, zip(mean, roots, strict=True), strict=True))
+        return dict(zip(keys, zip(mean, lower_roots(covariance), strict=True), strict=True))
 
 
 def _quantities(settings: Sequence[Setting], velocity_m_s: Floats) -> dict[str, Floats]:

@@ -200,7 +200,7 @@ class _Fit:
     def linearise(self, share: float) -> None:
         """Lines y = b + A x of each shot, regressed over a share of its posterior, and what they leave as noise."""
         count = len(self.measured)
-        root = share * _root(self.covariance)
+        root = share * lower_roots(self.covariance)
         offsets = np.einsum("nlk,sk->nsl", root, self.normals)
         points = (self.mean[:, None] + offsets).reshape(count * _SAMPLES, -1)
         log_velocity = np.repeat(np.log(self.shots.velocity_m_s), _SAMPLES) - points[:, -1]
@@ -324,9 +324,14 @@ def _inverse(covariance: Floats) -> Floats:
     return np.asarray(inverse + np.tril(inverse, -1).T)
 
 
-def _root(covariance: Floats) -> Floats:
-    """Lower roots of covariances (n, k, k), of which some may be singular."""
-    size = covariance.shape[1]
+def lower_roots(covariance: Floats) -> Floats:
+    """Lower triangular roots of covariances (n, k, k), of which some may be singular."""
     scale = np.einsum("nkk->nk", covariance)
-    jitter = np.maximum(1e-9 * scale, 1e-12)
-    return np.linalg.cholesky(covariance + jitter[:, :, None] * np.eye(size))
+    floor = np.maximum(1e-9 * scale, 1e-12)
+    try:
+        return np.linalg.cholesky(covariance + floor[:, :, None] * np.eye(covariance.shape[1]))
+    except np.linalg.LinAlgError:  # by rounding, where shots say far more than the prior
+        values, vectors = np.linalg.eigh(covariance)
+        factors = vectors * np.sqrt(np.maximum(values, 1e-12))[:, None, :]
+        upper = np.linalg.qr(np.swapaxes(factors, 1, 2)).R
+        return np.asarray(np.swapaxes(upper, 1, 2) * np.sign(np.einsum("nkk->nk", upper))[:, None, :])
