@@ -6,7 +6,7 @@ import numpy as np
 
 from ..dataset.table import Floats, PulseTable
 from ..twin.bands import stratified_normals
-from ..twin.contact.stage import LawContact
+from ..twin.contact.prior import PriorContact
 from ..twin.materials import Material
 from ..twin.setting import Setting
 from ..twin.strikes import ContactStage, Pulses, Strikes
@@ -19,9 +19,9 @@ _NO_LAYER = "none"
 
 
 def prior_contact(pulses: PulseTable) -> ContactStage:
-    """The contact of which nothing was learned; a hammer's mass is the bench's, a bullet's a predictor."""
-    del pulses
-    return LawContact("hertz")
+    """The contact of which nothing was learned. A bullet's mass is a predictor; without it, a hand holds a hammer."""
+    names = [predictor.name for predictor in pulses.predictors]
+    return PriorContact(hand_held="bullet_mass" not in names)
 
 
 def prior_pulses(pulses: PulseTable, draws: int, rng: np.random.Generator) -> list[Pulses]:

@@ -19,6 +19,7 @@ from .contact_stage import random_pulses
 from .metrics.clusters import clustered
 from .metrics.crps import ensemble_crps
 from .metrics.significance import sign_flip_p
+from .models.asked import momentum
 from .models.base import ContactModel
 from .prior_pulses import prior_pulses
 from .tuning.folds import grouped_folds
@@ -79,7 +80,8 @@ def unseen_scores(pulses: PulseTable, predictions: Mapping[str, PulseDraws], rng
     first, second = predictions
     folds = grouped_folds(pulses.configuration, FOLDS, rng)
     chosen = _some_repetitions(pulses.configuration, rng)
-    rows, crps = [], {name: [] for name in predictions}  # type: dict[str, list[Floats]]
+    rows: list[NDArray[np.intp]] = []
+    crps: dict[str, list[Floats]] = {name: [] for name in predictions}
     for fold in folds:
         part = np.flatnonzero(fold & chosen)
         rows.append(part)
@@ -99,7 +101,7 @@ def unseen_draws(model: ContactModel, learned: PulseTable) -> PulseDraws:
         fitted = without_configurations(model, learned, unseen.configuration.tolist(), rng)
         prediction = fitted.predict(unseen.inputs)
         z = np.stack([stratified_normals(count, 2, rng) for _ in range(len(unseen))], axis=1)
-        return [random_pulses(prediction, z[draw]) for draw in range(count)]
+        return [random_pulses(prediction, z[draw], momentum(unseen)) for draw in range(count)]
 
     return draws
 

@@ -29,6 +29,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "compare": ("compare", "compare", "Compare models on the same held-out pulses."),
     "promote": ("promote", "promote", "Make a model's version the one in use, or refuse it."),
     "predict": ("predict", "predict", "Predict a shot: velocity, force, acceleration, spectrum, with bands."),
+    "validate": ("validate", "validate", "Measured shots beside predictions that had not seen them."),
     "srs": ("srs", "srs", "Shock response spectrum of any recording alone, with checks."),
     "tune": ("tune", "tune", "Settings of the bench that give a prescribed spectrum."),
     "diagnose": ("diagnose", "diagnose", "Where twin and bench disagree, which effect causes it, how far it shrinks."),

@@ -26,9 +26,9 @@ def promote(
     """Put a model in use: predictions on benches of its kind (a gun, a hammer) take it from then on.
 
     The kind is that of the campaigns that the model's predictors are for. Of several predictor sets for one kind, the
-    model that was promoted last is in use. A model must predict configurations that it has not seen better than the
-    model in use, and the first model better than the contact of which nothing was learned: by the mean CRPS of peak
-    force, contact time and impulse. Else it is refused, with exit code 1. Refusals are kept too: pyroshock models
+    model that was promoted last is in use. It must predict configurations that it has not seen better than the model in
+    use, and the first model better than the contact of which nothing was learned: by the mean CRPS of peak force,
+    contact time and impulse. Else it is refused, with exit code 1. Refusals are kept too: pyroshock models
     --promotions.
 
     \b
@@ -65,14 +65,14 @@ def _version(model: str, version: int | None) -> tuple[str, int]:
 
 
 def _words(decision: Decision) -> str:
-    """ "hybrid@3 is now in use for the gun (none before)", and why."""
+    """ "hybrid@3 is now in use for the gun (none before)"; and why, and what it was judged on."""
     kind, candidate, champion = decision.predictor_set, decision.candidate, decision.champion
+    why = f": {decision.reason}" if decision.reason else ""
     judged = f" (judged on {decision.pulses} pulses, {decision.judged_on})" if decision.pulses else ""
     if not decision.promoted:
-        remains = f"{champion} stays in use" if champion else "no model is in use"
-        state = f"is refused, {remains} for the {kind}"
-    elif champion == candidate:
-        state = f"is in use for the {kind}, as before"
-    else:
-        state = f"is now in use for the {kind} ({f'{champion} before' if champion else 'none before'})"
-    return f"{candidate} {state}: {decision.reason}{judged}"
+        stays = f"{champion} stays in use" if champion else "none is in use"
+        return f"{candidate} is not put in use, {stays} for the {kind}{why}{judged}"
+    if champion == candidate:
+        return f"{candidate} is in use for the {kind}, as before"
+    before = f"{champion} before" if champion else "none before"
+    return f"{candidate} is now in use for the {kind} ({before}){why}{judged}"

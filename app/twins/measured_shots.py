@@ -46,6 +46,8 @@ _SILENT = 10.0
 _SAMPLES_A_CYCLE = 10.0
 #: Relative standard uncertainty of a velocity that was stored without any.
 _UNSTATED_U = 0.01
+#: The tip of a shot of which nothing but the velocity was measured: the velocity does not depend on it.
+_UNSTATED_TIP: Mapping[str, str | float] = {"tip_material": "steel", "tip_radius": 0.045}
 #: Factors that a setting has fields for; others are a laboratory's own.
 _FIELDS = frozenset(field.name.removesuffix("_m") for field in fields(Setting)) | {
     "tip_material",
@@ -265,6 +267,8 @@ def _setting(
     material: Callable[[str], Material],
     plate: StruckPlate,
 ) -> Setting:
+    if hit.impact is None and hit.recording is None:
+        words = {**_UNSTATED_TIP, **words}
     if "tip_material" not in words or "tip_radius" not in words:
         raise ValueError("no tip_material, or no tip_radius")
     if hit.mass_kg is None:

@@ -164,8 +164,8 @@ def test_promotion_and_refusal(lab):
     refused = lab("promote", "hann", "1", "--json")
     assert refused.exit_code == 1
     assert json.loads(refused.stdout)["promoted"] is False
-    assert "hann@1 is refused, kernel-ridge@1 stays in use for the hammer" in refused.stderr
-    assert "kernel-ridge@1 predicts unseen configurations better than hann@1" in refused.stderr
+    stays = "hann@1 is not put in use, kernel-ridge@1 stays in use for the hammer: kernel-ridge@1 predicts unseen"
+    assert stays in refused.stderr
     assert lab("promote", "hann").exit_code == lab("promote", "hann@1", "1").exit_code == 2
     rows = json.loads(done(lab("models", "--json")).stdout)
     assert {row["model"]: row.get("champion_of") for row in rows} == {"kernel-ridge": "hammer", "hann": None}
@@ -183,9 +183,8 @@ def test_promotion_judged_on_another_dataset(lab):
     assert refused.exit_code == 1
     assert "judged on 120 pulses, unseen configurations of autumn" in refused.stderr
     forced = lab("promote", "hann", "1", "--on", "autumn", "--force", "--reason", "a trial")
-    assert (
-        "hann@1 is now in use for the hammer (kernel-ridge@1 before): a trial; promoted by force" in done(forced).stderr
-    )
+    trial = "hann@1 is now in use for the hammer (kernel-ridge@1 before): a trial; promoted by force although"
+    assert trial in done(forced).stderr
     assert "a trial" in done(lab("models", "--promotions")).stdout
 
 

@@ -44,6 +44,7 @@ SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,1000\n10000,1000\n"
         ("/plans", "No plan yet"),
         ("/plans/new", 'id="make"'),
         ("/diagnoses", "No diagnosis is kept"),
+        ("/validations", "No validation was made yet"),
         ("/ingest", 'id="upload"'),
         ("/jobs", "Nothing was asked for"),
     ],
@@ -132,6 +133,7 @@ def test_a_sheet_is_saved_as_a_table(filled: Lab) -> None:
         ("/twin?campaign=winter", 404, "winter"),
         ("/twin?tip_radius_m=0", 422, "tip_radius_m"),
         ("/tune/99", 404, "99"),
+        ("/validations/99", 404, "99"),
         ("/plans/winter", 404, "winter"),
         (f"/plans/{AT}/sheet.doc", 404, "doc"),
         ("/plans/new?kind=cannon", 422, "cannon"),
@@ -188,6 +190,7 @@ def test_a_bad_address_is_answered_in_words(filled: Lab, address: str, status: i
         ("/diagnoses/99/what-if", {"with": "gun.valve_flow"}, 404, "99"),
         ("/diagnoses", {"campaign": GUN, "without": "gun.magic"}, 404, "gun.magic"),
         ("/diagnoses/99/plan", {"name": "x"}, 404, "99"),
+        ("/validations", {"campaign": "winter"}, 404, "winter"),
         ("/tune", {}, 422, "no specification"),
         ("/tune", {"text": "loud"}, 422, "specification"),
         ("/tune", {"text": SPECIFICATION, "tolerance": "much"}, 422, "much"),
@@ -453,6 +456,28 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
     assert "titanium, 45 mm, 0.5 kg, 4 bar, anvil none, #1" in page.text
     assert (asked[0].at_least, asked[0].share) == (0.6, 0.95)
     assert filled.added(before) == {}
+
+
+def test_the_twin_is_validated_by_a_job(filled: Lab) -> None:
+    before = filled.rows()
+    assert f'href="/validations?campaign={HAMMER}"' in filled.client.get(f"/campaigns/{HAMMER}").text
+    job = done(filled, post(filled.client, "/validations", {"campaign": HAMMER, "contact": "hertz"}))
+    assert job["address"] == f"/validations/{job['id']}"
+    page = filled.client.get(job["address"])
+    assert page.status_code == 200
+    for words in (job["result"]["verdict"], "peak force", 'id="coverage-data"', 'id="ranks-data"', "comparison-1-data"):
+        assert words in page.text
+    report = filled.client.get(f"{job['address']}/report.html")
+    assert report.status_code == 200
+    assert job["result"]["verdict"] in report.text
+    assert job["address"] in filled.client.get("/validations").text
+    assert filled.added(before) == {}
+
+
+def test_validation_over_the_api_is_that_of_the_command(filled: Lab) -> None:
+    job = ended(filled.client, post_json(filled.client, "/api/validate", {"campaign": GUN}))
+    assert (job["state"], job["error"]) == ("done", None)
+    assert [row["name"] for row in job["result"]["quantities"]] == ["velocity"]
 
 
 def test_pulses_are_cut_anew_by_a_job_and_put_back(filled: Lab) -> None:
