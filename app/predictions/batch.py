@@ -12,7 +12,7 @@ from ...compute.mapping import mapped
 from ..export import write_batches
 from .predicting import predicted
 from .rows import ShotRow
-from .warnings import extrapolation_text
+from .warnings import extrapolation_text, extrapolations
 
 if TYPE_CHECKING:
     from ...twin.prediction import Prediction
@@ -90,7 +90,7 @@ def _figures(prediction: Prediction) -> Row:
     row |= {f"{stage}_by": answered for stage, answered in prediction.models.items()}
     return row | {
         "rests_on_shots": prediction.rests_on.shots,
-        "extrapolation": " ".join(map(extrapolation_text, prediction.extrapolation)),
+        "extrapolation": " ".join(map(extrapolation_text, extrapolations(prediction))),
         "outside_domain": "; ".join(map(_outside, prediction.outside)),
     }
 

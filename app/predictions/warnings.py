@@ -34,7 +34,16 @@ _OF_THE_GUN = ("tank_pressure_pa", "bullet_mass_kg")
 
 def warnings(prediction: Prediction) -> tuple[str, ...]:
     """A sentence for each quantity beyond what was learned, then for what lies outside of the contact's domain."""
-    return (*map(extrapolation_text, prediction.extrapolation), *domain_warnings(prediction))
+    return (*map(extrapolation_text, extrapolations(prediction)), *domain_warnings(prediction))
+
+
+def extrapolations(prediction: Prediction) -> tuple[Extrapolation, ...]:
+    """Each quantity with its range once: gun and contact may both have learned from the same masses."""
+    items: dict[tuple[object, ...], Extrapolation] = {}
+    for item in prediction.extrapolation:
+        base = _base(item.quantity)
+        items.setdefault((_FIELDS.get(base, base), item.asked, item.low, item.high), item)
+    return tuple(items.values())
 
 
 def domain_warnings(prediction: Prediction) -> tuple[str, ...]:
@@ -56,10 +65,10 @@ def extrapolation_text(item: Extrapolation) -> str:
 def field_warnings(prediction: Prediction) -> dict[str, str]:
     """Sentences by the field of `Shot` that sets the quantity, for those that a field sets."""
     texts: dict[str, list[str]] = {}
-    for item in prediction.extrapolation:
+    for item in extrapolations(prediction):
         if field := _FIELDS.get(_base(item.quantity)):
             texts.setdefault(field, []).append(extrapolation_text(item))
-    return {field: " ".join(dict.fromkeys(sentences)) for field, sentences in texts.items()}
+    return {field: " ".join(sentences) for field, sentences in texts.items()}
 
 
 def warnings_of_number(prediction: Prediction, number: str) -> str:
@@ -68,7 +77,7 @@ def warnings_of_number(prediction: Prediction, number: str) -> str:
 
 
 def _of_number(prediction: Prediction, number: str) -> Iterator[str]:
-    for item in prediction.extrapolation:
+    for item in extrapolations(prediction):
         of_gun = _FIELDS.get(_base(item.quantity)) in _OF_THE_GUN and prediction.setting.tank_pressure_pa is not None
         if number == ("velocity_m_s" if of_gun else "peak_force_n"):
             yield extrapolation_text(item)

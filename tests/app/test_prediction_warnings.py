@@ -95,3 +95,11 @@ def test_picture_says_what_the_bands_rest_on(tmp_path):
     plain = prediction(tank_pressure_pa=3e5)
     plot_prediction(replace(plain, rests_on=RestsOn(0, "half-sine", "")), tmp_path / "plain.svg")
     assert (tmp_path / "shot.svg").stat().st_size > (tmp_path / "plain.svg").stat().st_size
+
+
+def test_mass_that_gun_and_contact_learned_from_alike_is_named_once():
+    gun, contact = (Extrapolation(name, 1.2, 0.2, 0.8) for name in ("bullet_mass_kg", "impactor_mass"))
+    other = Extrapolation("impactor_mass", 1.2, 0.3, 0.5)
+    shot = prediction(gun, contact, other, tank_pressure_pa=3e5)
+    assert warnings(shot) == (extrapolation_text(gun), extrapolation_text(other))
+    assert field_warnings(shot)["bullet_mass_kg"] == f"{extrapolation_text(gun)} {extrapolation_text(other)}"
