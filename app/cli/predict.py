@@ -117,9 +117,9 @@ def predict(
 ) -> None:
     """Velocity, force, acceleration and shock response spectrum of one shot, with 90 % bands.
 
-    It says what answered at each stage, and where it is asked beyond what that has learned from. Without a store it
-    takes the bench that ships with the software. The contact model is the one in use for the kind of the campaign. A
-    factor that no stage uses is an error.
+    The first line says what the bands rest on. Where a quantity is beyond the shots that were learned from, its range
+    stands beside the number. Without a store the bench that ships with the software is taken. The contact model is the
+    one in use for the kind of the campaign. A factor that no stage uses is an error.
 
     \b
     Example:
@@ -139,7 +139,8 @@ def predict(
             many.tell(found, json_to)
             return
         from ..predictions.predicting import predicted, prediction_json
-        from ..predictions.tables import outside_words, quantity_rows, spectrum_rows
+        from ..predictions.tables import quantity_rows, spectrum_rows
+        from ..predictions.warnings import domain_warnings
         from ..twins.building import twin_of
 
         request = _request(asked)
@@ -154,15 +155,17 @@ def predict(
             plot_prediction(prediction, plot)
             note(f"written: {plot}")
         if json_to is not None:
-            write_json(prediction_json(prediction), json_to)
+            write_json(prediction_json(built, prediction), json_to)
             return
+        if prediction.rests_on.sentence:
+            click.echo(f"{prediction.rests_on.sentence}\n")
         print_table(quantity_rows(prediction), "")
         click.echo()
         print_table(spectrum_rows(prediction), "no plate: no spectrum")
         click.echo()
         print_table(({"stage": stage, "answered": answer} for stage, answer in prediction.models.items()), "")
-        for outside in prediction.outside:
-            note(f"outside of its domain: {outside_words(outside)}")
+        for warning in domain_warnings(prediction):
+            note(warning)
 
 
 _SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position",

@@ -119,4 +119,4 @@ def _short(each: Foretold) -> dict[str, object]:
     for name in _FIGURES:
         low, high = (each.figures[f"predicted_{name}_{end}"] for end in ("low", "high"))
         row |= {name: each.figures[f"predicted_{name}"], f"{name} 90 %": f"{low:.4g} to {high:.4g}"}
-    return row
+    return row | {name: each.figures[name] for name in ("rests_on_shots", "extrapolation")}

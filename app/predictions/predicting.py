@@ -81,11 +81,16 @@ def predicted(built: BuiltTwin, shot: Shot, *, draws: int = DRAWS, seed: int = 0
 
 def predicted_json(built: BuiltTwin, shot: Shot, *, draws: int = DRAWS, seed: int = 0) -> dict[str, Any]:
     """The JSON of `pyroshock predict`. Raises as `predicted`."""
-    return prediction_json(predicted(built, shot, draws=draws, seed=seed))
+    return prediction_json(built, predicted(built, shot, draws=draws, seed=seed))
 
 
-def prediction_json(prediction: Prediction) -> dict[str, Any]:
-    """The same of a prediction that is there; a value that is not known is null."""
+def prediction_json(built: BuiltTwin, prediction: Prediction) -> dict[str, Any]:
+    """The same of a prediction that is there, with the twin's notes and the warnings in sentences.
+
+    The command, the page and the API show what stands here; a value that is not known is null.
+    """
+    from .warnings import warnings
+
     plain = finite(prediction.as_json())
     assert isinstance(plain, dict)
-    return plain
+    return {**plain, "notes": list(built.notes), "warnings": list(warnings(prediction))}

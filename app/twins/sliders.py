@@ -24,7 +24,9 @@ _SHOWN = {
     "bullet_mass_kg": ("kg", 1.0, 0.01),
     "tip_radius_m": ("mm", 1e3, 1.0),
 }
-_LEAST_VELOCITY_M_S = 0.5
+_LEAST_M_S = 0.1
+#: Of impact, where neither pressure nor velocity is said on a bench without a gun.
+VELOCITY_M_S = 1.0
 
 
 def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
@@ -46,7 +48,7 @@ def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
     known, mass = _known(built), built.bench.impactor_mass_kg
     ends = {
         "tank_pressure_pa": (LEAST_PRESSURE_PA, highest, TANK_PRESSURE_PA, (), None),
-        "impact_velocity_m_s": (_LEAST_VELOCITY_M_S, limits.max_impact_velocity_m_s, 10.0, (), "impact.velocity"),
+        "impact_velocity_m_s": (_LEAST_M_S, limits.max_impact_velocity_m_s, VELOCITY_M_S, (), "impact.velocity"),
         "bullet_mass_kg": (min(masses), limits.max_bullet_mass_kg, mass, masses, "impactor.mass"),
         "tip_radius_m": (min(radii), max(radii), Shot.tip_radius_m, radii, "factor.tip_radius"),
     }
