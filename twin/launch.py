@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..signals.valve_profile import ValveProfile
 from .gun.bench import GunBench
 from .gun.calibration import VelocityCalibration
 from .gun.effect import GunEffect
@@ -47,7 +48,8 @@ class GunStage:
         velocity = np.array([setting.impact_velocity_m_s or 0.0 for setting in settings], dtype=np.float64)
         fired, reading, mass = _shots(settings)
         if fired.size:
-            velocity[fired] = self.fired(sensors.true_pressure_pa(reading), mass)
+            profiles = [settings[row].valve_profile for row in fired]
+            velocity[fired] = self.fired(sensors.true_pressure_pa(reading), mass, profiles)
             if self.calibration is not None:
                 velocity[fired] *= self.calibration.factor(reading, mass)
         return velocity
@@ -61,11 +63,14 @@ class GunStage:
             spread[fired] = self.velocity_spread if known is None else known.spread(reading, mass)
         return spread
 
-    def fired(self, tank_pressure_pa: Floats, bullet_mass_kg: Floats) -> Floats:
-        """Velocities (n,) of true tank pressures and bullets."""
+    def fired(
+        self, tank_pressure_pa: Floats, bullet_mass_kg: Floats, profiles: Sequence[ValveProfile | None] | None = None
+    ) -> Floats:
+        """Velocities (n,) of true tank pressures and bullets, with the profile of each valve where it is stated."""
         from .gun.shots import gun_velocity
 
-        return gun_velocity(self.bench, tank_pressure_pa, bullet_mass_kg, self.effects).velocity_m_s
+        shots = gun_velocity(self.bench, tank_pressure_pa, bullet_mass_kg, self.effects, valve_profiles=profiles)
+        return shots.velocity_m_s
 
 
 def _shots(settings: Sequence[Setting]) -> tuple[NDArray[np.intp], Floats, Floats]:
