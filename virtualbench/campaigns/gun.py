@@ -13,13 +13,14 @@ from ..gun.build import GunBuild, Projectile
 from ..gun.channels import shot_signals, trigger_time_s
 from ..gun.fire import fire
 from ..gun.truth import ShotTruth
+from ..gun.valve import ValveWay
 from ..impact.strike import ImpactTruth, strike_many
 from ..plate.modes import PlateModes
 from ..recorder import Value
 from ..sensors import SensorBuild, analog, digitised
 from ..sensors.faults import gain, offset_si
 from .base import Row, Taken, Task, cells_of, day_fraction, positive
-from .gun_rows import impactor_of, plate_of, point_of, target_of, truth_of
+from .gun_rows import impactor_of, plate_of, point_of, target_of, truth_of, valve_way_of
 from .gun_sensors import ARRAY, ARRAY_SHARES, LASER, PLATE, SENSORS, TANK
 from .plates import Key, plate_stage, response_at, solved_plates
 from .ringing import felt
@@ -87,7 +88,9 @@ class GunBench:
     def take(self, task: Task, rng: np.random.Generator) -> Taken:
         length = BULLET_LENGTH_M / (1 + VELOCITY_FAULT * self.effects["sensor.velocity_gain"])
         bullet = Projectile(positive(task.row, "bullet_mass_kg"), length)
-        shot = fire(self.gun, self.effects, self._pressure(task, rng), bullet, rng, until_s=self._until_s)
+        way, pressure_pa = valve_way_of(task.row), self._pressure(task, rng)
+        until_s = self._until_s(way)
+        shot = fire(self.gun, self.effects, pressure_pa, bullet, rng, until_s=until_s, valve_way=way)
         late = JITTER_S * self.effects["bench.trigger_jitter"] * float(rng.standard_normal())
         origin = PRE_TRIGGER_S - trigger_time_s(shot) - late
         impact = self._impact(task.row, shot, rng)
@@ -101,10 +104,10 @@ class GunBench:
         }
         return Taken(channels, [truth_of(shot, impact, start, length)])
 
-    @property
-    def _until_s(self) -> float:
+    def _until_s(self, way: ValveWay | None) -> float:
         """How long a shot is followed: the recording, and what the valve takes before the trigger."""
-        return DURATION_S - PRE_TRIGGER_S + TRIGGER_S * max(1.0, self.effects["gun.valve_flow"])
+        slowest_s = TRIGGER_S if way is None else max(TRIGGER_S, 1.2 * way.moments_s[-1])
+        return DURATION_S - PRE_TRIGGER_S + slowest_s * max(1.0, self.effects["gun.valve_flow"])
 
     def _pressure(self, task: Task, rng: np.random.Generator) -> float:
         """The true pressure (Pa, gauge): the operator sets the plan's by the transducer, with its errors."""
@@ -150,5 +153,5 @@ class GunBench:
 def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator) -> GunBench:
     """The bench for a plan of shots, every row checked. Raises `ValueError` naming run, column and value."""
     for row in rows:
-        impactor_of(row), target_of(row), point_of(row), positive(row, "tank_pressure_bar")
+        impactor_of(row), target_of(row), point_of(row), positive(row, "tank_pressure_bar"), valve_way_of(row)
     return GunBench(effects, solved_plates((plate_of(row) for row in rows), effects, rng))

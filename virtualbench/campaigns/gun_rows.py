@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from ..gun.truth import ShotTruth
+from ..gun.valve import ValveWay
 from ..impact.build import Impactor, Target, target
 from ..impact.impactors import projectile
 from ..impact.strike import ImpactTruth
@@ -24,6 +25,25 @@ def plate_of(row: Row) -> Key:
 def point_of(row: Row) -> int:
     """The plate's impact point in the optional column `impact_position`; the first without one."""
     return POSITIONS.index(cell(row, "impact_position", POSITIONS)) if row.get("impact_position") else 0
+
+
+def valve_way_of(row: Row) -> ValveWay | None:
+    """The optional column `valve_profile`: "0:0 0.1:1", points of time (s) and the ball's position; None without one.
+
+    Raises `ValueError` naming the run.
+    """
+    text = (row.get("valve_profile") or "").strip()
+    if not text:
+        return None
+    try:
+        points = [tuple(map(float, point.split(":"))) for point in text.replace(",", " ").split()]
+        moments, positions = zip(*points, strict=True)
+        return ValveWay(moments, positions)
+    except (TypeError, ValueError) as error:
+        raise ValueError(
+            f"plan: run {row.get('run', '?')}: valve_profile is {text!r}; expected points TIME:POSITION in s and 0 "
+            "(shut) to 1 (open), such as '0:0 0.1:1'"
+        ) from error
 
 
 def impactor_of(row: Row) -> Impactor:
