@@ -47,6 +47,7 @@ KNOWN_FACTORS: tuple[KnownFactor, ...] = (
     KnownFactor("hammer_speed", "hammer_speed", words=("low", "high")),
     KnownFactor("bullet_mass_kg", "bullet_mass", "kg", above_zero=True),
     KnownFactor("tank_pressure_bar", "tank_pressure", "Pa", 1e5, above_zero=True),
+    KnownFactor("valve_profile", "valve_profile"),
 )
 
 BY_COLUMN = {factor.column: factor for factor in KNOWN_FACTORS}

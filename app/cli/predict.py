@@ -41,6 +41,13 @@ _SET = (
         "--impact-position", metavar="'#1'", default="#1", show_default=True, help="Where it strikes the plate."
     ),
 )
+#: Of `predict` alone: `tune` looks for no way of the valve.
+_VALVE = click.option(
+    "--valve-profile",
+    metavar="FILE.csv|'0:0 0.1:1'",
+    default=None,
+    help="The gun's valve over time: points of s and position, 0 shut, 1 open. [as the effects say]",
+)
 _MADE_OF = (
     click.option("--campaign", metavar="NAME", default=None, help="Whose bench. [the newest of a gun]"),
     click.option("--bench", type=click.Path(path_type=Path), default=None, help="TOML file with [gun], [plate]."),
@@ -72,6 +79,7 @@ def _with(options: tuple[Any, ...]) -> Callable[[Function], Function]:
 
 @click.command()
 @_with(_SET)
+@_VALVE
 @_with(_MADE_OF)
 @click.option("--draws", type=click.IntRange(0), default=64, show_default=True, help="Random shots for the bands.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the draws.")
@@ -103,6 +111,7 @@ def predict(
     \b
     Example:
         pyroshock predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel
+        pyroshock predict --tank-pressure 5bar --valve-profile '0:0 0.1:1 0.3:1 0.4:0'
         pyroshock predict --velocity 8m/s --tip delrin --effect plate.damping:factor=2 --plot shot.png
         pyroshock predict --plan spring --out predicted.csv --jobs 2
     """
@@ -143,7 +152,8 @@ def predict(
             note(f"outside of its domain: {outside_words(outside)}")
 
 
-_SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position")
+_SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position",
+            "valve_profile")  # fmt: skip
 
 
 def _request(asked: dict[str, Any]) -> TwinRequest:
@@ -180,7 +190,17 @@ def _shot(words: dict[str, Any]) -> Shot:
         anvil_material=words["anvil"],
         insulator=words["insulator"],
         impact_position=words["impact_position"],
+        valve_profile=_profile(words["valve_profile"]),
     )
+
+
+def _profile(text: str | None) -> str | None:
+    """A profile as typed, or of the file that is named. Raises `ValueError`."""
+    from ...signals.valve_profile import ValveProfile
+
+    if text is None:
+        return None
+    return str(ValveProfile.parse(text) if ":" in text and not Path(text).exists() else ValveProfile.read(Path(text)))
 
 
 def parse_effect(text: str) -> Effect:

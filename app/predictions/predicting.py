@@ -34,9 +34,12 @@ class Shot:
     anvil_material: str = NONE
     insulator: str = NONE
     impact_position: str = "#1"
+    valve_profile: str | None = None  # as `ValveProfile.parse` takes it
 
     def setting(self, built: BuiltTwin) -> Setting:
         """On the twin's plate. Raises `LookupError` for an unknown material, `ValueError` as `Setting`."""
+        from ...signals.valve_profile import ValveProfile
+
         fired = self.tank_pressure_pa is None and self.impact_velocity_m_s is None
         return built.setting(
             impactor_mass_kg=self.bullet_mass_kg,
@@ -47,6 +50,7 @@ class Shot:
             anvil=None if self.anvil_material.lower() == NONE else built.material(self.anvil_material),
             insulator=self.insulator,
             impact_position=self.impact_position,
+            valve_profile=None if self.valve_profile is None else ValveProfile.parse(self.valve_profile),
         )
 
 

@@ -24,6 +24,7 @@ FIELDS = {
     "anvil_material": "anvil_material",
     "insulator": "insulator",
     "impact_position": "impact_position",
+    "valve_profile": "valve_profile",
 }
 
 

@@ -43,6 +43,7 @@ class Question(BaseModel):
     anvil_material: Word = "none"
     insulator: Word = "none"
     impact_position: Word = "#1"
+    valve_profile: Word | None = Field(None, description="of the gun's valve, such as '0:0 0.1:1': s, 0 shut to 1 open")
     draws: Annotated[int, Field(ge=2, le=1024)] = 64
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
 
@@ -53,7 +54,7 @@ class Question(BaseModel):
 
     def shot(self) -> Shot:
         names = ("bullet_mass_kg", "tip_material", "tip_radius_m", "tank_pressure_pa", "impact_velocity_m_s",
-                 "anvil_material", "insulator", "impact_position")  # fmt: skip
+                 "anvil_material", "insulator", "impact_position", "valve_profile")  # fmt: skip
         return Shot(**{name: getattr(self, name) for name in names})
 
 
