@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from ..signals.channel import Channel
@@ -67,4 +68,6 @@ def _pressure(channel: Channel | None) -> tuple[Pair, list[Finding]]:
         found = tank_pressure_before(channel.si)
     except (NoDropError, ValueError) as error:
         return (None, None), [Finding("no-pressure-drop", "note", str(error), channel.name)]
-    return (found.pressure_pa, found.pressure_u_pa), []
+    # The calibration is common to all shots, and is not averaged out by them.
+    common_u = channel.sensor.calibration_u_si(found.pressure_pa)
+    return (found.pressure_pa, math.hypot(found.pressure_u_pa, common_u)), []
