@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..effects import Effects
 from ..gun.build import GunBuild, Projectile
-from ..gun.channels import shot_signals, trigger_time_s
+from ..gun.channels import Trigger, shot_signals
 from ..gun.fire import fire
 from ..gun.truth import ShotTruth
 from ..gun.valve import ValveWay
@@ -30,11 +30,13 @@ Floats = NDArray[np.float64]
 
 #: Thesis, section 2.2.2: 100 kHz. Finer by these factors for pressure and laser, for the load cells and for the plate.
 RATE_HZ, SLOW_RATIO, RATIO, PLATE_RATIO = 100_000.0, 4, 20, 8
-DURATION_S, PRE_TRIGGER_S = 1.2, 0.3
+DURATION_S = 1.2
 #: From the valve's first turn to the trigger at most, at strength 1 of gun.valve_flow.
 TRIGGER_S = 0.3
 #: By how much (s, standard deviation) the trigger comes early or late at strength 1 of bench.trigger_jitter.
 JITTER_S = 1e-3
+#: How much earlier (s, of the order of) a hand begins a recording that nothing triggers.
+HAND_S = 0.05
 #: What the operator leaves of a deviation when setting the pressure (relative, bench.hand_scatter at strength 1).
 SETTING_SPREAD = 0.003
 #: The lab's bullets are 85 mm long (thesis, section 3.1) and measured to half a millimetre; the true length is that
@@ -53,6 +55,7 @@ class GunBench:
     gun: GunBuild = field(default_factory=GunBuild)
     sensors: tuple[SensorBuild, ...] = SENSORS
     sampling_rate_hz: float = RATE_HZ
+    trigger: Trigger = field(default_factory=Trigger)
 
     def stages(self) -> Mapping[str, Mapping[str, Value]]:
         """With two materials of plate in a plan, [bench.plate] has the first one's; the rows of runs.csv say which."""
@@ -91,8 +94,11 @@ class GunBench:
         way, pressure_pa = valve_way_of(task.row), self._pressure(task, rng)
         until_s = self._until_s(way)
         shot = fire(self.gun, self.effects, pressure_pa, bullet, rng, until_s=until_s, valve_way=way)
-        late = JITTER_S * self.effects["bench.trigger_jitter"] * float(rng.standard_normal())
-        origin = PRE_TRIGGER_S - trigger_time_s(shot) - late
+        moment = float(rng.standard_normal())
+        late = -HAND_S * abs(moment)
+        if self.trigger.share is not None:
+            late = JITTER_S * self.effects["bench.trigger_jitter"] * moment
+        origin = -self.trigger.begin_s(shot) - late
         impact = self._impact(task.row, shot, rng)
         start = origin + shot.impact_time_s
         signals = self._slow(shot, bullet, late) | self._fast(task.row, impact, start)
@@ -102,12 +108,12 @@ class GunBench:
             )
             for sensor in self.sensors
         }
-        return Taken(channels, [truth_of(shot, impact, start, length)])
+        return Taken(channels, [truth_of(shot, impact, origin, start, length)])
 
     def _until_s(self, way: ValveWay | None) -> float:
         """How long a shot is followed: the recording, and what the valve takes before the trigger."""
         slowest_s = TRIGGER_S if way is None else max(TRIGGER_S, 1.2 * way.moments_s[-1])
-        return DURATION_S - PRE_TRIGGER_S + slowest_s * max(1.0, self.effects["gun.valve_flow"])
+        return DURATION_S - self.trigger.pre_trigger_s + slowest_s * max(1.0, self.effects["gun.valve_flow"])
 
     def _pressure(self, task: Task, rng: np.random.Generator) -> float:
         """The true pressure (Pa, gauge): the operator sets the plan's by the transducer, with its errors."""
@@ -127,7 +133,7 @@ class GunBench:
     def _slow(self, shot: ShotTruth, bullet: Projectile, late_s: float) -> dict[str, Floats]:
         """Band-limited tank pressure and laser, SI (samples,)."""
         rate = RATE_HZ * SLOW_RATIO
-        signals = shot_signals(shot, bullet, rate, DURATION_S, PRE_TRIGGER_S, trigger_offset_s=late_s)
+        signals = shot_signals(shot, bullet, rate, DURATION_S, self.trigger, trigger_offset_s=late_s)
         time = np.arange(round(DURATION_S * rate)) / rate
         pairs = ((TANK, signals["tank_pressure"]), (LASER, signals["laser"]))
         return {sensor.name: analog(time, signal, sensor, RATE_HZ, self.effects) for sensor, signal in pairs}

@@ -56,12 +56,14 @@ def target_of(row: Row) -> Target:
     return target(cell(row, "plate_material"), THICKNESS_M, anvil_material=anvil, insulator=insulator)
 
 
-def truth_of(shot: ShotTruth, impact: ImpactTruth | None, start_s: float, length_m: float) -> Truth:
+def truth_of(shot: ShotTruth, impact: ImpactTruth | None, origin_s: float, start_s: float, length_m: float) -> Truth:
+    """Of a shot whose valve begins to turn at `origin_s` of the recording, and whose impact is at `start_s`."""
     truth: Truth = {
         "tank_pressure_pa": float(shot.tank_pressure_pa[0]),
         "muzzle_velocity_m_s": shot.muzzle_velocity_m_s,
         "bullet_length_m": length_m,
         "exit_time_s": shot.exit_time_s if math.isfinite(shot.exit_time_s) else None,
+        "valve_opens_s": origin_s + shot.port_opens_s if math.isfinite(shot.port_opens_s) else None,
         "velocity_m_s": shot.impact_velocity_m_s,
     }
     if impact is None:

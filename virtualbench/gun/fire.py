@@ -60,6 +60,7 @@ def fire(
         laser_blocked=_passages(way, gun.laser_position_m, projectile.length_m),
         laser_position_m=gun.laser_position_m,
         ledger=_ledger(state),
+        port_opens_s=setting.valve_way.port_opens_s,
     )
 
 

@@ -48,6 +48,15 @@ class ValveWay:
         return self.positions[k] + (self.positions[k + 1] - self.positions[k]) * share
 
     @property
+    def port_opens_s(self) -> float:
+        """The moment (s) from which on the port is open; infinite where it never is."""
+        begins = (0.0, *self.kinks_s)
+        ends = (*begins[1:], math.inf)
+        middles = (begin + (min(end, begin + 1.0) - begin) / 2 for begin, end in zip(begins, ends, strict=True))
+        opened = (begin for begin, middle in zip(begins, middles, strict=True) if open_share(self.position(middle)) > 0)
+        return next(opened, math.inf)
+
+    @property
     def kinks_s(self) -> tuple[float, ...]:
         """Moments (s) at which the flow has a kink: where the ball changes its speed, and where its bore meets or
         leaves the seat."""
