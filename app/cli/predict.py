@@ -81,6 +81,7 @@ def _with(options: tuple[Any, ...]) -> Callable[[Function], Function]:
 @_with(_SET)
 @_VALVE
 @_with(_MADE_OF)
+@click.option("--chain-height", metavar="112mm", default=None, help="By which the plate hangs higher: links of 56 mm.")
 @click.option("--draws", type=click.IntRange(0), default=64, show_default=True, help="Random shots for the bands.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the draws.")
 @click.option(
@@ -153,7 +154,7 @@ def predict(
 
 
 _SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position",
-            "valve_profile")  # fmt: skip
+            "valve_profile", "chain_height")  # fmt: skip
 
 
 def _request(asked: dict[str, Any]) -> TwinRequest:
@@ -172,7 +173,20 @@ def _request(asked: dict[str, Any]) -> TwinRequest:
         q=asked["q"],
         frequency_hz=_lines(asked["frequencies"]),
         adopted=not asked["no_adopted"],
+        chain_height_m=_chain_height_m(asked["chain_height"]),
     )
+
+
+def _chain_height_m(text: str | None) -> float:
+    from ...schema.columns import BY_COLUMN
+
+    if text is None:
+        return 0.0
+    known = BY_COLUMN["chain_height_mm"]
+    height_m = parse_quantity(text, "m", "--chain-height")
+    if not known.allows(height_m / known.scale):
+        raise ValueError(f"--chain-height is {text!r}; expected {known.expected_number}, in mm")
+    return height_m
 
 
 def _shot(words: dict[str, Any]) -> Shot:

@@ -99,9 +99,10 @@ def foretell(
     from ..progress import progress_bar
     from ..twins.building import twin_of
 
-    twins: dict[str | None, BuiltTwin] = {}
-    for plate in dict.fromkeys(row.plate for row in rows):
-        twins[plate] = twin_of(store, db, replace(request, plate=request.plate or plate))
+    twins: dict[tuple[str | None, float], BuiltTwin] = {}
+    for plate, height in dict.fromkeys(row.twin for row in rows):
+        own = replace(request, plate=request.plate or plate, chain_height_m=height)
+        twins[plate, height] = twin_of(store, db, own)
     for remark in dict.fromkeys((*assumed(rows), *(remark for built in twins.values() for remark in built.notes))):
         note(remark)
     with progress_bar("predicting", "shots") as step:

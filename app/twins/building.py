@@ -47,7 +47,8 @@ _ENOUGH_SHOTS, THESIS_VELOCITY_SPREAD = 5, 0.046
 class TwinRequest:
     """What a user asks of a twin; what is None or empty is the store's, else the shipped bench's.
 
-    `adopted`: effects that diagnoses have left to the campaign's bench act, too.
+    `adopted`: effects that diagnoses have left to the campaign's bench act, too. `chain_height_m`: by which the plate
+    hangs higher than its drawing has it, and is struck lower.
     """
 
     campaign: str | None = None
@@ -61,6 +62,7 @@ class TwinRequest:
     q: float = 10.0
     frequency_hz: tuple[float, ...] = ()
     adopted: bool = True
+    chain_height_m: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,8 +256,13 @@ def _plates(bench: Bench, material: Material, db: str, request: TwinRequest) -> 
     if bench.modes is not None:
         # A measured table is known better than a model: its frequencies to a line's width.
         spread = PlateSpread(frequency=0.002, damping=0.2)
+        if request.chain_height_m:
+            raise ValueError(
+                f"chain height {1e3 * request.chain_height_m:g} mm: the modal table knows the plate's shapes at the "
+                "points where they were measured only; leave the height out, or the table (--plate MATERIAL)"
+            )
         return PlateStage({material.name: bench.modes}, effects, spread, bench.modes_source), ""
-    drawing = bench.drawing.at(request.impact_points, request.sensors)
+    drawing = bench.drawing.at(request.impact_points, request.sensors).raised(request.chain_height_m)
     lines = request.frequency_hz or tuple(default_lines().tolist())
     highest = min(MODES_OVER_LINES * max(lines), MAX_MODE_HZ)
     plate = solved(drawing, material, highest, plates_folder(db))

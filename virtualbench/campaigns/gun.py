@@ -20,7 +20,7 @@ from ..recorder import Value
 from ..sensors import SensorBuild, analog, digitised
 from ..sensors.faults import gain, offset_si
 from .base import Row, Taken, Task, cells_of, day_fraction, positive
-from .gun_rows import impactor_of, plate_of, point_of, target_of, truth_of, valve_way_of
+from .gun_rows import POSITIONS, chain_height_of, impactor_of, plate_of, point_of, target_of, truth_of, valve_way_of
 from .gun_sensors import ARRAY, ARRAY_SHARES, LASER, PLATE, SENSORS, TANK
 from .plates import Key, plate_stage, response_at, solved_plates
 from .ringing import felt
@@ -56,6 +56,7 @@ class GunBench:
     sensors: tuple[SensorBuild, ...] = SENSORS
     sampling_rate_hz: float = RATE_HZ
     trigger: Trigger = field(default_factory=Trigger)
+    heights_m: tuple[float, ...] = (0.0,)  # at which the plates' impact points were taken
 
     def stages(self) -> Mapping[str, Mapping[str, Value]]:
         """With two materials of plate in a plan, [bench.plate] has the first one's; the rows of runs.csv say which."""
@@ -147,7 +148,8 @@ class GunBench:
         for sensor, share in zip(ARRAY, ARRAY_SHARES, strict=True):
             pulse = share * impact.plate_force_n
             add_pulse(out[sensor.name], start_s, impact.time_s, pulse, sensor, RATE_HZ, RATIO, self.effects)
-        plate, point = self.plates[plate_of(row)], point_of(row)
+        plate = self.plates[plate_of(row)]
+        point = point_of(row) + len(POSITIONS) * self.heights_m.index(chain_height_of(row))
         blows = [
             blow(start_s, impact.time_s, impact.plate_force_n, RATE_HZ, PLATE_RATIO, settling_s(PLATE, self.effects))
         ]
@@ -160,4 +162,6 @@ def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator) -> G
     """The bench for a plan of shots, every row checked. Raises `ValueError` naming run, column and value."""
     for row in rows:
         impactor_of(row), target_of(row), point_of(row), positive(row, "tank_pressure_bar"), valve_way_of(row)
-    return GunBench(effects, solved_plates((plate_of(row) for row in rows), effects, rng))
+    heights = tuple(dict.fromkeys((0.0, *map(chain_height_of, rows))))
+    plates = solved_plates((plate_of(row) for row in rows), effects, rng, heights)
+    return GunBench(effects, plates, heights_m=heights)

@@ -11,11 +11,14 @@ from ..gun.valve import ValveWay
 from ..impact.build import Impactor, Target, target
 from ..impact.impactors import projectile
 from ..impact.strike import ImpactTruth
+from ..plate.resonant import IMPACT_POINTS_M, OUTLINE_M
 from .base import Row, Truth, cell, positive
 from .plates import THICKNESS_M, Key
 
 #: Where the bullet can hit: the frame moves sideways in front of the gun. The first is the default.
 POSITIONS = ("#1", "#2", "#3")
+#: Of the chains on which the plate hangs (thesis, section 2.1.1).
+CHAIN_PITCH_MM = 56.0
 
 
 def plate_of(row: Row) -> Key:
@@ -44,6 +47,28 @@ def valve_way_of(row: Row) -> ValveWay | None:
             f"plan: run {row.get('run', '?')}: valve_profile is {text!r}; expected points TIME:POSITION in s and 0 "
             "(shut) to 1 (open), such as '0:0 0.1:1'"
         ) from error
+
+
+def chain_height_of(row: Row) -> float:
+    """The optional column `chain_height_mm`, in m: by which the plate hangs higher, in links of 56 mm; 0 without one.
+
+    Raises `ValueError` naming the run, also for a plate so high or low that the bullet misses it.
+    """
+    text = (row.get("chain_height_mm") or "0").strip()
+    try:
+        links = float(text) / CHAIN_PITCH_MM
+    except ValueError:
+        links = math.nan
+    if not abs(links - round(links) if math.isfinite(links) else math.inf) < 1e-6:
+        raise ValueError(
+            f"plan: run {row.get('run', '?')}: chain_height_mm is {text!r}; expected a multiple of {CHAIN_PITCH_MM:g}"
+        )
+    height = links * CHAIN_PITCH_MM * 1e-3
+    x, y = IMPACT_POINTS_M[point_of(row)]
+    corners = zip(OUTLINE_M, (*OUTLINE_M[1:], OUTLINE_M[0]), strict=True)
+    if any((x1 - x0) * (y - height - y0) < (y1 - y0) * (x - x0) for (x0, y0), (x1, y1) in corners):
+        raise ValueError(f"plan: run {row.get('run', '?')}: chain_height_mm is {text!r}: the bullet misses the plate")
+    return height
 
 
 def impactor_of(row: Row) -> Impactor:
