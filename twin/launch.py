@@ -10,6 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..signals.valve_profile import ValveProfile
 from .gun.bench import GunBench
 from .gun.calibration import VelocityPosterior, VelocityShots
 from .gun.effect import GunEffect
@@ -65,32 +66,32 @@ class GunStage:
         """The central true velocities of impact (n,), m/s: the medians of all guns; 0 for a bullet that does not leave
         the barrel. Raises `ValueError` where eq. 2.16 gives more than the escape speed of the gas."""
         velocity = _given(settings)
-        for rows, pressure, mass in self._fired_settings(settings, sensors):
+        for rows, pressure, mass, profile in self._fired_settings(settings, sensors):
             if self.unknown_effects:
-                velocity[rows] = np.median(np.exp(self._guns(pressure, mass, sensors)[0]), axis=0)
+                velocity[rows] = np.median(np.exp(self._guns(pressure, mass, sensors, profile)[0]), axis=0)
             else:
-                velocity[rows] = self.fired(pressure, mass)
+                velocity[rows] = self.fired(pressure, mass, profile)
         return velocity
 
     def velocity_draws(self, settings: Sequence[Setting], sensors: SensorChain, z: Floats) -> Floats:
         """True velocities (d, n), m/s, of normals z (d, normals): a draw is one gun for all settings, and 0 where its
         bullet stays in the barrel. Raises as `velocities`."""
         velocity = np.tile(_given(settings), (len(z), 1))
-        for rows, pressure, mass in self._fired_settings(settings, sensors):
+        for rows, pressure, mass, profile in self._fired_settings(settings, sensors):
             if self.unknown_effects:
-                velocity[:, rows] = self._shot(pressure, mass, sensors, z)
+                velocity[:, rows] = self._shot(pressure, mass, sensors, z, profile)
             else:
-                velocity[:, rows] = self.fired(pressure, mass) * np.exp(self.velocity_spread * z[:, :1])
+                velocity[:, rows] = self.fired(pressure, mass, profile) * np.exp(self.velocity_spread * z[:, :1])
         return velocity
 
     def leaving(self, settings: Sequence[Setting], sensors: SensorChain) -> Floats:
         """Probability (n,) that the bullet leaves the barrel; 1 where the velocity is given."""
         probability = np.ones(len(settings))
-        for rows, pressure, mass in self._fired_settings(settings, sensors):
+        for rows, pressure, mass, profile in self._fired_settings(settings, sensors):
             if self.unknown_effects:
-                probability[rows] = np.isfinite(self._guns(pressure, mass, sensors)[0]).mean(axis=0)
+                probability[rows] = np.isfinite(self._guns(pressure, mass, sensors, profile)[0]).mean(axis=0)
             else:
-                probability[rows] = self.fired(pressure, mass) > 0
+                probability[rows] = self.fired(pressure, mass, profile) > 0
         return probability
 
     def updated(
@@ -129,43 +130,52 @@ class GunStage:
         fired = f"{_range(pressure, 'bar')} and {_range(mass, 'kg')}"
         return f"The velocity rests on {len(self.shots)} measured shots, {fired}."
 
-    def fired(self, tank_pressure_pa: Floats, bullet_mass_kg: Floats) -> Floats:
-        """Velocities (n,) of true tank pressures and bullets by the stated effects alone."""
+    def fired(self, tank_pressure_pa: Floats, bullet_mass_kg: Floats, profile: ValveProfile | None = None) -> Floats:
+        """Velocities (n,) of true tank pressures and bullets by the stated effects alone, with a profile of the valve
+        where one is stated."""
         from .gun.shots import gun_velocity
 
-        return gun_velocity(self.bench, tank_pressure_pa, bullet_mass_kg, self.effects).velocity_m_s
+        profiles = None if profile is None else [profile] * np.size(tank_pressure_pa)
+        shots = gun_velocity(self.bench, tank_pressure_pa, bullet_mass_kg, self.effects, valve_profiles=profiles)
+        return shots.velocity_m_s
 
     def _fired_settings(
         self, settings: Sequence[Setting], sensors: SensorChain
-    ) -> Iterator[tuple[NDArray[np.intp], Floats, Floats]]:
-        """Those that the gun fires, some at once: rows, pressures (Pa, gauge) as the stated sensors have them true, and
-        masses (kg)."""
-        shots = [
-            (i, s.tank_pressure_pa, s.impactor_mass_kg)
-            for i, s in enumerate(settings)
-            if s.tank_pressure_pa is not None
-        ]
-        for first in range(0, len(shots), _CHUNK):
-            rows, reading, mass = np.array(shots[first : first + _CHUNK], dtype=np.float64).T
-            refuse_faster_than_gas(self.bench, reading, mass)
-            yield rows.astype(np.intp), sensors.true_pressure_pa(reading), mass
+    ) -> Iterator[tuple[NDArray[np.intp], Floats, Floats, ValveProfile | None]]:
+        """Those that the gun fires, some of one profile of the valve at once: rows, pressures (Pa, gauge) as the stated
+        sensors have them true, masses (kg), and the profile."""
+        of_profile: dict[ValveProfile | None, list[tuple[int, float, float]]] = {}
+        for row, setting in enumerate(settings):
+            if setting.tank_pressure_pa is not None:
+                shot = (row, setting.tank_pressure_pa, setting.impactor_mass_kg)
+                of_profile.setdefault(setting.valve_profile, []).append(shot)
+        for profile, shots in of_profile.items():
+            for first in range(0, len(shots), _CHUNK):
+                rows, reading, mass = np.array(shots[first : first + _CHUNK], dtype=np.float64).T
+                refuse_faster_than_gas(self.bench, reading, mass)
+                yield rows.astype(np.intp), sensors.true_pressure_pa(reading), mass, profile
 
-    def _guns(self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain) -> tuple[Floats, Floats, Floats]:
+    def _guns(
+        self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain, profile: ValveProfile | None
+    ) -> tuple[Floats, Floats, Floats]:
         """(K, n) each: ln of velocities, minus infinity where the bullet stays; the scatter of one shot; the most."""
-        guns = gun_prior(self.bench, self.effects)
+        guns = gun_prior(self.bench, self.effects, profile=profile)
         if self.shots is None:
             members = guns.velocities(pressure_pa, mass_kg, sensors)
             spread = self.velocity_spread * members.amplification
         else:
-            members, spread = _posterior(guns, self.shots, sensors).velocities(pressure_pa, mass_kg, sensors)
+            posterior = _posterior(gun_prior(self.bench, self.effects), self.shots, sensors)
+            members, spread = replace(posterior, guns=guns).velocities(pressure_pa, mass_kg, sensors)
         leaves = members.log > members.least
         return np.where(leaves, np.minimum(members.log, members.most), -np.inf), spread, members.most
 
-    def _shot(self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain, z: Floats) -> Floats:
+    def _shot(
+        self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain, z: Floats, profile: ValveProfile | None
+    ) -> Floats:
         """Velocities (d, n): the first normal is the rank of a gun among all, by how fast it is at these settings."""
         from scipy.special import ndtr
 
-        mean, spread, most = self._guns(pressure_pa, mass_kg, sensors)
+        mean, spread, most = self._guns(pressure_pa, mass_kg, sensors, profile)
         order = np.argsort(np.where(np.isfinite(mean), mean, -1e3).mean(axis=1), kind="stable")
         gun = order[np.minimum((ndtr(z[:, 0]) * order.size).astype(np.intp), order.size - 1)]
         return np.asarray(np.exp(np.minimum(mean[gun] + spread[gun] * z[:, 1:2], most[gun])))

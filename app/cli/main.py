@@ -14,6 +14,11 @@ from ...compute.working_directory import close_working_directory
 #: Command -> (module in this folder, its object, what `--help` says). The table keeps help from importing them.
 COMMANDS: dict[str, tuple[str, str, str]] = {
     "init": ("store", "init", "Make an empty store."),
+    "calibrate": (
+        "calibrate",
+        "calibrate",
+        "Sensitivity and offset of a transducer from static points.",
+    ),
     "ingest": ("ingest", "ingest", "Read campaign folders into the store."),
     "plan": ("plan", "plan", "Plan a campaign: designs, run sheets, what is to do."),
     "simulate": ("simulate", "simulate", "Play a plan on the virtual bench, into a campaign folder."),

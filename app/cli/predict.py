@@ -59,6 +59,13 @@ _SET = (
         help="A factor that the model learned from, in SI: plate_mass_kg, or one of your own. Repeat it.",
     ),
 )
+#: Of `predict` alone: `tune` looks for no way of the valve.
+_VALVE = click.option(
+    "--valve-profile",
+    metavar="FILE.csv|'0:0 0.1:1'",
+    default=None,
+    help="The gun's valve over time: points of s and position, 0 shut, 1 open. [as the effects say]",
+)
 _MADE_OF = (
     click.option("--campaign", metavar="NAME", default=None, help="Whose bench. [the newest of a gun]"),
     click.option("--bench", type=click.Path(path_type=Path), default=None, help="TOML file with [gun], [plate]."),
@@ -92,7 +99,9 @@ def _with(options: tuple[Any, ...]) -> Callable[[Function], Function]:
 
 @click.command()
 @_with(_SET)
+@_VALVE
 @_with(_MADE_OF)
+@click.option("--chain-height", metavar="112mm", default=None, help="By which the plate hangs higher: links of 56 mm.")
 @click.option("--draws", type=click.IntRange(0), default=64, show_default=True, help="Random shots for the bands.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the draws.")
 @click.option(
@@ -124,6 +133,7 @@ def predict(
     \b
     Example:
         pyroshock predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel
+        pyroshock predict --tank-pressure 5bar --valve-profile '0:0 0.1:1 0.3:1 0.4:0'
         pyroshock predict --velocity 8m/s --tip delrin --effect plate.damping:factor=2 --plot shot.png
         pyroshock predict --campaign hammer --velocity 1.5m/s --tip delrin --tip-radius 30mm --boundary-conditions fixed
         pyroshock predict --plan spring --out predicted.csv --jobs 2
@@ -169,7 +179,7 @@ def predict(
 
 
 _SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position",
-            "boundary_conditions", "factors")  # fmt: skip
+            "boundary_conditions", "factors", "valve_profile", "chain_height")  # fmt: skip
 
 
 def _request(asked: dict[str, Any]) -> TwinRequest:
@@ -188,7 +198,20 @@ def _request(asked: dict[str, Any]) -> TwinRequest:
         q=asked["q"],
         frequency_hz=_lines(asked["frequencies"]),
         adopted=not asked["no_adopted"],
+        chain_height_m=_chain_height_m(asked["chain_height"]),
     )
+
+
+def _chain_height_m(text: str | None) -> float:
+    from ...schema.columns import BY_COLUMN
+
+    if text is None:
+        return 0.0
+    known = BY_COLUMN["chain_height_mm"]
+    height_m = parse_quantity(text, "m", "--chain-height")
+    if not known.allows(height_m / known.scale):
+        raise ValueError(f"--chain-height is {text!r}; expected {known.expected_number}, in mm")
+    return height_m
 
 
 def _shot(words: dict[str, Any]) -> Shot:
@@ -209,7 +232,17 @@ def _shot(words: dict[str, Any]) -> Shot:
         impact_position=words["impact_position"],
         boundary_conditions=words["boundary_conditions"],
         factors=dict(parse_factor(text) for text in words["factors"]),
+        valve_profile=_profile(words["valve_profile"]),
     )
+
+
+def _profile(text: str | None) -> str | None:
+    """A profile as typed, or of the file that is named. Raises `ValueError`."""
+    from ...signals.valve_profile import ValveProfile
+
+    if text is None:
+        return None
+    return str(ValveProfile.parse(text) if ":" in text and not Path(text).exists() else ValveProfile.read(Path(text)))
 
 
 def parse_effect(text: str) -> Effect:

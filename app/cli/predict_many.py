@@ -100,16 +100,17 @@ def foretell(
     from ..progress import progress_bar
     from ..twins.building import twin_of
 
-    twins: dict[str | None, BuiltTwin] = {}
-    for plate in dict.fromkeys(row.plate for row in rows):
-        twins[plate] = twin_of(store, db, replace(request, plate=request.plate or plate))
+    twins: dict[tuple[str | None, float], BuiltTwin] = {}
+    for plate, height in dict.fromkeys(row.twin for row in rows):
+        own = replace(request, plate=request.plate or plate, chain_height_m=height)
+        twins[plate, height] = twin_of(store, db, own)
     mass = next(iter(twins.values())).bench.impactor_mass_kg
     for remark in dict.fromkeys(
         (*assumed(rows, mass), *(remark for built in twins.values() for remark in built.notes))
     ):
         note(remark)
     of_store = store_factors(store)
-    rows = [with_factors(row, twins[row.plate], of_store) for row in rows]
+    rows = [with_factors(row, twins[row.twin], of_store) for row in rows]
     with progress_bar("predicting", "shots") as step:
         return foretold(Bench(twins, draws, seed), rows, crew, step)
 

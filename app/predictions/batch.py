@@ -34,9 +34,9 @@ class Foretold:
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """What every worker has: the twin of each plate, and how bands are drawn."""
+    """What every worker has: the twin of each plate and chain height, and how bands are drawn."""
 
-    twins: Mapping[str | None, BuiltTwin]
+    twins: Mapping[tuple[str | None, float], BuiltTwin]
     draws: int
     seed: int
 
@@ -69,7 +69,7 @@ def write_spectra(out: Path, found: Sequence[Foretold]) -> int:
 def _one(item: tuple[int, ShotRow], bench: Bench) -> Foretold:
     row = item[1]
     try:
-        prediction = predicted(bench.twins[row.plate], row.shot, draws=bench.draws, seed=bench.seed)
+        prediction = predicted(bench.twins[row.twin], row.shot, draws=bench.draws, seed=bench.seed)
     except (LookupError, ValueError) as error:
         raise ValueError(f"{_name(row)}: {error}") from error
     return Foretold({**row.labels, **_figures(prediction)}, tuple(_spectrum(row, prediction)))

@@ -40,11 +40,14 @@ class Shot:
     insulator: str = NONE
     impact_position: str = "#1"
     boundary_conditions: str | None = None
+    valve_profile: str | None = None  # as `ValveProfile.parse` takes it
     factors: Mapping[str, Value] = field(default_factory=dict, hash=False)
 
     def setting(self, built: BuiltTwin) -> Setting:
         """On the twin's plate. Raises `LookupError` for an unknown material, `ValueError` as `Setting`, for a bench
         without a gun where no velocity is given, and for a factor that no stage of the twin uses."""
+        from ...signals.valve_profile import ValveProfile
+
         check_used(built, self.factors, self.boundary_conditions)
         fired = self.tank_pressure_pa is None and self.impact_velocity_m_s is None
         if not built.bench.has_gun and self.impact_velocity_m_s is None:
@@ -64,6 +67,7 @@ class Shot:
             impact_position=self.impact_position,
             boundary_conditions=self.boundary_conditions or "free",
             factors=own,
+            valve_profile=None if self.valve_profile is None else ValveProfile.parse(self.valve_profile),
             **plate,
         )
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..twins.building import BuiltTwin
 
 _PRESSURE, _VELOCITY, _PLATE = "tank_pressure_bar", "impact_velocity_m_s", "plate_material"
+_HEIGHT = "chain_height_mm"
 #: Column: field of `Shot`. The unit of a factor's column is the lab's, that of the field SI.
 FIELDS = {
     _PRESSURE: "tank_pressure_pa",
@@ -30,6 +31,7 @@ FIELDS = {
     "insulator": "insulator",
     "impact_position": "impact_position",
     "boundary_conditions": "boundary_conditions",
+    "valve_profile": "valve_profile",
 }
 
 
@@ -46,6 +48,12 @@ class ShotRow:
     labels: Mapping[str, str | int]
     shot: Shot
     plate: str | None
+    chain_height_m: float = 0.0
+
+    @property
+    def twin(self) -> tuple[str | None, float]:
+        """Which twin predicts it: that of its plate, as high as it hangs."""
+        return self.plate, self.chain_height_m
 
 
 def rows_of_plan(store: Store, plan: str) -> list[ShotRow]:
@@ -99,7 +107,8 @@ def _shot(row: Mapping[str, str], name: str) -> ShotRow:
         raise ValueError(f"{name}: expected {_PRESSURE} or {_VELOCITY}, and one of them only")
     shot = Shot(**{FIELDS[column]: _value(column, cell, name) for column, cell in said.items()})
     numbers = {column: int(row[column]) for column in ("run", "repetition") if row.get(column, "").isdecimal()}
-    return ShotRow({**row, **numbers}, shot, row.get(_PLATE) or None)
+    height = _value(_HEIGHT, row[_HEIGHT], name) if row.get(_HEIGHT) else 0.0
+    return ShotRow({**row, **numbers}, shot, row.get(_PLATE) or None, height)
 
 
 def _value(column: str, cell: str, name: str) -> Any:

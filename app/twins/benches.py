@@ -69,6 +69,32 @@ class PlateDrawing:
         channels = {f"acceleration_{i}": point for i, point in enumerate(sensors, 1)}
         return replace(self, impact_points=named or self.impact_points, sensors=channels or self.sensors)
 
+    def raised(self, height_m: float) -> PlateDrawing:
+        """A plate that hangs higher: the gun's axis meets it lower by that, its sensors move with it. y is upwards.
+
+        Raises `ValueError` for a point outside of the outline.
+        """
+        if not height_m:
+            return self
+        points = {name: (x, y - height_m) for name, (x, y) in self.impact_points.items()}
+        for name, point in points.items():
+            if not _inside(self.outline_m, point):
+                raise ValueError(
+                    f"chain height {1e3 * height_m:g} mm: impact position {name} would be at ({point[0]:.3g}, "
+                    f"{point[1]:.3g}) m, outside of the plate"
+                )
+        return replace(self, impact_points=points)
+
+
+def _inside(outline_m: Sequence[Point], point: Point) -> bool:
+    """By the crossings of a ray to the right."""
+    x, y = point
+    crossings = 0
+    for (x0, y0), (x1, y1) in zip(outline_m, (*outline_m[1:], outline_m[0]), strict=True):
+        if (y0 > y) != (y1 > y):
+            crossings += x < x0 + (y - y0) * (x1 - x0) / (y1 - y0)
+    return crossings % 2 == 1
+
 
 @dataclass(frozen=True, eq=False)
 class Bench:

@@ -51,6 +51,7 @@ class TwinRequest:
 
     `adopted`: effects that diagnoses have left to the campaign's bench act, too. `learn`: the campaign's measured shots
     teach every stage, but for those of `without_configurations` (keys of the store), which the twin has then not seen.
+    `chain_height_m`: by which the plate hangs higher than its drawing has it, and is struck lower.
     """
 
     campaign: str | None = None
@@ -66,6 +67,7 @@ class TwinRequest:
     adopted: bool = True
     learn: bool = True
     without_configurations: frozenset[int] = frozenset()
+    chain_height_m: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -342,14 +344,19 @@ def _plates(bench: Bench, material: Material, db: str, request: TwinRequest) -> 
     if bench.modes is not None:
         # A measured table is known better than a model: its frequencies to a line's width.
         spread = PlateSpread(frequency=0.002, damping=0.2)
+        if request.chain_height_m:
+            raise ValueError(
+                f"chain height {1e3 * request.chain_height_m:g} mm: the modal table knows the plate's shapes at the "
+                "points where they were measured only; leave the height out, or the table (--plate MATERIAL)"
+            )
         return PlateStage({material.name: bench.modes}, effects, spread, bench.modes_source), ""
-    drawing = bench.drawing.at(request.impact_points, request.sensors)
+    drawing = bench.drawing.at(request.impact_points, request.sensors).raised(request.chain_height_m)
     plate = _drawn_plate(bench, material, db, request)
     return PlateStage({material.name: plate}, effects, label=f"finite elements ({drawing.source})"), _of(drawing)
 
 
 def _drawn_plate(bench: Bench, material: Material, db: str, request: TwinRequest) -> ModalPlate:
-    drawing = bench.drawing.at(request.impact_points, request.sensors)
+    drawing = bench.drawing.at(request.impact_points, request.sensors).raised(request.chain_height_m)
     highest = min(MODES_OVER_LINES * float(_lines(request).max()), MAX_MODE_HZ)
     return solved(drawing, material, highest, plates_folder(db))
 

@@ -46,6 +46,7 @@ class Question(BaseModel):
     impact_position: Word = "#1"
     boundary_conditions: Literal["free", "fixed"] | None = None
     factor: list[Word] = Field([], max_length=50, description="NAME=VALUE of a factor that the model learned from, SI")
+    valve_profile: Word | None = Field(None, description="of the gun's valve, such as '0:0 0.1:1': s, 0 shut to 1 open")
     draws: Annotated[int, Field(ge=2, le=1024)] = 64
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
 
@@ -56,7 +57,7 @@ class Question(BaseModel):
 
     def shot(self) -> Shot:
         names = ("bullet_mass_kg", "tip_material", "tip_radius_m", "tank_pressure_pa", "impact_velocity_m_s",
-                 "anvil_material", "insulator", "impact_position", "boundary_conditions")  # fmt: skip
+                 "anvil_material", "insulator", "impact_position", "boundary_conditions", "valve_profile")  # fmt: skip
         factors = dict(parse_factor(text) for text in self.factor)
         return Shot(**{name: getattr(self, name) for name in names}, factors=factors)
 

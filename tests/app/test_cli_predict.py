@@ -218,3 +218,35 @@ def test_lines_are_checked(quick):
 def test_effects_are_parsed():
     found = parse_effect("sensor.zero_shift:share=0.02,decay_time_s=0.1")
     assert found.as_json() == {"id": "sensor.zero_shift", "share": 0.02, "decay_time_s": 0.1}
+
+
+def test_valve_profile_is_the_gun_s_and_may_stand_in_a_file(quick, tmp_path):
+    text, path = "0:0 0.04:0.4 0.05:0", tmp_path / "profile.csv"
+    path.write_text("time_s,valve_position\n0,0\n0.04,0.4\n0.05,0\n", encoding="utf-8")
+    words = ("--tank-pressure", "4bar", "--effect", "gun.valve_flow:loss_coefficient=20", "--json")
+    closing, of_file, usual = (
+        told(quick(*words, *more))["velocity_m_s"]["mean"]
+        for more in (("--valve-profile", text), ("--valve-profile", str(path)), ())
+    )
+    assert of_file == closing
+    assert closing < usual - 1.0
+    refused = quick("--tank-pressure", "4bar", "--valve-profile", "0:2")
+    assert "valve profile: position 2.0 at 0 s; expected 0 (shut) to 1 (open)" in refused.output
+
+
+def test_a_plate_that_hangs_higher_is_struck_lower(quick, monkeypatch):
+    drawings = []
+
+    def solved(drawing, *others):
+        drawings.append(drawing)
+        return unsolved(drawing, *others)
+
+    monkeypatch.setattr(twins, "solved", solved)
+    for words in ((), ("--chain-height", "112mm")):
+        told(quick("--tank-pressure", "4bar", *words, "--json"))
+    usual, raised = drawings
+    assert raised.sensors == usual.sensors
+    for name, (x, y) in usual.impact_points.items():
+        assert raised.impact_points[name] == pytest.approx((x, y - 0.112))
+    assert "expected a multiple of 56" in quick("--chain-height", "100mm").output
+    assert "outside of the plate" in quick("--chain-height", "560mm").output

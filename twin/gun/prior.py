@@ -11,7 +11,6 @@ interpolated; nodes of the table are fired when they are first needed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any, Self
@@ -19,6 +18,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...signals.valve_profile import ValveProfile
 from ..bands import stratified_normals
 from ..effects import Parameter, catalogue
 from ..sensors.chain import SensorChain
@@ -70,6 +70,7 @@ class GunPrior:
     """K guns: `effects`, whose parameters are numbers or (K,), and errors of sensors, that of the velocity as its log.
 
     `scale` (K,) is the logarithm of a factor on velocities, by which a gun has the efficiency that its bench states.
+    A `profile` of the valve takes the place of the opening times that are drawn.
     """
 
     bench: GunBench
@@ -78,6 +79,7 @@ class GunPrior:
     log_pressure_gain: Floats
     log_velocity_gain: Floats
     scale: Floats
+    profile: ValveProfile | None  # of the valve of every shot; None where none is stated
     _shares: Floats = field(repr=False)  # (pressures, masses, K); NaN where it was not fired
 
     def __len__(self) -> int:
@@ -152,7 +154,7 @@ class GunPrior:
         # One by one, so that a node is the same whichever others are needed with it.
         for node in np.argwhere(needed & np.isnan(self._shares[:, :, 0])):
             pressure, mass = float(_PRESSURES[node[0]]), float(_MASSES[node[1]])
-            self._shares[node[0], node[1]] = _fired_shares(self.bench, self.effects, pressure, mass, len(self))
+            self._shares[node[0], node[1]] = _fired_shares(self, pressure, mass)
 
 
 def _place(values: Floats, nodes: Floats) -> tuple[NDArray[np.intp], Floats]:
@@ -162,21 +164,29 @@ def _place(values: Floats, nodes: Floats) -> tuple[NDArray[np.intp], Floats]:
     return below, np.minimum(at - below, 1.0)
 
 
-def _fired_shares(
-    bench: GunBench, effects: Sequence[GunEffect], pressure_pa: float, mass_kg: float, members: int
-) -> Floats:
+def _fired_shares(guns: GunPrior, pressure_pa: float, mass_kg: float) -> Floats:
     """(K,) at one node."""
-    ideal, mass = replace(bench, efficiency=1.0), np.full(members, mass_kg)
+    ideal, mass = replace(guns.bench, efficiency=1.0), np.full(len(guns), mass_kg)
+    profiles = None if guns.profile is None else [guns.profile] * len(guns)
     try:
-        shots = gun_velocity(ideal, pressure_pa, mass, effects, _COARSER[0])
+        shots = gun_velocity(ideal, pressure_pa, mass, guns.effects, _COARSER[0], valve_profiles=profiles)
     except RuntimeError:
-        shots = gun_velocity(ideal, pressure_pa, mass, effects, _COARSER[1])
-    return np.asarray(mass * shots.velocity_m_s**2 / 2 / barrel_work_j(bench, pressure_pa, 0.0))
+        shots = gun_velocity(ideal, pressure_pa, mass, guns.effects, _COARSER[1], valve_profiles=profiles)
+    return np.asarray(mass * shots.velocity_m_s**2 / 2 / barrel_work_j(guns.bench, pressure_pa, 0.0))
 
 
 @lru_cache(maxsize=8)
-def gun_prior(bench: GunBench, stated: tuple[GunEffect, ...], members: int = MEMBERS, seed: int = 0) -> GunPrior:
-    """The guns that a bench with stated effects may be, always the same."""
+def gun_prior(
+    bench: GunBench,
+    stated: tuple[GunEffect, ...],
+    members: int = MEMBERS,
+    seed: int = 0,
+    profile: ValveProfile | None = None,
+) -> GunPrior:
+    """The guns that a bench with stated effects may be, always the same, also with another profile of the valve."""
+    if profile is not None:
+        guns = gun_prior(bench, stated, members, seed)
+        return replace(guns, profile=profile, _shares=np.full(guns._shares.shape, np.nan))
     drawn = [kind for kind in _kinds() if kind.id not in {effect.id for effect in stated}]
     columns = sum(2 + len(kind.parameters()) for kind in drawn) + 3
     z = iter(stratified_normals(members, columns, np.random.default_rng(seed)).T)
@@ -185,7 +195,7 @@ def gun_prior(bench: GunBench, stated: tuple[GunEffect, ...], members: int = MEM
         _typical(identity) * next(z) for identity in ("pressure_offset", "pressure_gain", "velocity_gain")
     )
     shares = np.full((_PRESSURES.size, _MASSES.size, members), np.nan)
-    unscaled = GunPrior(bench, effects, offset, pressure_gain, velocity_gain, np.zeros(members), shares)
+    unscaled = GunPrior(bench, effects, offset, pressure_gain, velocity_gain, np.zeros(members), None, shares)
     return unscaled if bench.efficiency == 1 else _with_efficiency(unscaled, stated, np.random.default_rng(seed))
 
 
