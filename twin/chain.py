@@ -139,14 +139,14 @@ class Twin:
         """
         velocity = self.velocities([setting])
         if not velocity[0] > 0:
-            raise ValueError(_stays(setting))
+            raise ValueError(self._stays(setting))
         if draws == 0:
             return velocity, None, np.full(1, _NOMINAL)
         z, member = self._luck(draws, rng or np.random.default_rng(0))
         velocity = self._velocity_draws([setting], z)[:, 0]
         left = velocity > 0
         if not left.any():
-            raise ValueError(_stays(setting))
+            raise ValueError(self._stays(setting))
         normals = z[left, self._gun_normals :] if self.contact.normals else None
         return velocity[left], normals, member[left]
 
@@ -198,6 +198,12 @@ class Twin:
         z = stratified_normals(count, self._gun_normals + self.contact.normals, rng)
         members = self.plate.members
         return z, rng.permutation(np.arange(count) % members + 1) if members else np.full(count, _NOMINAL)
+
+    def _stays(self, setting: Setting) -> str:
+        pressure = (setting.tank_pressure_pa or 0.0) / 1e5
+        leaves = 0.0 if self.gun is None else float(self.gun.leaving([setting], self.sensors)[0])
+        chance = f" (it leaves with a probability of {leaves:.0%})" if leaves else ""
+        return f"the bullet does not leave the barrel at {pressure:g} bar{chance}: raise the tank pressure"
 
     @property
     def _gun_normals(self) -> int:
@@ -271,8 +277,3 @@ class Twin:
     @property
     def _step_s(self) -> float:
         return 1 / self.sampling_rate_hz
-
-
-def _stays(setting: Setting) -> str:
-    pressure = setting.tank_pressure_pa or 0.0
-    return f"the bullet does not leave the barrel at {pressure / 1e5:g} bar: raise the tank pressure"

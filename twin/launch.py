@@ -50,11 +50,11 @@ class GunStage:
 
     @property
     def label(self) -> str:
-        """What answers: "eq. 2.16 (campaign spring)", the effects' ids, and what is drawn or learned."""
+        """What answers: "eq. 2.16 (campaign spring)", the shots that it has learned from, the effects' ids."""
         law = f"eq. 2.16 ({self.source})" if self.source else "eq. 2.16"
         drawn = ("unknown effects drawn",) if self.unknown_effects else ()
-        learned = () if self.shots is None else (f"{len(self.shots)} measured shots",)
-        return " + ".join((law, *(effect.id for effect in self.effects), *drawn, *learned))
+        learned = drawn if self.shots is None else (f"{len(self.shots)} measured shots",)
+        return " + ".join((law, *learned, *(effect.id for effect in self.effects)))
 
     @property
     def normals(self) -> int:
