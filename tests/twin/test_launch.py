@@ -192,6 +192,11 @@ def test_sentence_says_what_the_velocity_rests_on():
     assert "a spread of 5.0%" in GunStage(IDEAL, 0.05).sentence
 
 
+def test_effects_have_one_value_for_all_shots():
+    with pytest.raises(ValueError, match=r"gun\.blow_by has a parameter with several values"):
+        gun(effects=(effect("gun.blow_by", wear_m=np.array([1e-4, 2e-4])),))
+
+
 def test_shots_belong_to_unknown_effects():
     learned = gun().updated([1e5], [0.5], [12.0])
     with pytest.raises(ValueError, match="expected unknown_effects"):
