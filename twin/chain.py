@@ -175,14 +175,14 @@ class Twin:
         """
         velocity = self.velocities([setting])
         if not velocity[0] > 0:
-            raise ValueError(_stays(setting))
+            raise ValueError(self._stays(setting))
         if draws == 0:
             return velocity, None, np.full(1, _NOMINAL)
         z, member = self._luck(draws, rng)
         velocity = self._velocity_draws([setting], z)[:, 0]
         left = velocity > 0
         if not left.any():
-            raise ValueError(_stays(setting))
+            raise ValueError(self._stays(setting))
         normals = z[left, self._gun_normals :] if self.contact.normals else None
         return velocity[left], normals, member[left]
 
@@ -269,6 +269,12 @@ class Twin:
         factors = self.calibration.factors(at_velocities(settings, velocity), sensors, z)
         return factors if z is not None else factors[None]
 
+    def _stays(self, setting: Setting) -> str:
+        pressure = (setting.tank_pressure_pa or 0.0) / 1e5
+        leaves = 0.0 if self.gun is None else float(self.gun.leaving([setting], self.sensors)[0])
+        chance = f" (it leaves with a probability of {leaves:.0%})" if leaves else ""
+        return f"the bullet does not leave the barrel at {pressure:g} bar{chance}: raise the tank pressure"
+
     @property
     def _gun_normals(self) -> int:
         return 0 if self.gun is None else self.gun.normals
@@ -341,8 +347,3 @@ class Twin:
     @property
     def _step_s(self) -> float:
         return 1 / self.sampling_rate_hz
-
-
-def _stays(setting: Setting) -> str:
-    pressure = setting.tank_pressure_pa or 0.0
-    return f"the bullet does not leave the barrel at {pressure / 1e5:g} bar: raise the tank pressure"
