@@ -203,11 +203,14 @@ def at_velocities(settings: Sequence[Setting], velocity_m_s: Floats) -> list[Set
     ]
 
 
-def with_measured_force(pulses: Pulses, peak_force_n: Floats, impulse_n_s: Floats) -> Pulses:
-    """Pulses stretched to measured peaks and impulses, (n,); those without a measured force as they are."""
+def stretched(pulses: Pulses, law: Pulses, peak_force_n: Floats, impulse_n_s: Floats) -> Pulses:
+    """Pulses as they become where those of a law are stretched to measured peaks and impulses, (n,).
+
+    `pulses` are the law's, or what of them acts on a plate. Those without a measured force stay as they are.
+    """
     known = np.isfinite(peak_force_n) & np.isfinite(impulse_n_s)
-    force = np.where(known, peak_force_n / pulses.peak_force_n, 1.0)
-    time = np.where(known, impulse_n_s / (pulses.impulse_n_s * force), 1.0)
+    force = np.where(known, peak_force_n / law.peak_force_n, 1.0)
+    time = np.where(known, impulse_n_s / (law.impulse_n_s * force), 1.0)
     return Pulses(pulses.contact_time_s * time, pulses.force_n * force[:, None], pulses.compression_time_s * time)
 
 
