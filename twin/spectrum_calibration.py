@@ -63,22 +63,22 @@ _SameBlow = SameWords((PLATE, POSITION, BOUNDARY, TIP, INSULATOR))
 #: stack: an anvil of a kilogram on a plate of 10 mm keeps 8 dB of the highest lines to itself, and a layer as much.
 #: contact, blow, setting: the corner of a spectrum moves with the pulse's rise, which peak and impulse do not tell.
 TERMS: tuple[Term, ...] = (
-    Term("level of all", 2.0, Everywhere(), level),
-    Term("colour of all", 2.0, Everywhere(), smooth),
-    Term("colour of the place", 2.0, SamePlace, smooth),
-    Term("line of the place", 1.5, SamePlace, white),
+    Term("level of all", 1.5, Everywhere(), level),
+    Term("colour of all", 1.5, Everywhere(), smooth),
+    Term("colour of the place", 1.5, SamePlace, smooth),
+    Term("line of the place", 1.2, SamePlace, white),
     Term("level of the stack", 3.0, SameStack, level),
     Term("colour of the stack", 2.5, SameStack, smooth),
-    Term("level of the contact", 1.0, SameContact, level),
-    Term("colour of the contact", 2.0, SameContact, smooth),
-    Term("level of the blow", 1.0, _SameBlow, level),
-    Term("colour of the blow", 1.0, _SameBlow, smooth),
-    Term("level of the setting", 1.0, _ALIKE, level),
-    Term("colour of the setting", 1.5, _ALIKE, smooth),
-    Term("line of the setting", 1.0, _ALIKE, white),
-    Term("level of the shot", 0.4, EachShot(), level),
-    Term("colour of the shot", 0.4, EachShot(), smooth),
-    Term("line of the shot", 0.4, EachShot(), white),
+    Term("level of the contact", 0.7, SameContact, level),
+    Term("colour of the contact", 1.5, SameContact, smooth),
+    Term("level of the blow", 0.7, _SameBlow, level),
+    Term("colour of the blow", 0.7, _SameBlow, smooth),
+    Term("level of the setting", 0.7, _ALIKE, level),
+    Term("colour of the setting", 1.2, _ALIKE, smooth),
+    Term("line of the setting", 0.8, _ALIKE, white),
+    Term("level of the shot", 0.3, EachShot(), level),
+    Term("colour of the shot", 0.3, EachShot(), smooth),
+    Term("line of the shot", 0.3, EachShot(), white),
 )
 
 #: Fewer configurations than this say nothing of scatter.

@@ -22,7 +22,7 @@ from ...twin.sensors.chain import SensorChain
 from ...twin.setting import Setting
 from ..models.training import registry_of
 from .benches import Bench, PlateDrawing, Point, bench_of_campaign, bench_of_file, shipped_bench, with_modes
-from .learning import basis, calibrated, taught_contact, taught_gun
+from .learning import MOST_SHOTS, basis, calibrated, taught_contact, taught_gun
 from .measured_shots import no_shots, read_measured_shots, struck_plate
 
 if TYPE_CHECKING:
@@ -164,6 +164,7 @@ def _shots(
         sensors=sensors,
         material=lambda name: _material_named(materials, name),
         plate=struck_plate(bench),
+        most=MOST_SHOTS,
     )
     return shots.without(sorted(request.without_configurations))
 

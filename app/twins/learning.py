@@ -26,6 +26,11 @@ if TYPE_CHECKING:
     from ...twin.strikes import ContactStage
 
 
+#: Shots whose records a twin reads, and pulses that its contact learns from: evenly picked ones of more. Each takes
+#: some seconds; the cost of the second grows faster than their number.
+MOST_SHOTS, MOST_PULSES = 400, 160
+
+
 def taught_gun(session: Session, campaign: str, gun: GunStage, without: Collection[int]) -> tuple[GunStage, str]:
     """The gun after the campaign's measured velocities, but for those that no gas could have given and those of
     configurations that are left out; and a note on the former. Shots without a mount count, too: the gun knows none."""
@@ -47,7 +52,11 @@ def taught_gun(session: Session, campaign: str, gun: GunStage, without: Collecti
 
 def taught_contact(contact: ContactStage, shots: MeasuredShots) -> ContactStage:
     """A prior of the contact after measured pulses; a law and a registered model stay what they are."""
-    return contact.updated(shots) if isinstance(contact, PriorContact) and len(shots) else contact
+    if not isinstance(contact, PriorContact) or not len(shots):
+        return contact
+    return contact.updated(
+        shots.take(np.linspace(0, len(shots) - 1, min(len(shots), MOST_PULSES)).round().astype(np.intp))
+    )
 
 
 def calibrated(twin: Twin, shots: MeasuredShots, plate: Callable[[str], ModalPlate] | None) -> tuple[Twin, str]:

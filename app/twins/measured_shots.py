@@ -97,17 +97,20 @@ def read_measured_shots(
     sensors: Sequence[str],
     material: Callable[[str], Material],
     plate: StruckPlate,
+    most: int | None = None,
 ) -> tuple[MeasuredShots, tuple[str, ...]]:
     """The campaign's shots, and why some are left out (a sentence for each, with run and repetition).
 
     `material` knows materials by name and raises `LookupError` for others. Spectra are maximax (m/s2) of 0.1 s of each
     record from its contact on, or until the next hit, less the rest before it; `sensors` that have no usable record of
-    a shot have NaN there. A shot is left out where a check rejects its force or velocity, and where its setting is not
-    known; of a gun's shot whose force a check rejects, velocity and accelerations are kept. Raises `LookupError` for an
-    unknown campaign.
+    a shot have NaN there. A hammer's impact is left out where a check rejects it; a gun's shot then has NaN for its
+    force, and keeps velocity and accelerations. Shots whose setting is not known are left out. Of more than `most`,
+    evenly picked ones are read. Raises `LookupError` for an unknown campaign.
     """
     key = get_campaign_id(session, campaign)
     hits, rejected = _hits(session, key), _rejected(session, key)
+    if most is not None and len(hits) > most:
+        hits = [hits[row] for row in np.linspace(0, len(hits) - 1, most).round().astype(np.intp)]
     words = configuration_factors(session, list({hit.configuration for hit in hits}))
     records = _Records(session, tuple(sensors), frequency_hz, q, _starts(session, key))
     kept: list[tuple[Setting, _Hit, float, float, Floats]] = []
@@ -322,14 +325,13 @@ class _Records:
         return out, reasons
 
     def _rejected(self, hit: _Hit) -> dict[int, str]:
-        """Channels that a check rejects, all along or at this hit."""
+        """Channels that a check rejects; what it found at one impact leaves that impact out."""
         query = select(QualityFinding.channel_id, QualityFinding.check).where(
             QualityFinding.recording_id == hit.recording,
             QualityFinding.severity == "reject",
             QualityFinding.channel_id.is_not(None),
-            QualityFinding.impact_id.is_(None) | (QualityFinding.impact_id == hit.impact),
         )
-        return {channel: check for channel, check in self.session.execute(query) if channel is not None}
+        return dict(_values(self.session, query))
 
     def _shock(self, row: RecordedChannel, hit: _Hit) -> Floats:
         """Largest acceleration and spectrum (1 + lines,). `ValueError` for a record that shows no whole shock."""
