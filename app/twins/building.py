@@ -92,15 +92,18 @@ class BuiltTwin:
         return Setting(plate=self.plate, plate_thickness_m=drawing.thickness_m, **given)
 
 
-def twin_of(store: Store | None, db: str, request: TwinRequest) -> BuiltTwin:
-    """The twin; without a store, of the shipped bench. Raises `LookupError`, `ValueError` for what there is not."""
+def twin_of(store: Store | None, db: str, request: TwinRequest, shots: MeasuredShots | None = None) -> BuiltTwin:
+    """The twin; without a store, of the shipped bench. Raises `LookupError`, `ValueError` for what there is not.
+
+    `shots` are those of the campaign, where they were read before: reading takes longer than learning.
+    """
     if store is None:
         if request.campaign is not None:
             raise LookupError(f"no campaign {request.campaign!r}: there is no store at {db}")
         return _built(None, shipped_bench(), by_name(THESIS.values(), {}), db, request)
     with store.reading() as session:
         bench = bench_of_campaign(session, request.campaign)
-        return _built(session, bench, stored_materials(session), db, request)
+        return _built(session, bench, stored_materials(session), db, request, shots)
 
 
 def _material_named(materials: Mapping[str, Material], name: str) -> Material:
@@ -111,7 +114,12 @@ def _material_named(materials: Mapping[str, Material], name: str) -> Material:
 
 
 def _built(
-    session: Session | None, bench: Bench, materials: Mapping[str, Material], db: str, request: TwinRequest
+    session: Session | None,
+    bench: Bench,
+    materials: Mapping[str, Material],
+    db: str,
+    request: TwinRequest,
+    shots: MeasuredShots | None = None,
 ) -> BuiltTwin:
     recorded = bench
     if request.bench is not None:
@@ -123,7 +131,9 @@ def _built(
     adopted_contact = tuple(effect for effect in adopted if effect.stage() == "contact")
     request = replace(request, effects=(*request.effects, *(e for e in adopted if e not in adopted_contact)))
     plates, plate_note = _plates(bench, plate, db, request)
-    shots = _shots(session, recorded, materials, plates.sensors, request)
+    if shots is None:
+        shots = _shots(session, recorded, materials, plates.sensors, request)
+    shots = shots.without(sorted(request.without_configurations))
     same_gun = request.learn and bench.gun == recorded.gun
     gun, gun_note = _gun(session, bench, request, recorded.campaign if same_gun else None)
     contact, contact_note = _contact(session, db, bench, request, adopted_contact)
@@ -158,7 +168,7 @@ def _shots(
     lines = _lines(request)
     if session is None or bench.campaign is None or not request.learn:
         return no_shots(sensors, lines, request.q)
-    shots, _ = read_measured_shots(
+    return read_measured_shots(
         session,
         bench.campaign,
         frequency_hz=lines,
@@ -167,8 +177,7 @@ def _shots(
         material=lambda name: _material_named(materials, name),
         plate=struck_plate(bench),
         most=MOST_SHOTS,
-    )
-    return shots.without(sorted(request.without_configurations))
+    )[0]
 
 
 def _adopted(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
