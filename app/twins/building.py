@@ -46,7 +46,8 @@ _ENOUGH_SHOTS, THESIS_VELOCITY_SPREAD = 5, 0.046
 class TwinRequest:
     """What a user asks of a twin; what is None or empty is the store's, else the shipped bench's.
 
-    `adopted`: effects that diagnoses have left to the campaign's bench act, too.
+    `adopted`: effects that diagnoses have left to the campaign's bench act, too. `coupled`: contact law and plate are
+    solved together, which takes a law that is solved in time (hertz), or the prior.
     """
 
     campaign: str | None = None
@@ -60,6 +61,7 @@ class TwinRequest:
     q: float = 10.0
     frequency_hz: tuple[float, ...] = ()
     adopted: bool = True
+    coupled: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +116,8 @@ def _built(
     gun, shots_note = _gun(session, bench, request)
     contact, contact_note = _contact(session, bench, db, request, tuple(e for e in adopted if e.stage() == "contact"))
     plates, plate_note = _plates(bench, plate, db, request)
+    if request.coupled:
+        contact = _coupled(contact, plates)
     twin = Twin(
         contact=contact,
         gun=gun,
@@ -180,6 +184,8 @@ def _contact(
     from ..models.withdrawn import note_of
 
     effects = _of_stage(request, "contact")
+    if request.coupled and request.contact is None:  # a model has learned pulses, and knows no plate to solve against
+        request = replace(request, contact=PRIOR)
     if request.contact is not None and request.contact in LAWS:
         return _law(request.contact, (*effects, *adopted)), ""
     if request.contact == PRIOR or effects:
@@ -201,6 +207,19 @@ def _contact(
 
     version = chosen(registry.versions(), request.contact.removeprefix("models:/"))
     return _registered(session, registry, version), _joined(idle, note_of(session, version))
+
+
+def _coupled(contact: ContactStage, plates: PlateStage) -> ContactStage:
+    """The contact on the modes of the plates. Raises `ValueError` for one that is not solved in time."""
+    from ...twin.contact.prior import PriorContact
+    from ...twin.contact.stage import LawContact
+    from ...twin.coupled_contact import CoupledContact
+
+    if isinstance(contact, PriorContact) or (isinstance(contact, LawContact) and contact.law == "hertz"):
+        return CoupledContact(contact, plates)
+    raise ValueError(
+        f"--coupled with the contact {contact.label!r}, which is not solved in time: expected --contact prior or hertz"
+    )
 
 
 def _joined(*notes: str) -> str:

@@ -5,7 +5,7 @@ Glossary: m moving mass, u impact velocity, e restitution, J impulse, tau contac
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..strikes import Pulses, Strikes
 from .bodies import Bodies, Floats
 from .effect import ContactEffect
+from .effects.plate_compliance import PlateCompliance
 from .impact import solve
 from .impacts import Impacts
 from .struck import bodies_of, impedance, insulated
@@ -62,29 +63,39 @@ class StruckBodies:
 
 
 def balanced_pulses(
-    struck: StruckBodies, names: Sequence[str], latent: Floats, fixed: Sequence[ContactEffect]
+    struck: StruckBodies,
+    names: Sequence[str],
+    latent: Floats,
+    fixed: Sequence[ContactEffect],
+    solver: Callable[[Impacts], Pulses] | None = None,
 ) -> Pulses:
     """Pulses at latent numbers (n, names): columns of `COLUMNS` and `DISCREPANCIES`; `fixed` effects act on all.
 
     The impulse is (1 + e) m u with e in [0, 1] to rounding: a stretch of time lowers the force as it lengthens the
-    contact, and a shape with a narrower top has a higher peak.
+    contact, and a shape with a narrower top has a higher peak. `solver` gives the pulses of impacts on a plate that it
+    knows: then the plate's own compliance does not act, and an impactor that does not come back keeps its impulse.
     """
     columns = dict(zip(names, latent.T, strict=True))
     drawn = drawn_effects(columns, struck.polymer)
     impacts = Impacts.of(struck.bodies, struck.insulated, struck.impedance_n_s_m)
     for effect in (*drawn[:1], *fixed, *drawn[1:]) if "mass" in columns else (*fixed, *drawn):
-        impacts = effect.prepare(impacts)  # the mass first, since others refer to the momentum
-    solved = solve(impacts, STEPS)
-    pulses = trimmed(solved, PHASES)
+        if solver is None or effect.id != PlateCompliance.id:
+            impacts = effect.prepare(impacts)  # the mass first, since others refer to the momentum
     velocity = struck.bodies.impact_velocity_m_s
-    restitution = np.clip(solved.separation_velocity_m_s / velocity, _LEAST, _MOST)
+    if solver is None:
+        solved = solve(impacts, STEPS)
+        pulses, rebound = trimmed(solved, PHASES), solved.separation_velocity_m_s / velocity
+    else:
+        pulses = solver(impacts)
+        rebound = pulses.impulse_n_s / (impacts.mass_kg * velocity) - 1
+    restitution = np.clip(rebound, _LEAST, _MOST)
     odds = restitution / (1 - restitution) * np.exp(np.clip(columns["restitution"], -_FAR, _FAR))
-    impulse = impacts.mass_kg * velocity * (1 + odds / (1 + odds))
+    impulse = impacts.mass_kg * velocity * (1 + odds / (1 + odds)) * np.minimum((1 + rebound) / (1 + restitution), 1.0)
     stretch = np.exp(np.clip(columns["time"], -_FAR, _FAR))
     power = np.exp(np.clip(columns["shape"], *np.log(_POWERS)))
     shape = pulses.force_n / pulses.peak_force_n[:, None]
     sharpened = np.maximum(shape, 0.0) ** power[:, None]
-    mean, sharpened_mean = (np.trapezoid(course, axis=1) / (PHASES - 1) for course in (shape, sharpened))
+    mean, sharpened_mean = (np.trapezoid(course, axis=1) / (course.shape[1] - 1) for course in (shape, sharpened))
     longer = stretch * mean / sharpened_mean
     time = pulses.contact_time_s * longer
     peak = impulse / (time * sharpened_mean)

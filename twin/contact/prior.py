@@ -15,6 +15,7 @@ from ..strikes import Extrapolation, Outside, Pulses, Strikes
 from .balanced_pulses import StruckBodies, balanced_pulses
 from .bodies import Floats
 from .effect import ContactEffect
+from .impacts import Impacts
 from .shot_update import DISCREPANCIES, LatentPosterior, ShotFeatures, updated_posterior
 from .uncertain_parameters import COLUMNS, uncertain_columns
 
@@ -117,12 +118,23 @@ class PriorContact:
 
     def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
         """Force at 65 phases; for `z` None of the mean of all that is drawn. Raises `ValueError` for another `z`."""
+        return self._pulses(None, strikes, z)
+
+    def pulses_on_plate(self, solver: Callable[[Impacts], Pulses], strikes: Strikes, z: Floats | None = None) -> Pulses:
+        """As `pulses`, where `solver` gives the pulses of impacts on a plate that it knows.
+
+        `contact.plate_compliance` does not act. Measured shots have narrowed the other parameters beside it, without
+        that plate.
+        """
+        return self._pulses(solver, strikes, z)
+
+    def _pulses(self, solver: Callable[[Impacts], Pulses] | None, strikes: Strikes, z: Floats | None) -> Pulses:
         mean, root = self._latent(strikes)
         if z is not None:
             if z.shape != (len(strikes), self.normals):
                 raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
             mean = mean + np.einsum("nlk,nk->nl", root, z)
-        return balanced_pulses(StruckBodies.of(strikes), self._names, mean, self._fixed)
+        return balanced_pulses(StruckBodies.of(strikes), self._names, mean, self._fixed, solver)
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
         """Nothing: yield, loss and layer are drawn."""
