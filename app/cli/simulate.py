@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     metavar="NAME=STRENGTH",
     help="Set an effect: 0 takes it away, 1 is a realistic bench's. Repeat for several.",
 )
+@click.option("--echoes", is_flag=True, help="The plate's edges act on what strikes it while it touches.")
 @click.option("--name", default=None, help="The campaign's name. [the plan's]")
 @click.option("--repetitions", type=click.IntRange(1), default=None, help="[the plan's]")
 @click.option("--jobs", type=click.IntRange(1), default=None, help="Processes. [cores, at most 4]")
@@ -34,6 +35,7 @@ def simulate(
     out: Path,
     seed: int,
     effects: tuple[str, ...],
+    echoes: bool,
     name: str | None,
     repetitions: int | None,
     jobs: int | None,
@@ -63,6 +65,7 @@ def simulate(
                 out,
                 seed=seed,
                 effects=_effects(effects),
+                echoes=echoes,
                 repetitions=repetitions or planned,
                 jobs=jobs,
                 progress=step,

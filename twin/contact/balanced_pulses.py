@@ -90,7 +90,9 @@ def balanced_pulses(
         rebound = pulses.impulse_n_s / (impacts.mass_kg * velocity) - 1
     restitution = np.clip(rebound, _LEAST, _MOST)
     odds = restitution / (1 - restitution) * np.exp(np.clip(columns["restitution"], -_FAR, _FAR))
-    impulse = impacts.mass_kg * velocity * (1 + odds / (1 + odds)) * np.minimum((1 + rebound) / (1 + restitution), 1.0)
+    impulse = impacts.mass_kg * velocity * (1 + odds / (1 + odds))
+    if solver is not None:  # an impactor that follows the plate gives it less than its momentum
+        impulse *= np.minimum((1 + rebound) / (1 + restitution), 1.0)
     stretch = np.exp(np.clip(columns["time"], -_FAR, _FAR))
     power = np.exp(np.clip(columns["shape"], *np.log(_POWERS)))
     shape = pulses.force_n / pulses.peak_force_n[:, None]

@@ -21,7 +21,7 @@ from ..sensors.faults import gain, offset_si
 from .base import Row, Taken, Task, cells_of, day_fraction, positive
 from .gun_rows import impactor_of, plate_of, point_of, target_of, truth_of
 from .gun_sensors import ARRAY, ARRAY_SHARES, LASER, PLATE, SENSORS, TANK
-from .plates import Key, plate_stage, response_at, solved_plates
+from .plates import Key, echoes_at, plate_stage, response_at, solved_plates
 from .ringing import felt
 from .windows import add_pulse, blow, settling_s
 
@@ -49,6 +49,7 @@ class GunBench:
 
     effects: Effects
     plates: Mapping[Key, PlateModes]
+    echoes: bool = False  # whether the plate's edges act on the bullet while it touches the plate
     gun: GunBuild = field(default_factory=GunBuild)
     sensors: tuple[SensorBuild, ...] = SENSORS
     sampling_rate_hz: float = RATE_HZ
@@ -117,8 +118,10 @@ class GunBench:
         """None where the bullet does not get as far as the plate."""
         if not shot.impact_velocity_m_s > 0:
             return None
+        struck, plate = target_of(row), self.plates[plate_of(row)]
+        echoes = echoes_at(plate, point_of(row), struck) if self.echoes else None
         return strike_many(
-            [impactor_of(row)], [target_of(row)], self.effects, [shot.impact_velocity_m_s], rng, tail_s=TAIL_S
+            [impactor_of(row)], [struck], self.effects, [shot.impact_velocity_m_s], rng, tail_s=TAIL_S, echoes=echoes
         )[0]
 
     def _slow(self, shot: ShotTruth, bullet: Projectile, late_s: float) -> dict[str, Floats]:
@@ -147,8 +150,8 @@ class GunBench:
         return out | {sensor.name: row for sensor, row in zip(PLATE, accelerations, strict=True)}
 
 
-def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator) -> GunBench:
+def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, echoes: bool = False) -> GunBench:
     """The bench for a plan of shots, every row checked. Raises `ValueError` naming run, column and value."""
     for row in rows:
         impactor_of(row), target_of(row), point_of(row), positive(row, "tank_pressure_bar")
-    return GunBench(effects, solved_plates((plate_of(row) for row in rows), effects, rng))
+    return GunBench(effects, solved_plates((plate_of(row) for row in rows), effects, rng), echoes)
