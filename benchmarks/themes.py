@@ -46,6 +46,7 @@ THEMES: dict[str, Measure] = {
     "srs": later("spectra", "measure_spectra"),
     "gun": later("gun", "measure_gun"),
     "impacts": later("impacts", "measure_impacts"),
+    "coupled": later("coupled", "measure_coupled"),
     "plate": later("plates", "measure_plates"),
     "prediction": later("predictions", "measure_predictions", runs=20),
     "coregional": later("coregional", "measure_coregional"),

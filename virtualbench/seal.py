@@ -34,6 +34,7 @@ class Seal:
     runs: Sequence[Mapping[str, Any]]
     folder_sha256: str
     version: int = VERSION
+    echoes: bool = False  # whether the edges of the plate acted on what struck it
 
     def belongs_to(self, folder: Path) -> bool:
         """Whether `folder` holds, byte for byte, what this seal was written for."""
@@ -69,7 +70,10 @@ def write_seal(folder: Path, seal: Seal, path: Path | None = None) -> Path:
         raise SealError(f"seal {path}: there is one already; expected a new name")
     unfinished = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        unfinished.write_text(json.dumps(asdict(seal), indent=1, allow_nan=False), encoding="utf-8")
+        content = asdict(seal)
+        if not seal.echoes:  # a seal without them is the same text as before there were any
+            del content["echoes"]
+        unfinished.write_text(json.dumps(content, indent=1, allow_nan=False), encoding="utf-8")
         unfinished.replace(path)
     finally:
         unfinished.unlink(missing_ok=True)

@@ -26,7 +26,7 @@ from .whole_folder import whole_folder
 Progress = Callable[[int, int, str], None]
 
 #: Kind of campaign to what sets its bench up for a plan.
-KINDS: Mapping[str, Callable[[Sequence[Row], Effects, np.random.Generator], Bench]] = {
+KINDS: Mapping[str, Callable[..., Bench]] = {
     "hammer": set_up_hammer,
     "gun": set_up_gun,
 }
@@ -60,12 +60,14 @@ def simulate(
     date: str = _DATE,
     suffix: str = ".npz",
     trigger: Trigger | None = None,
+    echoes: bool = False,
 ) -> SimulatedCampaign:
     """Play every row of a plan `repetitions` times into the campaign folder `out`, and seal the truth beside it.
 
     A hammer's row gives one recording with that many hits, a gun's row that many recordings. The files depend on the
-    arguments other than `jobs` (processes; None: one per processor, four at most) and on nothing else. The folder
-    is there when all of it is: after a kill a repeat begins anew.
+    arguments other than `jobs` (processes; None: one per processor, four at most) and on nothing else. With `echoes`
+    the edges of the plate act on what strikes it; without, the plate has none while it is struck. The folder is there
+    when all of it is: after a kill a repeat begins anew.
 
     `trigger`: when the recordings of a gun begin. Raises `ValueError` for what cannot be played, and for a folder that
     is not empty, before anything is written.
@@ -78,7 +80,7 @@ def simulate(
     # One thread of linear algebra for each process: more get into each other's way, and change the last bits.
     with threadpool_limits(limits=1), whole_folder(out) as partial:
         sequence = np.random.SeedSequence(seed)
-        bench = KINDS[kind](plan_rows, effects, np.random.default_rng(sequence.spawn(1)[0]))
+        bench = KINDS[kind](plan_rows, effects, np.random.default_rng(sequence.spawn(1)[0]), echoes=echoes)
         if trigger is not None:
             assert isinstance(bench, GunBench)  # _check
             bench = replace(bench, trigger=trigger)
@@ -95,7 +97,7 @@ def simulate(
         write_runs(partial, [{**task.cells, "recording": _path(task, suffix)} for task in tasks])
         write_card(partial, CampaignCard(name or out.name, kind, date, bench.sensors, _DESCRIPTION, bench.stages()))
         runs = [{**_key(t), "recording": _path(t, suffix), "hits": h} for t, h in zip(tasks, truths, strict=True)]
-        write_seal(partial, Seal(kind, seed, effects.as_json(), runs, folder_hash(partial)))
+        write_seal(partial, Seal(kind, seed, effects.as_json(), runs, folder_hash(partial), echoes=echoes))
     return SimulatedCampaign(out, seal_path(out), len(tasks), sum(len(hits) for hits in truths))
 
 

@@ -74,6 +74,9 @@ _MADE_OF = (
         "--contact", metavar="LAW|prior|registered|NAME@VERSION", default=None, help="[the model in use, or prior]"
     ),
     click.option("--effect", "effects", multiple=True, metavar="ID[:NAME=VALUE,...]", help="Off the nominal: repeat."),
+    click.option(
+        "--coupled", is_flag=True, help="Solve contact and plate together: thin plates, soft tips. [prior, or hertz]"
+    ),
     click.option("--no-adopted", is_flag=True, help="Without the effects that diagnoses have left to the bench."),
     click.option("--impact-at", multiple=True, metavar="X,Y", help="Point #1, #2... of the outline, in m: repeat."),
     click.option("--sensor-at", multiple=True, metavar="X,Y", help="acceleration_1, acceleration_2..., in m: repeat."),
@@ -199,6 +202,7 @@ def _request(asked: dict[str, Any]) -> TwinRequest:
         frequency_hz=_lines(asked["frequencies"]),
         adopted=not asked["no_adopted"],
         chain_height_m=_chain_height_m(asked["chain_height"]),
+        coupled=asked["coupled"],
     )
 
 

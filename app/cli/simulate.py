@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     metavar="NAME=STRENGTH",
     help="Set an effect: 0 takes it away, 1 is a realistic bench's. Repeat for several.",
 )
+@click.option("--echoes", is_flag=True, help="The plate's edges act on what strikes it while it touches.")
 @click.option("--name", default=None, help="The campaign's name. [the plan's]")
 @click.option("--repetitions", type=click.IntRange(1), default=None, help="[the plan's]")
 @click.option("--trigger", metavar="5%|none", default=None, help="Of a gun: share of the tank's pressure lost. [5%]")
@@ -38,6 +39,7 @@ def simulate(
     out: Path,
     seed: int,
     effects: tuple[str, ...],
+    echoes: bool,
     name: str | None,
     repetitions: int | None,
     trigger: str | None,
@@ -69,6 +71,7 @@ def simulate(
                 out,
                 seed=seed,
                 effects=_effects(effects),
+                echoes=echoes,
                 repetitions=repetitions or planned,
                 jobs=jobs,
                 progress=step,

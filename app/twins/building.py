@@ -52,6 +52,7 @@ class TwinRequest:
     `adopted`: effects that diagnoses have left to the campaign's bench act, too. `learn`: the campaign's measured shots
     teach every stage, but for those of `without_configurations` (keys of the store), which the twin has then not seen.
     `chain_height_m`: by which the plate hangs higher than its drawing has it, and is struck lower.
+    `coupled`: contact and plate are solved together, which takes the prior or a law that is solved in time (hertz).
     """
 
     campaign: str | None = None
@@ -68,6 +69,7 @@ class TwinRequest:
     learn: bool = True
     without_configurations: frozenset[int] = frozenset()
     chain_height_m: float = 0.0
+    coupled: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,8 +139,11 @@ def _built(
     same_gun = request.learn and bench.gun == recorded.gun
     gun, gun_note = _gun(session, bench, request, recorded.campaign if same_gun else None)
     contact, contact_note = _contact(session, db, bench, request, adopted_contact)
+    contact = taught_contact(contact, shots)
+    if request.coupled:
+        contact = _coupled(contact, plates)
     twin = Twin(
-        contact=taught_contact(contact, shots),
+        contact=contact,
         gun=gun,
         plate=plates,
         sensors=SensorChain.of(_of_stage(request, "sensor")),
@@ -229,6 +234,8 @@ def _contact(
     from .model_in_use import model_in_use
 
     effects = _of_stage(request, "contact")
+    if request.coupled and request.contact is None:  # a model has learned pulses, and knows no plate to solve against
+        request = replace(request, contact=PRIOR)
     if request.contact is not None and request.contact in LAWS:
         return _law(request.contact, (*effects, *adopted)), ""
     if request.contact == PRIOR:
@@ -254,6 +261,19 @@ def _contact(
 
 def _none_in_use(bench_kind: str) -> str:
     return f"no model is in use for the {bench_kind}; make one so: pyroshock promote MODEL@VERSION"
+
+
+def _coupled(contact: ContactStage, plates: PlateStage) -> ContactStage:
+    """The contact on the modes of the plates. Raises `ValueError` for one that is not solved in time."""
+    from ...twin.contact.prior import PriorContact
+    from ...twin.contact.stage import LawContact
+    from ...twin.coupled_contact import CoupledContact
+
+    if isinstance(contact, PriorContact) or (isinstance(contact, LawContact) and contact.law == "hertz"):
+        return CoupledContact(contact, plates)
+    raise ValueError(
+        f"--coupled with the contact {contact.label!r}, which is not solved in time: expected --contact prior or hertz"
+    )
 
 
 def _registered_with(

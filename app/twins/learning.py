@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from sqlalchemy import select
@@ -12,6 +12,7 @@ from sqlalchemy import select
 from ...schema.listings import get_campaign_id
 from ...schema.shots import Shot
 from ...twin.contact.prior import PriorContact
+from ...twin.coupled_contact import CoupledContact
 from ...twin.gun.limits import beyond_energy
 from ...twin.launch import GunStage
 from ...twin.measured_shots import MeasuredShots
@@ -29,6 +30,14 @@ if TYPE_CHECKING:
 #: Shots whose records a twin reads, and pulses that its contact learns from: evenly picked ones of more. Each takes
 #: some seconds; the cost of the second grows faster than their number.
 MOST_SHOTS, MOST_PULSES = 400, 160
+
+
+@runtime_checkable
+class Learned(Protocol):
+    """A contact stage that knows how many measured pulses it has learned from."""
+
+    @property
+    def shots(self) -> int: ...
 
 
 def taught_gun(session: Session, campaign: str, gun: GunStage, without: Collection[int]) -> tuple[GunStage, str]:
@@ -80,32 +89,33 @@ def calibrated(twin: Twin, shots: MeasuredShots, plate: Callable[[str], ModalPla
 
 def basis(twin: Twin, campaign: str | None) -> RestsOn:
     """What the bands of a twin rest on, in one sentence."""
-    contact, label = twin.contact, twin.contact.label
+    contact = twin.contact.base if isinstance(twin.contact, CoupledContact) else twin.contact
+    label = twin.contact.label
     of_gun = 0 if twin.gun is None or twin.gun.shots is None else len(twin.gun.shots)
-    of_contact = contact.shots if isinstance(contact, PriorContact) else 0
+    of_contact = contact.shots if isinstance(contact, Learned) else 0
     of_spectra = twin.calibration.shots if twin.calibration is not None else 0
-    most = max(of_gun, of_contact, of_spectra)
+    most = max(of_gun, of_spectra, of_contact if isinstance(contact, PriorContact) else 0)
+    together = " solved together with the plate" if contact is not twin.contact else ""
     if isinstance(contact, PriorContact):
-        law = "the law with yield, loss and layer updated by" if of_contact else "the law with its documented ranges of"
-        what = (
-            f"{law} {'them' if of_contact == most else f'{of_contact} of them'}"
-            if of_contact
-            else (f"{law} yield, loss, plate and layer")
+        number = "them" if of_contact == most else f"{of_contact} of them"
+        updated, ranges = (
+            f"yield, loss and layer updated by {number}",
+            "its documented ranges of yield, loss, plate and layer",
         )
-    elif label.startswith("models:/"):
-        what = f"the registered model {label.removeprefix('models:/')}"
+        what = f"the law{together} with {updated if of_contact else ranges}"
+    elif isinstance(contact, Learned):
+        what = f"the registered model {label.removeprefix('models:/')}, trained on {of_contact} pulses"
     else:
-        what = f"the law {label} with the error of its table"
+        what = f"the law {label}{together} with the error of its table"
+    if not most and isinstance(contact, PriorContact):
+        sentence = "they show the documented ranges of yield, loss, plate and layer"
+        return RestsOn(0, label, f"The bands rest on no measured shot of this bench: {sentence}.")
     if not most:
-        return RestsOn(0, label, f"The bands rest on no measured shot of this bench: {_ranges(contact, what)}.")
-    counts = {"velocity": of_gun, "spectra": of_spectra}
-    fewer = [f"{name} on {count}" for name, count in counts.items() if 0 < count < most]
+        sentence = f"the contact is {what}, and all else has its documented range"
+        return RestsOn(of_contact, label, f"The bands rest on no measured shot of this bench: {sentence}.")
+    fewer = [
+        f"{name} on {count}" for name, count in (("velocity", of_gun), ("spectra", of_spectra)) if 0 < count < most
+    ]
     besides = f" ({', '.join(fewer)})" if fewer else ""
     shots = f"{most} measured shot{'s' if most > 1 else ''} of campaign {campaign}"
-    return RestsOn(most, label, f"The bands rest on {shots}{besides}; the contact is {what}.")
-
-
-def _ranges(contact: ContactStage, what: str) -> str:
-    if isinstance(contact, PriorContact):
-        return "they show the documented ranges of yield, loss, plate and layer"
-    return f"the contact is {what}, and all else has its documented range"
+    return RestsOn(max(most, of_contact), label, f"The bands rest on {shots}{besides}; the contact is {what}.")

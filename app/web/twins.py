@@ -36,6 +36,7 @@ class Question(BaseModel):
     plate: Word | None = None
     q: Annotated[float, Field(gt=0.5, le=1000)] = 10.0
     adopted: bool = True
+    coupled: bool = Field(False, description="contact law and plate solved together: thin plates, soft tips")
     tank_pressure_pa: Annotated[float, Field(ge=1, le=1e8)] | None = None
     impact_velocity_m_s: Annotated[float, Field(ge=1e-3, le=1e4)] | None = None
     bullet_mass_kg: Annotated[float, Field(ge=1e-4, le=1e3)] | None = Field(None, description="none: the bench's")
@@ -52,7 +53,12 @@ class Question(BaseModel):
 
     def request(self) -> TwinRequest:
         return TwinRequest(
-            campaign=self.campaign, contact=self.contact, plate=self.plate, q=self.q, adopted=self.adopted
+            campaign=self.campaign,
+            contact=self.contact,
+            plate=self.plate,
+            q=self.q,
+            adopted=self.adopted,
+            coupled=self.coupled,
         )
 
     def shot(self) -> Shot:

@@ -100,6 +100,21 @@ def test_effect_of_the_contact_acts_on_the_prior_and_on_hertz(quick, law, label)
     assert found["models"]["contact"] == f"{label} + contact.effective_mass"
 
 
+@pytest.mark.parametrize("law", ["prior", "hertz"])
+def test_coupled_contact_meets_the_plate(quick, law):
+    """On both the plate takes force away that a rigid target, or one without edges, gives back."""
+    words = ("--velocity", "8m/s", "--tip", "delrin", "--contact", law, "--json")
+    alone, coupled = told(quick(*words)), told(quick(*words, "--coupled"))
+    assert coupled["models"]["contact"] == alone["models"]["contact"] + " + modes of the plate"
+    assert coupled["peak_force_n"]["mean"] != alone["peak_force_n"]["mean"]
+    assert 0 < coupled["impulse_n_s"]["mean"] <= 2 * 0.5 * 8
+
+
+def test_coupled_without_a_law_takes_the_prior(quick):
+    words = ("--velocity", "8m/s", "--coupled", "--json")
+    assert told(quick(*words)) == told(quick(*words, "--contact", "prior"))
+
+
 def test_bench_file_and_points_are_taken(quick, tmp_path):
     (tmp_path / "bench.toml").write_text(
         "[plate]\nmaterial = 'steel'\nthickness_m = 0.012\noutline_m = [[0,0],[0.6,0],[0.6,0.4],[0,0.4]]\n"
@@ -181,6 +196,10 @@ def test_solved_plate_end_to_end(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        (
+            ("--coupled", "--contact", "hunter"),
+            "--coupled with the contact 'hunter', which is not solved in time: expected --contact",
+        ),
         (("--tank-pressure", "5"), "--tank-pressure is '5'; expected a number with a unit"),
         (("--tank-pressure", "5bar", "--velocity", "3m/s"), "--velocity and --tank-pressure: expected one of them"),
         (("--tip", "cheese"), "no material 'cheese'; there are: aluminum"),

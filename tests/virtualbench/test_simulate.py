@@ -210,6 +210,16 @@ def test_effect_is_heard_where_it_acts_and_nowhere_else(tmp_path, ideal, name, h
     assert {channel for channel in HAMMER_CHANNELS if not np.array_equal(changed[channel], ideal[channel])} == heard
 
 
+def test_echoes_of_the_plate_are_heard_everywhere_and_sealed(tmp_path):
+    effects = Effects.only("contact.plate_compliance", 1.0)
+    silent, heard = (played(tmp_path / str(each), effects, echoes=each) for each in (False, True))
+    a, b = channels(silent), channels(heard)
+    assert all(not np.array_equal(a[name], b[name]) for name in HAMMER_CHANNELS)
+    assert abs(b["force"].max() / a["force"].max() - 1) < 0.3
+    assert [open_seal(seal_path(folder)).echoes for folder in (silent, heard)] == [False, True]
+    assert "echoes" not in json.loads(seal_path(silent).read_text())
+
+
 @pytest.fixture(scope="module")
 def ideal(tmp_path_factory):
     return channels(played(tmp_path_factory.mktemp("ideal") / "campaign", Effects.none()))

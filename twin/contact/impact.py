@@ -65,7 +65,7 @@ def solve(impacts: Impacts, steps: int = STEPS) -> ImpactPulse:
         peak_force_n=peak * force,
         impulse_n_s=impacts.mass_kg * velocity * (1 + back),
         restitution=Restitution.bounded(np.minimum(back, 1.0)),
-        shape=_Shape(Course.of(solved), peak),
+        shape=ForceShape(Course.of(solved), peak),
         separation_velocity_m_s=back * velocity,
         deepest_indentation_m=solved.deepest * length,
         permanent_indentation_m=solved.permanent * length,
@@ -74,7 +74,7 @@ def solve(impacts: Impacts, steps: int = STEPS) -> ImpactPulse:
 
 
 @dataclass(frozen=True, eq=False)
-class _Shape:
+class ForceShape:
     """Force over its peak, n x p, at phases (p,) or (n, p)."""
 
     course: Course

@@ -316,7 +316,7 @@ def _swap(w, i, k):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _with_room(nodes, count, more):  # type: ignore[no-untyped-def]
+def with_room(nodes, count, more):  # type: ignore[no-untyped-def]
     if count + more <= len(nodes):
         return nodes
     larger = np.empty((2 * (count + more), nodes.shape[1]))
@@ -327,7 +327,7 @@ def _with_room(nodes, count, more):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _noted(nodes, count, contact, time, force, force_rate):  # type: ignore[no-untyped-def]
+def noted(nodes, count, contact, time, force, force_rate):  # type: ignore[no-untyped-def]
     """A node more; how many there are."""
     nodes[count, 0], nodes[count, 1], nodes[count, 2], nodes[count, 3] = contact, time, force, force_rate
     return count + 1
@@ -342,7 +342,7 @@ def _load(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
     size = 1.0 / steps
     for _ in range(_LONGEST * steps + 1):
         _pace_here(w, n)
-        nodes = _with_room(nodes, count, n)
+        nodes = with_room(nodes, count, n)
         for i in range(n - 1, -1, -1):
             if w[_APPROACH + i] <= 0:
                 s = w[_OLD_S + i]
@@ -353,7 +353,7 @@ def _load(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
                 _swap(w, i, n)
             else:
                 time, now = w[_T + i] * _raised(w[_S + i], w[_Q + i]) * w[_S + i], _rates_of(w, i)
-                count = _noted(nodes, count, w[_CONTACT + i], time, now.force, now.force_rate)
+                count = noted(nodes, count, w[_CONTACT + i], time, now.force, now.force_rate)
         if n == 0:
             break
         _step_all(w, n, size)
@@ -377,18 +377,18 @@ def _unload(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
     size = 1.0 / steps
     for _ in range(_LONGEST * steps):
         _pace_here(w, n)
-        nodes = _with_room(nodes, count, 2 * n)
+        nodes = with_room(nodes, count, 2 * n)
         for i in range(n - 1, -1, -1):
             law, now = _law(w, i), _rates_of(w, i)
             time = w[_T + i] * _raised(w[_S + i], w[_Q + i]) * w[_S + i]
-            count = _noted(nodes, count, w[_CONTACT + i], time, now.force, now.force_rate)
+            count = noted(nodes, count, w[_CONTACT + i], time, now.force, now.force_rate)
             how = _ending(law, w[_DEPTH + i], now, w[_LEAST + i])
             if how == _ANOTHER_STEP:
                 continue
             if how == _DRIFTING:
                 # Next to no force is left: they part with the velocity that they have.
                 time -= _left(law, w[_DEPTH + i], now.static) / now.approach
-                count = _noted(nodes, count, w[_CONTACT + i], time, 0.0, 0.0)
+                count = noted(nodes, count, w[_CONTACT + i], time, 0.0, 0.0)
             elif how == _TOUCHING and now.force > 0 and now.force_rate < 0:
                 # The last step went a little beyond the least force, which falls as an exponential. A force that has
                 # come down to nothing has no exponential to go back along.
@@ -407,7 +407,7 @@ def _land(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
     """The first n contacts in steps of the way left, to the end of it."""
     landing = max(steps // 3, 1)
     size = 1.0 / landing
-    nodes = _with_room(nodes, count, landing * n)
+    nodes = with_room(nodes, count, landing * n)
     for i in range(n):
         w[_OLD_DEPTH + i] = w[_DEPTH + i] - w[_REST + i]
     for k in range(landing):
@@ -435,12 +435,12 @@ def _land(w, n, steps, nodes, count):  # type: ignore[no-untyped-def]
         _pace_all(w, n)
         for i in range(n):
             now = _rates_of(w, i)
-            count = _noted(nodes, count, w[_CONTACT + i], w[_TIME + i], now.force, now.force_rate)
+            count = noted(nodes, count, w[_CONTACT + i], w[_TIME + i], now.force, now.force_rate)
     return nodes, count
 
 
 @njit(cache=True, nogil=True)
-def _by_contact(nodes, n):  # type: ignore[no-untyped-def]
+def by_contact(nodes, n):  # type: ignore[no-untyped-def]
     """Where each contact's nodes begin, and all nodes (3, k) in that order."""
     first, places = np.zeros(n + 1, dtype=np.intp), np.empty(n, dtype=np.intp)
     for k in range(len(nodes)):
@@ -503,7 +503,7 @@ def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
                 w[_VELOCITY + i],
                 (0.0 if w[_ELASTIC + i] == _TOUCHING else 1.0),
             )
-    first, ordered = _by_contact(nodes[:count], n)
+    first, ordered = by_contact(nodes[:count], n)
     return found, unturned, endless, first, ordered
 
 

@@ -10,9 +10,12 @@ import numpy as np
 from ..effects import Effect, checked_effects
 from ..strikes import Outside, Pulses, Strikes
 from .bodies import Floats
+from .coupled_solver import ImpactSolver
 from .domain import outside
 from .effect import ContactEffect
+from .effects.plate_compliance import PlateCompliance
 from .impact import impact
+from .impacts import Impacts
 from .laws import contact_law
 from .pulse import ContactPulse
 from .spread import NO_SPREAD, SPREADS, Spread
@@ -65,13 +68,21 @@ class LawContact:
 
         Raises `MissingQuantityError` for what these strikes do not tell, `ValueError` for a `z` of another shape.
         """
-        pulse = trimmed(self._solved(strikes), PHASES)
-        stretch = self._stretch(len(strikes), z)
-        return Pulses(
-            contact_time_s=pulse.contact_time_s * stretch,
-            force_n=pulse.force_n / stretch[:, None],
-            compression_time_s=pulse.compression_time_s * stretch,
-        )
+        return self._stretched(trimmed(self._solved(strikes), PHASES), z)
+
+    def pulses_on_plate(self, solver: ImpactSolver, strikes: Strikes, z: Floats | None = None) -> Pulses:
+        """As `pulses`, where `solver` gives the mean pulses of Hertz' impacts on a plate that it knows.
+
+        `contact.plate_compliance` does not act: the solver's plate stands in its place. Raises `ValueError` for another
+        law than "hertz", and as `pulses`.
+        """
+        if self.law != "hertz":
+            raise ValueError(f"law {self.law!r} on the modes of a plate: expected 'hertz', which is solved in time")
+        impacts = Impacts.of(bodies_of(strikes), insulated(strikes), impedance(strikes))
+        for effect in checked_effects(self.effects, ContactEffect):
+            if effect.id != PlateCompliance.id:
+                impacts = effect.prepare(impacts)
+        return self._stretched(solver(impacts, np.arange(len(strikes))), z)
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
         """Restitution that had to be clipped, impacts that yield and a layer that the law does not know."""
@@ -83,6 +94,14 @@ class LawContact:
             return contact_law(self.law, self.restitution)(bodies)
         place = impedance(strikes)
         return impact(bodies, self.effects, insulated=insulated(strikes), plate_impedance_n_s_m=place, steps=_STEPS)
+
+    def _stretched(self, mean: Pulses, z: Floats | None) -> Pulses:
+        stretch = self._stretch(len(mean.contact_time_s), z)
+        return Pulses(
+            contact_time_s=mean.contact_time_s * stretch,
+            force_n=mean.force_n / stretch[:, None],
+            compression_time_s=mean.compression_time_s * stretch,
+        )
 
     def _stretch(self, n: int, z: Floats | None) -> Floats:
         if z is None or not self.normals:

@@ -22,7 +22,7 @@ from ..sensors.faults import gain, offset_si
 from .base import Row, Taken, Task, cells_of, day_fraction, positive
 from .gun_rows import POSITIONS, chain_height_of, impactor_of, plate_of, point_of, target_of, truth_of, valve_way_of
 from .gun_sensors import ARRAY, ARRAY_SHARES, LASER, PLATE, SENSORS, TANK
-from .plates import Key, plate_stage, response_at, solved_plates
+from .plates import Key, echoes_at, plate_stage, response_at, solved_plates
 from .ringing import felt
 from .windows import add_pulse, blow, settling_s
 
@@ -52,6 +52,7 @@ class GunBench:
 
     effects: Effects
     plates: Mapping[Key, PlateModes]
+    echoes: bool = False  # whether the plate's edges act on the bullet while it touches the plate
     gun: GunBuild = field(default_factory=GunBuild)
     sensors: tuple[SensorBuild, ...] = SENSORS
     sampling_rate_hz: float = RATE_HZ
@@ -127,9 +128,15 @@ class GunBench:
         """None where the bullet does not get as far as the plate."""
         if not shot.impact_velocity_m_s > 0:
             return None
+        struck, plate = target_of(row), self.plates[plate_of(row)]
+        echoes = echoes_at(plate, self._point(row), struck) if self.echoes else None
         return strike_many(
-            [impactor_of(row)], [target_of(row)], self.effects, [shot.impact_velocity_m_s], rng, tail_s=TAIL_S
+            [impactor_of(row)], [struck], self.effects, [shot.impact_velocity_m_s], rng, tail_s=TAIL_S, echoes=echoes
         )[0]
+
+    def _point(self, row: Row) -> int:
+        """Where a row's bullet strikes, among the plate's points at all heights of its chains."""
+        return point_of(row) + len(POSITIONS) * self.heights_m.index(chain_height_of(row))
 
     def _slow(self, shot: ShotTruth, bullet: Projectile, late_s: float) -> dict[str, Floats]:
         """Band-limited tank pressure and laser, SI (samples,)."""
@@ -148,8 +155,7 @@ class GunBench:
         for sensor, share in zip(ARRAY, ARRAY_SHARES, strict=True):
             pulse = share * impact.plate_force_n
             add_pulse(out[sensor.name], start_s, impact.time_s, pulse, sensor, RATE_HZ, RATIO, self.effects)
-        plate = self.plates[plate_of(row)]
-        point = point_of(row) + len(POSITIONS) * self.heights_m.index(chain_height_of(row))
+        plate, point = self.plates[plate_of(row)], self._point(row)
         blows = [
             blow(start_s, impact.time_s, impact.plate_force_n, RATE_HZ, PLATE_RATIO, settling_s(PLATE, self.effects))
         ]
@@ -158,10 +164,10 @@ class GunBench:
         return out | {sensor.name: row for sensor, row in zip(PLATE, accelerations, strict=True)}
 
 
-def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator) -> GunBench:
+def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, echoes: bool = False) -> GunBench:
     """The bench for a plan of shots, every row checked. Raises `ValueError` naming run, column and value."""
     for row in rows:
         impactor_of(row), target_of(row), point_of(row), positive(row, "tank_pressure_bar"), valve_way_of(row)
     heights = tuple(dict.fromkeys((0.0, *map(chain_height_of, rows))))
     plates = solved_plates((plate_of(row) for row in rows), effects, rng, heights)
-    return GunBench(effects, plates, heights_m=heights)
+    return GunBench(effects, plates, heights_m=heights, echoes=echoes)

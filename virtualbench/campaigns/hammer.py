@@ -17,7 +17,7 @@ from ..recorder import Value
 from ..sensors import SensorBuild, digitised
 from .base import Row, Taken, Task, Truth, cell, cells_of, day_fraction, positive
 from .hammer_sensors import LOAD_CELL, PLATE, REAR, SENSORS
-from .plates import BOUNDARIES, THICKNESS_M, Key, plate_stage, response_at, solved_plates
+from .plates import BOUNDARIES, THICKNESS_M, Key, echoes_at, plate_stage, response_at, solved_plates
 from .ringing import felt
 from .windows import add_pulse, blow, settling_s
 
@@ -42,6 +42,7 @@ class HammerBench:
 
     effects: Effects
     plates: Mapping[Key, PlateModes]
+    echoes: bool = False  # whether the plate's edges act on the hammer while it touches the plate
     sensors: tuple[SensorBuild, ...] = SENSORS
     sampling_rate_hz: float = RATE_HZ
 
@@ -64,7 +65,15 @@ class HammerBench:
     def take(self, task: Task, rng: np.random.Generator) -> Taken:
         impactor, struck = _impactor(task.row), _target(task.row)
         speeds = [hand_speed(cell(task.row, "hammer_speed"), self.effects, rng) for _ in range(task.hits)]
-        impacts = strike_many([impactor] * task.hits, [struck] * task.hits, self.effects, speeds, rng, tail_s=TAIL_S)
+        impacts = strike_many(
+            [impactor] * task.hits,
+            [struck] * task.hits,
+            self.effects,
+            speeds,
+            rng,
+            tail_s=TAIL_S,
+            echoes=echoes_at(*self._struck_point(task.row), struck) if self.echoes else None,
+        )
         starts, duration = moments(task.hits, rng)
         samples = round(duration * RATE_HZ)
         signals = [*self._at_hammer(impacts, starts, samples), *self._at_plate(task.row, impacts, starts, samples)]
@@ -73,6 +82,9 @@ class HammerBench:
             for sensor, signal in zip(self.sensors, signals, strict=True)
         }
         return Taken(channels, [_truth(*hit) for hit in zip(starts, impacts, strict=True)])
+
+    def _struck_point(self, row: Row) -> tuple[PlateModes, int]:
+        return self.plates[_plate(row)], POSITIONS.index(cell(row, "impact_position", POSITIONS))
 
     def _at_hammer(self, impacts: Sequence[ImpactTruth], starts: Sequence[float], samples: int) -> list[Floats]:
         """Band-limited force and acceleration of the hammer, SI, each (samples,)."""
@@ -89,7 +101,7 @@ class HammerBench:
         self, row: Row, impacts: Sequence[ImpactTruth], starts: Sequence[float], samples: int
     ) -> Sequence[Floats]:
         """Band-limited accelerations of the plate, SI, each (samples,)."""
-        plate, point = self.plates[_plate(row)], POSITIONS.index(cell(row, "impact_position", POSITIONS))
+        plate, point = self._struck_point(row)
         settle = settling_s(PLATE, self.effects)
         blows = [
             blow(start, impact.time_s, impact.plate_force_n, RATE_HZ, PLATE_RATIO, settle)
@@ -99,13 +111,13 @@ class HammerBench:
         return list(felt(blows, samples, plate, shape, response, PLATE, RATE_HZ, self.effects))
 
 
-def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator) -> HammerBench:
+def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, echoes: bool = False) -> HammerBench:
     """The bench for a plan of hammer runs, every row checked. Raises `ValueError` naming run, column and value."""
     for row in rows:
         _impactor(row), _target(row)
         cell(row, "impact_position", POSITIONS)
         cell(row, "hammer_speed", tuple(HAND_SPEEDS_M_S))
-    return HammerBench(effects, solved_plates((_plate(row) for row in rows), effects, rng))
+    return HammerBench(effects, solved_plates((_plate(row) for row in rows), effects, rng), echoes)
 
 
 def moments(hits: int, rng: np.random.Generator) -> tuple[list[float], float]:

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import Effects
+from ..impact.build import Target
+from ..impact.echoes import PlateEchoes
 from ..plate.build import Boundary
 from ..plate.modes import PlateModes, modes
 from ..plate.resonant import OUTLINE_M, resonant_plate
@@ -58,6 +60,11 @@ def response_at(plate: PlateModes, point: int) -> Callable[[Floats, Floats], Flo
         return respond(plate, time_s[stretch], force_n[stretch], time_s, point=point)
 
     return response
+
+
+def echoes_at(plate: PlateModes, point: int, target: Target) -> PlateEchoes:
+    """What a plate sends back to one of its impact points while it is struck there."""
+    return PlateEchoes(plate.frequencies_hz, plate.damping, plate.shape_impact[point], target.plate_impedance_n_s_m)
 
 
 def plate_stage(material: str) -> dict[str, Value]:

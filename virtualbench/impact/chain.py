@@ -8,7 +8,8 @@ force (N) that has settled in the insulator, w the elastic contact force (N) tha
 - Insulator: a foundation, u = pi M R d^2 / h (Johnson, Contact Mechanics, 1985, section 4.3), that follows with a
   retardation, tau du/dt = F - u. It sits under a small force, without which it would have no stiffness at first
   touch, and depth d is bounded by what of the sheet can be crushed.
-- Plate: dx/dt = P / Z under the force P that reaches it.
+- Plate: dx/dt = P / Z under the force P that reaches it, and what of earlier force comes back from its edges
+  (`echoes.py`), where that is asked for.
 """
 
 from __future__ import annotations
@@ -77,8 +78,11 @@ class Chain:
         state[1] = state[3] = velocity_m_s
         return state
 
-    def motion(self, state: Floats, deepest_m: Floats) -> tuple[Floats, Signals]:
-        """Rates (STATES, impacts) and what is seen, for the deepest indentation before."""
+    def motion(self, state: Floats, deepest_m: Floats, echo_m_s: Floats | float = 0.0) -> tuple[Floats, Signals]:
+        """Rates (STATES, impacts) and what is seen, for the deepest indentation before.
+
+        `echo_m_s` is the velocity that earlier force has given the plate's surface by its edges.
+        """
         x_front, v_front, x_rear, v_rear, x_anvil, v_anvil, x_plate, settled, relaxed = state
         indentation = x_front - np.where(self._anvil, x_anvil, x_plate)
         if self._layered:
@@ -86,7 +90,7 @@ class Chain:
         elastic = self.law.force(indentation, deepest_m)
         force = np.maximum(elastic + self.relaxing * (elastic - relaxed), 0.0)
         neck = self.neck_n_m * (x_rear - x_front) + self.neck_n_s_m * (v_rear - v_front)
-        joint = self.joint_n_m * (x_anvil - x_plate) + self.joint_n_s_m * v_anvil
+        joint = self.joint_n_m * (x_anvil - x_plate) + self.joint_n_s_m * (v_anvil - echo_m_s)
         joint = joint / (1 + self.joint_n_s_m * self.plate_mobility_m_n_s)  # its plate end moves with joint / Z
         plate = np.where(self._anvil, joint, force)
         front = np.asarray((force - neck) / self.front_kg)
@@ -94,7 +98,7 @@ class Chain:
         rates = np.empty_like(state)
         rates[0], rates[1], rates[2], rates[3] = v_front, -front, v_rear, -rear
         rates[4], rates[5] = v_anvil, (force - joint) * self.inverse_anvil_1_kg
-        rates[6] = self.plate_mobility_m_n_s * plate
+        rates[6] = self.plate_mobility_m_n_s * plate + echo_m_s
         rates[7] = (force - settled) / self.retardation_s
         rates[8] = (elastic - relaxed) / self.relaxation_s
         seen = Signals(force, np.asarray(plate), front, rear, np.asarray(indentation))

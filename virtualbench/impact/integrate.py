@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .assemble import hertz_time
 from .chain import Chain
+from .echoes import EchoHistory, PlateEchoes
 
 Floats = NDArray[np.float64]
 
@@ -22,6 +23,7 @@ _CREEP = 12  # times m / Z, the pace of an impactor that a plate slows down; a l
 _DAMPED_STEP = 1.2  # of the fastest time constant; the fourth-order method is stable up to 2.7
 _SWINGING_STEP = 0.4  # of the radian of the fastest mode
 LOOK = 16  # steps between two looks at what has ended
+_APART = 1.5  # of the time until the last touch: a plate that rings may meet the impactor again until then
 
 
 @dataclass(frozen=True)
@@ -54,8 +56,10 @@ def steps_for(chain: Chain, velocity_m_s: Floats, steps_per_contact: int) -> Flo
     return np.asarray(1 / np.max(rates, axis=0))
 
 
-def solve(chain: Chain, velocity_m_s: Floats, *, steps_per_contact: int) -> Solution:
+def solve(chain: Chain, velocity_m_s: Floats, *, steps_per_contact: int, echoes: PlateEchoes | None = None) -> Solution:
     """From first contact until every impactor has let go, of speeds (m/s, (impacts,)) above 0.
+
+    `echoes` of the plate that all of them strike act on the contact; without them the plate has no edges.
 
     Raises `RuntimeError` when one is still pressing after a time that no impact takes.
     """
@@ -65,18 +69,30 @@ def solve(chain: Chain, velocity_m_s: Floats, *, steps_per_contact: int) -> Solu
     final, ends = np.zeros_like(state), np.zeros(velocity_m_s.size, dtype=np.int64)
     peak, last = np.zeros_like(deepest), np.zeros_like(deepest)
     history: list[tuple[Floats, ...]] = []
+    heard = (
+        EchoHistory(echoes, step, chain.plate_mobility_m_n_s * echoes.plate_impedance_n_s_m)
+        if echoes is not None
+        else None
+    )
+    echo: tuple[Floats | float, Floats | float] = (0.0, 0.0)
     while len(history) <= limit:
-        rates, seen = chain.motion(state, deepest)
+        rates, seen = chain.motion(state, deepest, echo[1])
+        if heard is not None:
+            echo = heard.add(seen.plate_force_n)
         history.append((seen.contact_force_n, seen.plate_force_n, seen.front_m_s2, seen.rear_m_s2))
         peak = np.maximum(peak, seen.contact_force_n)
         deepest = np.maximum(deepest, seen.indentation_m)
         last = np.where(seen.contact_force_n > CREEPING * peak, len(history), last)
         if len(history) % LOOK == 0:
-            now = (ends == 0) & _let_go(chain, state, seen.contact_force_n, last, len(history))
+            if heard is None:
+                over = _let_go(chain, state, seen.contact_force_n, last, len(history))
+            else:
+                over = np.asarray(len(history) > _APART * last)
+            now = (ends == 0) & over
             final[:, now], ends[now] = state[:, now], len(history)
             if np.all(ends > 0):
                 return Solution(step, ends, final, *(np.array(column) for column in zip(*history, strict=True)))
-        state = _stepped(chain, state, rates, deepest, step)
+        state = _stepped(chain, state, rates, deepest, step, echo)
     raise RuntimeError(f"an impact at {velocity_m_s[ends == 0].tolist()} m/s has not ended after {limit} steps")
 
 
@@ -101,8 +117,16 @@ def _let_go(chain: Chain, state: Floats, force: Floats, last: Floats, now: int) 
     return np.asarray(((force == 0) & (chain.velocity(state) < 0)) | (now > 1.3 * last))
 
 
-def _stepped(chain: Chain, state: Floats, rates: Floats, deepest: Floats, step: Floats) -> Floats:
-    second, _ = chain.motion(state + step / 2 * rates, deepest)
-    third, _ = chain.motion(state + step / 2 * second, deepest)
-    fourth, _ = chain.motion(state + step * third, deepest)
+def _stepped(
+    chain: Chain,
+    state: Floats,
+    rates: Floats,
+    deepest: Floats,
+    step: Floats,
+    echo: tuple[Floats | float, Floats | float],
+) -> Floats:
+    middle, end = (echo[0] + echo[1]) / 2, echo[1]
+    second, _ = chain.motion(state + step / 2 * rates, deepest, middle)
+    third, _ = chain.motion(state + step / 2 * second, deepest, middle)
+    fourth, _ = chain.motion(state + step * third, deepest, end)
     return np.asarray(state + step / 6 * (rates + 2 * (second + third) + fourth))

@@ -12,6 +12,7 @@ from ..effects import Effects
 from .assemble import assemble
 from .build import Impactor, Target
 from .chain import Chain
+from .echoes import PlateEchoes
 from .integrate import CREEPING, Solution, solve
 from .tail import ringing
 
@@ -63,8 +64,12 @@ def strike_many(
     *,
     steps_per_contact: int = 250,
     tail_s: float = 4e-3,
+    echoes: PlateEchoes | None = None,
 ) -> list[ImpactTruth]:
     """As many impacts as there are impactors, solved abreast: ten cost little more than one.
+
+    `echoes` are those of the plate at the point that all of them strike; without them it has no edges while they touch
+    it. They act as far as `contact.plate_compliance` does, and no more once the impactor has let go.
 
     The records go on for `tail_s` after contact, while hammer and anvil ring. Raises `ValueError` for numbers of
     impactors, targets and speeds that differ, and for speeds that are not above 0.
@@ -79,7 +84,7 @@ def strike_many(
             f"steps_per_contact = {steps_per_contact!r}, tail_s = {tail_s!r}: expected 20 or more, 0 or more"
         )
     chain = assemble(impactors, targets, effects, rng)
-    solution = solve(chain, velocity, steps_per_contact=steps_per_contact)
+    solution = solve(chain, velocity, steps_per_contact=steps_per_contact, echoes=echoes)
     rear, plate = ringing(chain, solution.state, tail_s, STEP_S)
     return [
         _truth(index, impactor, float(velocity[index]), chain, solution, (rear[:, index], plate[:, index]))

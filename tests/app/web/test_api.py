@@ -86,6 +86,8 @@ def test_a_prediction_is_that_of_the_command_line(filled: Lab) -> None:
 
 def test_a_body_asks_the_same_as_a_query(filled: Lab) -> None:
     question = {"impact_velocity_m_s": 8.0, "contact": "hertz", "draws": 16, "seed": 3}
+    coupled = question | {"coupled": True, "contact": "hertz"}
+    assert post_json(filled.client, "/api/predict", coupled).json()["models"]["contact"] == "hertz + modes of the plate"
     assert post_json(filled.client, "/api/predict", question).json() == (
         filled.client.get("/api/predict", params=question).json()
     )
