@@ -52,8 +52,10 @@ def measure_coupled(folder: Path, count: int = IMPACTS, repeats: int = REPEATS) 
     coupled = CoupledContact(LawContact(spread=NO_SPREAD), PlateStage({"aluminum": plate}))
     for tip in TIPS:
         struck = strikes(tip, count)
-        ways = {name: partial(busy_seconds_of, partial(stage.pulses, struck)) for name, stage in
-                {"coupled": coupled, "uncoupled": uncoupled}.items()}  # fmt: skip
+        ways = {
+            "coupled": partial(busy_seconds_of, partial(coupled.pulses, struck)),
+            "uncoupled": partial(busy_seconds_of, partial(uncoupled.pulses, struck)),
+        }
         for way in ways.values():
             way()  # compiled, and the plate's points made
         taken = in_turn(ways, repeats)

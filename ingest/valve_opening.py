@@ -64,7 +64,7 @@ def valve_opening(pressure_pa: NDArray[Any], sampling_rate_hz: float) -> ValveOp
     noise = max(float(np.median(np.abs(np.diff(means, 2)))) * 1.4826 / math.sqrt(6), smallest)
     stop, level = _end_of_fit(means, noise)
     first = max(0, stop - _MOST_BLOCKS)
-    time = (np.arange(first, stop) + 0.5) * block / sampling_rate_hz
+    time = np.asarray((np.arange(first, stop) + 0.5) * block / sampling_rate_hz, dtype=np.float64)
     return _fitted(time, means[first:stop], noise, level, block / sampling_rate_hz)
 
 

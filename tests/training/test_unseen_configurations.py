@@ -68,7 +68,7 @@ def test_no_model_sees_what_it_is_asked_for(table: PulseTable) -> None:
     learned: list[set[str]] = []
 
     class Watched(Analytic):
-        def refit(self, pulses, rng):  # type: ignore[no-untyped-def]
+        def refit(self, pulses, rng):
             learned.append(set(pulses.configuration.tolist()))
             return super().refit(pulses, rng)
 

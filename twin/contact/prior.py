@@ -139,8 +139,8 @@ class PriorContact:
     def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: Pulses) -> Pulses:
         """What of `pulses`, those of the same strikes and `z`, acts on the plate: below an anvil, what its joint
         carries; else the same."""
-        rows = np.flatnonzero([setting.anvil is not None for setting in strikes.settings])
-        if not self.hand_held or not rows.size:
+        rows = [row for row, setting in enumerate(strikes.settings) if setting.anvil is not None]
+        if not self.hand_held or not rows:
             return pulses
         below = Strikes([strikes.settings[row] for row in rows], strikes.impact_velocity_m_s[rows])
         carried = self._solved(below, None if z is None else z[rows], at_tip=False, phases=pulses.force_n.shape[1])
