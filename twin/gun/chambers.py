@@ -219,7 +219,7 @@ class TwoChambers(Chamber):
         if not profile.shape[2]:
             return evenly
         stated = np.pad(profile, ((0, 0), (0, 0), (0, evenly.shape[2] - profile.shape[2])), mode="edge")
-        return np.asarray(np.where(np.isnan(stated), evenly, stated))
+        return np.asarray(np.where(np.isnan(stated), evenly, stated), dtype=np.float64)
 
     def longest_step(self, time: Floats) -> Floats:
         moments = self.valve[:, 0]
