@@ -28,7 +28,7 @@ def test_swing_and_load_are_those_of_the_pendulum_s_motion(momentum: float) -> N
     def top(_: float, state: np.ndarray) -> float:
         return state[1]
 
-    top.terminal = True
+    top.terminal = True  # type: ignore[attr-defined]
     run = solve_ivp(
         lambda _, s: [s[1], -9.80665 / 0.8 * math.sin(s[0])], (0, 10), start, events=top, rtol=1e-10, atol=1e-12
     )

@@ -315,5 +315,5 @@ def test_the_valve_opens_and_closes_by_each_configuration_s_profile() -> None:
     np.testing.assert_allclose(
         GunStage(stated).changes([[valve], []])[0][0], (shown - GunStage(six).simulated()[:, 0])[rows][1:2], rtol=1e-3
     )
-    none = replace(valve, loss_coefficient=0.0)
+    none = effect("gun.valve_flow", loss_coefficient=0.0, opening_time_s=0.3)
     np.testing.assert_allclose(GunStage(stated).simulated([none]), GunStage(six).simulated([none]), rtol=1e-12)

@@ -75,7 +75,7 @@ def balances(profile: ValveProfile, pressure_pa: float, mass_kg: float, loss: fl
     def at_vents(_: float, state: np.ndarray) -> float:
         return state[0] - 0.885
 
-    at_vents.terminal = True
+    at_vents.terminal = True  # type: ignore[attr-defined]
     absolute = pressure_pa + ATMOSPHERE_PA
     state = [0.0, 0.0, pressure_pa, absolute * passage / (AIR * ROOM_K), pressure_pa, absolute * tank / (AIR * ROOM_K)]
     time, corners = 0.0, [*(t for t in profile.time_s if t > 0), 5.0]
@@ -83,7 +83,7 @@ def balances(profile: ValveProfile, pressure_pa: float, mass_kg: float, loss: fl
         run = solve_ivp(rates, (time, corner), state, method="Radau", rtol=1e-9, atol=1e-12, events=at_vents)
         if run.t_events[0].size:
             return float(run.y_events[0][0][1]), float(run.t_events[0][0])
-        time, state = corner, run.y[:, -1]
+        time, state = corner, run.y[:, -1].tolist()
     raise AssertionError("the projectile stays in the barrel")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.virtualbench.campaigns import gun
+from pyroshock.virtualbench.campaigns.gun_rows import POSITIONS
 from pyroshock.virtualbench.effects import Effects
 from support.records.bench_shots import GUN_ROW, shot
 
@@ -21,7 +22,7 @@ def test_another_height_shakes_the_plate_otherwise_and_leaves_gun_and_force_alon
 def test_shapes_of_the_struck_point_are_those_below_it():
     bench = gun.set_up([GUN_ROW, {**GUN_ROW, "chain_height_mm": "56"}], Effects.none(), np.random.default_rng(0))
     (plate,) = bench.plates.values()
-    usual, lower = plate.shape_impact[: len(gun.POSITIONS)], plate.shape_impact[len(gun.POSITIONS) :]
+    usual, lower = plate.shape_impact[: len(POSITIONS)], plate.shape_impact[len(POSITIONS) :]
     assert usual.shape == lower.shape
     assert bench.heights_m == (0.0, pytest.approx(0.056))
     rigid = np.flatnonzero(plate.frequencies_hz < 1.0)
