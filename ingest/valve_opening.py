@@ -57,7 +57,7 @@ def valve_opening(pressure_pa: NDArray[Any], sampling_rate_hz: float) -> ValveOp
     count = values.size // block
     if count < _FEWEST_BLOCKS:
         raise NoDropError(f"{values.size} samples of pressure: expected at least {_FEWEST_BLOCKS * block}")
-    means = values[: count * block].reshape(count, block).mean(axis=1)
+    means = np.asarray(values[: count * block].reshape(count, block).mean(axis=1), dtype=np.float64)
     step = np.unique(values[:1000])
     smallest = float(np.diff(step).min()) / math.sqrt(12 * block) if step.size > 1 else 1e-9 * abs(values[0]) + 1e-9
     # Of second differences, which the slope of the drop leaves alone.

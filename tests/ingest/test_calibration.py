@@ -55,8 +55,8 @@ def calibrated(gun_folder):
 def recorded(url: str) -> tuple[float, float]:
     with opened(url) as store, store.reading() as session:
         query = select(Shot.recorded_pressure_pa, Shot.recorded_pressure_u_pa)
-        pressure, uncertainty = session.execute(query.where(Shot.recorded_pressure_pa.is_not(None))).one()
-    return float(pressure), float(uncertainty)
+        pressure_pa, uncertainty_pa = session.execute(query.where(Shot.recorded_pressure_pa.is_not(None))).one()
+        return pressure_pa, uncertainty_pa
 
 
 def test_measured_pressure_has_the_calibration_s_uncertainty(sqlite_url, calibrated):

@@ -82,8 +82,8 @@ def test_with_uncertainties_of_both_it_is_the_least_distance() -> None:
         return np.concatenate([(x - true_x) / x_u, (y - offset - slope * true_x) / y_u])
 
     run = least_squares(distances, [0.3, 0.5, *x], xtol=1e-15, ftol=1e-15, gtol=1e-15)
-    slopes = np.asarray(run.jac)
-    covariance = np.linalg.inv(slopes.T @ slopes)[:2, :2]
+    jacobian = np.asarray(run.jac)
+    covariance = np.linalg.inv(jacobian.T @ jacobian)[:2, :2]
     line = fit_line(x, y, x_u, y_u)
     assert (line.offset, line.sensitivity) == pytest.approx(run.x[:2], rel=1e-6)
     assert line.chi_square == pytest.approx(2 * run.cost, rel=1e-7)

@@ -223,7 +223,7 @@ class TwoChambers(Chamber):
 
     def longest_step(self, time: Floats) -> Floats:
         moments = self.valve[:, 0]
-        return np.where(moments > time[:, None], moments, np.inf).min(axis=1) - time
+        return np.asarray(np.where(moments > time[:, None], moments, np.inf).min(axis=1) - time)
 
     def start(self) -> Floats:
         """At rest, dead volume and the valve's passage filled."""

@@ -66,29 +66,23 @@ _RODAS_STATE, _RODAS_SIDE = (
 
 
 @njit(nogil=True, error_model="numpy")
-def valve_position(valve, time):  # type: ignore[no-untyped-def]
-    """Position of a valve (2, k) at a moment, and its rate after it: straight lines between the points."""
-    moments, positions = valve[0], valve[1]
-    last = moments.size - 1
-    if time >= moments[last]:
-        return positions[last], 0.0
-    if time < moments[0]:
-        return positions[0], 0.0
+def valve_motion(valve, time):  # type: ignore[no-untyped-def]
+    """How a valve (2, k) moves from a moment on: since when evenly, from which position, how fast, and up to when.
+
+    Numbers, since no step passes a corner: an array would be handed on, and its references counted, at each evaluation.
+    """
+    last = valve.shape[1] - 1
+    if last < 0:
+        return 0.0, 1.0, 0.0, math.inf
+    if time >= valve[0, last]:
+        return valve[0, last], valve[1, last], 0.0, math.inf
+    if time < valve[0, 0]:
+        return 0.0, valve[1, 0], 0.0, valve[0, 0]
     i = 0
-    while moments[i + 1] <= time:
+    while valve[0, i + 1] <= time:
         i += 1
-    duration = moments[i + 1] - moments[i]
-    way = positions[i + 1] - positions[i]
-    return positions[i] + way * ((time - moments[i]) / duration), way / duration
-
-
-@njit(nogil=True, error_model="numpy")
-def next_corner(valve, time):  # type: ignore[no-untyped-def]
-    """The first moment after `time` at which the valve's position has a corner; infinite after the last one."""
-    for moment in valve[0]:
-        if moment > time:
-            return moment
-    return math.inf
+    rate = (valve[1, i + 1] - valve[1, i]) / (valve[0, i + 1] - valve[0, i])
+    return valve[0, i], valve[1, i], rate, valve[0, i + 1]
 
 
 @njit(nogil=True, error_model="numpy")
@@ -100,6 +94,8 @@ def open_share(turned):  # type: ignore[no-untyped-def]
     """
     if turned >= 1.0:
         return 1.0, 0.0
+    if turned <= 0.0:
+        return 0.0, 0.0
     apart = 1 - turned
     half_chord = math.sqrt(1 - apart * apart)
     return (math.acos(apart) - apart * half_chord) * (2 / math.pi), half_chord * (4 / math.pi)
@@ -153,7 +149,7 @@ def _leak(q, absolute, rt):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, error_model="numpy")
-def _rates(q, valve, time, state, leak, resistance, rates):  # type: ignore[no-untyped-def]
+def _rates(q, since, position_then, rate, time, state, leak, resistance, rates):  # type: ignore[no-untyped-def]
     """Rates of one shot, of 4 quantities or 6; `leak` and `resistance` are what hooks add."""
     position, velocity, pressure, mass = state[0], state[1], state[2], state[3]
     volume = q.volume_m3 + q.area_m2 * position
@@ -163,7 +159,7 @@ def _rates(q, valve, time, state, leak, resistance, rates):  # type: ignore[no-u
     if state.size == 6:
         tank = state[4] + q.zero_pa
         tank_rt = tank * q.tank_m3 / state[5]
-        area = q.valve_m2 * open_share(valve_position(valve, time)[0])[0]
+        area = q.valve_m2 * open_share(position_then + rate * (time - since))[0]
         inflow = mass_flow(area, tank, tank_rt, absolute, rt, q.critical_ratio)
         carried = (tank_rt if inflow > 0 else rt) * inflow
         rates[4] = -q.index / q.tank_m3 * carried
@@ -193,11 +189,12 @@ def all_rates(table, valve, time, state, leak, resistance, rates):  # type: igno
     """Of m instants (m, n) of n shots, states (m, n, k), with what hooks add (m, n), into (m, n, k)."""
     for m in range(time.shape[0]):
         for i in range(time.shape[1]):
-            _rates(table[i], valve[i], time[m, i], state[m, i], leak[m, i], resistance[m, i], rates[m, i])
+            since, then, rate, _ = valve_motion(valve[i], time[m, i])
+            _rates(table[i], since, then, rate, time[m, i], state[m, i], leak[m, i], resistance[m, i], rates[m, i])
 
 
 @njit(nogil=True, error_model="numpy")
-def _derivatives(q, valve, time, state, jacobian, by_time):  # type: ignore[no-untyped-def]
+def _derivatives(q, since, position_then, rate, time, state, jacobian, by_time):  # type: ignore[no-untyped-def]
     """Of the six rates of a shot with a valve, by the state and by time."""
     position, velocity, pressure, mass = state[0], state[1], state[2], state[3]
     volume = q.volume_m3 + q.area_m2 * position
@@ -207,9 +204,8 @@ def _derivatives(q, valve, time, state, jacobian, by_time):  # type: ignore[no-u
     tank = state[4] + q.zero_pa
     tank_rt = tank * q.tank_m3 / state[5]
     tank_rt_p, tank_rt_m = q.tank_m3 / state[5], -tank_rt / state[5]
-    position_of_valve, turning = valve_position(valve, time)
-    share, opening = open_share(position_of_valve)
-    opening *= turning
+    share, opening = open_share(position_then + rate * (time - since))
+    opening *= rate
     # Through the valve when wide open; its share comes in at once for all derivatives.
     flow, by_tank, by_behind, by_tank_rt, by_rt = _flow_derivatives(
         q.valve_m2, tank, tank_rt, absolute, rt, q.critical_ratio
@@ -295,11 +291,12 @@ def _derivatives(q, valve, time, state, jacobian, by_time):  # type: ignore[no-u
 def all_derivatives(table, valve, time, state, jacobian, by_time):  # type: ignore[no-untyped-def]
     """Of shots with a valve (n,), into (n, 6, 6) by the states (n, 6) and (n, 6) by time."""
     for i in range(time.size):
-        _derivatives(table[i], valve[i], time[i], state[i], jacobian[i], by_time[i])
+        since, then, rate, _ = valve_motion(valve[i], time[i])
+        _derivatives(table[i], since, then, rate, time[i], state[i], jacobian[i], by_time[i])
 
 
 @njit(nogil=True, error_model="numpy")
-def _dormand_prince(q, valve, time, state, first, step, work, new, slope, error):  # type: ignore[no-untyped-def]
+def _dormand_prince(q, time, state, first, step, work, new, slope, error):  # type: ignore[no-untyped-def]
     """One step of the four quantities of a shot without a valve."""
     for c in range(4):
         work[0, c] = first[c]
@@ -309,7 +306,7 @@ def _dormand_prince(q, valve, time, state, first, step, work, new, slope, error)
             for j in range(i + 1):
                 total += _DP_STAGES[i, j] * work[j, c]
             new[c] = state[c] + step * total
-        _rates(q, valve, time + _DP_NODES[i] * step, new, 0.0, 0.0, work[i + 1])
+        _rates(q, 0.0, 1.0, 0.0, time + _DP_NODES[i] * step, new, 0.0, 0.0, work[i + 1])
     for c in range(4):
         slope[c] = work[6, c]
         total = 0.0
@@ -368,9 +365,9 @@ def _rodas_stage(i, rates, step, per_step, inverse, by_time, work):  # type: ign
 
 
 @njit(nogil=True, error_model="numpy", fastmath={"contract"})
-def _rodas(q, valve, time, state, first, step, work, system, by_time, new, slope, error):  # type: ignore[no-untyped-def]
+def _rodas(q, since, then, speed, time, state, first, step, work, system, by_time, new, slope, error):  # type: ignore[no-untyped-def]
     """One step of the six quantities of a shot with a valve."""
-    _derivatives(q, valve, time, state, system, by_time)
+    _derivatives(q, since, then, speed, time, state, system, by_time)
     diagonal, per_step = 1 / (GAMMA * step), 1 / step
     # Transposed, so that columns of the inverse lie together.
     for r in range(6):
@@ -381,25 +378,25 @@ def _rodas(q, valve, time, state, first, step, work, system, by_time, new, slope
     _rodas_stage(0, first, step, per_step, system, by_time, work)
     # One call for each stage: with a number known to the compiler their sums are written out.
     _rodas_state(1, state, work, new)
-    _rates(q, valve, time + _RODAS_NODES[1] * step, new, 0.0, 0.0, slope)
+    _rates(q, since, then, speed, time + _RODAS_NODES[1] * step, new, 0.0, 0.0, slope)
     _rodas_stage(1, slope, step, per_step, system, by_time, work)
     _rodas_state(2, state, work, new)
-    _rates(q, valve, time + _RODAS_NODES[2] * step, new, 0.0, 0.0, slope)
+    _rates(q, since, then, speed, time + _RODAS_NODES[2] * step, new, 0.0, 0.0, slope)
     _rodas_stage(2, slope, step, per_step, system, by_time, work)
     _rodas_state(3, state, work, new)
-    _rates(q, valve, time + _RODAS_NODES[3] * step, new, 0.0, 0.0, slope)
+    _rates(q, since, then, speed, time + _RODAS_NODES[3] * step, new, 0.0, 0.0, slope)
     _rodas_stage(3, slope, step, per_step, system, by_time, work)
     _rodas_state(4, state, work, new)
-    _rates(q, valve, time + _RODAS_NODES[4] * step, new, 0.0, 0.0, slope)
+    _rates(q, since, then, speed, time + _RODAS_NODES[4] * step, new, 0.0, 0.0, slope)
     _rodas_stage(4, slope, step, per_step, system, by_time, work)
     _rodas_state(5, state, work, new)
-    _rates(q, valve, time + step, new, 0.0, 0.0, slope)
+    _rates(q, since, then, speed, time + step, new, 0.0, 0.0, slope)
     _rodas_stage(5, slope, step, per_step, system, by_time, work)
     # The last two stages each add to the state before.
     for i in range(6, 8):
         for c in range(6):
             new[c] += work[i - 1, c]
-        _rates(q, valve, time + step, new, 0.0, 0.0, slope)
+        _rates(q, since, then, speed, time + step, new, 0.0, 0.0, slope)
         if i == 6:
             _rodas_stage(6, slope, step, per_step, system, by_time, work)
         else:
@@ -407,7 +404,7 @@ def _rodas(q, valve, time, state, first, step, work, system, by_time, new, slope
     for c in range(6):
         error[c] = work[7, c]
         new[c] += work[7, c]
-    _rates(q, valve, time + step, new, 0.0, 0.0, slope)
+    _rates(q, since, then, speed, time + step, new, 0.0, 0.0, slope)
 
 
 @njit(nogil=True, error_model="numpy")
@@ -430,17 +427,17 @@ def _moved(  # type: ignore[no-untyped-def]
 ):
     """One shot to its end, its state in its place: time, and how it ended."""
     k, time, aims = state.size, 0.0, False
-    _rates(q, valve, time, state, 0.0, 0.0, first)
+    since, then, speed, corner = valve_motion(valve, time)
+    _rates(q, since, then, speed, time, state, 0.0, 0.0, first)
     for _ in range(most_steps):
         # No step passes a corner of the valve's way, or the whole of a short opening.
-        corner = next_corner(valve, time)
         at_corner = corner <= time + step
         if at_corner:
             step = corner - time
         if k == 6:
-            _rodas(q, valve, time, state, first, step, work, system, by_time, new, slope, error)
+            _rodas(q, since, then, speed, time, state, first, step, work, system, by_time, new, slope, error)
         else:
-            _dormand_prince(q, valve, time, state, first, step, work, new, slope, error)
+            _dormand_prince(q, time, state, first, step, work, new, slope, error)
         total, finite = 0.0, True
         for c in range(k):
             share = error[c] / max(abs(new[c]), floor[c])
@@ -464,7 +461,10 @@ def _moved(  # type: ignore[no-untyped-def]
             if gap > 0:
                 step, aims = _aimed(step, state[0], first[0], new[0], slope[0], q.travel_m), True
             else:
-                time = corner if at_corner else time + step
+                time += step
+                if at_corner:
+                    time = corner
+                    since, then, speed, corner = valve_motion(valve, time)
                 step = -gap / slope[0] if aims and slope[0] > 0 else step * growth
                 for c in range(k):
                     state[c], first[c] = new[c], slope[c]
