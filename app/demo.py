@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import as_file, files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +22,7 @@ from ..schema.impacts import Impact, Pulse
 from ..schema.listings import iter_shots
 from ..schema.recordings import Recording
 from ..schema.session import Store
+from ..twin.gun.bench import GunBench
 from ..twin.gun.nominal import muzzle_velocity
 from .plots import MEASURED, MODEL, draw_pulse, new_figure, save
 from .predictions.nominal import with_predictions
@@ -30,15 +31,24 @@ if TYPE_CHECKING:
     from ..twin.prediction import Prediction
 
 SHOTS, HIT = "first-shots", "modal-hammer-hit"
+#: The travel as section 2.3 states it, in place of the identified 0.90 m. The thesis states no friction: 0.2 is that of
+#: a dry polymer on steel.
+STATED_TRAVEL_M, DRY_FRICTION = 0.885, 0.2
 
 
 @dataclass(frozen=True)
 class GunComparison:
-    """Table 5.1 beside our own: one row per shot in order of pressure, and mean absolute errors in percent."""
+    """Table 5.1 beside our own: one row per shot in order of pressure, and mean absolute errors in percent.
+
+    The rows and `mean_error_percent` are of the stored gun, whose travel and friction were identified from the printed
+    predictions; `stated_mean_error_percent` is of the same gun with `STATED_TRAVEL_M` and `DRY_FRICTION`.
+    """
 
     rows: list[dict[str, Any]]
     mean_error_percent: float
     published_mean_error_percent: float
+    stated_mean_error_percent: float
+    gun: GunBench
 
 
 def ingest_examples(store: Store) -> list[IngestReport]:
@@ -72,11 +82,28 @@ def compare_with_table_5_1(session: Session) -> GunComparison:
             }
         )
     rows.sort(key=lambda row: row["pressure_bar"])
+    gun = _gun(session)
+    stated = replace(gun, travel_m=STATED_TRAVEL_M, friction_coefficient=DRY_FRICTION)
+    pressure_pa = [row["pressure_bar"] * 1e5 for row in rows]
+    predicted = muzzle_velocity(stated, pressure_pa, next(iter_shots(session, SHOTS))["bullet_mass_kg"])
     return GunComparison(
         rows,
-        float(np.mean([abs(row["error_%"]) for row in rows])),
-        float(np.mean([abs(_error_percent(row["measured_m_s"], row["thesis_m_s"])) for row in rows])),
+        _mean_error_percent(rows, [row["predicted_m_s"] for row in rows]),
+        _mean_error_percent(rows, [row["thesis_m_s"] for row in rows]),
+        _mean_error_percent(rows, predicted.tolist()),
+        gun,
     )
+
+
+def _mean_error_percent(rows: Sequence[dict[str, Any]], predicted_m_s: Sequence[float]) -> float:
+    errors = [_error_percent(row["measured_m_s"], value) for row, value in zip(rows, predicted_m_s, strict=True)]
+    return float(np.mean(np.abs(errors)))
+
+
+def _gun(session: Session) -> GunBench:
+    """The gun of the five shots, as stored."""
+    query = select(Gun).join(Campaign, Campaign.gun_id == Gun.id).where(Campaign.name == SHOTS)
+    return gun_bench(session.scalars(query).one())
 
 
 def predict_a_shot(store: Store, url: str) -> tuple[Prediction, Sequence[str]]:
@@ -85,7 +112,7 @@ def predict_a_shot(store: Store, url: str) -> tuple[Prediction, Sequence[str]]:
     from .twins.building import TwinRequest, twin_of
 
     lines = tuple(octave_grid(100.0, 2000.0, 6).tolist())
-    built = twin_of(store, url, TwinRequest(campaign=SHOTS, contact="hertz", frequency_hz=lines))
+    built = twin_of(store, url, TwinRequest(campaign=SHOTS, contact="prior", frequency_hz=lines))
     bullet = built.material("PLA")
     setting = built.setting(impactor_mass_kg=0.1428, tip=bullet, tip_radius_m=0.045, tank_pressure_pa=0.5e5)
     return built.twin.predict(setting), built.notes
@@ -140,12 +167,14 @@ def draw(session: Session, comparison: GunComparison, path: Path) -> None:
 
 
 def _draw_shots(axes: Any, session: Session, comparison: GunComparison) -> None:
-    gun = session.scalars(select(Gun).join(Campaign, Campaign.gun_id == Gun.id).where(Campaign.name == SHOTS)).one()
     rows = comparison.rows
     mass = next(iter_shots(session, SHOTS))["bullet_mass_kg"]
     pressure = np.linspace(0.05, 1.1 * max(row["pressure_bar"] for row in rows), 200)
     axes.plot(
-        pressure, muzzle_velocity(gun_bench(gun), pressure * 1e5, mass), color=MODEL, label="model, eq. 2.16 and 2.18"
+        pressure,
+        muzzle_velocity(comparison.gun, pressure * 1e5, mass),
+        color=MODEL,
+        label="model, eq. 2.16 and 2.18",
     )
     axes.errorbar(
         [row["pressure_bar"] for row in rows],

@@ -92,7 +92,7 @@ class ScalarGun:
         absolute, density = p + self.zero, m / volume
         warm = absolute / (GAS * density)
         leak = self.flow(self.ring, absolute, warm, self.room_air, ROOM) if self.ring > 0 else 0.0
-        leak += self.gauge_ring * self.choked * max(p, 0.0) / math.sqrt(GAS * max(warm, 1.0))
+        leak += self.gauge_ring * self.choked * max(absolute - self.room_air, 0.0) / math.sqrt(GAS * max(warm, 1.0))
         outside = (self.drag + self.steady_loss) * self.room_air / (GAS * ROOM)
         entrance = self.gas_heads * max(p, 0.0) / (GAS * max(warm, 1.0))
         heads = self.friction_factor * x / b.bore_diameter_m * density + outside + entrance

@@ -59,7 +59,7 @@ def space_on(plate: str, lab: Lab) -> TuningSpace:
     return TuningSpace(
         plate=THESIS[plate],
         plate_thickness_m=THICKNESS_M,
-        plate_mass_kg=lab.figures[plate].mass_kg,
+        plate_mass_kg=lab.plate_masses_kg[plate],
         tips=(THESIS["PLA"], THESIS["aluminum"], THESIS["steel"]),
         tip_radii_m=(0.030, 0.045, 0.060),
         anvils=(None, THESIS["aluminum"], THESIS["steel"]),

@@ -12,9 +12,10 @@ import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 from pyroshock.app.tuning.laboratory import AtSensor
-from pyroshock.app.tuning.shots import PlateFigures, ShotReader
 from pyroshock.app.twins.building import TwinRequest, twin_of
+from pyroshock.app.twins.measured_shots import StruckPlate, read_measured_shots
 from pyroshock.dataset.stored_bench import stored_materials
 from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.twin.chain import Twin
@@ -22,6 +23,7 @@ from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plate.build import PlateBuild, places
 from pyroshock.twin.plate.cache import cached_plate
 from pyroshock.twin.plates import PlateStage
+from pyroshock.twin.tune.forward import level_db
 from pyroshock.twin.tune.tuner import Measured
 from pyroshock.virtualbench.plate.resonant import OUTLINE_M
 
@@ -50,7 +52,7 @@ class Lab:
 
     forward: AtSensor
     history: Measured
-    figures: dict[str, PlateFigures]
+    plate_masses_kg: dict[str, float]
 
 
 def history(folder: Path, seed: int) -> str:
@@ -96,8 +98,7 @@ def lab(folder: Path, seed: int, contact: str | None = None) -> Lab:
     url = history(folder, seed)
     with open_store(url, Writer("benchmarks.tuning", "0")) as store:
         forward = AtSensor(_twin(store, url, folder, contact), SENSOR)
-        figures = {name: _figures(name) for name in PLATES}
-        return Lab(forward, _measured(store, figures), figures)
+        return Lab(forward, _measured(store), {name: _build(name).mass_kg for name in PLATES})
 
 
 def _twin(store: Store, url: str, folder: Path, contact: str | None) -> Twin:
@@ -111,21 +112,21 @@ def _twin(store: Store, url: str, folder: Path, contact: str | None) -> Twin:
     )
     built = twin_of(store, url, request)
     plates = {name: cached_plate(_build(name), MAX_MODE_HZ, folder / "plates") for name in PLATES}
-    return replace(built.twin, plate=PlateStage(plates, label="finite elements"))
+    return replace(built.twin, calibration=None, plate=PlateStage(plates, label="finite elements"))
 
 
 def _build(material: str) -> PlateBuild:
     return PlateBuild(OUTLINE_M, THICKNESS_M, THESIS[material], places(IMPACTS_M), places(SENSORS_M))
 
 
-def _figures(material: str) -> PlateFigures:
-    return PlateFigures(THICKNESS_M, _build(material).mass_kg)
-
-
-def _measured(store: Store, figures: dict[str, PlateFigures]) -> Measured:
+def _measured(store: Store) -> Measured:
+    plate = StruckPlate(PLATES[0], THICKNESS_M, _build(PLATES[0]).area_m2)
     with store.reading() as session:
         known = stored_materials(session)
-        reader = ShotReader(session, LINES_HZ, 10.0, SENSOR, lambda name: known[name.lower()], figures)
-        shots, left_out = reader.measured(NAME)
+        shots, left_out = read_measured_shots(
+            session, NAME, frequency_hz=LINES_HZ, q=10.0, sensors=(SENSOR,), plate=plate,
+            material=lambda name: known[name.lower()],
+        )  # fmt: skip
+    shots = shots.take(np.flatnonzero(np.isfinite(shots.spectra_m_s2).all(axis=(1, 2))))
     sys.stderr.write(f"history: {len(shots)} shots, left out {len(left_out)}\n")
-    return shots
+    return Measured(shots.settings, level_db(shots.spectra_m_s2[:, 0]))

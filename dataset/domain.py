@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -64,6 +64,14 @@ class Domain:
             # Not known is no error here: the bench is no predictor, and most models do not ask for it.
             _tell(limit, column, ~limit.inside(column) & ~np.isnan(column), found)
         return [tuple(told) for told in found]
+
+    def numbers(self, inputs: Inputs) -> Iterator[tuple[Limit, Floats]]:
+        """The limits that are numbers, of predictors and of the bench, with the values (n,) that are asked about."""
+        for limit, column in zip(self.limits, inputs.x.T, strict=True):
+            if not limit.predictor.levels:
+                yield limit, column
+        for limit in self.bench:
+            yield limit, getattr(inputs, _BENCH[limit.predictor.name][0])
 
     def _tell_unmet(self, x: Floats, rows: Integers, found: _Found) -> None:
         """Levels that never met; the one that most others never met is named, of equals the first."""

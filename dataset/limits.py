@@ -71,8 +71,12 @@ class Limit:
             return np.isin(values, self.values)
         if self._is_level:
             return is_near(values, self.values)
+        return ~self.beyond(values) & ~np.isnan(values)
+
+    def beyond(self, values: Floats) -> NDArray[np.bool_]:
+        """Whether each number (n,) lies below or above all that were recorded."""
         slack = _ROUND_OFF * max(abs(self.low), abs(self.high))
-        return (values >= self.low - slack) & (values <= self.high + slack)
+        return (values < self.low - slack) | (values > self.high + slack)
 
     def outside(self, value: float) -> Outside:
         """What there is to say of a value that lies outside by itself."""

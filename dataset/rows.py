@@ -34,6 +34,7 @@ _COLUMNS = (
     Impact.configuration_id,
     Impact.recording_id,
     Impact.impact_velocity_m_s,
+    Impact.impact_velocity_u_m_s,
     Impact.velocity_source,
     Shot.measured_velocity_m_s,
     Shot.bullet_mass_kg,

@@ -20,6 +20,7 @@ from .rows import Row, force_hashes, levels_of, materials_of, rows_of_campaigns
 from .sources import FACTOR, Materials
 from .table import POINTS, PulseTable
 from .tabulate import Member, MissingError, member_of, table_of
+from .velocities import CHOICES, converted, definition_of, one_kind
 from .verdicts import verdicts
 
 #: Of a definition; an older software refuses a newer one.
@@ -42,6 +43,7 @@ def select_pulses(
     predictors: PredictorSet | None,
     quality: str,
     extraction: str | None,
+    velocity: str | None = None,
 ) -> Draft:
     """The usable pulses of `campaigns`. Raises as `snapshot.build_snapshot`."""
     names = sorted(set(campaigns))
@@ -52,13 +54,23 @@ def select_pulses(
     _check_factors(session, chosen)
     rows = rows_of_campaigns(session, keys, _extraction_id(session, extraction))
     materials = materials_of(session)
-    bad = verdicts(session, keys, rows, quality)
+    bad = {key: f"quality: {text}" for key, text in verdicts(session, keys, rows, quality).items()}
+    changed = None
+    if velocity is not None:
+        if velocity not in CHOICES:
+            raise ValueError(f"velocity is {velocity!r}; expected one of {', '.join(CHOICES)}")
+        levels = levels_of(session, (row["configuration_id"] for row in rows))
+        changed = converted(rows, levels, materials, CHOICES[velocity])
+        rows = changed.rows
+        bad = {**changed.refused, **bad}
     members, left_out = _entering(session, rows, bad, chosen, materials)
     members = _without_twins(members, force_hashes(session, keys), left_out)
     if not members:
         levels = levels_of(session, (row["configuration_id"] for row in rows))
         facts = missing_words(missing_facts(rows, levels, chosen, materials))
         raise ValueError(f"no usable pulse in {', '.join(names)}: {_told(left_out)}{facts and f'; {facts}'}")
+    entered = [member.row for member in members]
+    kind = one_kind(entered) if changed is None else CHOICES.get(velocity or "")
     table = table_of(members, chosen)
     used = {name for m in members for name in (m.case.tip, m.case.target, m.case.plate) if name in materials}
     definition = {
@@ -68,6 +80,7 @@ def select_pulses(
         "predictors": chosen.as_json(),
         "targets": {"force_n": POINTS, "contact_time_s": 1},
         "quality": quality,
+        "velocity": definition_of(kind, changed, [row["impact_id"] for row in entered]),
         "extractions": dict(sorted(Counter(m.row["extraction"] for m in members).items())),
         # kept, for a material may be corrected later, and a frozen dataset stays as it is
         "materials": {str(name): dict(materials[str(name)]) for name in sorted(map(str, used))},
@@ -130,7 +143,7 @@ def _entering(
     for row in rows:
         try:
             if row["impact_id"] in bad and row["pulse_id"] is not None:
-                raise MissingError(f"quality: {bad[row['impact_id']]}")
+                raise MissingError(bad[row["impact_id"]])
             members.append(member_of(row, levels[row["configuration_id"]], predictors, materials))
         except MissingError as error:
             left_out[str(error)] += 1

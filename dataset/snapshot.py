@@ -24,6 +24,7 @@ from .rows import Row, levels_of, rows_of_snapshot
 from .selection import FORMAT, Draft, select_pulses
 from .table import PulseTable
 from .tabulate import member_of, table_of
+from .velocities import converted
 
 _LONGEST_NAME = 200
 
@@ -65,9 +66,11 @@ def build_snapshot(
     predictors: PredictorSet | None = None,
     quality: str = "reject",
     extraction: str | None = None,
+    velocity: str | None = None,
 ) -> Built:
     """Freeze the usable pulses of `campaigns`: those in use, or those of one extraction (its fingerprint, or the start
-    of it). `predictors` are the shipped ones of the campaigns' kind where none are given.
+    of it). `predictors` are the shipped ones of the campaigns' kind where none are given. `velocity`, one of
+    `velocities.CHOICES`, converts impact velocities to one kind; without it they must be of one kind.
 
     The same content again is the snapshot that exists, whatever its name. Raises `SnapshotError` where the name is
     taken by other content, `LookupError` for a campaign or extraction that is unknown, `ValueError` for campaigns
@@ -75,7 +78,7 @@ def build_snapshot(
     """
     _check_name(name)
     with store.reading() as session:
-        draft = select_pulses(session, campaigns, predictors, quality, extraction)
+        draft = select_pulses(session, campaigns, predictors, quality, extraction, velocity)
     digest = content_hash(draft.predictors, draft.table)
 
     def freeze(session: Session) -> _Known | None:
@@ -162,6 +165,9 @@ def _frozen(session: Session, row: DatasetSnapshot) -> Snapshot:
     predictors = from_json(definition["predictors"])
     rows = _with_kept_facts(session, row.name, rows_of_snapshot(session, row.id), definition)
     levels = levels_of(session, (one["configuration_id"] for one in rows))
+    stated = definition.get("velocity") or {}
+    if stated.get("converted"):
+        rows = converted(rows, levels, definition["materials"], stated["kind"]).rows
     frozen = Snapshot(row.name, row.content_hash, definition, _table(row.name, rows, levels, definition, predictors))
     digest = content_hash(predictors, frozen.table)
     if digest != frozen.hash:

@@ -11,9 +11,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
+from ..schema.columns import BY_COLUMN, parse_number
 from .limits.ballistic import positive
 from .limits.bench import BenchLimits
 from .limits.contact_force import Elastic, hertz_contact, raised_sine_peak_force
+from .limits.suspension import Swing
 
 K = TypeVar("K")
 V = TypeVar("V")
@@ -36,6 +38,7 @@ class PlannedShot:
     anvil: str = "none"
     peak_force_n: float | None = None
     contact_time_s: float | None = None
+    chain_height_m: float = 0.0  # by which the plate hangs higher than usual
 
     def __post_init__(self) -> None:
         if self.peak_force_n is None and self.contact_time_s is None:
@@ -97,12 +100,17 @@ def check_run(run: PlannedShot, limits: BenchLimits) -> list[Exceeded]:
 
     The safety plate allows its ballistic limit for the bullet's mass, over the margin. The plate's acceleration is
     that of a rigid body under the expected peak force (eq. 2.9), which a sensor close to the impact exceeds; where
-    `accelerometer_distance_m` is known, the larger of it and the bound on the bending wave. Raises `ValueError` for a
-    plate that the limits do not know.
+    `accelerometer_distance_m` is known, the larger of it and the bound on the bending wave. The suspension is judged
+    where `pendulum_length_m` is known. Raises `ValueError` for a plate that the limits do not know, and for a chain
+    height without that length or beyond it.
     """
     return [
         Exceeded(limit, value, allowed, unit, f"{words} {_figure(value)} {unit}, allowed {_figure(allowed)} ({limit})")
-        for limit, words, value, allowed, unit in (*_gun_checks(run, limits), *_impact_checks(run, limits))
+        for limit, words, value, allowed, unit in (
+            *_gun_checks(run, limits),
+            *_impact_checks(run, limits),
+            *_suspension_checks(run, limits),
+        )
         if value > allowed
     ]
 
@@ -177,6 +185,34 @@ def _impact_checks(run: PlannedShot, limits: BenchLimits) -> Iterator[_Check]:
     yield "max_acceleration_m_s2", "expected plate acceleration", acceleration, limits.max_acceleration_m_s2, "m/s2"
 
 
+def _suspension_checks(run: PlannedShot, limits: BenchLimits) -> Iterator[_Check]:
+    height = run.chain_height_m
+    if limits.pendulum_length_m is None:
+        if height:
+            raise ValueError(
+                f"run {run.run}: chain_height_mm is {1e3 * height:g}, which changes how the plate swings; state "
+                "pendulum_length_m in [bench] of the factors, from the upper member to the plate's centre of mass"
+            )
+        return
+    length = limits.pendulum_length_m - height
+    if not length > 0:
+        raise ValueError(
+            f"run {run.run}: chain_height_mm is {1e3 * height:g}; expected less than pendulum_length_m, "
+            f"{1e3 * limits.pendulum_length_m:g} mm"
+        )
+    swing = Swing(length, limits.plate(run.plate).mass_kg, run.momentum_kg_m_s)
+    yield "max_chain_load_n", "chain load", swing.chain_load_n, limits.max_chain_load_n, "N"
+    if limits.max_swing_m is not None:
+        yield "max_swing_m", "swing of the plate", swing.reach_m, limits.max_swing_m, "m"
+    radius = limits.bullet_diameter_m / 2
+    for limit, words, way, edge in (
+        ("strike_to_lower_edge_m", "chain height", height, limits.strike_to_lower_edge_m),
+        ("strike_to_upper_edge_m", "chain height below the usual", -height, limits.strike_to_upper_edge_m),
+    ):
+        if edge is not None:
+            yield limit, words, way, edge - radius, "m"
+
+
 def _shot(
     row: Mapping[str, str],
     run: str,
@@ -195,7 +231,23 @@ def _shot(
         impact_velocity_m_s=velocity,
     )
     pressure = _known(pressures_pa, (level, mass), "pressure of level and mass", run)
-    return PlannedShot(run, pressure, mass, velocity, plate, anvil, contact.peak_force_n, contact.contact_time_s)
+    height = _chain_height_m(row, run)
+    return PlannedShot(
+        run, pressure, mass, velocity, plate, anvil, contact.peak_force_n, contact.contact_time_s, height
+    )
+
+
+def _chain_height_m(row: Mapping[str, str], run: str) -> float:
+    """Of the optional column; 0 without one."""
+    known = BY_COLUMN["chain_height_mm"]
+    text = row.get(known.column) or "0"
+    try:
+        cell = parse_number(text)
+    except ValueError:
+        cell = math.nan
+    if not (math.isfinite(cell) and known.allows(cell)):
+        raise ValueError(f"run {run}: {known.column} is {text!r}; expected {known.expected_number}")
+    return cell * known.scale
 
 
 def _known(table: Mapping[K, V], key: K, what: str, run: str) -> V:

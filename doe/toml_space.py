@@ -117,8 +117,8 @@ def _check_known(name: str, column: str, kind: str, levels: tuple[str, ...], whe
         expected = f"{known.name!r} in {known.column!r}, {'numeric' if known.is_number else 'words'}"
         raise ValueError(f"{where}: {kind} {name!r} in column {column!r}; tables of runs know {expected}")
     for level in levels:
-        if (known.words and level not in known.words) or (known.above_zero and not float(level) > 0):
-            expected = f"one of {', '.join(known.words)}" if known.words else "a number above zero"
+        if (known.words and level not in known.words) or (known.is_number and not known.allows(float(level))):
+            expected = f"one of {', '.join(known.words)}" if known.words else known.expected_number
             raise ValueError(f"{where}: {column} has level {level!r}; expected {expected}")
 
 

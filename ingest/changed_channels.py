@@ -11,9 +11,11 @@ from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
 from ..schema.recordings import RecordedChannel, Recording
+from ..signals.calibration import Calibration
 from ..signals.channel import Sensor
 from .errors import IngestError
 from .folder import FILE, CampaignFile
+from .stored import calibration_of
 from .texts import difference, shown
 
 
@@ -49,6 +51,7 @@ def refuse_changed_channels(session: Session, campaign: Campaign, file: Campaign
         for change in _changes(file.sensors[row.name], row)
     ]
     changes += _other_forces(file, stored)
+    changes += _other_calibrations(session, campaign, file)
     if changes:
         told = "; ".join(dict.fromkeys(changes))
         raise IngestError(
@@ -78,6 +81,31 @@ def _changes(sensor: Sensor, row: Stored) -> list[str]:
         for key, given, stored in pairs
         if given != stored
     ]
+
+
+def _other_calibrations(session: Session, campaign: Campaign, file: CampaignFile) -> list[str]:
+    """Where points, date or uncertainty of a calibration are others, or it came or went."""
+    query = select(RecordedChannel.name, RecordedChannel.header).join(Recording)
+    volts = query.where(Recording.campaign_id == campaign.id, RecordedChannel.sensitivity.is_not(None))
+    changes = []
+    for name, header in session.execute(volts):
+        if name not in file.sensors:
+            continue
+        given, there = _calibration(file.sensors[name].calibration), _calibration(calibration_of(header))
+        if given != there:
+            changes.append(difference(f"channels.{name}.calibration", given, there))
+    return changes
+
+
+def _calibration(calibration: Calibration | None) -> str | None:
+    if calibration is None:
+        return None
+    line = calibration.line
+    return (
+        f"{calibration.points} points of {calibration.date} (sensitivity {line.sensitivity:.6g} with u "
+        f"{line.sensitivity_u:.2g}, offset {line.offset:.6g} V with u {line.offset_u:.2g}, common u "
+        f"{calibration.common_u:g})"
+    )
 
 
 def _other(sensor: Sensor, row: Stored, key: str) -> bool:

@@ -7,7 +7,7 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from ..schema.columns import MAX_REGULATED_PRESSURE_PA
 from ..schema.toml_text import read_toml_text, toml_table
 from ..signals.channel import Sensor
 from ..signals.units import SI_UNITS, UnitError
+from .calibration_points import stated_calibration
 from .errors import Faults, IngestError
 from .force_source import ForceSource, force_source
 from .readers import ReadingOptions
@@ -109,7 +110,7 @@ def read_campaign_file(folder: Path) -> CampaignFile:
         gun=faults.of(_gun, bench),
         hammer=faults.of(_hammer, bench),
         plate=faults.of(_plate, bench),
-        sensors=(sensors := faults.attempt(_sensors, faults.of(_table, data, "channels") or {})) or {},
+        sensors=(sensors := faults.attempt(_sensors, faults.of(_table, data, "channels") or {}, folder)) or {},
         factors=faults.of(_factors, faults.of(_table, data, "factors") or {}),
         confirmed=faults.of(_confirmed, bench),
         max_regulated_pressure_pa=faults.of(_regulator, bench),
@@ -334,17 +335,17 @@ def _factors(table: Mapping[str, Any]) -> dict[str, str]:
     return factors
 
 
-def _sensors(channels: Mapping[str, Any]) -> dict[str, Sensor]:
+def _sensors(channels: Mapping[str, Any], folder: Path) -> dict[str, Sensor]:
     faults = Faults()
-    sensors = {name: faults.of(_sensor, name, channels) for name in channels}
+    sensors = {name: faults.of(_sensor, name, channels, folder) for name in channels}
     faults.refuse()
     return sensors
 
 
-_OF_CHANNEL = ("quantity", "unit", "sensitivity", "offset_v", "position", "axis", "range")
+_OF_CHANNEL = ("quantity", "unit", "sensitivity", "offset_v", "position", "axis", "range", "calibration")
 
 
-def _sensor(name: str, channels: Mapping[str, Any]) -> Sensor:
+def _sensor(name: str, channels: Mapping[str, Any], folder: Path) -> Sensor:
     table = _table(channels, name)
     where = f"channels.{_name(name, 'the name of a channel')}"
     faults = Faults()
@@ -359,7 +360,11 @@ def _sensor(name: str, channels: Mapping[str, Any]) -> Sensor:
         axis=faults.of(_text, table, "axis", where),
         range=faults.of(_optional_number, table, "range", where, ABOVE_ZERO),
     )
+    calibration = faults.of(stated_calibration, table, where, folder)
     faults.refuse()
+    if calibration is not None:
+        line = calibration.line
+        sensor = replace(sensor, sensitivity=line.sensitivity, offset_v=line.offset, calibration=calibration)
     if sensor.sensitivity is None and sensor.offset_v:
         raise IngestError(f"{FILE}: {where}.offset_v is {sensor.offset_v}; expected a sensitivity beside it")
     try:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 from ..signals.channel import Channel
 from ..signals.checks.base import Finding
 from .laser import NoPassageError, muzzle_velocity
 from .tank_pressure import NoDropError, tank_pressure_before
+from .valve_opening import ValveOpening, valve_opening
 
 #: Where a laser across the barrel stands in campaign.toml's `position`; a channel named laser… is one too.
 MUZZLE_POSITIONS = ("muzzle", "barrel")
@@ -21,6 +23,7 @@ class ShotMeasurement:
     velocity_u_m_s: float | None = None
     tank_pressure_pa: float | None = None
     tank_pressure_u_pa: float | None = None
+    valve_opening: ValveOpening | None = None
 
 
 def laser_channel(channels: list[Channel]) -> Channel | None:
@@ -37,10 +40,11 @@ def measure_shot(
 ) -> tuple[ShotMeasurement | None, list[Finding]]:
     """Velocity (eq. 5.2) and pressure of a shot, and findings where a channel is there but says nothing usable."""
     velocity, problems = _velocity(laser_channel(channels), bullet_length_m, bullet_length_u_m)
-    pressure, more = _pressure(next((c for c in channels if c.quantity == "pressure"), None))
+    tank = next((c for c in channels if c.quantity == "pressure"), None)
+    pressure, more = _pressure(tank)
     if velocity == (None, None) and pressure == (None, None):
         return None, problems + more
-    return ShotMeasurement(*velocity, *pressure), problems + more
+    return ShotMeasurement(*velocity, *pressure, _opening(tank)), problems + more
 
 
 Pair = tuple[float | None, float | None]
@@ -67,4 +71,17 @@ def _pressure(channel: Channel | None) -> tuple[Pair, list[Finding]]:
         found = tank_pressure_before(channel.si)
     except (NoDropError, ValueError) as error:
         return (None, None), [Finding("no-pressure-drop", "note", str(error), channel.name)]
-    return (found.pressure_pa, found.pressure_u_pa), []
+    # The calibration is common to all shots, and is not averaged out by them.
+    common_u = channel.sensor.calibration_u_si(found.pressure_pa)
+    return (found.pressure_pa, math.hypot(found.pressure_u_pa, common_u)), []
+
+
+def _opening(channel: Channel | None) -> ValveOpening | None:
+    """On the recording's clock; None where the record does not show it, which `no-pressure-drop` says already."""
+    if channel is None:
+        return None
+    try:
+        found = valve_opening(channel.si, channel.sampling_rate_hz)
+    except (NoDropError, ValueError):
+        return None
+    return replace(found, time_s=channel.start_s + found.time_s, seen_s=channel.start_s + found.seen_s)

@@ -6,7 +6,7 @@ Pure in the file and the settings, so that it can run in any process, before any
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +33,8 @@ from .settings import ExtractionSettings
 
 #: A channel that a recording does without; it has no row, so that the finding's evidence names it.
 MISSING = "missing-channel"
+#: The key of a stored header of the tank's pressure; no instrument writes it.
+VALVE_OPENING = "pyroshock_valve_opening"
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,7 @@ def process_recording(
         sha256=digest,
         size_bytes=files.size_bytes,
         format=files.format,
-        series=tuple(StoredSeries.of(c) for c in channels),
+        series=tuple(StoredSeries.of(c) for c in _with_opening(channels, shot)),
         pulses=pulses,
         speeds=speeds,
         shot=shot,
@@ -117,6 +119,15 @@ def process_recording(
         has_force=any(c.quantity == "force" for c in channels),
         figures=figures.impacts,
     )
+
+
+def _with_opening(channels: Sequence[Channel], shot: ShotMeasurement | None) -> list[Channel]:
+    """The channels as they are stored: the header of the tank's pressure says when the valve opened."""
+    if shot is None or shot.valve_opening is None:
+        return list(channels)
+    opening = {VALVE_OPENING: asdict(shot.valve_opening)}
+    first = next(channel.name for channel in channels if channel.quantity == "pressure")
+    return [replace(c, header={**c.header, **opening}) if c.name == first else c for c in channels]
 
 
 def read_channels(

@@ -22,6 +22,7 @@ from .modes import ModalTableFile
 from .processing import StoredSeries
 from .pulses import Pulse
 from .settings import EXTRACTION_VERSION, ExtractionSettings
+from .stored import with_calibration
 from .texts import difference
 
 Part = TypeVar("Part", Gun, Hammer)
@@ -146,7 +147,7 @@ def channel_values(series: StoredSeries) -> dict[str, Any]:
         "chunk_samples": series.encoded.layout.chunk_samples,
         "step": series.encoded.layout.step,
         "sha256": series.encoded.sha256,
-        "header": channel.header,
+        "header": channel.header if sensor.calibration is None else with_calibration(channel.header, sensor),
     }
 
 

@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 from ..schema.columns import BY_COLUMN, BY_NAME, parse_number
 from ..schema.levels import Level, LevelError, MaterialNames, level_of
+from ..signals.valve_profile import ValveProfile
 from .column_names import KEYS, MEASURED, RUNS_FILE, check_columns, suggestion
 from .errors import Faults, IngestError
 from .recording_files import recording_path
@@ -193,7 +194,8 @@ class _Reading:
 
     def _level(self, line: int, column: str, text: str) -> Level:
         try:
-            return level_of(column, text, self._materials)
+            # In one spelling, so that the same profile is the same level.
+            return level_of(column, _profile(text) if column == "valve_profile" else text, self._materials)
         except LevelError as error:
             raise IngestError(self._fault(line, column, text, str(error))) from error
 
@@ -210,3 +212,10 @@ class _Reading:
         if isinstance(path, IngestError):
             raise path
         return path
+
+
+def _profile(text: str) -> str:
+    try:
+        return str(ValveProfile.parse(text))
+    except ValueError as error:
+        raise LevelError(f"points TIME:POSITION such as '0:0 0.1:1' ({error})") from error

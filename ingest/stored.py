@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from numpy.typing import NDArray
@@ -10,7 +11,11 @@ from sqlalchemy.orm import Session
 
 from ..schema.recordings import RecordedChannel, Recording
 from ..schema.series import SeriesError, layout_of, read_slice, resolve
+from ..signals.calibration import Calibration
 from ..signals.channel import Channel, Sensor
+
+#: The key of a stored header; no instrument writes it.
+_CALIBRATION = "pyroshock_calibration"
 
 
 def list_channels(session: Session, recording_id: int) -> list[RecordedChannel]:
@@ -44,5 +49,19 @@ def read_channel(session: Session, row: RecordedChannel, start: int | None = Non
         position=row.position,
         axis=row.axis,
         range=row.full_scale,
+        calibration=calibration_of(row.header),
     )
-    return Channel(sensor, recorded, row.sampling_rate_hz, row.start_s + first / row.sampling_rate_hz, row.header)
+    header = {key: value for key, value in row.header.items() if key != _CALIBRATION}
+    return Channel(sensor, recorded, row.sampling_rate_hz, row.start_s + first / row.sampling_rate_hz, header)
+
+
+def with_calibration(header: Mapping[str, Any], sensor: Sensor) -> dict[str, Any]:
+    """A recording's header as it is stored, with the calibration of its sensor."""
+    assert sensor.calibration is not None
+    return {**header, _CALIBRATION: sensor.calibration.as_json()}
+
+
+def calibration_of(header: Mapping[str, Any]) -> Calibration | None:
+    """The calibration that a stored header holds."""
+    table = header.get(_CALIBRATION)
+    return Calibration.from_json(table) if isinstance(table, Mapping) else None

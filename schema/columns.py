@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 #: A layer that is not there.
 NONE = "none"
+#: The plate is hung up by other links of its chains, whose pitch this is (section 2.1.1).
+CHAIN_PITCH_M = 0.056
 #: What the regulator of the thesis's gun gives at most (gauge; section 2.1.2). Another gun states its own.
 MAX_REGULATED_PRESSURE_PA = 0.8e6
 
@@ -30,10 +32,24 @@ class KnownFactor:
     material: bool = False
     above_zero: bool = False  # a quantity of matter or state: zero or less is a slip of the pen
     optional_layer: bool = False
+    step: float | None = None  # the column's numbers are multiples of it, zero and negative ones included
 
     @property
     def is_number(self) -> bool:
         return self.si_unit is not None
+
+    @property
+    def expected_number(self) -> str:
+        """What a cell may hold, for a message."""
+        return (
+            "a number above zero" if self.step is None else f"a multiple of {self.step:g}, such as -{self.step:g} or 0"
+        )
+
+    def allows(self, number: float) -> bool:
+        """Whether a number in the column's unit may stand in it."""
+        if self.step is not None:
+            return abs(number / self.step - round(number / self.step)) < 1e-6
+        return number > 0 or not self.above_zero
 
 
 KNOWN_FACTORS: tuple[KnownFactor, ...] = (
@@ -47,6 +63,8 @@ KNOWN_FACTORS: tuple[KnownFactor, ...] = (
     KnownFactor("hammer_speed", "hammer_speed", words=("low", "high")),
     KnownFactor("bullet_mass_kg", "bullet_mass", "kg", above_zero=True),
     KnownFactor("tank_pressure_bar", "tank_pressure", "Pa", 1e5, above_zero=True),
+    KnownFactor("valve_profile", "valve_profile"),
+    KnownFactor("chain_height_mm", "chain_height", "m", 1e-3, step=1e3 * CHAIN_PITCH_M),
 )
 
 BY_COLUMN = {factor.column: factor for factor in KNOWN_FACTORS}

@@ -55,11 +55,12 @@ def _material_level(text: str, known: KnownFactor, materials: MaterialNames) -> 
 
 def _number_level(text: str, known: KnownFactor, si_unit: str) -> Level:
     try:
-        number = float(level_label(parse_number(text) * known.scale))
+        cell = parse_number(text)
+        number = float(level_label(cell * known.scale))
     except ValueError as error:
-        raise LevelError("a number above zero") from error
-    if not math.isfinite(number) or (number <= 0 and known.above_zero):
-        raise LevelError("a number above zero")
+        raise LevelError(known.expected_number) from error
+    if not math.isfinite(number) or not known.allows(cell):
+        raise LevelError(known.expected_number)
     return Level(known.name, level_label(number), number, si_unit)
 
 

@@ -33,6 +33,7 @@ from .pages import iter_pages
 from .plans import PlannedRun
 from .quality import NOT_JUDGED, SEVERITIES, QualityFinding
 from .shots import Shot
+from .velocity_kinds import velocity_kind
 
 PAGE = 2000
 
@@ -99,6 +100,7 @@ def iter_impacts(
         Campaign.name.label("campaign"),
         Impact.configuration_id,
         Impact.recording_id,
+        Impact.velocity_source,
         *_labelled(IMPACT_COLUMNS),
     )
     query = select(*columns).select_from(Impact).join(Campaign, Impact.campaign_id == Campaign.id)
@@ -116,6 +118,7 @@ def iter_impacts(
                 "repetition": row["repetition"],
                 **configurations[row["configuration_id"]],
                 "impact_velocity_m_s": row["impact_velocity_m_s"],
+                "velocity_kind": velocity_kind(row["velocity_source"]),
                 "contact_time_s": row["contact_time_s"],
                 "peak_force_n": row["peak_force_n"],
                 "impulse_n_s": row["impulse_n_s"],

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from .calibration import Calibration
 from .units import SI_UNITS, to_si
 
 Result = TypeVar("Result")
@@ -27,7 +28,8 @@ class Sensor:
     """A row of `[channels.NAME]` in campaign.toml: what the channel measures and how it was calibrated.
 
     `sensitivity` is in volt per `unit` and `offset_v` in volt; where `sensitivity` is given the recorded numbers are
-    volts: value = (volt - offset_v) / sensitivity, in `unit`. `range` is the full scale in `unit`.
+    volts: value = (volt - offset_v) / sensitivity, in `unit`. `range` is the full scale in `unit`. `calibration` is
+    what both were measured by, where the campaign states its points.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Sensor:
     position: str | None = None
     axis: str | None = None
     range: float | None = None
+    calibration: Calibration | None = None
 
     @cached_property
     def conversion(self) -> tuple[float, float]:
@@ -46,6 +49,13 @@ class Sensor:
         if self.sensitivity is None:
             return gain, offset
         return gain / self.sensitivity, offset - gain * self.offset_v / self.sensitivity
+
+    def calibration_u_si(self, value_si: float) -> float:
+        """Standard uncertainty of a value in SI that comes from the calibration; 0 where none is stated."""
+        if self.calibration is None:
+            return 0.0
+        gain, offset = to_si(self.unit, self.quantity)
+        return abs(gain) * self.calibration.uncertainty((value_si - offset) / gain)
 
     @cached_property
     def range_si(self) -> float | None:

@@ -75,6 +75,7 @@ def row_of(version: Version) -> dict[str, Any]:
         "coverage90": {name: finite(metrics[name].mean) for name in COVERED if name in metrics} or None,
         "dataset": version.dataset.name,
         "dataset_hash": version.dataset.hash,
+        "velocity_kind": version.dataset.velocity_kind,
         "seed": version.seed,
         "peak_memory_mb": finite(version.cost.peak_memory_mb),
         "registered_at": version.registered_at.isoformat(timespec="seconds"),

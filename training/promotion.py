@@ -7,35 +7,40 @@ import socket
 from collections.abc import Callable
 from datetime import UTC, datetime
 
+import numpy as np
+
 from ..dataset.table import PulseTable
 from .comparison import Comparison, compare
 from .judging import Judged, on_held_out, on_other
 from .listing import chosen
 from .metrics.errors import METRICS
+from .prior_pulses import PRIOR
 from .records import Decision, Version
 from .registry.registry import Registry
 from .tasks import rng_of
+from .unseen_configurations import QUANTITIES, PulseDraws, UnseenScores, prior_draws, unseen_draws, unseen_scores
 
-#: The gate's metric: eq. 5.4 sees time and force together.
-GATE = "cost"
+Read = Callable[[str], PulseTable]
 
 
 def promote(
     registry: Registry,
     name: str,
     version: int,
-    read: Callable[[str], PulseTable],
+    read: Read,
     *,
     other: tuple[str, PulseTable] | None = None,
     forced: bool = False,
     reason: str = "",
 ) -> Decision:
-    """Make a version the champion of its predictor set, or refuse to: when its mean cost is greater than the present
-    champion's on held-out pulses that neither was trained on, or on the `other` (name, pulses) of a campaign.
+    """Make a version the champion of its predictor set where it predicts unseen configurations better than the present
+    champion, or refuse to. A first champion must predict them better than the contact of which nothing was learned.
 
-    Either way the decision is kept, with its figures. `forced` promotes the worse one too, for the `reason` given.
-    Raises `LookupError` for a version there is not, `ValueError` for one whose files are damaged, where there is
-    nothing to compare on, or where `forced` has no reason.
+    They are judged on the candidate's dataset, or on the `other` (name, pulses) of a campaign, by the mean CRPS of peak
+    force, contact time and impulse (`unseen_configurations`): each model is refitted without the configurations that it
+    predicts. Either way the decision is kept, with its figures. `forced` promotes the worse one too, for the `reason`
+    given. Raises `LookupError` for a version there is not, `ValueError` for one whose files are damaged, where there is
+    nothing to judge on, or where `forced` has no reason.
     """
     if forced and not reason.strip():
         raise ValueError("a forced promotion needs its reason: --reason TEXT")
@@ -44,9 +49,9 @@ def promote(
         candidate = chosen(registry.versions(), f"{name}@{version}")
         _refuse_damaged(registry, candidate)
         champion = registry.champion(candidate.dataset.predictor_set)
-        if champion is None or champion.label == candidate.label:
-            what = "there was no champion" if champion is None else "it was the champion already"
-            decision = _decision(candidate, champion, True, forced, _joined(reason, what), "nothing", 0, {})
+        if champion is not None and champion.label == candidate.label:
+            why = _joined(reason, "it was the champion already")
+            decision = _decision(candidate, champion, True, forced, why, "nothing", 0, {})
         else:
             decision = _judged(registry, candidate, champion, read, other, forced, reason)
         registry.decide(decision, candidate)
@@ -56,28 +61,79 @@ def promote(
 def _judged(
     registry: Registry,
     candidate: Version,
-    champion: Version,
-    read: Callable[[str], PulseTable],
+    champion: Version | None,
+    read: Read,
     other: tuple[str, PulseTable] | None,
     forced: bool,
     reason: str,
 ) -> Decision:
+    try:
+        pulses = other[1] if other else read(candidate.dataset.hash)
+        scores = _scores(registry, candidate, champion, read, pulses)
+    except (ValueError, LookupError) as error:
+        if not forced:
+            raise ValueError(f"{candidate.label} cannot be judged on unseen configurations: {error}") from error
+        why = _joined(reason, f"it could not be judged on unseen configurations ({error})")
+        return _decision(candidate, champion, True, forced, why, "nothing", 0, {})
+    where = f"unseen configurations of {other[0] if other else candidate.dataset.name}"
+    rng = rng_of("promote", candidate.dataset.hash, candidate.label, candidate.seed)
+    figures = {**scores.figures(), "crps.p_value": scores.p_value(rng)}
+    better = scores.first_is_better
+    words = _words(scores, figures["crps.p_value"])
+    why = _joined(reason, words if better or not forced else f"promoted by force although {words}")
+    figures |= _pulse_errors(registry, candidate, champion, read, other)
+    return _decision(candidate, champion, forced or better, forced, why, where, len(scores.configuration), figures)
+
+
+def _scores(
+    registry: Registry, candidate: Version, champion: Version | None, read: Read, pulses: PulseTable
+) -> UnseenScores:
+    predictions = {candidate.label: _draws(registry, candidate, read)}
+    predictions |= {PRIOR: prior_draws} if champion is None else {champion.label: _draws(registry, champion, read)}
+    return unseen_scores(pulses, predictions, rng_of("folds", candidate.dataset.hash, "configurations", candidate.seed))
+
+
+def _draws(registry: Registry, version: Version, read: Read) -> PulseDraws:
+    """Of a registered model and the pulses that it was trained on."""
+    table = read(version.dataset.hash)
+    learned = table.take(np.isin(table.key, registry.held_out(version).trained_on))
+    return unseen_draws(registry.load(version).model, learned)
+
+
+def _words(scores: UnseenScores, p_value: float) -> str:
+    """Which predicts better, by how much, and how sure that is."""
+    places = (0, 1) if scores.first_is_better else (1, 0)
+    better, worse = (scores.names[place] for place in places)
+    means = [scores.means[place] for place in places]
+    parts = [
+        f"{quantity} {scores.crps[places[0]][:, i].mean():.3f} against {scores.crps[places[1]][:, i].mean():.3f}"
+        for i, quantity in enumerate(QUANTITIES)
+    ]
+    sure = "" if p_value <= 0.05 else ", which may be chance"
+    return (
+        f"{better} predicts unseen configurations better than {worse}: mean CRPS {means[0]:.3f} against {means[1]:.3f} "
+        f"({', '.join(parts)}; p = {p_value:.2g} over {scores.configurations} configurations{sure})"
+    )
+
+
+def _pulse_errors(
+    registry: Registry, candidate: Version, champion: Version | None, read: Read, other: tuple[str, PulseTable] | None
+) -> dict[str, float]:
+    """Further information: mean errors of the models as they are registered, on pulses that neither was trained on.
+
+    Empty without a champion, and where there are no such pulses.
+    """
+    if champion is None:
+        return {}
     both = [candidate, champion]
     try:
         judged = on_other(registry, both, other[1]) if other else on_held_out(registry, both, read)
-    except ValueError as error:
-        if not forced:
-            raise
-        why = _joined(reason, f"nothing to compare on ({error})")
-        return _decision(candidate, champion, True, forced, why, "nothing", 0, {})
-    where = other[0] if other else f"held-out pulses ({candidate.split})"
+    except ValueError:
+        return {}
     comparison = compared(judged, candidate.label, champion.label)
-    gate = comparison.of(GATE)
-    worse = gate.difference > 0
-    why = _joined(reason, gate.verdict)
+    cost = comparison.of("cost")
     figures = {f"{metric}.difference": comparison.of(metric).difference for metric in METRICS}
-    figures |= {"cost.candidate": gate.mean_a, "cost.champion": gate.mean_b, "cost.p_value": gate.p_value}
-    return _decision(candidate, champion, forced or not worse, forced, why, where, len(judged.pulses), figures)
+    return figures | {"cost.candidate": cost.mean_a, "cost.champion": cost.mean_b, "cost.p_value": cost.p_value}
 
 
 def _refuse_damaged(registry: Registry, candidate: Version) -> None:

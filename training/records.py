@@ -22,11 +22,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DatasetName:
-    """Which pulses: a snapshot's name and hash, and the predictor set ("hammer", "gun") it was made with."""
+    """Which pulses: a snapshot's name and hash, and the predictor set ("hammer", "gun") it was made with.
+
+    `bench_kind` is the kind of campaigns that the set is for, `velocity_kind` that of the impact velocities
+    (`schema.velocity_kinds`); None where an older version does not state it.
+    """
 
     name: str
     hash: str
     predictor_set: str
+    bench_kind: str | None = None
+    velocity_kind: str | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +72,7 @@ class Version:
     """A registered model's version; `metrics` are means over its held-out pulses with 90 % intervals.
 
     `order` rises with each registration, whatever the clock says that `registered_at` was read from; 0 before there
-    was one.
+    was one. `promoted_at` is the time of its last promotion as text that sorts; empty before the first.
     """
 
     name: str
@@ -82,6 +88,7 @@ class Version:
     registered_at: datetime
     champion_of: str | None = None
     order: int = 0
+    promoted_at: str = ""
 
     @property
     def label(self) -> str:
@@ -107,6 +114,11 @@ class RegisteredModel:
     domain: Domain
     about: Mapping[str, Any]
 
+    @property
+    def shots(self) -> int:
+        """How many pulses it was trained on; 0 where its files do not say."""
+        return int(self.about.get("pulses", 0))
+
     def predict(self, inputs: Inputs) -> Answer:
         """Pulses of impacts. Raises `ValueError` for inputs of other predictors than the model learned from."""
         if inputs.predictors != self.predictors:
@@ -120,8 +132,7 @@ class RegisteredModel:
 class Decision:
     """A promotion, or its refusal: kept with who asked, when, and on which figures.
 
-    `difference` is candidate minus champion in the cost of eq. 5.4, on `pulses` that neither was trained on; None
-    where there was no champion.
+    `figures` have the scores of both on `pulses` of unseen configurations ("crps.candidate", "crps.reference").
     """
 
     candidate: str

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,14 +11,16 @@ from numpy.typing import NDArray
 from ..signals.srs.grid import octave_grid
 from .bands import Band, Quantity, stratified_normals
 from .launch import GunStage
+from .measured_shots import MeasuredShots
 from .plate.response import PlateResponse
 from .plates import PlateStage
-from .prediction import Prediction, RestsOn
+from .prediction import Prediction, RestsOn, ShotDraws
 from .sampling import MeasuredForce, sampled
 from .sensors.chain import SensorChain
 from .sensors.seen import seen_pulses
 from .setting import Setting
-from .strikes import ContactStage, Floats, Pulses, Strikes
+from .spectrum_calibration import SpectrumCalibration, at_velocities, with_measured_force
+from .strikes import ContactStage, Extrapolating, Extrapolation, Floats, Pulses, Strikes
 from .windows import ringing_spectra
 
 #: Strikes that are computed at once: what they take stays below 50 MB for each sensor.
@@ -41,7 +43,9 @@ class Twin:
     """The chain. A stage that is None is not there: without gun, settings tell the velocity.
 
     Accelerations are `samples` from the beginning of contact at `sampling_rate_hz`; spectra are maximax, m/s2, at
-    `frequency_hz` for quality `q`. Picklable where its contact stage is.
+    `frequency_hz` for quality `q`. With a `calibration`, all draws have the nominal plate: what is not known of a plate
+    is in the calibration. `rests_on` says what the bands rest on; None: on the contact stage alone. Picklable where
+    its contact stage is.
     """
 
     contact: ContactStage
@@ -52,6 +56,8 @@ class Twin:
     q: float = 10.0
     sampling_rate_hz: float = 100_000.0
     samples: int = 10_000
+    calibration: SpectrumCalibration | None = None
+    rests_on: RestsOn | None = None
     _responses: dict[_Key, PlateResponse] = field(default_factory=dict, init=False, repr=False)
 
     @property
@@ -98,7 +104,11 @@ class Twin:
         `measured_force`. Raises `ValueError` for a bullet that stays in the barrel, `LookupError` for a plate or an
         impact position there is none of.
         """
-        return self._predicted(setting, *self._drawn(setting, draws, rng), measured_force)
+        rng = rng or np.random.default_rng(0)
+        velocity, normals, member = self._drawn(setting, draws, rng)
+        factors = self._factors([setting], velocity.mean(keepdims=True), self.sensor_names, draws, rng)
+        models = self._models(draws - len(velocity))
+        return self._predicted(setting, velocity, normals, member, factors[: len(velocity), 0], measured_force, models)
 
     def predict_many(
         self, settings: Sequence[Setting], *, draws: int = 64, rng: np.random.Generator | None = None
@@ -110,38 +120,71 @@ class Twin:
     def spectra(self, settings: Sequence[Setting], sensor: str | None = None) -> Floats:
         """Nominal maximax spectra (n, f), m/s2, at one sensor (the first); 0 for a bullet that stays in the barrel."""
         velocity = self.velocities(settings)
-        return self._maximax(settings, velocity, None, np.full(len(settings), _NOMINAL), sensor)
+        nominal = self._maximax(settings, velocity, None, np.full(len(settings), _NOMINAL), sensor)
+        return nominal * self._factors(settings, velocity, self._asked(sensor)[:1], 0, None)[0, :, 0, 1:]
 
     def draws(
         self, settings: Sequence[Setting], count: int, rng: np.random.Generator, sensor: str | None = None
     ) -> Floats:
         """Random spectra (count, n, f), m/s2, as `spectra`; one draw has the same luck and plate for every setting."""
         z, member = self._luck(count, rng)
-        velocity = self.velocities(settings) * np.exp(z[:, :1] * self._velocity_spreads(settings))
+        velocity = self._velocity_draws(settings, z)
         many = [setting for _ in range(count) for setting in settings]
-        normals = np.repeat(z[:, 1:], len(settings), axis=0)
+        normals = np.repeat(z[:, self._gun_normals :], len(settings), axis=0)
         flat = self._maximax(many, velocity.ravel(), normals, np.repeat(member, len(settings)), sensor)
-        return flat.reshape(count, len(settings), -1)
+        factors = self._factors(settings, self.velocities(settings), self._asked(sensor)[:1], count, rng)
+        return flat.reshape(count, len(settings), -1) * factors[:, :, 0, 1:]
 
     def accelerations(self, settings: Sequence[Setting], pulses: Pulses, sensor: str | None = None) -> Floats:
         """Measured accelerations (n, sensors, samples) of the nominal plate under pulses; of one sensor (n, 1, ...)."""
         return self._felt(settings, pulses, np.full(len(settings), _NOMINAL), self._asked(sensor))
 
+    def replayed_db(self, shots: MeasuredShots) -> Floats:
+        """Levels of measured shots that the nominal plate shows under their measured forces, without calibration, dB re
+        1 m/s2: (n, sensors, 1 + lines), peaks first, as `SpectrumCalibration.of` takes them.
+
+        Pulses have the contact's shape, peak and impulse of the measured force. NaN for shots without a measured force
+        (where any has one), and on plates or at positions that this twin has not.
+        """
+        out = np.full((len(shots), len(self.sensor_names), 1 + self.frequency_hz.size), np.nan)
+        velocity = shots.impact_velocity_m_s.copy()
+        usable = np.array([self._has_place(setting) for setting in shots.settings], dtype=np.bool_)
+        measured = np.isfinite(shots.peak_force_n) & np.isfinite(shots.impulse_n_s)
+        usable &= measured if measured.any() else True
+        if (unknown := np.flatnonzero(usable & ~(velocity > 0))).size:
+            velocity[unknown] = self.velocities([shots.settings[row] for row in unknown])
+        for rows in self._chunks(np.where(usable, velocity, 0.0)):
+            settings = [shots.settings[row] for row in rows]
+            pulses = self.contact.pulses(Strikes(settings, velocity[rows]))
+            pulses = with_measured_force(pulses, shots.peak_force_n[rows], shots.impulse_n_s[rows])
+            shown = self.accelerations(settings, pulses)
+            out[rows, :, 0] = np.abs(shown).max(axis=-1)
+            out[rows, :, 1:] = self._spectra_of(shown, pulses)
+        return np.asarray(20 * np.log10(out))
+
+    def _has_place(self, setting: Setting) -> bool:
+        plate = self.plate.plates.get(setting.plate.name)
+        return plate is not None and setting.impact_position in plate.impact_points
+
     # --- one shot ---
 
-    def _drawn(
-        self, setting: Setting, draws: int, rng: np.random.Generator | None
-    ) -> tuple[Floats, Floats | None, _Members]:
-        """Velocities (d,), the contact's normals (d, normals), members of the plate's ensemble (d,)."""
+    def _drawn(self, setting: Setting, draws: int, rng: np.random.Generator) -> tuple[Floats, Floats | None, _Members]:
+        """Velocities (d,), the contact's normals (d, normals), members of the plate's ensemble (d,).
+
+        Of those draws in which the bullet leaves the barrel: what strikes no target has no force.
+        """
         velocity = self.velocities([setting])
         if not velocity[0] > 0:
-            pressure = setting.tank_pressure_pa or 0.0
-            raise ValueError(f"the bullet does not leave the barrel at {pressure / 1e5:g} bar: raise the tank pressure")
+            raise ValueError(self._stays(setting))
         if draws == 0:
             return velocity, None, np.full(1, _NOMINAL)
-        z, member = self._luck(draws, rng or np.random.default_rng(0))
-        normals = z[:, 1:] if self.contact.normals else None
-        return velocity * np.exp(z[:, 0] * self._velocity_spreads([setting])), normals, member
+        z, member = self._luck(draws, rng)
+        velocity = self._velocity_draws([setting], z)[:, 0]
+        left = velocity > 0
+        if not left.any():
+            raise ValueError(self._stays(setting))
+        normals = z[left, self._gun_normals :] if self.contact.normals else None
+        return velocity[left], normals, member[left]
 
     def _predicted(
         self,
@@ -149,19 +192,23 @@ class Twin:
         velocity: Floats,
         normals: Floats | None,
         member: _Members,
+        factors: Floats,
         measured: MeasuredForce | None,
+        models: Mapping[str, str],
     ) -> Prediction:
         many = [setting] * len(velocity)
         strikes = Strikes(many, velocity)
         pulses = self.contact.pulses(strikes, normals) if measured is None else measured.repeated(len(velocity))
         seen = seen_pulses(self.sensors, pulses)
         accelerations = self._felt(many, pulses, member, self.sensor_names)
-        spectra = self._spectra_of(accelerations, pulses)
+        spectra = self._spectra_of(accelerations, pulses) * factors[..., 1:]
+        accelerations *= factors[..., :1]
+        measured_velocity = self.sensors.measured_velocity_m_s(velocity)
         nominal = Strikes([setting], velocity.mean(keepdims=True))
         phases = np.linspace(0.0, 1.0, seen.force_n.shape[1])
         return Prediction(
             setting=setting,
-            velocity_m_s=Quantity.of(self.sensors.measured_velocity_m_s(velocity)),
+            velocity_m_s=Quantity.of(measured_velocity),
             contact_time_s=Quantity.of(seen.contact_time_s),
             compression_time_s=Quantity.of(seen.compression_time_s),
             peak_force_n=Quantity.of(seen.peak_force_n),
@@ -174,20 +221,69 @@ class Twin:
             frequency_hz=self.frequency_hz,
             q=self.q,
             spectra_m_s2={name: Band.of(spectra[:, i]) for i, name in enumerate(self.sensor_names)},
-            models=self.models if measured is None else {**self.models, "gun": "none", "contact": "measured force"},
+            models=models if measured is None else {**models, "gun": "none", "contact": "measured force"},
             outside=() if measured is not None else self.contact.outside(nominal)[0],
-            extrapolation=(),
-            rests_on=RestsOn(0, self.contact.label, ""),
+            extrapolation=self._extrapolation(nominal) if measured is None else (),
+            rests_on=self.rests_on or RestsOn(0, self.contact.label, f"The bands rest on {self.contact.label} alone."),
+            draws=ShotDraws(
+                velocity_m_s=measured_velocity,
+                contact_time_s=seen.contact_time_s,
+                peak_force_n=seen.peak_force_n,
+                impulse_n_s=seen.impulse_n_s,
+                peak_acceleration_m_s2=np.abs(accelerations).max(axis=2),
+                spectra_m_s2=spectra,
+            ),
         )
 
+    def _extrapolation(self, nominal: Strikes) -> tuple[Extrapolation, ...]:
+        """Of gun and contact, each quantity once."""
+        of_gun = () if self.gun is None else self.gun.extrapolation(nominal.settings)[0]
+        of_contact = self.contact.extrapolation(nominal)[0] if isinstance(self.contact, Extrapolating) else ()
+        same = {"impactor_mass_kg": "bullet_mass_kg"}  # the contact's name, and the gun's
+        known = {item.quantity for item in of_gun}
+        return (*of_gun, *(x for x in of_contact if same.get(x.quantity, x.quantity) not in known))
+
+    def _models(self, stay: int) -> dict[str, str]:
+        """`models`, and of how many draws the bands say nothing."""
+        models = self.models
+        return models if stay <= 0 else {**models, "gun": f"{models['gun']}; {stay} draws stay in the barrel, left out"}
+
     def _luck(self, count: int, rng: np.random.Generator) -> tuple[Floats, _Members]:
-        """Normals of velocity and contact (count, 1 + normals), and a plate of the ensemble for each draw (count,)."""
-        z = stratified_normals(count, 1 + self.contact.normals, rng)
-        members = self.plate.members
+        """Normals of gun and contact (count, normals of both), and a plate of the ensemble for each draw (count,)."""
+        z = stratified_normals(count, self._gun_normals + self.contact.normals, rng)
+        members = self.plate.members if self.calibration is None else 0
         return z, rng.permutation(np.arange(count) % members + 1) if members else np.full(count, _NOMINAL)
 
-    def _velocity_spreads(self, settings: Sequence[Setting]) -> Floats:
-        return self.gun.spreads(settings) if self.gun is not None else np.zeros(len(settings))
+    def _factors(
+        self,
+        settings: Sequence[Setting],
+        velocity: Floats,
+        sensors: tuple[str, ...],
+        draws: int,
+        rng: np.random.Generator | None,
+    ) -> Floats:
+        """Of the calibration, (draws, n, sensors, 1 + lines); one row of nominal ones without draws."""
+        if self.calibration is None or not sensors:
+            return np.ones((max(draws, 1), len(settings), len(sensors), 1 + self.frequency_hz.size))
+        z = None if not draws or rng is None else stratified_normals(draws, self.calibration.normals, rng)
+        factors = self.calibration.factors(at_velocities(settings, velocity), sensors, z)
+        return factors if z is not None else factors[None]
+
+    def _stays(self, setting: Setting) -> str:
+        pressure = (setting.tank_pressure_pa or 0.0) / 1e5
+        leaves = 0.0 if self.gun is None else float(self.gun.leaving([setting], self.sensors)[0])
+        chance = f" (it leaves with a probability of {leaves:.0%})" if leaves else ""
+        return f"the bullet does not leave the barrel at {pressure:g} bar{chance}: raise the tank pressure"
+
+    @property
+    def _gun_normals(self) -> int:
+        return 0 if self.gun is None else self.gun.normals
+
+    def _velocity_draws(self, settings: Sequence[Setting], z: Floats) -> Floats:
+        """True velocities (count, n) of the normals of `_luck`."""
+        if self.gun is None:
+            return np.tile(self.velocities(settings), (len(z), 1))
+        return self.gun.velocity_draws(settings, self.sensors, z[:, : self.gun.normals])
 
     # --- many shots ---
 

@@ -12,7 +12,7 @@ from ..signals.srs.grid import octave_grid
 from .chain import Twin
 from .effects import Effect, checked_effects, effect_from_json
 from .gun.bench import GunBench
-from .gun.calibration import VelocityCalibration
+from .gun.calibration import VelocityShots
 from .gun.effect import GunEffect
 from .launch import GunStage
 from .plate.modal import ModalPlate
@@ -37,7 +37,7 @@ class Source:
 
 
 _KEYS = ("format", "gun", "velocity_spread", "contact", "plate", "effects", "plate_spread", "lines", "sources")
-_OPTIONAL = ("calibration",)
+_OPTIONAL = ("unknown_effects", "velocity_shots")
 #: Of a number of which nobody has said where it is from.
 UNSTATED = Source("assumed", "not stated")
 
@@ -70,7 +70,8 @@ class TwinConfiguration:
     plate_spread: PlateSpread = field(default_factory=PlateSpread)
     lines: Lines = field(default_factory=Lines)
     sources: Mapping[str, Source] = field(default_factory=dict, hash=False)
-    calibration: VelocityCalibration | None = field(default=None, compare=False)  # arrays: compared as JSON
+    unknown_effects: bool = False
+    velocity_shots: VelocityShots | None = field(default=None, compare=False)  # arrays: compared as JSON
 
     def __post_init__(self) -> None:
         if unknown := sorted(set(self.sources) - set(self.numbers())):
@@ -101,7 +102,11 @@ class TwinConfiguration:
         return Twin(
             contact=contact,
             gun=GunStage(
-                self.gun, self.velocity_spread, checked_effects(stages["gun"], GunEffect), calibration=self.calibration
+                self.gun,
+                self.velocity_spread,
+                checked_effects(stages["gun"], GunEffect),
+                unknown_effects=self.unknown_effects,
+                shots=self.velocity_shots,
             ),
             plate=PlateStage(plates, stages["plate"], self.plate_spread, self.plate),
             sensors=SensorChain.of(stages["sensor"]),
@@ -123,7 +128,8 @@ class TwinConfiguration:
             "plate_spread": asdict(self.plate_spread),
             "lines": asdict(self.lines),
             "sources": {name: asdict(source) for name, source in self.sources.items()},
-            "calibration": None if self.calibration is None else _plain(self.calibration),
+            "unknown_effects": self.unknown_effects,
+            "velocity_shots": None if self.velocity_shots is None else _plain(self.velocity_shots),
         }
 
     @classmethod
@@ -144,7 +150,8 @@ class TwinConfiguration:
                 plate_spread=PlateSpread(**data.get("plate_spread", {})),
                 lines=Lines(**data.get("lines", {})),
                 sources={name: Source(**source) for name, source in data.get("sources", {}).items()},
-                calibration=_calibration(data.get("calibration")),
+                unknown_effects=bool(data.get("unknown_effects", False)),
+                velocity_shots=_velocity_shots(data.get("velocity_shots")),
             )
         except KeyError as error:
             raise ValueError(f"key {error} is missing; known: {', '.join(known)}") from error
@@ -167,7 +174,8 @@ def configuration_of(twin: Twin, sources: Mapping[str, Source] | None = None) ->
         plate_spread=twin.plate.spread,
         lines=lines,
         sources=sources or {},
-        calibration=twin.gun.calibration,
+        unknown_effects=twin.gun.unknown_effects,
+        velocity_shots=twin.gun.shots,
     )
 
 
@@ -181,12 +189,9 @@ def _lines(twin: Twin) -> Lines:
     return Lines(low, high, max(per_octave, 1), twin.q, twin.sampling_rate_hz, twin.samples)
 
 
-def _plain(calibration: VelocityCalibration) -> dict[str, Any]:
-    return {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in asdict(calibration).items()}
+def _plain(shots: VelocityShots) -> dict[str, list[float]]:
+    return {name: values.tolist() for name, values in vars(shots).items()}
 
 
-def _calibration(table: Mapping[str, Any] | None) -> VelocityCalibration | None:
-    if table is None:
-        return None
-    values: dict[str, Any] = {k: np.array(v) if isinstance(v, list) else v for k, v in table.items()}
-    return VelocityCalibration(**values)
+def _velocity_shots(table: Mapping[str, Any] | None) -> VelocityShots | None:
+    return None if table is None else VelocityShots(**{name: np.array(values) for name, values in table.items()})

@@ -17,7 +17,7 @@ from .contact.trimming import trimmed
 from .plate.modal import ModalPlate
 from .plates import PlateStage
 from .setting import Setting
-from .strikes import Floats, Outside, Pulses, Strikes
+from .strikes import Extrapolating, Extrapolation, Floats, Outside, Pulses, Strikes
 
 #: Equidistant points of a pulse: more than a single contact needs, since the bodies may part and meet again.
 PHASES = 129
@@ -79,6 +79,12 @@ class CoupledContact:
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
         """What lies outside of the base's domain."""
         return self.base.outside(strikes)
+
+    def extrapolation(self, strikes: Strikes) -> list[tuple[Extrapolation, ...]]:
+        """What lies beyond the shots that the base has learned from; nothing where it learns from none."""
+        if isinstance(self.base, Extrapolating):
+            return self.base.extrapolation(strikes)
+        return [() for _ in range(len(strikes))]
 
     def _point(self, setting: Setting, impedance_n_s_m: float) -> PlatePoint:
         free = setting.boundary_conditions == "free"

@@ -56,6 +56,10 @@ class Problems(Protocol):
         """(n,): those that will never reach their target."""
         ...
 
+    def longest_step(self, time: Floats) -> Floats:
+        """(n,): up to the next moment at which the rates have a corner; infinite where there is none."""
+        ...
+
     def take(self, rows: Rows) -> Self:
         """Some of them."""
         ...
@@ -160,7 +164,8 @@ class _Now:
 
 def _advanced(problems: Problems, now: _Now, relative: float, floor: Floats, method: Method) -> tuple[_Now, Flags]:
     """After one attempt of each, and which of them have reached their targets."""
-    new, slope, error = method.step(problems.rates, now.time, now.state, now.slope, now.step, floor)
+    tried = np.minimum(now.step, problems.longest_step(now.time))
+    new, slope, error = method.step(problems.rates, now.time, now.state, now.slope, tried, floor)
     error /= np.maximum(np.abs(new), floor)
     ratio = np.sqrt(np.einsum("kn,kn->n", error, error) / len(error)) / relative
     ratio[~np.isfinite(slope).all(axis=0)] = np.inf
@@ -169,7 +174,8 @@ def _advanced(problems: Problems, now: _Now, relative: float, floor: Floats, met
     at_target = good & (np.abs(gap) <= AT_TARGET * problems.target)
     passed = good & (gap > 0) & ~at_target
     taken = good & ~passed
-    time, step = now.time + now.step, now.step * _growth(ratio, method.order)
+    time, step = now.time + tried, tried * _growth(ratio, method.order)
+    step = np.where(taken & (tried < now.step), np.maximum(step, now.step), step)  # a corner was met, not an error
     if at_target.any():
         late = np.where(at_target, gap / np.where(at_target, slope[0], 1.0), 0.0)
         new -= late * slope
@@ -177,7 +183,7 @@ def _advanced(problems: Problems, now: _Now, relative: float, floor: Floats, met
     short = taken & now.aims & (slope[0] > 0)
     step[short] = (-gap / np.where(short, slope[0], 1.0))[short]
     if passed.any():
-        ends = (now.step, now.state[0], now.slope[0], new[0], slope[0], problems.target)
+        ends = (tried, now.state[0], now.slope[0], new[0], slope[0], problems.target)
         step[passed] = _aimed(*(value[passed] for value in ends))
     if taken.all():
         return _Now(time, new, slope, step, now.aims), at_target

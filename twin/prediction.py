@@ -26,13 +26,26 @@ class RestsOn:
 
 
 @dataclass(frozen=True, eq=False)
+class ShotDraws:
+    """The d random shots behind the bands, as the sensors would show them, SI: arrays (d,); accelerations are
+    (d, sensors), spectra (d, sensors, lines)."""
+
+    velocity_m_s: Floats
+    contact_time_s: Floats
+    peak_force_n: Floats
+    impulse_n_s: Floats
+    peak_acceleration_m_s2: Floats
+    spectra_m_s2: Floats
+
+
+@dataclass(frozen=True, eq=False)
 class Prediction:
     """One setting's shot, as the bench's sensors would show it: means and 90 % bands over d draws.
 
     `force_n` is over equal phases of the contact, `time_s` (p,) those phases of the mean contact. `spectra_m_s2` and
     the rows of `accelerations_m_s2` (d, sensors, n), from the beginning of contact on, go with `sensors`: none for a
     twin without a plate. `models` says for each stage what answered, `outside` where it was asked beyond its domain,
-    `extrapolation` which quantities lie beyond what was recorded.
+    `extrapolation` which quantities lie beyond what was recorded. `draws` are the random shots of the bands.
     """
 
     setting: Setting
@@ -53,6 +66,7 @@ class Prediction:
     outside: tuple[Outside, ...]
     extrapolation: tuple[Extrapolation, ...]
     rests_on: RestsOn
+    draws: ShotDraws
 
     def acceleration(self, sensor: str, until_s: float = 0.01) -> tuple[Floats, Band]:
         """Time (n,) and the band of one sensor's acceleration (m/s2), made when asked for. `LookupError` as `index`."""

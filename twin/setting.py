@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
+from ..signals.valve_profile import ValveProfile
 from .materials import Material
 
 INSULATORS = ("none", "polymeric")
@@ -16,7 +18,9 @@ class Setting:
     """What an operator sets for one shot, SI. Raises `ValueError` naming the field, the value and what is expected.
 
     Exactly one of `tank_pressure_pa` (gauge) and `impact_velocity_m_s` is given: with the velocity, the gun has no
-    part. The insulator lies on an anvil, so it needs one.
+    part. The insulator lies on an anvil, so it needs one. `factors` are a lab's own, by name, for models that ask for
+    them; physics knows none of them. `valve_profile` is how the controller opens and closes the gun's valve, None where
+    it is not stated; it needs a tank pressure.
     """
 
     impactor_mass_kg: float
@@ -31,6 +35,8 @@ class Setting:
     insulator: str = "none"
     impact_position: str = "#1"
     boundary_conditions: str = "free"
+    factors: Mapping[str, str | float] = field(default_factory=dict, hash=False)
+    valve_profile: ValveProfile | None = None
 
     def __post_init__(self) -> None:
         for name in ("impactor_mass_kg", "tip_radius_m", "plate_thickness_m", "plate_mass_kg"):
@@ -41,6 +47,8 @@ class Setting:
             raise ValueError(f"tank_pressure_pa = {self.tank_pressure_pa!r}: expected 0 or more, gauge")
         if self.impact_velocity_m_s is not None:
             _positive("impact_velocity_m_s", self.impact_velocity_m_s)
+        if self.valve_profile is not None and self.tank_pressure_pa is None:
+            raise ValueError("valve_profile without tank_pressure_pa: a given velocity of impact passes no valve")
         if self.insulator not in INSULATORS:
             raise ValueError(f"insulator = {self.insulator!r}: expected one of {', '.join(INSULATORS)}")
         if self.boundary_conditions not in BOUNDARY_CONDITIONS:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,4 +85,13 @@ class ContactStage(Protocol):
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
         """For each strike, what of it lies outside of what the stage was made for; empty inside."""
+        ...
+
+
+@runtime_checkable
+class Extrapolating(Protocol):
+    """A contact stage that has learned from shots, and knows their range."""
+
+    def extrapolation(self, strikes: Strikes) -> list[tuple[Extrapolation, ...]]:
+        """For each strike, which of its quantities lie beyond those of the shots; empty where nothing was learned."""
         ...

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +13,11 @@ import numpy as np
 from ..compute.crew import Crew
 from ..compute.mapping import mapped
 from .campaigns.base import Bench, Row, Task, Truth
+from .campaigns.gun import GunBench
 from .campaigns.gun import set_up as set_up_gun
 from .campaigns.hammer import set_up as set_up_hammer
 from .effects import Effects
+from .gun.channels import Trigger
 from .recorder import RECORDING_FORMATS, CampaignCard, write_card, write_recording, write_runs
 from .seal import Seal, folder_hash, seal_path, write_seal
 from .whole_folder import whole_folder
@@ -58,6 +60,7 @@ def simulate(
     date: str = _DATE,
     suffix: str = ".npz",
     echoes: bool = False,
+    trigger: Trigger | None = None,
 ) -> SimulatedCampaign:
     """Play every row of a plan `repetitions` times into the campaign folder `out`, and seal the truth beside it.
 
@@ -66,15 +69,21 @@ def simulate(
     the edges of the plate act on what strikes it; without, the plate has none while it is struck. The folder is there
     when all of it is: after a kill a repeat begins anew.
 
-    Raises `ValueError` for what cannot be played, and for a folder that is not empty, before anything is written.
+    `trigger`: when the recordings of a gun begin. Raises `ValueError` for what cannot be played, and for a folder that
+    is not empty, before anything is written.
     """
     from threadpoolctl import threadpool_limits
 
     _check(plan_rows, kind, out, seed, repetitions, suffix)
+    if trigger is not None and kind != "gun":
+        raise ValueError(f"a trigger on the tank's pressure for a {kind} campaign: expected a plan of kind 'gun'")
     # One thread of linear algebra for each process: more get into each other's way, and change the last bits.
     with threadpool_limits(limits=1), whole_folder(out) as partial:
         sequence = np.random.SeedSequence(seed)
         bench = KINDS[kind](plan_rows, effects, np.random.default_rng(sequence.spawn(1)[0]), echoes=echoes)
+        if trigger is not None:
+            assert isinstance(bench, GunBench)  # _check
+            bench = replace(bench, trigger=trigger)
         tasks = bench.tasks(plan_rows, repetitions)
         seeds = sequence.spawn(len(tasks))
         crew = Crew(jobs=min(jobs or min(4, os.cpu_count() or 1), len(tasks)))

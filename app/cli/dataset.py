@@ -91,6 +91,11 @@ class _Campaigns(click.Command):
     help="Verdicts that leave an impact out; warning: rejects too.",
 )
 @click.option("--extraction", metavar="FINGERPRINT", help="Pulses of this extraction. [those in use]")
+@click.option(
+    "--velocity",
+    type=click.Choice(["before-contact", "integrated"]),
+    help="Convert impact velocities to this kind. [as they are stored, of one kind]",
+)
 @click.option("--split", default="repetitions", show_default=True, help="Of which the two sides are counted.")
 @_SEED
 def build(
@@ -101,15 +106,20 @@ def build(
     predictors: str | None,
     quality: str,
     extraction: str | None,
+    velocity: str | None,
     split: str,
     seed: int,
 ) -> None:
     """Freeze the usable pulses of campaigns under NAME. The same content again is the same dataset.
 
+    A velocity that was integrated from the impactor's deceleration is not the one before contact where the plate
+    gives way. A dataset has one kind; --velocity converts the others, by each pulse and the plate.
+
     \b
     Example:
         pyroshock dataset build spring --from spring-hammer
         pyroshock dataset build both --from spring autumn --quality warning --json
+        pyroshock dataset build true --from spring-hammer --velocity before-contact
     """
     with opened(db) as store:
         from ...dataset.missing_facts import missing_in_campaigns, missing_words
@@ -120,7 +130,7 @@ def build(
 
         check_form(split)
         chosen = predictors_named(predictors) if predictors else None
-        built = build_snapshot(store, name, campaigns, chosen, quality, extraction)
+        built = build_snapshot(store, name, campaigns, chosen, quality, extraction, velocity)
         if not built.added:
             known = "" if built.snapshot.name == name else f" under the name {built.snapshot.name}"
             note(f"dataset {name}: this content is frozen already{known}; nothing was added")
@@ -128,6 +138,12 @@ def build(
             facts = missing_words(missing_in_campaigns(session, campaigns, built.snapshot.predictors))
         told = built_as_json(built, _split_or_note(built.snapshot.table, split, seed))
         _tell_built(told, len(built.snapshot.definition["extractions"]))
+        stated = built.snapshot.definition.get("velocity") or {}
+        if stated.get("converted"):
+            note(
+                f"  {stated['converted']} impact velocities were converted ({stated['kind']}), with a standard "
+                f"uncertainty of {stated['relative_u']:.0%} in the median"
+            )
         if facts:
             note(f"  {facts}")
     if json_to is not None:

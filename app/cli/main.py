@@ -14,6 +14,11 @@ from ...compute.working_directory import close_working_directory
 #: Command -> (module in this folder, its object, what `--help` says). The table keeps help from importing them.
 COMMANDS: dict[str, tuple[str, str, str]] = {
     "init": ("store", "init", "Make an empty store."),
+    "calibrate": (
+        "calibrate",
+        "calibrate",
+        "Sensitivity and offset of a transducer from static points.",
+    ),
     "ingest": ("ingest", "ingest", "Read campaign folders into the store."),
     "plan": ("plan", "plan", "Plan a campaign: designs, run sheets, what is to do."),
     "simulate": ("simulate", "simulate", "Play a plan on the virtual bench, into a campaign folder."),
@@ -29,6 +34,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "compare": ("compare", "compare", "Compare models on the same held-out pulses."),
     "promote": ("promote", "promote", "Make a model's version the one in use, or refuse it."),
     "predict": ("predict", "predict", "Predict a shot: velocity, force, acceleration, spectrum, with bands."),
+    "validate": ("validate", "validate", "Measured shots beside predictions that had not seen them."),
     "srs": ("srs", "srs", "Shock response spectrum of any recording alone, with checks."),
     "tune": ("tune", "tune", "Settings of the bench that give a prescribed spectrum."),
     "diagnose": ("diagnose", "diagnose", "Where twin and bench disagree, which effect causes it, how far it shrinks."),

@@ -21,9 +21,14 @@ if TYPE_CHECKING:
 
 #: Options of what the operator sets; `tune` and `predict` spell them alike.
 _SET = (
-    click.option("--tank-pressure", metavar="5bar", default=None, help="Gauge. [5bar]"),
-    click.option("--velocity", metavar="20m/s", default=None, help="Of impact, in place of the gun."),
-    click.option("--bullet-mass", metavar="0.5kg", default="0.5kg", show_default=True, help="Of the projectile."),
+    click.option("--tank-pressure", metavar="5bar", default=None, help="Gauge, of a gun. [5bar]"),
+    click.option("--velocity", metavar="20m/s", default=None, help="Of impact, before contact; in place of the gun."),
+    click.option(
+        "--bullet-mass",
+        metavar="0.5kg",
+        default=None,
+        help="Of the projectile. [0.5kg; a hammer campaign's: its hammer]",
+    ),
     click.option("--tip", metavar="MATERIAL", default="steel", show_default=True, help="What the tip is made of."),
     click.option("--tip-radius", metavar="45mm", default="45mm", show_default=True, help="Of the ball."),
     click.option("--plate", metavar="MATERIAL", default=None, help="What the plate is made of. [the bench's]"),
@@ -40,6 +45,26 @@ _SET = (
     click.option(
         "--impact-position", metavar="'#1'", default="#1", show_default=True, help="Where it strikes the plate."
     ),
+    click.option(
+        "--boundary-conditions",
+        type=click.Choice(("free", "fixed")),
+        default=None,
+        help="How the plate is held. [free]",
+    ),
+    click.option(
+        "--factor",
+        "factors",
+        multiple=True,
+        metavar="NAME=VALUE",
+        help="A factor that the model learned from, in SI: plate_mass_kg, or one of your own. Repeat it.",
+    ),
+)
+#: Of `predict` alone: `tune` looks for no way of the valve.
+_VALVE = click.option(
+    "--valve-profile",
+    metavar="FILE.csv|'0:0 0.1:1'",
+    default=None,
+    help="The gun's valve over time: points of s and position, 0 shut, 1 open. [as the effects say]",
 )
 _MADE_OF = (
     click.option("--campaign", metavar="NAME", default=None, help="Whose bench. [the newest of a gun]"),
@@ -77,7 +102,9 @@ def _with(options: tuple[Any, ...]) -> Callable[[Function], Function]:
 
 @click.command()
 @_with(_SET)
+@_VALVE
 @_with(_MADE_OF)
+@click.option("--chain-height", metavar="112mm", default=None, help="By which the plate hangs higher: links of 56 mm.")
 @click.option("--draws", type=click.IntRange(0), default=64, show_default=True, help="Random shots for the bands.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the draws.")
 @click.option(
@@ -102,13 +129,16 @@ def predict(
 ) -> None:
     """Velocity, force, acceleration and shock response spectrum of one shot, with 90 % bands.
 
-    It says what answered at each stage, and where it is asked beyond what that has learned from. Without a store it
-    takes the bench that ships with the software.
+    The first line says what the bands rest on. Where a quantity is beyond the shots that were learned from, its range
+    stands beside the number. Without a store the bench that ships with the software is taken. The contact model is the
+    one in use for the kind of the campaign. A factor that no stage uses is an error.
 
     \b
     Example:
         pyroshock predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel
+        pyroshock predict --tank-pressure 5bar --valve-profile '0:0 0.1:1 0.3:1 0.4:0'
         pyroshock predict --velocity 8m/s --tip delrin --effect plate.damping:factor=2 --plot shot.png
+        pyroshock predict --campaign hammer --velocity 1.5m/s --tip delrin --tip-radius 30mm --boundary-conditions fixed
         pyroshock predict --plan spring --out predicted.csv --jobs 2
     """
     from ..models.training import models_extra
@@ -122,7 +152,8 @@ def predict(
             many.tell(found, json_to)
             return
         from ..predictions.predicting import predicted, prediction_json
-        from ..predictions.tables import outside_words, quantity_rows, spectrum_rows
+        from ..predictions.tables import quantity_rows, spectrum_rows
+        from ..predictions.warnings import domain_warnings
         from ..twins.building import twin_of
 
         request = _request(asked)
@@ -137,18 +168,21 @@ def predict(
             plot_prediction(prediction, plot)
             note(f"written: {plot}")
         if json_to is not None:
-            write_json(prediction_json(prediction), json_to)
+            write_json(prediction_json(built, prediction), json_to)
             return
+        if prediction.rests_on.sentence:
+            click.echo(f"{prediction.rests_on.sentence}\n")
         print_table(quantity_rows(prediction), "")
         click.echo()
         print_table(spectrum_rows(prediction), "no plate: no spectrum")
         click.echo()
         print_table(({"stage": stage, "answered": answer} for stage, answer in prediction.models.items()), "")
-        for outside in prediction.outside:
-            note(f"outside of its domain: {outside_words(outside)}")
+        for warning in domain_warnings(prediction):
+            note(warning)
 
 
-_SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position")
+_SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "anvil", "insulator", "impact_position",
+            "boundary_conditions", "factors", "valve_profile", "chain_height")  # fmt: skip
 
 
 def _request(asked: dict[str, Any]) -> TwinRequest:
@@ -168,17 +202,31 @@ def _request(asked: dict[str, Any]) -> TwinRequest:
         frequency_hz=_lines(asked["frequencies"]),
         adopted=not asked["no_adopted"],
         coupled=asked["coupled"],
+        chain_height_m=_chain_height_m(asked["chain_height"]),
     )
 
 
+def _chain_height_m(text: str | None) -> float:
+    from ...schema.columns import BY_COLUMN
+
+    if text is None:
+        return 0.0
+    known = BY_COLUMN["chain_height_mm"]
+    height_m = parse_quantity(text, "m", "--chain-height")
+    if not known.allows(height_m / known.scale):
+        raise ValueError(f"--chain-height is {text!r}; expected {known.expected_number}, in mm")
+    return height_m
+
+
 def _shot(words: dict[str, Any]) -> Shot:
+    from ..predictions.given_factors import parse_factor
     from ..predictions.predicting import Shot
 
     velocity, pressure = words["velocity"], words["tank_pressure"]
     if velocity is not None and pressure is not None:
         raise ValueError("--velocity and --tank-pressure: expected one of them")
     return Shot(
-        bullet_mass_kg=parse_quantity(words["bullet_mass"], "kg", "--bullet-mass"),
+        bullet_mass_kg=parse_quantity(words["bullet_mass"], "kg", "--bullet-mass") if words["bullet_mass"] else None,
         tip_material=words["tip"],
         tip_radius_m=parse_quantity(words["tip_radius"], "m", "--tip-radius"),
         tank_pressure_pa=parse_quantity(pressure, "Pa", "--tank-pressure") if pressure else None,
@@ -186,7 +234,19 @@ def _shot(words: dict[str, Any]) -> Shot:
         anvil_material=words["anvil"],
         insulator=words["insulator"],
         impact_position=words["impact_position"],
+        boundary_conditions=words["boundary_conditions"],
+        factors=dict(parse_factor(text) for text in words["factors"]),
+        valve_profile=_profile(words["valve_profile"]),
     )
+
+
+def _profile(text: str | None) -> str | None:
+    """A profile as typed, or of the file that is named. Raises `ValueError`."""
+    from ...signals.valve_profile import ValveProfile
+
+    if text is None:
+        return None
+    return str(ValveProfile.parse(text) if ":" in text and not Path(text).exists() else ValveProfile.read(Path(text)))
 
 
 def parse_effect(text: str) -> Effect:

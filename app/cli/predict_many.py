@@ -95,15 +95,22 @@ def foretell(
     Raises as `twins.twin_of` and `batch.foretold`.
     """
     from ..predictions.batch import Bench, foretold
-    from ..predictions.rows import assumed
+    from ..predictions.given_factors import store_factors
+    from ..predictions.rows import assumed, with_factors
     from ..progress import progress_bar
     from ..twins.building import twin_of
 
-    twins: dict[str | None, BuiltTwin] = {}
-    for plate in dict.fromkeys(row.plate for row in rows):
-        twins[plate] = twin_of(store, db, replace(request, plate=request.plate or plate))
-    for remark in dict.fromkeys((*assumed(rows), *(remark for built in twins.values() for remark in built.notes))):
+    twins: dict[tuple[str | None, float], BuiltTwin] = {}
+    for plate, height in dict.fromkeys(row.twin for row in rows):
+        own = replace(request, plate=request.plate or plate, chain_height_m=height)
+        twins[plate, height] = twin_of(store, db, own)
+    mass = next(iter(twins.values())).bench.impactor_mass_kg
+    for remark in dict.fromkeys(
+        (*assumed(rows, mass), *(remark for built in twins.values() for remark in built.notes))
+    ):
         note(remark)
+    of_store = store_factors(store)
+    rows = [with_factors(row, twins[row.twin], of_store) for row in rows]
     with progress_bar("predicting", "shots") as step:
         return foretold(Bench(twins, draws, seed), rows, crew, step)
 
@@ -113,4 +120,4 @@ def _short(each: Foretold) -> dict[str, object]:
     for name in _FIGURES:
         low, high = (each.figures[f"predicted_{name}_{end}"] for end in ("low", "high"))
         row |= {name: each.figures[f"predicted_{name}"], f"{name} 90 %": f"{low:.4g} to {high:.4g}"}
-    return row
+    return row | {name: each.figures[name] for name in ("rests_on_shots", "extrapolation")}

@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import db_option, json_option, note, opened, write_json
+from .quantities import parse_quantity
 
 if TYPE_CHECKING:
     from ...virtualbench.effects import Effects
+    from ...virtualbench.gun.channels import Trigger
 
 
 @click.command()
@@ -27,6 +29,8 @@ if TYPE_CHECKING:
 @click.option("--echoes", is_flag=True, help="The plate's edges act on what strikes it while it touches.")
 @click.option("--name", default=None, help="The campaign's name. [the plan's]")
 @click.option("--repetitions", type=click.IntRange(1), default=None, help="[the plan's]")
+@click.option("--trigger", metavar="5%|none", default=None, help="Of a gun: share of the tank's pressure lost. [5%]")
+@click.option("--pre-trigger", metavar="300ms", default=None, help="Recorded before the trigger. [300ms]")
 @click.option("--jobs", type=click.IntRange(1), default=None, help="Processes. [cores, at most 4]")
 @db_option
 @json_option
@@ -38,6 +42,8 @@ def simulate(
     echoes: bool,
     name: str | None,
     repetitions: int | None,
+    trigger: str | None,
+    pre_trigger: str | None,
     jobs: int | None,
     db: str,
     json_to: str | None,
@@ -70,6 +76,7 @@ def simulate(
                 jobs=jobs,
                 progress=step,
                 name=name or plan,
+                trigger=_trigger(trigger, pre_trigger),
             )
     note(f"{made.folder}: {made.recordings} recordings, {made.hits} hits; sealed: {made.seal}")
     if json_to is not None:
@@ -91,3 +98,22 @@ def _effects(texts: tuple[str, ...]) -> Effects:
             raise ValueError(f"--effect {text!r}; expected NAME=STRENGTH, such as gun.blow_by=2") from error
         effects = effects.with_strength(name.strip(), value)
     return effects
+
+
+def _trigger(share: str | None, pre_trigger: str | None) -> Trigger | None:
+    """What the options say; None where they say nothing. Raises `ValueError`."""
+    from ...virtualbench.gun.channels import Trigger
+
+    if share is None and pre_trigger is None:
+        return None
+    usual = Trigger()
+    before_s = usual.pre_trigger_s if pre_trigger is None else parse_quantity(pre_trigger, "s", "--pre-trigger")
+    if share is None or share == "none":
+        return Trigger(None if share else usual.share, before_s)
+    number, percent, rest = share.partition("%")
+    try:
+        if not percent or rest.strip():
+            raise ValueError(share)
+        return Trigger(float(number) / 100, before_s)
+    except ValueError as error:
+        raise ValueError(f"--trigger is {share!r}; expected a share such as 5%, or none") from error

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 #: Rows of the table and of the JSON.
 _SHOWN = 10
-#: Below this probability that 95 % of the lines fit, the best proposal is told to be no good.
-_HOPELESS = 0.01
 
 
 @click.command()
@@ -62,6 +60,14 @@ _HOPELESS = 0.01
     show_default=True,
     help="Of the lines that must lie within.",
 )
+@click.option(
+    "--at-least",
+    type=click.FloatRange(0, 1, min_open=True),
+    default=0.5,
+    show_default=True,
+    metavar="PROBABILITY",
+    help="From which probability on a setting meets the target.",
+)
 @click.option("--extrapolate", is_flag=True, help="Propose settings outside of the model's domain, too.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of the search and its draws.")
 @click.option(
@@ -87,6 +93,7 @@ def tune(
     sensor_at: tuple[str, ...],
     q: float,
     share: float,
+    at_least: float,
     extrapolate: bool,
     seed: int,
     avoid: Path | None,
@@ -96,7 +103,9 @@ def tune(
 ) -> None:
     """Search the bench's settings for a prescribed spectrum: ranked, each with the probability that every line fits.
 
-    Nothing is proposed that the bench must not fire. A shot that has been fired updates the next proposal.
+    The first line says whether any setting meets the target, how likely, and what stands in the way where none does;
+    the exit code is 1 then. Nothing is proposed that the bench must not fire. A shot that has been fired updates the
+    next proposal.
 
     \b
     Example:
@@ -126,37 +135,39 @@ def tune(
             adopted=not no_adopted,
         )
         owned = read_space(factors) if factors else space_from_text(shipped_factors("gun"))
-        ask = Ask(wanted, request, owned, measured, sensor, _masses(bullet_mass), share, extrapolate, seed)
+        masses = _masses(bullet_mass)
+        ask = Ask(wanted, request, owned, measured, sensor, masses, share, extrapolate, seed, at_least)
         with models_extra():
             tuning = session_of(store, db, ask)
         for line in tuning.notes:
             note(line)
         with progress_bar("tune", "settings") as step:
             found = tuning.run(step)
-        if plot is not None:
+        if plot is not None and found.proposals:
             from ..tuning.plots import plot_tuned
 
             plot_tuned(found, tuning.goal, plot)
             note(f"plot: {plot}")
-    _tell(found, avoid, json_to)
+    _show(found, avoid, json_to)
+    if found.attainability.obstacle is not None:
+        raise click.exceptions.Exit(1)
 
 
-def _tell(found: Tuned, avoid: Path | None, json_to: str | None) -> None:
+def _show(found: Tuned, avoid: Path | None, json_to: str | None) -> None:
     from ..tuning.laboratory import avoid_json, proposal_json
 
+    sentence = found.attainability.sentence
     rows = [proposal_json(proposal, rank) for rank, proposal in enumerate(found.proposals[:_SHOWN], 1)]
     if avoid is not None:
         write_json([avoid_json(each) for each in found.avoid], str(avoid))
     if json_to is not None:
+        note(sentence)
         write_json(rows, json_to)
         return
-    print_table([_row(row) for row in rows], "no setting")
-    if rows and rows[0]["probability_95_percent_within"] < _HOPELESS:
-        margin, at = rows[0]["worst_margin_db"], rows[0]["worst_frequency_hz"]
-        note(
-            f"nothing that this bench may fire is likely to meet it; the best has a margin of {margin:.1f} dB at "
-            f"{at:.0f} Hz: widen the tolerance, give other masses, tips or another plate, or bring measured shots"
-        )
+    click.echo(sentence)
+    if rows:
+        click.echo()
+        print_table([_row(row) for row in rows], "")
     if found.avoid:
         click.echo("\nto avoid")
         print_table([{**_words(avoid_json(each)["settings"]), "why": each.reason} for each in found.avoid], "none")
@@ -171,6 +182,7 @@ def _row(row: dict[str, Any]) -> dict[str, Any]:
         "lines_%": round(100 * row["share_within"]),
         "margin_db": row["worst_margin_db"],
         "at_hz": row["worst_frequency_hz"],
+        "alternatives": len(row["alternatives"]),
     }
 
 

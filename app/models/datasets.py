@@ -45,6 +45,7 @@ def snapshot_as_json(snapshot: Snapshot, seed: int = 0) -> dict[str, Any]:
         "treatments": len(set(snapshot.table.treatment.tolist())),
         "predictor_set": snapshot.predictors.name,
         **{key: snapshot.definition[key] for key in kept},
+        "velocity": snapshot.definition.get("velocity"),
         "splits": split_rows(snapshot.table, SPLITS, seed),
         "ranges": ranges(snapshot.table),
         **correlation(snapshot.table).as_json(),

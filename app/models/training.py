@@ -56,11 +56,14 @@ def registry_of(store_url: str) -> Registry:
 def ground_of(store: Store, dataset: str, registry: Registry, seed: int, budget: Budget) -> Ground:
     """A dataset of the store, to train on."""
     from ...dataset.snapshot import read_snapshot
+    from ...dataset.velocities import kind_of_snapshot
     from ...training.fitting import Ground
     from ...training.records import DatasetName
 
     snapshot = read_snapshot(store, dataset)
-    name = DatasetName(snapshot.name, snapshot.hash, snapshot.predictors.name)
+    with store.reading() as session:
+        velocity = kind_of_snapshot(session, snapshot.hash, snapshot.definition)
+    name = DatasetName(snapshot.name, snapshot.hash, snapshot.predictors.name, snapshot.predictors.kind, velocity)
     return Ground(name, snapshot.table, seed, budget, registry.place.work)
 
 
@@ -87,13 +90,17 @@ def pulses_on(store: Store, name: str, like: Version) -> PulseTable:
     """The pulses of a dataset of this name; else the usable ones of a campaign, described as `like`'s were."""
     from ...dataset.selection import select_pulses
     from ...dataset.snapshot import list_snapshots, read_snapshot
+    from ...dataset.velocities import CHOICES
 
     with store.reading() as session:
         datasets = {row["name"] for row in list_snapshots(session)}
         if name in datasets:
             return read_snapshot(session, name).table
         try:
-            predictors = read_snapshot(session, like.dataset.hash).predictors
-            return select_pulses(session, [name], predictors, "reject", None).table
+            snapshot = read_snapshot(session, like.dataset.hash)
+            stated = snapshot.definition.get("velocity") or {}
+            named = {kind: choice for choice, kind in CHOICES.items()}
+            velocity = named[stated["kind"]] if stated.get("converted") else None
+            return select_pulses(session, [name], snapshot.predictors, "reject", None, velocity).table
         except LookupError as error:
             raise LookupError(f"--on {name!r} is no dataset, and {error}") from error

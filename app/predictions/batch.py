@@ -12,10 +12,11 @@ from ...compute.mapping import mapped
 from ..export import write_batches
 from .predicting import predicted
 from .rows import ShotRow
-from .tables import outside_words
+from .warnings import extrapolation_text, extrapolations
 
 if TYPE_CHECKING:
     from ...twin.prediction import Prediction
+    from ...twin.strikes import Outside
     from ..twins.building import BuiltTwin
 
 Row = dict[str, Any]
@@ -33,9 +34,9 @@ class Foretold:
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """What every worker has: the twin of each plate, and how bands are drawn."""
+    """What every worker has: the twin of each plate and chain height, and how bands are drawn."""
 
-    twins: Mapping[str | None, BuiltTwin]
+    twins: Mapping[tuple[str | None, float], BuiltTwin]
     draws: int
     seed: int
 
@@ -68,7 +69,7 @@ def write_spectra(out: Path, found: Sequence[Foretold]) -> int:
 def _one(item: tuple[int, ShotRow], bench: Bench) -> Foretold:
     row = item[1]
     try:
-        prediction = predicted(bench.twins[row.plate], row.shot, draws=bench.draws, seed=bench.seed)
+        prediction = predicted(bench.twins[row.twin], row.shot, draws=bench.draws, seed=bench.seed)
     except (LookupError, ValueError) as error:
         raise ValueError(f"{_name(row)}: {error}") from error
     return Foretold({**row.labels, **_figures(prediction)}, tuple(_spectrum(row, prediction)))
@@ -87,7 +88,17 @@ def _figures(prediction: Prediction) -> Row:
         row |= {f"predicted_{name}": quantity.mean}
         row |= {f"predicted_{name}_{end}": value for end, value in zip(("low", "high"), quantity.ci90, strict=True)}
     row |= {f"{stage}_by": answered for stage, answered in prediction.models.items()}
-    return row | {"outside_domain": "; ".join(map(outside_words, prediction.outside))}
+    return row | {
+        "rests_on_shots": prediction.rests_on.shots,
+        "extrapolation": " ".join(map(extrapolation_text, extrapolations(prediction))),
+        "outside_domain": "; ".join(map(_outside, prediction.outside)),
+    }
+
+
+def _outside(outside: Outside) -> str:
+    """Four digits, for a velocity of the twin has some ten more that mean nothing."""
+    value = outside.value if isinstance(outside.value, str) else f"{outside.value:.4g}"
+    return f"{outside.predictor} = {value} ({outside.range})"
 
 
 def _spectrum(row: ShotRow, prediction: Prediction) -> Iterator[Row]:

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 from ...twin.bands import Band, Floats
 from ...twin.prediction import Prediction
 from ..plots import MEASURED, MODEL, new_figure, save
+from .warnings import warnings
 
 _COLOURS = (MEASURED, MODEL, "#3a7d44", "#7b2d8b")
 
 
 def plot_prediction(prediction: Prediction, path: Path) -> None:
-    """Write the picture; the suffix decides the format. `ValueError` for one that cannot be drawn."""
+    """Write the picture, above it what the bands rest on and the warnings; the suffix decides the format.
+
+    `ValueError` for one that cannot be drawn.
+    """
     figure = new_figure(8, 8 if prediction.sensors else 3)
+    words = " ".join((prediction.rests_on.sentence, *warnings(prediction))).strip()
+    figure.suptitle(fill(words, 110), fontsize="small", x=0.02, ha="left")
     rows = figure.subplots(3 if prediction.sensors else 1, squeeze=False)[:, 0]
     _band(rows[0], prediction.time_s * 1e3, prediction.force_n, "force", MEASURED, 1e-3)
     rows[0].set(xlabel="time since first contact (ms)", ylabel="force (kN)")

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ...ingest.column_names import MEASURED
 from ...ingest.tables import read_table
-from ...schema.columns import BY_COLUMN, KnownFactor, parse_number
+from ...schema.columns import BY_COLUMN, BY_NAME, KnownFactor, parse_number
 from ...schema.session import Store
 from ..plans.simulation import rows_of
+from .given_factors import check_used, factor_value, is_used, looks_like_factor
 from .predicting import Shot
 
+if TYPE_CHECKING:
+    from ..twins.building import BuiltTwin
+
 _PRESSURE, _VELOCITY, _PLATE = "tank_pressure_bar", "impact_velocity_m_s", "plate_material"
+_HEIGHT = "chain_height_mm"
 #: Column: field of `Shot`. The unit of a factor's column is the lab's, that of the field SI.
 FIELDS = {
     _PRESSURE: "tank_pressure_pa",
@@ -24,7 +30,15 @@ FIELDS = {
     "anvil_material": "anvil_material",
     "insulator": "insulator",
     "impact_position": "impact_position",
+    "boundary_conditions": "boundary_conditions",
+    "valve_profile": "valve_profile",
 }
+
+
+#: Columns with a field of their own, and those that are never factors of a shot that is to be predicted.
+_NOT_FACTORS = frozenset({*FIELDS, _PLATE, "run", "repetition", "recording", *MEASURED})
+#: Factors of the store that say what the velocity or the pressure of the row says already.
+_LABELS = frozenset({"hammer_speed", "velocity_level", *BY_NAME})
 
 
 @dataclass(frozen=True)
@@ -34,6 +48,12 @@ class ShotRow:
     labels: Mapping[str, str | int]
     shot: Shot
     plate: str | None
+    chain_height_m: float = 0.0
+
+    @property
+    def twin(self) -> tuple[str | None, float]:
+        """Which twin predicts it: that of its plate, as high as it hangs."""
+        return self.plate, self.chain_height_m
 
 
 def rows_of_plan(store: Store, plan: str) -> list[ShotRow]:
@@ -46,11 +66,33 @@ def rows_of_file(path: Path) -> list[ShotRow]:
     return _shots([row for _, row in read_table(path, path.name)[1]], path.name)
 
 
-def assumed(rows: Sequence[ShotRow]) -> list[str]:
-    """What a shot has that the table does not say, in words for the user."""
-    said = rows[0].labels
-    left = {column: getattr(Shot(), field) for column, field in FIELDS.items() if column not in said}
-    return [f"no column {column}: {value}" for column, value in left.items() if value is not None]
+def assumed(rows: Sequence[ShotRow], impactor_mass_kg: float) -> list[str]:
+    """What a shot has that the table does not say, in words for the user; the mass is that of the bench."""
+    stated, usual = rows[0].labels, Shot(bullet_mass_kg=impactor_mass_kg)
+    absent = {column: getattr(usual, field) for column, field in FIELDS.items() if column not in stated}
+    return [f"no column {column}: {value}" for column, value in absent.items() if value is not None]
+
+
+def with_factors(row: ShotRow, built: BuiltTwin, of_store: Collection[str]) -> ShotRow:
+    """The shot with the further columns of its row that the twin's contact model asks for.
+
+    Raises `ValueError` for a column that is a factor (`looks_like_factor`) and that no stage uses; any other column is
+    a label, such as `recording` or a planned figure.
+    """
+    cells = {
+        column: str(cell)
+        for column, cell in row.labels.items()
+        if cell not in ("", None) and column not in _NOT_FACTORS
+    }
+    used = {column: factor_value(cell) for column, cell in cells.items() if is_used(built, column)}
+    ignored = {
+        column: cell
+        for column, cell in cells.items()
+        if column not in used and column not in _LABELS and looks_like_factor(column, of_store)
+    }
+    if ignored:
+        check_used(built, ignored, None)
+    return replace(row, shot=replace(row.shot, factors=used))
 
 
 def _shots(rows: Sequence[Mapping[str, str]], name: str) -> list[ShotRow]:
@@ -65,7 +107,8 @@ def _shot(row: Mapping[str, str], name: str) -> ShotRow:
         raise ValueError(f"{name}: expected {_PRESSURE} or {_VELOCITY}, and one of them only")
     shot = Shot(**{FIELDS[column]: _value(column, cell, name) for column, cell in said.items()})
     numbers = {column: int(row[column]) for column in ("run", "repetition") if row.get(column, "").isdecimal()}
-    return ShotRow({**row, **numbers}, shot, row.get(_PLATE) or None)
+    height = _value(_HEIGHT, row[_HEIGHT], name) if row.get(_HEIGHT) else 0.0
+    return ShotRow({**row, **numbers}, shot, row.get(_PLATE) or None, height)
 
 
 def _value(column: str, cell: str, name: str) -> Any:

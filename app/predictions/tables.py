@@ -7,7 +7,7 @@ from typing import Any
 
 from ...twin.bands import Quantity
 from ...twin.prediction import Prediction
-from ...twin.strikes import Outside
+from .warnings import warnings_of_number
 
 #: Field of the prediction: (what it is, unit, how many of them one SI unit is).
 _QUANTITIES = {
@@ -20,9 +20,10 @@ _QUANTITIES = {
 
 
 def quantity_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
-    """Named quantities with their 90 % intervals."""
+    """Named quantities with their 90 % intervals; with `warning` where an input is beyond what was learned."""
     for field, (what, unit, scale) in _QUANTITIES.items():
-        yield _row(what, unit, getattr(prediction, field), scale)
+        warning = warnings_of_number(prediction, field)
+        yield _row(what, unit, getattr(prediction, field), scale) | ({"warning": warning} if warning else {})
     for sensor in prediction.sensors:
         yield _row(f"peak {sensor}", "m/s2", prediction.peak_acceleration_m_s2(sensor), 1.0)
 
@@ -30,12 +31,6 @@ def quantity_rows(prediction: Prediction) -> Iterator[dict[str, Any]]:
 def _row(what: str, unit: str, quantity: Quantity, scale: float) -> dict[str, Any]:
     low, high = (scale * end for end in quantity.ci90)
     return {"quantity": what, "unit": unit, "mean": scale * quantity.mean, "low": low, "high": high}
-
-
-def outside_words(outside: Outside) -> str:
-    """Four digits, for a velocity of the twin has some ten more that mean nothing."""
-    value = outside.value if isinstance(outside.value, str) else f"{outside.value:.4g}"
-    return f"{outside.predictor} = {value} ({outside.range})"
 
 
 def spectrum_rows(prediction: Prediction, every: int = 3) -> Iterator[dict[str, Any]]:

@@ -8,6 +8,7 @@ from typing import Any
 from sqlalchemy import or_, select
 from sqlalchemy.orm import Session
 
+from ...ingest.processing import VALVE_OPENING
 from ...schema.conditions import CHANNEL_COLUMNS
 from ...schema.figures import CHANNEL
 from ...schema.impacts import ChannelFigures, Impact, Pulse
@@ -15,6 +16,7 @@ from ...schema.listings import Condition, iter_impacts
 from ...schema.provenance import Provenance
 from ...schema.quality import QualityFinding
 from ...schema.recordings import RecordedChannel
+from ...schema.velocity_kinds import velocity_kind
 
 
 def impact_page(session: Session, key: int) -> dict[str, Any]:
@@ -26,6 +28,7 @@ def impact_page(session: Session, key: int) -> dict[str, Any]:
         **row,
         "impact_velocity_u_m_s": impact.impact_velocity_u_m_s,
         "velocity_source": impact.velocity_source,
+        "velocity_kind": velocity_kind(impact.velocity_source),
         "recording": impact.recording.path if impact.recording else None,
         "pulses": [_pulse(session, pulse) for pulse in _pulses(session, key)],
         "channel_figures": list_channel_figures(session, [key]).get(key, []),
@@ -122,6 +125,13 @@ def _channels(session: Session, impact: Impact) -> list[dict[str, Any]]:
             "sampling_rate_hz": c.sampling_rate_hz,
             "samples": c.samples,
             "sha256": c.sha256[:12],
+            **_valve_opening(c),
         }
         for c in session.scalars(query.order_by(RecordedChannel.name))
     ]
+
+
+def _valve_opening(channel: RecordedChannel) -> dict[str, float]:
+    """When the gun's valve opened, on the recording's clock, by the drop of the tank's pressure."""
+    opening = channel.header.get(VALVE_OPENING)
+    return {"valve_opening_s": opening["time_s"], "valve_opening_u_s": opening["time_u_s"]} if opening else {}

@@ -138,7 +138,7 @@ def outside_of(twin: Twin) -> Outside:
 
     def outside(settings: Sequence[Setting]) -> list[tuple[str, ...]]:
         found = twin.contact.outside(Strikes(settings, twin.velocities(settings)))
-        return [tuple(f"{o.predictor} = {_shown(o.value)}, known: {o.range}" for o in each) for each in found]
+        return [tuple(f"{o.predictor} = {_shown(o.value)}, learned: {o.range}" for o in each) for each in found]
 
     return outside
 
@@ -177,6 +177,7 @@ def proposal_json(proposal: Proposal, rank: int) -> dict[str, Any]:
         "lower_m_s2": _m_s2(proposal.lower_db),
         "upper_m_s2": _m_s2(proposal.upper_db),
         "outside_domain": list(proposal.outside),
+        "alternatives": [setting_json(setting) for setting in proposal.alternatives],
     }
 
 

@@ -2,28 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...doe.limits.bench import BenchLimits, read_limits
 from ...doe.space import Space
 from ...schema.session import Store
+from ...twin.measured_shots import MeasuredShots
 from ...twin.srs.target import Target
+from ...twin.tune.attainability import AT_LEAST
+from ...twin.tune.forward import level_db
 from ...twin.tune.goal import Goal
 from ...twin.tune.space import Amount, TuningSpace
 from ...twin.tune.tuner import Measured, Tuned, tune
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
+from ..twins.measured_shots import read_measured_shots, struck_plate
 from .laboratory import AtSensor, bench_refusals, goal_of, outside_of, tuning_space
-from .shots import PlateFigures, ShotReader
 
 Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True, eq=False)
 class Ask:
-    """What a user asks: a spectrum, of which twin, with what the lab owns, learning from which campaigns."""
+    """What a user asks: a spectrum, of which twin, with what the lab owns, learning from which campaigns.
+
+    A setting meets the target from a probability of `at_least` on.
+    """
 
     target: Target
     request: TwinRequest
@@ -34,6 +40,7 @@ class Ask:
     share: float = 1.0
     extrapolate: bool = False
     seed: int = 0
+    at_least: float = AT_LEAST
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,13 +66,20 @@ class TuningSession:
             refusals=bench_refusals(self.built.twin, self.limits),
             outside=outside_of(self.built.twin),
             extrapolate=self.ask.extrapolate,
+            at_least=self.ask.at_least,
+            calibrated=self.built.twin.calibration is not None,
             progress=progress,
         )
 
 
 def session_of(store: Store, db: str, ask: Ask) -> TuningSession:
     """Raises `LookupError` and `ValueError` for what there is not, in one line."""
-    built = twin_of(store, db, ask.request)
+    built = _without_double_counting(twin_of(store, db, ask.request), ask.measured)
+    if not built.bench.has_gun:
+        raise ValueError(
+            f"campaign {built.bench.campaign!r} is of kind {built.bench.kind!r} and has no gun, whose settings are "
+            "searched: give the campaign of a gun with --campaign"
+        )
     limits = read_limits(ask.factors.bench)
     own = built.setting(impactor_mass_kg=1.0, tip=built.plate, tip_radius_m=1.0, impact_velocity_m_s=1.0)
     space = tuning_space(
@@ -78,27 +92,51 @@ def session_of(store: Store, db: str, ask: Ask) -> TuningSession:
         limits,
         ask.mass_kg,
     )
-    measured, left_out = _measured(store, built, ask, PlateFigures(own.plate_thickness_m, own.plate_mass_kg))
+    measured, left_out = _measured(store, built, ask)
     goal = goal_of(ask.target, built.twin.frequency_hz, ask.share)
     notes = (*(line for line in built.notes if line), *left_out)
     return TuningSession(ask, built, goal, space, limits, measured, notes)
 
 
-def _measured(store: Store, built: BuiltTwin, ask: Ask, plate: PlateFigures) -> tuple[Measured, list[str]]:
+def _without_double_counting(built: BuiltTwin, measured: Sequence[str]) -> BuiltTwin:
+    """Spectra of a campaign that the tuner learns from itself are not learned by the twin as well; and a calibration
+    that no shot has taught leaves what is not known to the tuner."""
+    calibration = built.twin.calibration
+    if calibration is None or (calibration.shots and built.bench.campaign not in measured):
+        return built
+    return replace(built, twin=replace(built.twin, calibration=None))
+
+
+def _measured(store: Store, built: BuiltTwin, ask: Ask) -> tuple[Measured, list[str]]:
     """Of all campaigns named, and what was left out of each."""
     together, notes = Measured(), []
+    sensor = ask.sensor or built.twin.sensor_names[0]
     with store.reading() as session:
-        reader = ShotReader(
-            session,
-            built.twin.frequency_hz,
-            built.twin.q,
-            ask.sensor or built.twin.sensor_names[0],
-            built.material,
-            {built.plate.name: plate},
-        )
         for name in ask.measured:
-            shots, left_out = reader.measured(name)
-            together = together + shots
-            why = f"; left out {len(left_out)}: {left_out[0]}" if left_out else ""
-            notes.append(f"{name}: learned from {len(shots)} shots{why}")
+            shots, left_out = read_measured_shots(
+                session,
+                name,
+                frequency_hz=built.twin.frequency_hz,
+                q=built.twin.q,
+                sensors=(sensor,),
+                material=built.material,
+                plate=struck_plate(built.bench),
+            )
+            measured, others = _levels(shots, built)
+            together = together + measured
+            reasons = [*left_out, *others]
+            why = f"; left out {len(shots) - len(measured) + len(left_out)}: {reasons[0]}" if reasons else ""
+            notes.append(f"{name}: learned from {len(measured)} shots{why}")
     return together, notes
+
+
+def _levels(shots: MeasuredShots, built: BuiltTwin) -> tuple[Measured, list[str]]:
+    """Those with a spectrum, on plates that the twin has, and why others are left out."""
+    plates = built.twin.plate.plates
+    others = [f"no modes of its plate of {s.plate.name}" for s in shots.settings if s.plate.name not in plates]
+    there = [setting.plate.name in plates for setting in shots.settings]
+    rows = np.flatnonzero(np.isfinite(shots.spectra_m_s2).all(axis=(1, 2)) & np.array(there, dtype=np.bool_))
+    if not rows.size:
+        return Measured(), others
+    settings = tuple(shots.settings[row] for row in rows)
+    return Measured(settings, level_db(shots.spectra_m_s2[rows, 0])), others

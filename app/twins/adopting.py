@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from ...schema.session import Store
+    from ...training.records import Version
 
 STAGES = ("gun", "contact", "plate")
 
@@ -200,6 +201,24 @@ def _same_part(stage: str, a: Campaign, b: Campaign) -> bool:
     if a.gun_id is not None or stage == "gun":
         return a.gun_id is not None and a.gun_id == b.gun_id
     return a.hammer_id is not None and a.hammer_id == b.hammer_id
+
+
+def learned_by(session: Session | None, version: Version, adopted: Sequence[Effect]) -> tuple[Effect, ...]:
+    """Of adopted effects of the contact, those that a model's measured pulses hold already: all where it learned from
+    campaigns with the same gun or hammer as a diagnosed one, or where nobody knows any more what it learned from."""
+    from .model_in_use import training_campaigns
+
+    names = training_campaigns(session, version)
+    if session is None or not names:
+        return tuple(adopted)
+    taught = [session.get_one(Campaign, get_campaign_id(session, name)) for name in names]
+    held = {
+        effect.id
+        for row in session.scalars(select(TwinVersion))
+        for effect in _effects(row)
+        if any(row.campaign_id == campaign.id or _same_part("contact", row.campaign, campaign) for campaign in taught)
+    }
+    return tuple(effect for effect in adopted if effect.id in held)
 
 
 def _effects(row: TwinVersion) -> tuple[Effect, ...]:

@@ -28,6 +28,8 @@ Point = tuple[float, float]
 THICKNESS_M = 0.010
 OUTLINE_M: tuple[Point, ...] = ((0.0, 0.3), (0.5, 0.0), (1.0, 0.3), (0.5, 0.6))
 DAMPING_RATIO = 0.005
+#: The kind of campaigns that are fired, and the bullet where a shot says none.
+GUN, BULLET_MASS_KG = "gun", 0.5
 #: A bench's plate is between these.
 _FARTHEST_M, _SMALLEST_M2 = 1000.0, 1e-9
 
@@ -67,10 +69,40 @@ class PlateDrawing:
         channels = {f"acceleration_{i}": point for i, point in enumerate(sensors, 1)}
         return replace(self, impact_points=named or self.impact_points, sensors=channels or self.sensors)
 
+    def raised(self, height_m: float) -> PlateDrawing:
+        """A plate that hangs higher: the gun's axis meets it lower by that, its sensors move with it. y is upwards.
+
+        Raises `ValueError` for a point outside of the outline.
+        """
+        if not height_m:
+            return self
+        points = {name: (x, y - height_m) for name, (x, y) in self.impact_points.items()}
+        for name, point in points.items():
+            if not _inside(self.outline_m, point):
+                raise ValueError(
+                    f"chain height {1e3 * height_m:g} mm: impact position {name} would be at ({point[0]:.3g}, "
+                    f"{point[1]:.3g}) m, outside of the plate"
+                )
+        return replace(self, impact_points=points)
+
+
+def _inside(outline_m: Sequence[Point], point: Point) -> bool:
+    """By the crossings of a ray to the right."""
+    x, y = point
+    crossings = 0
+    for (x0, y0), (x1, y1) in zip(outline_m, (*outline_m[1:], outline_m[0]), strict=True):
+        if (y0 > y) != (y1 > y):
+            crossings += x < x0 + (y - y0) * (x1 - x0) / (y1 - y0)
+    return crossings % 2 == 1
+
 
 @dataclass(frozen=True, eq=False)
 class Bench:
-    """Gun and plate, and where they are from. `modes` is a measured table, which goes before the drawing."""
+    """Gun and plate, and where they are from. `modes` is a measured table, which goes before the drawing.
+
+    `kind` is that of its campaigns; a bench of another kind than "gun" has no gun of its own, and shots on it have an
+    impact velocity. `impactor_mass_kg` is the mass where a shot says none: the hammer's, or a usual bullet's.
+    """
 
     gun: GunBench
     gun_source: str
@@ -79,6 +111,12 @@ class Bench:
     modes: ModalPlate | None = None
     modes_source: str = ""
     campaign: str | None = None
+    kind: str = GUN
+    impactor_mass_kg: float = BULLET_MASS_KG
+
+    @property
+    def has_gun(self) -> bool:
+        return self.kind == GUN
 
 
 def shipped_bench() -> Bench:
@@ -100,9 +138,11 @@ def bench_of_campaign(session: Session, name: str | None) -> Bench:
         from ...dataset.stored_bench import gun_bench
 
         bench = replace(bench, gun=gun_bench(campaign.gun), gun_source=f"campaign {campaign.name}")
+    if campaign.hammer is not None:
+        bench = replace(bench, impactor_mass_kg=campaign.hammer.mass_kg)
     if campaign.plate is not None:
         bench = _with_plate(session, bench, campaign.plate, f"campaign {campaign.name}")
-    return replace(bench, campaign=campaign.name)
+    return replace(bench, campaign=campaign.name, kind=campaign.kind)
 
 
 def bench_of_file(path: Path, bench: Bench) -> Bench:
@@ -112,7 +152,7 @@ def bench_of_file(path: Path, bench: Bench) -> Bench:
         _known(table, ("gun", "plate"), "the file")
         if "gun" in table:
             _known(table["gun"], tuple(f.name for f in fields(GunBench)), "[gun]", every=True)
-            bench = replace(bench, gun=GunBench(**table["gun"]), gun_source=path.name)
+            bench = replace(bench, gun=GunBench(**table["gun"]), gun_source=path.name, kind=GUN)
         return _with_plate_table(bench, table["plate"], path) if "plate" in table else bench
     except (ValueError, TypeError, OverflowError, RecursionError) as error:
         raise ValueError(f"{path.name}: {error}") from error

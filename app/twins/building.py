@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...dataset.stored_bench import by_name, stored_materials
+from ...schema.velocity_kinds import BEFORE_CONTACT
 from ...training.place import place_beside
 from ...twin.chain import Twin, default_lines
 from ...twin.effects import Effect, checked_effects
@@ -21,6 +22,8 @@ from ...twin.sensors.chain import SensorChain
 from ...twin.setting import Setting
 from ..models.training import registry_of
 from .benches import Bench, PlateDrawing, Point, bench_of_campaign, bench_of_file, shipped_bench, with_modes
+from .learning import MOST_SHOTS, basis, calibrated, taught_contact, taught_gun
+from .measured_shots import no_shots, read_measured_shots, struck_plate
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -28,9 +31,9 @@ if TYPE_CHECKING:
     from ...schema.session import Store
     from ...training.records import Version
     from ...training.registry.registry import Registry
-    from ...twin.gun.calibration import VelocityCalibration
+    from ...twin.measured_shots import MeasuredShots
     from ...twin.plate.modal import ModalPlate
-    from ...twin.strikes import ContactStage
+    from ...twin.strikes import ContactStage, Floats
 
 #: Without a model: what is likely of the contact, narrowed by measured shots (`PriorContact`).
 PRIOR = "prior"
@@ -38,16 +41,18 @@ REGISTERED = "registered"
 #: A solved plate has the modes up to so many times the highest line: one beyond moves that line's oscillator by a
 #: fifteenth of what it moves the plate. But none that the rate of 100 kHz shows badly.
 MODES_OVER_LINES, MAX_MODE_HZ = 4.0, 20_000.0
-#: So many measured shots teach the gun; with less its scatter is that of the errors in Table 5.1.
-_ENOUGH_SHOTS, THESIS_VELOCITY_SPREAD = 5, 0.046
+#: Scatter (ln, standard deviation) of a gun's shots that nobody has measured: that of Table 5.1 about one factor.
+THESIS_VELOCITY_SPREAD = 0.046
 
 
 @dataclass(frozen=True)
 class TwinRequest:
     """What a user asks of a twin; what is None or empty is the store's, else the shipped bench's.
 
-    `adopted`: effects that diagnoses have left to the campaign's bench act, too. `coupled`: contact law and plate are
-    solved together, which takes a law that is solved in time (hertz), or the prior.
+    `adopted`: effects that diagnoses have left to the campaign's bench act, too. `learn`: the campaign's measured shots
+    teach every stage, but for those of `without_configurations` (keys of the store), which the twin has then not seen.
+    `chain_height_m`: by which the plate hangs higher than its drawing has it, and is struck lower.
+    `coupled`: contact and plate are solved together, which takes a law that is solved in time (hertz), or the prior.
     """
 
     campaign: str | None = None
@@ -62,6 +67,9 @@ class TwinRequest:
     frequency_hz: tuple[float, ...] = ()
     adopted: bool = True
     coupled: bool = False
+    learn: bool = True
+    without_configurations: frozenset[int] = frozenset()
+    chain_height_m: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +90,8 @@ class BuiltTwin:
         """A setting on this twin's plate; `own` are the other fields of `Setting`."""
         drawing = self.bench.drawing
         mass = drawing.area_m2 * drawing.thickness_m * self.plate.density_kg_m3
-        return Setting(plate=self.plate, plate_thickness_m=drawing.thickness_m, plate_mass_kg=mass, **own)
+        given = {"plate_mass_kg": mass, **own}
+        return Setting(plate=self.plate, plate_thickness_m=drawing.thickness_m, **given)
 
 
 def twin_of(store: Store | None, db: str, request: TwinRequest) -> BuiltTwin:
@@ -106,28 +115,63 @@ def _material_named(materials: Mapping[str, Material], name: str) -> Material:
 def _built(
     session: Session | None, bench: Bench, materials: Mapping[str, Material], db: str, request: TwinRequest
 ) -> BuiltTwin:
+    recorded = bench
     if request.bench is not None:
         bench = bench_of_file(request.bench, bench)
     if request.modes is not None:
         bench = with_modes(bench, request.modes)
     plate = _material_named(materials, request.plate or bench.plate_material)
     adopted, adopted_notes = _adopted(session, bench, request)
-    request = replace(request, effects=(*request.effects, *(e for e in adopted if e.stage() != "contact")))
-    gun, shots_note = _gun(session, bench, request)
-    contact, contact_note = _contact(session, bench, db, request, tuple(e for e in adopted if e.stage() == "contact"))
+    adopted_contact = tuple(effect for effect in adopted if effect.stage() == "contact")
+    request = replace(request, effects=(*request.effects, *(e for e in adopted if e not in adopted_contact)))
     plates, plate_note = _plates(bench, plate, db, request)
-    if request.coupled:
-        contact = _coupled(contact, plates)
+    shots = _shots(session, recorded, materials, plates.sensors, request)
+    same_gun = request.learn and bench.gun == recorded.gun
+    gun, gun_note = _gun(session, bench, request, recorded.campaign if same_gun else None)
+    contact, contact_note = _contact(session, db, bench, request, adopted_contact)
+    contact = taught_contact(contact, shots)
     twin = Twin(
-        contact=contact,
+        contact=_coupled(contact, plates) if request.coupled else contact,
         gun=gun,
         plate=plates,
         sensors=SensorChain.of(_of_stage(request, "sensor")),
-        frequency_hz=np.array(request.frequency_hz) if request.frequency_hz else default_lines(),
+        frequency_hz=_lines(request),
         q=request.q,
     )
-    notes = tuple(note for note in (*adopted_notes, shots_note, contact_note, plate_note) if note)
+    same_plate = (bench.drawing, bench.modes) == (recorded.drawing, recorded.modes)
+    others = None if bench.modes is not None else lambda name: _drawn_plate(bench, materials[name.lower()], db, request)
+    twin, spectra_note = calibrated(twin, shots if same_plate else shots.take([]), others)
+    twin = replace(twin, rests_on=basis(twin, recorded.campaign))
+    notes = tuple(note for note in (*adopted_notes, gun_note, contact_note, plate_note, spectra_note) if note)
     return BuiltTwin(twin, bench, plate, materials, notes)
+
+
+def _lines(request: TwinRequest) -> Floats:
+    return np.array(request.frequency_hz) if request.frequency_hz else default_lines()
+
+
+def _shots(
+    session: Session | None,
+    bench: Bench,
+    materials: Mapping[str, Material],
+    sensors: tuple[str, ...],
+    request: TwinRequest,
+) -> MeasuredShots:
+    """Of the campaign whose bench is taken; none where nothing is to be learned."""
+    lines = _lines(request)
+    if session is None or bench.campaign is None or not request.learn:
+        return no_shots(sensors, lines, request.q)
+    shots, _ = read_measured_shots(
+        session,
+        bench.campaign,
+        frequency_hz=lines,
+        q=request.q,
+        sensors=sensors,
+        material=lambda name: _material_named(materials, name),
+        plate=struck_plate(bench),
+        most=MOST_SHOTS,
+    )
+    return shots.without(sorted(request.without_configurations))
 
 
 def _adopted(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
@@ -144,69 +188,64 @@ def _of_stage(request: TwinRequest, stage: str) -> tuple[Effect, ...]:
     return tuple(effect for effect in request.effects if effect.stage() == stage)
 
 
-def _gun(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[GunStage, str]:
-    """The gun, corrected by the campaign's measured shots; with the thesis's scatter where there are too few."""
+def _gun(
+    session: Session | None, bench: Bench, request: TwinRequest, campaign: str | None
+) -> tuple[GunStage | None, str]:
+    """The gun with its unknown effects drawn, updated by the measured shots of `campaign`.
+
+    None on a bench without one. Raises `ValueError` for effects of a gun there.
+    """
     from ...twin.gun.effect import GunEffect
 
     effects = checked_effects(_of_stage(request, "gun"), GunEffect)
-    stage = GunStage(bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source)
+    if not bench.has_gun:
+        if effects:
+            names = ", ".join(effect.id for effect in effects)
+            raise ValueError(f"effect {names}: campaign {bench.campaign!r} is of kind {bench.kind!r} and has no gun")
+        return None, ""
+    stage = GunStage(bench.gun, THESIS_VELOCITY_SPREAD, effects, bench.gun_source, unknown_effects=True)
     twice = bench.gun.efficiency < 1 and bool(effects)
     also = f"; the bench's efficiency {bench.gun.efficiency:g} acts beside the gun's effects" if twice else ""
-    calibration = _calibration(session, bench.campaign, stage)
-    if calibration is None:
-        return stage, f"velocity spread {THESIS_VELOCITY_SPREAD:.1%}: the thesis's five shots{also}"
-    return replace(stage, calibration=calibration), f"velocity corrected by {calibration.shots} measured shots{also}"
-
-
-def _calibration(session: Session | None, campaign: str | None, gun: GunStage) -> VelocityCalibration | None:
-    """Of the shots that were measured and that the gun says to leave the barrel; None for less than five."""
-    from ...schema.listings import iter_shots
-    from ...twin.gun.calibration import VelocityCalibration
-
-    if session is None or campaign is None:
-        return None
-    shots = [shot for shot in iter_shots(session, campaign) if (shot["measured_velocity_m_s"] or 0) > 0]
-    names = ("tank_pressure_pa", "bullet_mass_kg", "measured_velocity_m_s")
-    pressure, mass, measured = (np.array([shot[name] for shot in shots], dtype=np.float64) for name in names)
-    predicted = gun.fired(pressure, mass) if shots else np.zeros(0)
-    left = predicted > 0
-    if left.sum() < _ENOUGH_SHOTS:
-        return None
-    return VelocityCalibration.of(pressure[left], mass[left], measured[left], predicted[left])
+    left_out = ""
+    if session is not None and campaign is not None:
+        stage, left_out = taught_gun(session, campaign, stage, request.without_configurations)
+    return stage, f"{stage.sentence.rstrip('.')}{left_out}{also}"
 
 
 def _contact(
-    session: Session | None, bench: Bench, db: str, request: TwinRequest, adopted: tuple[Effect, ...] = ()
+    session: Session | None, db: str, bench: Bench, request: TwinRequest, adopted: tuple[Effect, ...] = ()
 ) -> tuple[ContactStage, str]:
-    """A registered model where there is a champion, or one is asked for; else a law, on which effects act, or the prior
-    of the contact."""
+    """The model in use for this kind of bench, or one that is asked for; else the prior of the contact, or a law.
+
+    Effects act on all of them.
+    """
     from ...twin.contact.laws import LAWS
-    from ..models.withdrawn import note_of
+    from .model_in_use import model_in_use
 
     effects = _of_stage(request, "contact")
     if request.coupled and request.contact is None:  # a model has learned pulses, and knows no plate to solve against
         request = replace(request, contact=PRIOR)
     if request.contact is not None and request.contact in LAWS:
         return _law(request.contact, (*effects, *adopted)), ""
-    if request.contact == PRIOR or effects:
-        return _prior(session, bench, (*effects, *adopted)), ""
-    idle = _idle(adopted)
+    if request.contact == PRIOR:
+        return _prior(bench, (*effects, *adopted)), ""
     registry = _registry(db)
     if request.contact in (None, REGISTERED):
-        found = None if registry is None else registry.champion("gun")
-        if found is not None and registry is not None:
-            return _registered(session, registry, found), _joined(idle, note_of(session, found))
+        version = None if registry is None else model_in_use(session, registry, bench.kind)
+        if version is not None and registry is not None:
+            return _registered_with(session, registry, version, effects, adopted)
         if request.contact == REGISTERED:
-            raise LookupError("no model is in use for the gun; make one so: pyroshock promote MODEL VERSION")
-        prior = _prior(session, bench, adopted)
-        return prior, f"contact: {prior.label}, each drawn from its likely range; no model is in use for the gun"
+            raise LookupError(_none_in_use(bench.kind))
+        prior = _prior(bench, (*effects, *adopted))
+        note = f"contact: {prior.label}, each drawn from its likely range; no model is in use for the {bench.kind}"
+        return prior, note
     if registry is None:
         laws = ", ".join((PRIOR, *LAWS))
         raise LookupError(f"no law of contact {request.contact!r}, and no models; laws: {laws}")
     from ...training.listing import chosen
 
     version = chosen(registry.versions(), request.contact.removeprefix("models:/"))
-    return _registered(session, registry, version), _joined(idle, note_of(session, version))
+    return _registered_with(session, registry, version, effects, adopted)
 
 
 def _coupled(contact: ContactStage, plates: PlateStage) -> ContactStage:
@@ -222,31 +261,64 @@ def _coupled(contact: ContactStage, plates: PlateStage) -> ContactStage:
     )
 
 
-def _joined(*notes: str) -> str:
-    return "; ".join(filter(None, notes))
+def _none_in_use(bench_kind: str) -> str:
+    return f"no model is in use for the {bench_kind}; make one so: pyroshock promote MODEL@VERSION"
 
 
-def _idle(adopted: tuple[Effect, ...]) -> str:
-    """A registered model has learned from measured pulses: it holds what the bench does."""
-    if not adopted:
+def _registered_with(
+    session: Session | None,
+    registry: Registry,
+    version: Version,
+    effects: tuple[Effect, ...],
+    adopted: tuple[Effect, ...],
+) -> tuple[ContactStage, str]:
+    """A registered model with effects, and what is to be said of it: adopted ones act where it has not learned them."""
+    from ...schema.velocity_kinds import INTEGRATED
+    from ..models.withdrawn import note_of
+    from .adopting import learned_by
+    from .model_in_use import velocity_kind_of
+
+    learned = learned_by(session, version, adopted)
+    acting = (*effects, *(effect for effect in adopted if effect not in learned))
+    kind = velocity_kind_of(session, version)
+    integrated = (
+        f"{version.label} takes velocities integrated to the peak of the force: it is asked with the one that belongs "
+        "to the velocity before contact by its own pulse and the plate's mobility"
+    )
+    notes = (
+        _learned(learned, version.label),
+        integrated if kind == INTEGRATED else "",
+        note_of(session, version),
+    )
+    return _registered(session, registry, version, kind, acting), "; ".join(filter(None, notes))
+
+
+def _learned(effects: tuple[Effect, ...], label: str) -> str:
+    """An adopted effect that is in the measured pulses already would act twice."""
+    if not effects:
         return ""
-    names = ", ".join(effect.id for effect in adopted)
-    return f"{names} does not act on a registered model, which learned from measured pulses; --contact prior uses it"
+    names = ", ".join(effect.id for effect in effects)
+    return (
+        f"{names} (adopted) does not act on {label}, which has learned it from measured pulses of this bench; "
+        "--effect adds it, --contact prior uses the law with it"
+    )
 
 
 def registered_contact(session: Session | None, db: str, name: str, in_use: str | None = None) -> ContactStage:
-    """The registered model "NAME@VERSION", or the one `in_use` for a predictor set. Raises `LookupError`."""
+    """The registered model "NAME@VERSION", or the one in use for a kind of bench, asked with velocities as its
+    dataset had them. Raises `LookupError`."""
     from ...training.listing import chosen
+    from .model_in_use import model_in_use
 
     registry = _registry(db)
     if registry is None:
         raise LookupError(f"no registered model {name!r}: none is registered (pyroshock train)")
     if in_use is None:
         return _registered(session, registry, chosen(registry.versions(), name))
-    found = registry.champion(in_use)
-    if found is None:
-        raise LookupError(f"no model is in use for the {in_use}; make one so: pyroshock promote MODEL VERSION")
-    return _registered(session, registry, found)
+    version = model_in_use(session, registry, in_use)
+    if version is None:
+        raise LookupError(_none_in_use(in_use))
+    return _registered(session, registry, version)
 
 
 def _law(name: str, effects: tuple[Effect, ...]) -> ContactStage:
@@ -255,16 +327,11 @@ def _law(name: str, effects: tuple[Effect, ...]) -> ContactStage:
     return LawContact(name, effects=effects)
 
 
-def _prior(session: Session | None, bench: Bench, effects: tuple[Effect, ...]) -> ContactStage:
+def _prior(bench: Bench, effects: tuple[Effect, ...]) -> ContactStage:
     """A hammer's mass is uncertain as well, for a hand holds it."""
-    from ...schema.campaigns import Campaign
-    from ...schema.listings import get_campaign_id
     from ...twin.contact.prior import PriorContact
 
-    if session is None or bench.campaign is None:
-        return PriorContact(effects)
-    campaign = session.get_one(Campaign, get_campaign_id(session, bench.campaign))
-    return PriorContact(effects, hand_held=campaign.kind == "hammer")
+    return PriorContact(effects, hand_held=bench.kind == "hammer")
 
 
 def _registry(db: str) -> Registry | None:
@@ -273,7 +340,13 @@ def _registry(db: str) -> Registry | None:
     return None if registry.connection.nothing_there else registry
 
 
-def _registered(session: Session | None, registry: Registry, version: Version) -> ContactStage:
+def _registered(
+    session: Session | None,
+    registry: Registry,
+    version: Version,
+    velocity_kind: str = BEFORE_CONTACT,
+    effects: tuple[Effect, ...] = (),
+) -> ContactStage:
     from ...dataset.predictors import SHIPPED
     from ...dataset.snapshot import read_snapshot
     from ...training.contact_stage import RegisteredContact
@@ -281,7 +354,7 @@ def _registered(session: Session | None, registry: Registry, version: Version) -
     own = None
     if version.dataset.predictor_set not in SHIPPED and session is not None:
         own = read_snapshot(session, version.dataset.hash).predictors
-    return RegisteredContact(registry.load(version), own)
+    return RegisteredContact(registry.load(version), own, velocity_kind, effects)
 
 
 def _plates(bench: Bench, material: Material, db: str, request: TwinRequest) -> tuple[PlateStage, str]:
@@ -289,12 +362,21 @@ def _plates(bench: Bench, material: Material, db: str, request: TwinRequest) -> 
     if bench.modes is not None:
         # A measured table is known better than a model: its frequencies to a line's width.
         spread = PlateSpread(frequency=0.002, damping=0.2)
+        if request.chain_height_m:
+            raise ValueError(
+                f"chain height {1e3 * request.chain_height_m:g} mm: the modal table knows the plate's shapes at the "
+                "points where they were measured only; leave the height out, or the table (--plate MATERIAL)"
+            )
         return PlateStage({material.name: bench.modes}, effects, spread, bench.modes_source), ""
-    drawing = bench.drawing.at(request.impact_points, request.sensors)
-    lines = request.frequency_hz or tuple(default_lines().tolist())
-    highest = min(MODES_OVER_LINES * max(lines), MAX_MODE_HZ)
-    plate = solved(drawing, material, highest, plates_folder(db))
+    drawing = bench.drawing.at(request.impact_points, request.sensors).raised(request.chain_height_m)
+    plate = _drawn_plate(bench, material, db, request)
     return PlateStage({material.name: plate}, effects, label=f"finite elements ({drawing.source})"), _of(drawing)
+
+
+def _drawn_plate(bench: Bench, material: Material, db: str, request: TwinRequest) -> ModalPlate:
+    drawing = bench.drawing.at(request.impact_points, request.sensors).raised(request.chain_height_m)
+    highest = min(MODES_OVER_LINES * float(_lines(request).max()), MAX_MODE_HZ)
+    return solved(drawing, material, highest, plates_folder(db))
 
 
 def plates_folder(db: str) -> Path:

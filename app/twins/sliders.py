@@ -24,7 +24,9 @@ _SHOWN = {
     "bullet_mass_kg": ("kg", 1.0, 0.01),
     "tip_radius_m": ("mm", 1e3, 1.0),
 }
-_LEAST_VELOCITY_M_S = 0.5
+_LEAST_M_S = 0.1
+#: Of impact, where neither pressure nor velocity is said on a bench without a gun.
+VELOCITY_M_S = 1.0
 
 
 def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
@@ -43,11 +45,11 @@ def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
     limits, of = read_limits(space.bench), {factor.name: factor for factor in space.factors}
     masses, radii = _owned(of, "bullet_mass", 1.0), _owned(of, "tip_radius", 1e-3)
     highest = min(limits.max_tank_pressure_pa, limits.max_regulated_pressure_pa, limits.max_valve_pressure_pa)
-    known = _known(built)
+    known, mass = _known(built), built.bench.impactor_mass_kg
     ends = {
         "tank_pressure_pa": (LEAST_PRESSURE_PA, highest, TANK_PRESSURE_PA, (), None),
-        "impact_velocity_m_s": (_LEAST_VELOCITY_M_S, limits.max_impact_velocity_m_s, 10.0, (), "impact.velocity"),
-        "bullet_mass_kg": (min(masses), limits.max_bullet_mass_kg, Shot.bullet_mass_kg, masses, "impactor.mass"),
+        "impact_velocity_m_s": (_LEAST_M_S, limits.max_impact_velocity_m_s, VELOCITY_M_S, (), "impact.velocity"),
+        "bullet_mass_kg": (min(masses), limits.max_bullet_mass_kg, mass, masses, "impactor.mass"),
         "tip_radius_m": (min(radii), max(radii), Shot.tip_radius_m, radii, "factor.tip_radius"),
     }
     return {
@@ -99,14 +101,12 @@ def _choice(names: Sequence[str], default: str, known: Callable[[str], bool]) ->
 
 def _known(built: BuiltTwin) -> Known:
     """By source, what the registered model was trained on; nothing for a law, which holds everywhere."""
-    from ...dataset.predictors import shipped
     from ...training.contact_stage import RegisteredContact
 
     contact = built.twin.contact
     if not isinstance(contact, RegisteredContact):
         return {}
-    asked = contact.asked or shipped(contact.registered.version.dataset.predictor_set)
-    return dict(zip(asked.sources, contact.registered.domain.limits, strict=True))
+    return dict(zip(contact.predictor_set.sources, contact.registered.domain.limits, strict=True))
 
 
 def _tip_known(built: BuiltTwin, known: Known, name: str) -> bool:

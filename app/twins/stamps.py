@@ -12,13 +12,16 @@ from sqlalchemy import func, select
 
 from ...schema.benches import ModalTable
 from ...schema.campaigns import Campaign
+from ...schema.impacts import Impact, Pulse
 from ...schema.materials import Material
 from ...schema.shots import Shot
 from ...schema.tombstones import Tombstone
 from ...schema.twins import TwinVersion
 from ...twin.contact.laws import LAWS
 from ..models.training import registry_of
+from .benches import GUN, bench_of_campaign
 from .building import REGISTERED, TwinRequest
+from .model_in_use import model_in_use
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -30,7 +33,7 @@ if TYPE_CHECKING:
 _ASKED_EVERY_S = 10.0
 #: Their newest keys tell what was added; rows that a twin is made of are never changed, and what is
 #: deleted leaves a tombstone (a key may be given again).
-_TABLES = (Campaign, Shot, TwinVersion, Material, ModalTable, Tombstone)
+_TABLES = (Campaign, Shot, Impact, Pulse, TwinVersion, Material, ModalTable, Tombstone)
 
 _Signature = tuple[tuple[int, int], ...]
 
@@ -40,7 +43,8 @@ class StampReader:
 
     def __init__(self, store: Store | None, db: str) -> None:
         self._store, self._db = store, db
-        self._known: tuple[Hashable, str | None] | None = None
+        #: State of the registry, and by campaign the model in use then.
+        self._known: tuple[Hashable, dict[str | None, str | None]] | None = None
         self._lock = threading.Lock()
 
     def stamp(self, request: TwinRequest) -> Hashable:
@@ -56,7 +60,7 @@ class StampReader:
 
     def _of_model(self, request: TwinRequest) -> Hashable:
         """Nothing where a law answers; any change of the registry where a version is named."""
-        if request.contact in LAWS or any(effect.stage() == "contact" for effect in request.effects):
+        if request.contact in LAWS:
             return None
         registry = registry_of(self._db)
         if registry.connection.nothing_there:
@@ -66,9 +70,20 @@ class StampReader:
             return state
         with self._lock:
             if self._known is None or self._known[0] != state:
-                champion = registry.champion("gun")
-                self._known = state, None if champion is None else champion.sha256
-            return self._known[1]
+                self._known = state, {}
+            champions = self._known[1]
+            if request.campaign not in champions:
+                champions[request.campaign] = self._champion(registry, request.campaign)
+            return champions[request.campaign]
+
+    def _champion(self, registry: Registry, campaign: str | None) -> str | None:
+        """SHA-256 of the model in use for the kind of a campaign's bench, or of the newest gun's."""
+        if self._store is None:
+            version = model_in_use(None, registry, GUN)
+        else:
+            with self._store.reading() as session:
+                version = model_in_use(session, registry, bench_of_campaign(session, campaign).kind)
+        return None if version is None else version.sha256
 
     def _state(self, registry: Registry) -> Hashable:
         """Of the registry's file; of a server, the time in steps."""

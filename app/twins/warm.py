@@ -31,8 +31,8 @@ _Key = tuple[TwinRequest, Hashable]
 class TwinShelf:
     """The last few twins of a store (None: of the shipped bench), for use from several threads.
 
-    `build` makes one, as `twin_of`. A twin is built anew when campaigns, shots, materials or adopted effects were added
-    to the store, and when another model is in use.
+    `build` makes one, as `twin_of`. A twin is built anew when campaigns, shots, impacts, pulses, materials or adopted
+    effects were added to the store, and when another model is in use.
     """
 
     def __init__(

@@ -14,6 +14,7 @@ from .api import predict as predict_api
 from .api import removal as removal_api
 from .api import spectra as spectra_api
 from .api import training as training_api
+from .api import validate as validate_api
 from .pages import campaigns as campaigns_pages
 from .pages import compare as compare_pages
 from .pages import diagnoses as diagnoses_pages
@@ -25,6 +26,7 @@ from .pages import plans as plans_pages
 from .pages import removal as removal_pages
 from .pages import reports as reports_pages
 from .pages import twin as twin_pages
+from .pages import validations as validations_pages
 
 _API = (
     campaigns_api,
@@ -39,6 +41,7 @@ _API = (
     removal_api,
     spectra_api,
     training_api,
+    validate_api,
 )
 _PAGES = (
     campaigns_pages,
@@ -52,6 +55,7 @@ _PAGES = (
     plans_pages,
     removal_pages,
     reports_pages,
+    validations_pages,
 )
 API = tuple(module.router for module in _API)
 PAGES = tuple(module.router for module in _PAGES)

@@ -28,11 +28,12 @@ class Tuning(BaseModel):
     q: Annotated[float, Field(gt=0.5, le=1000)] = 10.0
     extrapolate: bool = False
     adopted: bool = True
+    at_least: Annotated[float, Field(gt=0, le=1)] = 0.5
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
 
 
 def tune_job(jobs: Jobs, store: Store, asked: Tuning) -> JobView:
-    """Queue a tuning; its result is `tune --json`, with the target, what to avoid, and notes.
+    """Queue a tuning; its result: proposals as of `tune --json`, whether the target is met, what to avoid, and notes.
 
     Raises `ValueError` for a target or factors that cannot be read.
     """

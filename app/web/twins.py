@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from fastapi import Depends, Query
 from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 
+from ..predictions.given_factors import parse_factor
 from ..predictions.predicting import Shot
 from ..twins.building import TwinRequest
 from ..twins.warm import TwinShelf
@@ -38,12 +39,15 @@ class Question(BaseModel):
     coupled: bool = Field(False, description="contact law and plate solved together: thin plates, soft tips")
     tank_pressure_pa: Annotated[float, Field(ge=1, le=1e8)] | None = None
     impact_velocity_m_s: Annotated[float, Field(ge=1e-3, le=1e4)] | None = None
-    bullet_mass_kg: Annotated[float, Field(ge=1e-4, le=1e3)] = 0.5
+    bullet_mass_kg: Annotated[float, Field(ge=1e-4, le=1e3)] | None = Field(None, description="none: the bench's")
     tip_material: Word = "steel"
     tip_radius_m: Annotated[float, Field(ge=1e-5, le=10)] = 0.045
     anvil_material: Word = "none"
     insulator: Word = "none"
     impact_position: Word = "#1"
+    boundary_conditions: Literal["free", "fixed"] | None = None
+    factor: list[Word] = Field([], max_length=50, description="NAME=VALUE of a factor that the model learned from, SI")
+    valve_profile: Word | None = Field(None, description="of the gun's valve, such as '0:0 0.1:1': s, 0 shut to 1 open")
     draws: Annotated[int, Field(ge=2, le=1024)] = 64
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
 
@@ -59,8 +63,9 @@ class Question(BaseModel):
 
     def shot(self) -> Shot:
         names = ("bullet_mass_kg", "tip_material", "tip_radius_m", "tank_pressure_pa", "impact_velocity_m_s",
-                 "anvil_material", "insulator", "impact_position")  # fmt: skip
-        return Shot(**{name: getattr(self, name) for name in names})
+                 "anvil_material", "insulator", "impact_position", "boundary_conditions", "valve_profile")  # fmt: skip
+        factors = dict(parse_factor(text) for text in self.factor)
+        return Shot(**{name: getattr(self, name) for name in names}, factors=factors)
 
 
 Asked = Annotated[Question, Query()]

@@ -11,7 +11,7 @@ from ...schema.columns import MAX_REGULATED_PRESSURE_PA
 from .ballistic import BALLISTIC_LAWS, STANDARD_GRAVITY_M_S2, positive
 from .bolts import LoadCellArray
 from .contact_force import Elastic, ResonantPlate
-from .suspension import DESIGN_MOMENTUM_KG_M_S
+from .suspension import DESIGN_MOMENTUM_KG_M_S, MAX_CHAIN_LOAD_N
 
 #: Infinity says that the sensor is not fitted.
 _MAY_BE_INFINITE = ("max_contact_force_n", "max_acceleration_m_s2")
@@ -37,6 +37,12 @@ class BenchLimits:
 
     Pressures are gauge. `max_contact_force_n` and `max_acceleration_m_s2` may be infinite: not fitted. Without
     `accelerometer_distance_m` the plate's acceleration is that of a rigid body; with it, the bending wave counts too.
+
+    The thesis states neither how long the pendulum is on which the plate hangs, nor how far it may swing, nor where the
+    gun's axis meets the plate. A bench that states `pendulum_length_m` has the load of its chains held against Table
+    2.1; with `max_swing_m`, `strike_to_lower_edge_m` and `strike_to_upper_edge_m` also the swing and the place of the
+    strike. All are for a chain height of 0: a plate that hangs higher by h has a pendulum shorter by h, and is struck
+    lower by h.
     """
 
     max_tank_pressure_pa: float = 2.0e6
@@ -52,6 +58,11 @@ class BenchLimits:
     max_contact_force_n: float = LoadCellArray().capacity_n
     max_acceleration_m_s2: float = 10_000 * STANDARD_GRAVITY_M_S2
     accelerometer_distance_m: float | None = None  # from the point of impact to the nearest one
+    max_chain_load_n: float = MAX_CHAIN_LOAD_N
+    pendulum_length_m: float | None = None  # from the upper member to the plate's centre of mass
+    max_swing_m: float | None = None  # to where the gun stands, or the rope is tight
+    strike_to_lower_edge_m: float | None = None  # from the gun's axis, down the plate
+    strike_to_upper_edge_m: float | None = None
     plates: Mapping[str, ResonantPlate] = field(default_factory=_plates, hash=False)
 
     def __post_init__(self) -> None:

@@ -90,6 +90,10 @@ class ResonantPlate:
         return self.density_kg_m3 * self.thickness_m
 
     @property
+    def mass_kg(self) -> float:
+        return self.mass_per_area_kg_m2 * self.area_m2
+
+    @property
     def rigidity_n_m(self) -> float:
         """D = E h^3 / (12 (1 - nu^2))."""
         return self.thickness_m**3 / (12 * self.material.compliance)
@@ -101,7 +105,7 @@ class ResonantPlate:
 
     def rigid_acceleration(self, peak_force_n: float) -> float:
         """Acceleration (m/s2) of the plate as one body, F / m: eq. 2.9 read backwards."""
-        return peak_force_n / (self.mass_per_area_kg_m2 * self.area_m2)
+        return peak_force_n / self.mass_kg
 
     def wave_acceleration(self, peak_force_n: float, contact_time_s: float, distance_m: float) -> float:
         """Bound (m/s2) on the bending wave of a sin^2 pulse at a distance from the impact, before any edge answers.

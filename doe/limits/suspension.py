@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-from .ballistic import positive
+from .ballistic import STANDARD_GRAVITY_M_S2, positive
 
 #: The bullet's momentum for which the loads of Table 2.1 were worked out: 1 kg at 80 m/s.
 DESIGN_MOMENTUM_KG_M_S = 80.0
@@ -46,3 +47,46 @@ TABLE_2_1 = (
     SuspensionPart("connecting links", 7765.0, 30901.0),
     SuspensionPart("rope", 7550.0, 34825.0, strength_share=0.5, required_factor=2.3),
 )
+#: The weakest of the parts that hold the plate, over the factor that is required of it: 7923 N, the connecting links.
+MAX_CHAIN_LOAD_N = min(
+    part.strength_share * part.rated_load_n / part.required_factor for part in TABLE_2_1 if part.name != "rope"
+)
+
+
+@dataclass(frozen=True)
+class Swing:
+    """The plate after a shot, as a point mass on its chains: a pendulum that is struck at rest.
+
+    Raises `ValueError` for a length, a mass or a momentum that is not positive.
+    """
+
+    length_m: float  # from the upper member to the plate's centre of mass
+    plate_mass_kg: float
+    momentum_kg_m_s: float  # of the bullet
+
+    def __post_init__(self) -> None:
+        positive(length_m=self.length_m, plate_mass_kg=self.plate_mass_kg, momentum_kg_m_s=self.momentum_kg_m_s)
+
+    @property
+    def velocity_m_s(self) -> float:
+        """Of the plate, for a bullet that comes back as fast as it came: that errs on the safe side."""
+        return 2 * self.momentum_kg_m_s / self.plate_mass_kg
+
+    @property
+    def rise_m(self) -> float:
+        """How far the kinetic energy lifts it."""
+        return self.velocity_m_s**2 / (2 * STANDARD_GRAVITY_M_S2)
+
+    @property
+    def reach_m(self) -> float:
+        """How far it swings to the side, sqrt(2 l r - r^2); the whole length where it rises as high as that."""
+        rise = min(self.rise_m, self.length_m)
+        return math.sqrt(rise * (2 * self.length_m - rise))
+
+    @property
+    def chain_load_n(self) -> float:
+        """Weight and what bends the path of the plate at its lowest point, M (g + v^2 / l), all on one chain.
+
+        Table 2.1 has 7765 N for a plate of around 800 kg on two chains: its whole weight.
+        """
+        return self.plate_mass_kg * (STANDARD_GRAVITY_M_S2 + self.velocity_m_s**2 / self.length_m)

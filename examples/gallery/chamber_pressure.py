@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pyroshock.app.plots import MEASURED, MODEL, QUIET, new_figure
 from pyroshock.ingest.velocity import muzzle_velocity, tank_pressure_before
-from pyroshock.virtualbench.campaigns.gun import BULLET_LENGTH_M, DURATION_S, PRE_TRIGGER_S, RATE_HZ
+from pyroshock.virtualbench.campaigns.gun import BULLET_LENGTH_M, DURATION_S, RATE_HZ
 from pyroshock.virtualbench.campaigns.gun_sensors import LASER, TANK
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
-from pyroshock.virtualbench.gun.channels import shot_signals
+from pyroshock.virtualbench.gun.channels import Trigger, shot_signals
 from pyroshock.virtualbench.gun.fire import fire
 from pyroshock.virtualbench.sensors import record
 
@@ -29,7 +29,7 @@ def recorded(rng: np.random.Generator) -> dict[str, NDArray[np.float32]]:
     effects, bullet = Effects.default(), Projectile(length_m=BULLET_LENGTH_M)
     truth = fire(GunBuild(), effects, TEST_2_PA, bullet, rng, until_s=_FOLLOWED_S)
     rate = _FINER * RATE_HZ
-    signals = shot_signals(truth, bullet, rate, DURATION_S, PRE_TRIGGER_S)
+    signals = shot_signals(truth, bullet, rate, DURATION_S, Trigger())
     time = np.arange(signals["laser"].size) / rate
     sensors = {"tank_pressure": TANK, "laser": LASER}
     return {name: record(time, signals[name], each, RATE_HZ, effects, rng) for name, each in sensors.items()}
@@ -41,7 +41,7 @@ def draw() -> Figure:
     pressure_bar = (volts["tank_pressure"].astype(float) - TANK.offset_v) / (TANK.sensitivity or 1.0)
     before = tank_pressure_before(pressure_bar * 1e5)
     passage = muzzle_velocity(volts["laser"], RATE_HZ, BULLET_LENGTH_M)
-    time_ms = 1e3 * (np.arange(pressure_bar.size) / RATE_HZ - PRE_TRIGGER_S)
+    time_ms = 1e3 * (np.arange(pressure_bar.size) / RATE_HZ - Trigger().pre_trigger_s)
     figure = new_figure(8.0, 4.2)
     axes = figure.subplots()
     laser: Any = axes.twinx()

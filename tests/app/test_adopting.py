@@ -13,12 +13,13 @@ from types import SimpleNamespace
 import pytest
 from pyroshock.app.diagnoses import diagnosing
 from pyroshock.app.tuning import session as tuning_session
-from pyroshock.app.twins import adopting
+from pyroshock.app.twins import adopting, model_in_use
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.adopting import acts_at, adopt, adopted_for, fitted, taken_up
 from pyroshock.app.twins.building import TwinRequest
 from pyroshock.diagnosis.verdict import Verdict
 from pyroshock.schema.session import Store
+from pyroshock.training.records import DatasetName
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.effects import Effect, catalogue, effect
 from sqlalchemy import func
@@ -271,16 +272,33 @@ def test_registered_model_holds_what_the_bench_does(lab: str, monkeypatch: pytes
         adopt(store, of_gun("spring", layer, simulator="gun:adiabatic | contact:hertz"), layer.id)
 
         class Registry:
-            def champion(self, _: str) -> SimpleNamespace:
-                return SimpleNamespace(label="hybrid@1", dataset=SimpleNamespace(hash="0" * 64))
+            def versions(self) -> list[SimpleNamespace]:
+                dataset = DatasetName("spring", "0" * 64, "gun")
+                return [SimpleNamespace(label="hybrid@1", champion_of="gun", promoted_at="2026", dataset=dataset)]
 
         monkeypatch.setattr(twins, "_registry", lambda _: Registry())
         monkeypatch.setattr(twins, "_registered", lambda *_: LawContact("hunter"))
         by_model = twins.twin_of(store, lab, TwinRequest(campaign="spring"))
         by_law = twins.twin_of(store, lab, TwinRequest(campaign="spring", contact="hertz"))
     assert by_model.twin.contact.label == "hunter"
-    assert any("does not act on a registered model" in note for note in by_model.notes)
+    assert any("does not act on hybrid@1, which has learned it from measured" in note for note in by_model.notes)
     assert by_law.twin.contact.label == f"hertz + {layer.id}"
+
+
+@pytest.mark.usefixtures("quick")
+def test_model_of_another_bench_has_not_learned_it(lab: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Explicit effects act on any model; adopted ones on a model whose pulses are of another gun."""
+    layer, given = verdicts.LAYER, effect("contact.effective_mass")
+    with opened(lab) as store:
+        adopt(store, of_gun("spring", layer, simulator="gun:adiabatic | contact:hertz"), layer.id)
+        version = SimpleNamespace(label="hybrid@1", champion_of="gun", promoted_at="2026",
+                                  dataset=DatasetName("spring", "0" * 64, "gun", "gun", "before contact"))  # fmt: skip
+        monkeypatch.setattr(twins, "_registry", lambda _: SimpleNamespace(versions=lambda: [version]))
+        monkeypatch.setattr(twins, "_registered", lambda *given: LawContact("hertz", effects=given[-1]))
+        for taught, expected in (("other", (given, layer)), ("summer", (given,)), ("spring", (given,))):
+            monkeypatch.setattr(model_in_use, "training_campaigns", lambda *_, name=taught: (name,))
+            built = twins.twin_of(store, lab, TwinRequest(campaign="spring", effects=(given,)))
+            assert built.twin.contact.effects == expected
 
 
 @pytest.mark.usefixtures("quick")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
+from pyroshock.doe.space import shipped_factors
 from support.stores.stores import pyroshock
 
 SPEC = "frequency_hz,level_g\n100,20\n1000,400\n4000,400\n"
@@ -31,8 +33,10 @@ def tune(url, tmp_path, *words):
 @pytest.mark.slow
 def test_ranked_settings_have_the_keys_of_the_contract(url, tmp_path):
     avoid, plot = tmp_path / "avoid.json", tmp_path / "tuned.png"
-    result = tune(url, tmp_path, "--tolerance", "6dB", "--avoid", avoid, "--plot", plot, "--json")
+    words = ("--tolerance", "20dB", "--at-least", "0.05", "--avoid", avoid, "--plot", plot)
+    result = tune(url, tmp_path, *words, "--json")
     assert result.exit_code == 0, result.stderr
+    assert "meets the target: the setting has" in result.stderr or "meet the target: the best has" in result.stderr
     rows = json.loads(result.stdout)
     assert {"settings", "probability_within", "worst_margin_db", "worst_frequency_hz"} <= set(rows[0])
     assert [row["rank"] for row in rows] == list(range(1, len(rows) + 1))
@@ -40,6 +44,38 @@ def test_ranked_settings_have_the_keys_of_the_contract(url, tmp_path):
     assert all(row["settings"]["tank_pressure_pa"] <= 8e5 for row in rows)
     assert plot.is_file()
     assert all({"settings", "avoid"} <= set(row) for row in json.loads(avoid.read_text()))
+    assert all({"tank_pressure_pa", "tip_material"} <= set(other) for row in rows for other in row["alternatives"])
+    again = tune(url, tmp_path, *words)
+    assert again.exit_code == 0
+    best = max(row["probability_within"] for row in rows)
+    assert re.match(rf"(One proposal meets|\d+ proposals meet) the target: .* {100 * best:.0f} % ", again.stdout)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", [(), ("--json",)])
+def test_target_that_no_setting_meets_is_exit_code_1(url, tmp_path, form):
+    (tmp_path / "spec.csv").write_text("frequency_hz,level_g\n100,2000\n1000,4000000\n4000,4000000\n")
+    result = tune(url, tmp_path, "--tolerance", "6dB", *form)
+    assert result.exit_code == 1
+    said = result.stderr if form else result.stdout
+    (line,) = [each for each in said.splitlines() if each.startswith("No setting meets the target")]
+    assert re.search(r"The level stands in the way: .* 8 bar, 1 kg.* dB louder.* bench sets 0\.2 to 8 bar", line)
+    if form:
+        rows = json.loads(result.stdout)
+        assert [row["rank"] for row in rows] == list(range(1, len(rows) + 1))
+    else:
+        assert result.stdout.splitlines()[0] == line
+
+
+@pytest.mark.slow
+def test_bench_that_allows_nothing_is_exit_code_1_and_no_plot(url, tmp_path):
+    (tmp_path / "own.toml").write_text(shipped_factors("gun") + "\n[bench]\nmax_contact_force_n = 1.0\n")
+    plot = tmp_path / "tuned.png"
+    result = tune(url, tmp_path, "--factors", tmp_path / "own.toml", "--plot", plot, "--json")
+    assert result.exit_code == 1
+    assert json.loads(result.stdout) == []
+    assert "expected peak force" in result.stderr and "allowed 1 (max_contact_force_n)" in result.stderr
+    assert not plot.exists()
 
 
 @pytest.mark.parametrize(
@@ -50,6 +86,7 @@ def test_ranked_settings_have_the_keys_of_the_contract(url, tmp_path):
         (("--bullet-mass", "0.2:1"), "with a unit"),
         (("--measured", "nowhere"), "no campaign 'nowhere'"),
         (("--plate", "oak"), "no material 'oak'"),
+        (("--at-least", "1.5"), "at-least"),
         (("--impact-at", "0.4"), "expected two numbers in m"),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 
 import pytest
 from click.testing import CliRunner
@@ -41,6 +42,19 @@ def test_mean_error_is_the_thesis_one(demo):
     assert demo[1]["mean_error_percent"] == pytest.approx(4.07, abs=0.01)
 
 
+def test_error_with_the_stated_travel_is_that_of_the_closed_law(demo):
+    """Equation 2.16 written out anew with 0.885 m and a friction of 0.2, and not through the twin."""
+    tank_m3, area_m2, mass_kg = 0.0095, math.pi * 0.048**2 / 4, 0.1428
+    share = 1 - (1 + area_m2 * 0.885 / tank_m3) ** -0.4
+    errors = []
+    for row in demo[1]["shots"]:
+        work_j = row["pressure_bar"] * 1e5 * tank_m3 / 0.4 * share - 0.2 * mass_kg * 9.80665 * 0.885
+        predicted_m_s = 0.5 * math.sqrt(2 * work_j / mass_kg)
+        errors.append(abs(row["measured_m_s"] - predicted_m_s) / row["measured_m_s"] * 100)
+    assert demo[1]["stated_mean_error_percent"] == pytest.approx(sum(errors) / 5, rel=1e-9)
+    assert demo[1]["stated_mean_error_percent"] == pytest.approx(4.29, abs=0.005)
+
+
 def test_errors_are_the_printed_ones(demo):
     for row in demo[1]["shots"]:
         assert row["error_%"] == pytest.approx(row["thesis_error_%"], abs=0.1), row
@@ -58,6 +72,8 @@ def test_picture_and_store_are_where_it_says(told):
     assert (out / "demo.png").read_bytes().startswith(b"\x89PNG")
     assert (out / "demo.db").is_file()
     assert "mean absolute error 4.06 %" in said
+    assert "the travel of 0.90 m and the friction of 1.464 were identified from the printed predictions" in said
+    assert "with the stated travel of 0.885 m and a friction of 0.2: 4.29 %" in said
 
 
 def test_rehearsal_works_its_plan_off(demo):

@@ -84,7 +84,7 @@ def test_plan_is_predicted_with_the_plates_that_its_runs_name(lab, tmp_path):
 
 def test_what_the_table_does_not_say_is_told(lab):
     (lab / "short.csv").write_text("run,tank_pressure_bar\n1,2\n")
-    told = assumed(rows_of_file(lab / "short.csv"))
+    told = assumed(rows_of_file(lab / "short.csv"), 0.5)
     assert "no column bullet_mass_kg: 0.5" in told
     assert not any("tank_pressure" in line for line in told)
 

@@ -37,6 +37,10 @@ class _Snapshot:
     table: PulseTable
     predictors = shipped("hammer")
 
+    @property
+    def definition(self) -> dict[str, object]:
+        return {"velocity": {"kind": "before contact"}}
+
 
 @pytest.fixture
 def lab(tmp_path, monkeypatch):
@@ -155,11 +159,14 @@ def test_compare_needs_pulses_in_common(lab):
 
 def test_promotion_and_refusal(lab):
     done(lab("train", "spring", "--models", "kernel-ridge,hann", "--split", "repetitions"))
-    assert "champion: kernel-ridge@1 of hammer" in done(lab("promote", "kernel-ridge", "1")).stderr
+    first = done(lab("promote", "kernel-ridge@1")).stderr
+    assert "kernel-ridge@1 is now in use for the hammer (none before): kernel-ridge@1 predicts unseen" in first
     refused = lab("promote", "hann", "1", "--json")
     assert refused.exit_code == 1
     assert json.loads(refused.stdout)["promoted"] is False
-    assert "kernel-ridge@1 is better than hann@1 in cost" in refused.stderr
+    stays = "hann@1 is not put in use, kernel-ridge@1 stays in use for the hammer: kernel-ridge@1 predicts unseen"
+    assert stays in refused.stderr
+    assert lab("promote", "hann").exit_code == lab("promote", "hann@1", "1").exit_code == 2
     rows = json.loads(done(lab("models", "--json")).stdout)
     assert {row["model"]: row.get("champion_of") for row in rows} == {"kernel-ridge": "hammer", "hann": None}
     assert "kernel-ridge *" in done(lab("models")).stdout
@@ -174,9 +181,10 @@ def test_promotion_judged_on_another_dataset(lab):
     done(lab("promote", "kernel-ridge", "1"))
     refused = lab("promote", "hann", "1", "--on", "autumn")
     assert refused.exit_code == 1
-    assert "judged on 120 pulses, autumn" in refused.stderr
+    assert "judged on 120 pulses, unseen configurations of autumn" in refused.stderr
     forced = lab("promote", "hann", "1", "--on", "autumn", "--force", "--reason", "a trial")
-    assert "champion: hann@1 of hammer" in done(forced).stderr
+    trial = "hann@1 is now in use for the hammer (kernel-ridge@1 before): a trial; promoted by force although"
+    assert trial in done(forced).stderr
     assert "a trial" in done(lab("models", "--promotions")).stdout
 
 
@@ -194,9 +202,12 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
 
     done(run(dataset, "build", "all-of-spring", "--from", "spring"))
     done(run(train, "all-of-spring", "--models", "linear,hertz", "--split", "repetitions"))
-    done(run(promote, "linear", "1"))
+    refused = run(promote, "linear", "1")
+    assert refused.exit_code == 1, "a line through four configurations was to predict the fifth"
+    assert "the prior of the contact predicts unseen configurations better than linear@1" in refused.stderr
+    done(run(promote, "linear", "1", "--force", "--reason", "the first one"))
     judged = run(promote, "hertz", "1", "--on", "autumn", "--force", "--reason", "a law for all")
-    assert "judged on 20 pulses, autumn" in done(judged).stderr
+    assert "judged on 20 pulses, unseen configurations of autumn" in done(judged).stderr
     row = next(row for row in json.loads(done(run(models, "--json")).stdout) if row["model"] == "hertz")
     assert (row["champion_of"], row["dataset"]) == ("hammer", "all-of-spring")
     lost = run(promote, "linear", "1", "--on", "winter")

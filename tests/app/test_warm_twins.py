@@ -21,6 +21,7 @@ from pyroshock.app.twins.adopting import adopt
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
 from pyroshock.app.twins.warm import TwinShelf
 from pyroshock.schema.materials import Material
+from pyroshock.training.records import DatasetName
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.response import PlateResponse
 from support.records import verdicts
@@ -160,10 +161,10 @@ class InUse:
     def connection(self):
         return SimpleNamespace(nothing_there=False)
 
-    def champion(self, predictor_set: str):
-        assert predictor_set == "gun"
+    def versions(self):
         self.asked += 1
-        return SimpleNamespace(sha256=self.sha256)
+        dataset = DatasetName("spring", "5" * 64, "gun")
+        return [SimpleNamespace(sha256=self.sha256, champion_of="gun", promoted_at="2026", dataset=dataset)]
 
     def changed(self, text: str) -> None:
         self.file.write_text(text)
@@ -198,7 +199,8 @@ def test_champion_is_asked_for_once_while_nothing_changes(store, quick, counted,
 
 def test_law_does_not_depend_on_the_registry(store, quick, counted, in_use):
     shelf = shelf_of(store, quick, counted)
-    for request in (TwinRequest(contact="hertz"), TwinRequest(effects=(effect("contact.effective_mass"),))):
+    acting = (effect("contact.effective_mass"),)
+    for request in (TwinRequest(contact="hertz"), TwinRequest(contact="hertz", effects=acting)):
         shelf.get(request)
         in_use.changed(f"{request}")
         shelf.get(request)

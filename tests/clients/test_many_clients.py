@@ -125,7 +125,7 @@ def _work(lab: Lab, out: Path, rng: np.random.Generator) -> list[list[Command]]:
     few: list[list[Command]] = [
         ingests(),
         [_trains("spring", "hann", "hertz"), ("models",)],
-        [predict, ("promote", "reed", "1")],
+        [predict, ("promote", "reed", "1", "--force", "--reason", "to try it")],
         [("diagnose", "gun", *modes), ("export", "impacts", "--out", out / "impacts.csv")],
         [("extract", "cut", "--threshold", "0.02"), ("dataset", "build", "all", "--from", "spring")],
     ]
@@ -142,7 +142,7 @@ def _work(lab: Lab, out: Path, rng: np.random.Generator) -> list[list[Command]]:
         [predict, predict],
         [("diagnose", "gun", *modes)],
         [("diagnose", "gun", *modes, "--adopt", "none")],
-        [("extract", "cut", "--threshold", "0.02"), ("promote", "reed", "1")],
+        [("extract", "cut", "--threshold", "0.02"), ("promote", "reed", "1", "--force", "--reason", "to try it")],
         [("dataset", "build", "all", "--from", "spring"), ("impacts", "--json")],
         [("campaigns",), ("shots", "--json"), ("materials",)],
     ]

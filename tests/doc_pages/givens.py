@@ -94,7 +94,7 @@ def in_use(place: Place, campaign: str) -> None:
     """A quick model of a campaign's pulses, promoted."""
     place.pyroshock("dataset", "build", campaign, "--from", campaign)
     place.pyroshock("train", campaign, "--models", "linear", "--split", "configurations")
-    place.pyroshock("promote", "linear", "1")
+    place.pyroshock("promote", "linear", "1", "--force", "--reason", "to begin with")
 
 
 def plan_table(place: Place, name: str) -> None:

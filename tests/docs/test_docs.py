@@ -40,7 +40,9 @@ def test_examples_of_the_commands_run(tmp_path, request):
         fresh_registry(tmp_path)
         place.pyroshock("ingest", "examples/modal-hammer-hit", "small", "--db", "sqlite:///lab.db")
         for example in examples:
-            place.pyroshock(*shlex.split(example))
+            code, said = place.invoked(shlex.split(example))
+            # The shipped specification is softer than what the shipped bench gives at its least pressure.
+            assert code == (1 if example.startswith("tune") else 0), f"pyroshock {example}: {said}"
 
 
 def test_every_reader_has_a_row():

@@ -31,7 +31,7 @@ def trained(tmp_path_factory) -> Path:
         registry = fresh_registry(folder / "made")
         ground = ground_in(registry)
         train(registry, ground, MODELS, SPLITS)
-        promote(registry, "hann", 1, lambda _: ground.table)
+        promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="to begin with")
     return (folder / "made").rename(folder / "moved")
 
 
@@ -129,7 +129,7 @@ def test_damaged_champion_is_replaced_by_force_alone(registry):
     with pytest.raises(ValueError, match="hann@1"):
         promote(registry, "linear", 1, lambda _: ground.table)
     decision = promote(registry, "linear", 1, lambda _: ground.table, forced=True, reason="its files are gone")
-    assert decision.promoted and "nothing to compare on (hann@1" in decision.reason
+    assert decision.promoted and "could not be judged on unseen configurations (hann@1" in decision.reason
     assert registry.champion("hammer").label == "linear@1"
 
 
@@ -162,7 +162,7 @@ def test_prediction_by_a_damaged_champion_is_refused(registry, tmp_path, monkeyp
     """It does not fall back to a law of contact without a word."""
     gun = replace(ground_in(registry), dataset=DatasetName("shots", "f" * 64, "gun"))
     train(registry, gun, ["hann"], SPLITS)
-    promote(registry, "hann", 2, lambda _: gun.table)
+    promote(registry, "hann", 2, lambda _: gun.table, forced=True, reason="to begin with")
     url = f"sqlite:///{tmp_path / 'lab.db'}"
     opened_store(url, registry, monkeypatch)
     damage_files(registry, "hann@2", gone)

@@ -2,25 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.predictors import shipped
+from pyroshock.dataset.table import Predictor, PulseTable
+from pyroshock.schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
 from pyroshock.training.contact_stage import RegisteredContact
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.models.base import ContactPrediction
 from pyroshock.training.models.calibrated import Calibrated
+from pyroshock.training.models.hybrid import Hybrid
+from pyroshock.training.models.residual import Pulse, log_correlation, measured_outputs, pulses_of
 from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact
+from pyroshock.twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
+from pyroshock.twin.effects import effect
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plates import PlateStage
 from pyroshock.twin.setting import Setting
-from pyroshock.twin.strikes import Strikes
+from pyroshock.twin.strikes import Extrapolation, Pulses, Strikes
+from pyroshock.virtualbench.effects import Effects
+from pyroshock.virtualbench.impact.build import target
+from pyroshock.virtualbench.impact.impactors import hammer
+from pyroshock.virtualbench.impact.strike import strike_many
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.twin_parts import ringing_plate
 
@@ -39,13 +51,21 @@ def hertz() -> RegisteredModel:
     return registered(Analytic("hertz").fit(TABLE, np.random.default_rng(0)))
 
 
+@dataclass
 class WithSpread:
-    """Half a sine of 100 N over 1 ms, points uncertain by 10 N, the time by 0.1 ms."""
+    """Half a sine of 100 N over 1 ms; points are uncertain by a share of 100 N, the time by one of itself."""
+
+    force: float = 0.1
+    time: float = 0.1
+    together: float | None = None
 
     def predict(self, inputs: Any) -> ContactPrediction:
         n = len(inputs)
         force = np.tile(100 * np.sin(np.pi * np.linspace(0, 1, 20)), (n, 1))
-        return ContactPrediction(force, np.full(n, 1e-3), np.full((n, 20), 10.0), np.full(n, 1e-4))
+        spreads = np.full((n, 20), 100 * self.force), np.full(n, 1e-3 * self.time)
+        return ContactPrediction(
+            force, np.full(n, 1e-3), *spreads, None if self.together is None else np.full(n, self.together)
+        )
 
 
 def hit(**own: Any) -> Setting:
@@ -98,21 +118,214 @@ def test_a_law_that_was_registered_is_the_law():
         np.testing.assert_allclose(few, np.interp(np.linspace(0, 1, 20), phases, many), atol=2e-3 * many.max())
 
 
-def test_random_pulse_moves_by_its_spread():
+def normals(n: int, seed: int = 0) -> np.ndarray:
+    return np.random.default_rng(seed).standard_normal((n, 2))
+
+
+def random_pulses(model: Any, n: int = 4000, **own: Any) -> tuple[Pulses, Pulses, float]:
+    """Random pulses of one setting, their mean pulse, and twice the impactor's momentum."""
+    stage, setting = RegisteredContact(registered(model)), hit(**own)
+    drawn = stage.pulses(strikes(*[setting] * n), normals(n))
+    return drawn, stage.pulses(strikes(setting)), 2 * setting.impactor_mass_kg * setting.impact_velocity_m_s
+
+
+def test_nominal_draw_is_the_mean_pulse():
     stage = RegisteredContact(registered(WithSpread()))
-    z = np.array([[0.0, 0.0], [1.0, -2.0], [-30.0, -30.0]])
-    pulses = stage.pulses(strikes(hit(), hit(), hit()), z)
-    mean = stage.pulses(strikes(hit()))
-    np.testing.assert_allclose(pulses.force_n[0], mean.force_n[0])
-    np.testing.assert_allclose(pulses.force_n[1, 1:-1], mean.force_n[0, 1:-1] + 10.0)
-    np.testing.assert_allclose(pulses.contact_time_s[:2], [1e-3, 8e-4])
-    assert np.all(pulses.force_n >= 0) and np.all(pulses.contact_time_s > 0)
-    assert np.all(pulses.force_n[:, [0, -1]] == 0)
+    drawn, mean = stage.pulses(strikes(hit()), np.zeros((1, 2))), stage.pulses(strikes(hit()))
+    np.testing.assert_array_equal(drawn.force_n, mean.force_n)
+    np.testing.assert_array_equal(drawn.contact_time_s, mean.contact_time_s)
+
+
+def test_logarithms_deviate_by_the_models_spreads():
+    """At the peak 10 N of 99.7 N, and a tenth of the contact time: of the logarithms .1, to first order."""
+    drawn, _, _ = random_pulses(WithSpread())
+    assert np.log(drawn.peak_force_n).std() == pytest.approx(0.1, rel=0.05)
+    assert np.log(drawn.contact_time_s).std() == pytest.approx(0.1, rel=0.05)
+    assert np.all(drawn.force_n >= 0) and np.all(drawn.force_n[:, [0, -1]] == 0)
+
+
+def test_impulse_deviates_apart_from_the_time():
+    """Force and time deviate as far here: the impulse then hardly does, where both were apart it would by .14."""
+    drawn, mean, _ = random_pulses(WithSpread())
+    assert np.log(drawn.impulse_n_s / mean.impulse_n_s).std() < 0.03
+    wide, mean, _ = random_pulses(WithSpread(force=0.2), impact_velocity_m_s=3.0)
+    share = np.log(wide.impulse_n_s / mean.impulse_n_s)
+    assert share.std() == pytest.approx(np.sqrt(0.2**2 - 0.1**2), rel=0.05)
+    assert abs(np.corrcoef(share, np.log(wide.contact_time_s))[0, 1]) < 0.05
+
+
+def test_correlation_of_the_model_is_kept():
+    drawn, _, _ = random_pulses(WithSpread(together=0.5), impact_velocity_m_s=3.0)
+    found = np.corrcoef(np.log(drawn.peak_force_n), np.log(drawn.contact_time_s))[0, 1]
+    assert found == pytest.approx(0.5, abs=0.04)
+
+
+@given(
+    force=st.floats(0.0, 3.0),
+    time=st.floats(0.0, 3.0),
+    together=st.none() | st.floats(-1.0, 1.0),
+    velocity=st.floats(0.05, 50.0),
+)
+def test_no_draw_creates_energy(force: float, time: float, together: float | None, velocity: float):
+    """An impulse of 2 m u sends the impactor back as fast as it came; the mean of a model may be above it."""
+    drawn, mean, most = random_pulses(WithSpread(force, time, together), 50, impact_velocity_m_s=velocity)
+    assert np.all(drawn.impulse_n_s <= max(most, mean.impulse_n_s[0]) * (1 + 1e-6))
+    assert np.all(np.isfinite(drawn.force_n)) and np.all(drawn.contact_time_s > 0)
+
+
+def test_hybrid_knows_how_force_and_time_go_together():
+    """Simulated: outputs drawn with the spreads and the correlation, against the first-order formula."""
+    rng = np.random.default_rng(0)
+    base = Pulse.of(TABLE.force_n[:1].clip(0.0), TABLE.contact_time_s[:1], np.full(1, 2.0))
+    outputs = measured_outputs(TABLE.take(np.arange(1)), base)
+    mixing = rng.standard_normal((20, 20))
+    covariance = mixing @ mixing.T
+    width = np.sqrt(np.diag(covariance))
+    correlation, spread = covariance / np.outer(width, width), np.full((1, 20), 1e-3)
+    drawn = outputs + rng.standard_normal((40_000, 20)) @ np.linalg.cholesky(correlation).T * spread
+    many = Pulse(*(np.repeat(values, len(drawn), axis=0) for values in vars(base).values()))
+    pulses, at = pulses_of(drawn, many), pulses_of(outputs, base).force_n.argmax()
+    found = np.corrcoef(np.log(pulses.force_n[:, at]), np.log(pulses.contact_time_s))[0, 1]
+    assert log_correlation(pulses_of(outputs, base), spread, correlation)[0] == pytest.approx(found, abs=0.02)
 
 
 def test_compression_ends_at_the_peak():
     pulses = RegisteredContact(registered(WithSpread())).pulses(strikes(hit()))
     assert pulses.compression_time_s[0] == pytest.approx(0.5e-3, rel=0.06)
+
+
+def test_numbers_beyond_what_was_learned_have_the_range():
+    slow = float(TABLE.column("impact_velocity").min())
+    fast = float(TABLE.column("impact_velocity").max())
+    stage = RegisteredContact(hertz())
+    beyond, heavy, inside = stage.extrapolation(
+        strikes(hit(impact_velocity_m_s=9.0), hit(impactor_mass_kg=1.0), hit(tip=THESIS["delrin"]))
+    )
+    assert beyond == (Extrapolation("impact_velocity", 9.0, slow, fast),)
+    assert heavy == (Extrapolation("impactor_mass", 1.0, 0.32, 0.32),)
+    assert inside == ()
+
+
+def test_boundary_conditions_and_own_factors_are_asked_with():
+    own = replace(
+        shipped("hammer"),
+        predictors=(*PREDICTORS, Predictor("humidity")),
+        sources=(*shipped("hammer").sources, "factor.humidity"),
+    )
+    stage = RegisteredContact(replace(hertz(), predictors=own.predictors, domain=None), own)
+    asked = stage.inputs(strikes(hit(boundary_conditions="fixed", factors={"humidity": 0.4})))
+    assert (asked.column("boundary_conditions"), asked.column("humidity")) == ([1.0], [0.4])
+    with pytest.raises(ValueError, match=r"asks for humidity, .* --factor humidity=VALUE"):
+        stage.inputs(strikes(hit()))
+
+
+@pytest.mark.parametrize(
+    "given",
+    [("contact.tip_geometry", {"exponent": 1.3}), ("contact.plate_compliance", {"share": 1.0}),
+     ("contact.effective_mass", {"mass_factor": 1.2})],
+)  # fmt: skip
+def test_effect_on_a_model_that_is_the_law_is_the_law_with_it(given):
+    asked = strikes(hit(), hit(impact_velocity_m_s=2.0, anvil=THESIS["steel"]))
+    acting = [effect(given[0], **given[1])]
+    model, law = RegisteredContact(hertz(), effects=acting), LawContact("hertz", effects=acting)
+    mine, theirs = model.pulses(asked), law.pulses(asked)
+    np.testing.assert_allclose(mine.contact_time_s, theirs.contact_time_s, rtol=1e-4)
+    phases = np.linspace(0, 1, 65)
+    for few, many in zip(mine.force_n, theirs.force_n, strict=True):
+        np.testing.assert_allclose(few, np.interp(np.linspace(0, 1, 20), phases, many), atol=4e-3 * many.max())
+    assert model.label.endswith(f" + {given[0]}")
+
+
+def test_effect_that_loses_energy_takes_impulse_from_a_model():
+    model = registered(WithSpread())
+    without, acting = (
+        RegisteredContact(model, effects=effects).pulses(strikes(hit(tip=THESIS["aluminum"])))
+        for effects in ((), [effect("contact.plate_compliance", share=1.0)])
+    )
+    assert 0.4 < acting.impulse_n_s / without.impulse_n_s < 0.9
+
+
+def test_effects_of_another_stage_are_refused():
+    with pytest.raises(TypeError, match=r"gun\.back_pressure"):
+        RegisteredContact(hertz(), effects=[effect("gun.back_pressure")])
+
+
+@pytest.mark.parametrize("kind", [INTEGRATED, TARGET_MOTION_ADDED])
+def test_model_is_asked_with_the_velocity_that_it_takes(kind):
+    """What its own pulse gives before contact is what was asked, also of random targets."""
+    stage = RegisteredContact(hertz(), velocity_kind=kind)
+    assert stage.normals == 4
+    z = np.random.default_rng(1).standard_normal((64, 4))
+    z[:, :2] = 0.0
+    asked = strikes(*[hit(impact_velocity_m_s=1.5)] * 64)
+    velocity = stage.inputs(asked).column("impact_velocity")
+    if kind == TARGET_MOTION_ADDED:
+        np.testing.assert_array_equal(velocity, 1.5)
+        assert stage.pulses(asked, z).peak_force_n.std() > 0
+        return
+    likely = TargetMotion.of_strikes(asked)
+    before, _ = velocity_before_contact(velocity, PulseMoments.of(stage.pulses(asked).force_n), likely)
+    np.testing.assert_allclose(before, 1.5, rtol=2e-3)
+    assert np.all(stage.pulses(asked, z).peak_force_n <= RegisteredContact(hertz()).pulses(asked).peak_force_n * 1.001)
+
+
+@pytest.mark.slow
+def test_hybrid_of_integrated_velocities_is_asked_with_true_ones():
+    """Struck by the virtual bench's hammer, whose laws are others. Asked with the true velocity as it is, the model
+    would say half as much again, with the truth in none of its bands."""
+    table, truth = virtual_hammer(pulse_table(np.random.default_rng(0), repetitions=4))
+    left_out = np.isin(table.configuration, np.unique(table.configuration)[::4])
+    model = Calibrated(Hybrid()).fit(table.take(~left_out), np.random.default_rng(0))
+    learned = replace(registered(model), domain=Domain.of(table))
+    rows = np.flatnonzero(left_out)
+    for kind, within in ((INTEGRATED, (0.95, 1.05)), (BEFORE_CONTACT, (1.3, 2.0))):
+        stage = RegisteredContact(learned, velocity_kind=kind)
+        ratio, covered = [], []
+        for row in rows:
+            asked = setting_of(table, row, truth[row])
+            ratio.append(stage.pulses(strikes(asked)).peak_force_n[0] / table.peak_force_n[row])
+            z = np.random.default_rng(row).standard_normal((64, stage.normals))
+            low, high = np.quantile(stage.pulses(strikes(*[asked] * 64), z).peak_force_n, [0.05, 0.95])
+            covered.append(low <= table.peak_force_n[row] <= high)
+        assert within[0] < np.median(ratio) < within[1]
+        assert np.mean(covered) >= 0.85 if kind == INTEGRATED else np.mean(covered) < 0.05
+
+
+def virtual_hammer(table: PulseTable) -> tuple[PulseTable, np.ndarray]:
+    """The table with pulses and integrated velocities of virtual strikes, and their true velocities (n,)."""
+    rng, truth = np.random.default_rng(5), table.column("impact_velocity").copy()
+    impactors = [
+        hammer(tip, radius) for tip, radius in zip(table.tip_material, table.column("tip_radius"), strict=True)
+    ]
+    targets = [
+        target("aluminum", 0.01, anvil_material=("none", "aluminum", "steel")[int(anvil)],
+               insulator=("none", "polymeric")[int(soft)])
+        for anvil, soft in zip(table.column("anvil_material"), table.column("insulator"), strict=True)
+    ]  # fmt: skip
+    phase, x = np.linspace(0, 1, 20), table.x.copy()
+    force, time = np.zeros((len(table), 20)), np.zeros(len(table))
+    for tip in np.unique(table.tip_material):  # of like duration, since the longest takes its time
+        rows = np.flatnonzero(table.tip_material == tip)
+        chosen = [impactors[row] for row in rows], [targets[row] for row in rows]
+        for row, hit_ in zip(rows, strike_many(*chosen, Effects.default(), truth[rows], rng), strict=True):
+            time[row] = hit_.contact_time_s
+            force[row, 1:-1] = np.interp(phase * time[row], hit_.time_s, hit_.force_n)[1:-1]
+            end = int(hit_.force_n.argmax()) + 1
+            x[row, 5] = np.trapezoid(hit_.force_n[:end], hit_.time_s[:end]) / hit_.mass_kg
+    peaks = force.max(axis=1)
+    return replace(table, x=x, force_n=force, contact_time_s=time, peak_force_n=peaks), truth
+
+
+def setting_of(table: PulseTable, row: int, velocity_m_s: float) -> Setting:
+    anvil = (None, THESIS["aluminum"], THESIS["steel"])[int(table.column("anvil_material")[row])]
+    return hit(
+        tip=THESIS[str(table.tip_material[row])],
+        tip_radius_m=float(table.column("tip_radius")[row]),
+        anvil=anvil,
+        insulator=("none", "polymeric")[int(table.column("insulator")[row])],
+        boundary_conditions=("free", "fixed")[int(table.column("boundary_conditions")[row])],
+        impact_velocity_m_s=velocity_m_s,
+    )
 
 
 def test_what_lies_outside_is_told():

@@ -52,7 +52,7 @@ def test_what_one_registers_another_reads_and_promotes(shared: Place, tmp_path: 
     assert other.versions() == [version]
     assert other.load(version).model.kind == "analytic"
     assert len(other.held_out(version).keys)
-    decision = promote(other, "hann", version.version, lambda _: ground.table, reason="a start")
+    decision = promote(other, "hann", version.version, lambda _: ground.table, forced=True, reason="a start")
     assert (one.champion("hammer").label, one.decisions()) == (version.label, [decision])
     assert list(tmp_path.iterdir()) == []
 

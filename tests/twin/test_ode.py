@@ -203,6 +203,9 @@ class Thrown:
     def given_up(self, time: Floats, state: Floats) -> NDArray[np.bool_]:
         return np.asarray(state[1] < 0)
 
+    def longest_step(self, time: Floats) -> Floats:
+        return np.full(time.shape, np.inf)
+
     def take(self, rows: NDArray[np.intp]) -> Thrown:
         return Thrown(self.omega[rows], self.target[rows])
 
@@ -271,6 +274,9 @@ class Steady:
 
     def given_up(self, time: Floats, state: Floats) -> NDArray[np.bool_]:
         return np.asarray(time > self.longest)
+
+    def longest_step(self, time: Floats) -> Floats:
+        return np.full(time.shape, np.inf)
 
     def take(self, rows: NDArray[np.intp]) -> Self:
         return type(self)(self.target[rows], self.bend[rows], self.twist[rows], self.longest, self.tried)

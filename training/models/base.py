@@ -17,13 +17,15 @@ class ContactPrediction:
     """Pulses of n impacts: force (n x 20) at equidistant points of the contact, ends included, and contact time (n,).
 
     The spreads are standard deviations of a new measurement (not of its mean); None where a law of physics gives none.
-    The 90 % band is the mean plus and minus 1.645 spreads.
+    The 90 % band is the mean plus and minus 1.645 spreads. `log_correlation` (n,) is that of the logarithms of peak
+    force and contact time; None for a model that does not know it.
     """
 
     force_n: Floats
     contact_time_s: Floats
     force_spread_n: Floats | None
     contact_time_spread_s: Floats | None
+    log_correlation: Floats | None = None
 
 
 class ContactModel(ABC):

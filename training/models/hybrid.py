@@ -15,7 +15,7 @@ from .kinds import describe
 from .parts import own, prefixed, restored, taken
 from .propagation import residual_correlation
 from .pulses import faintest_mean_force, impulse
-from .residual import Pulse, end_noise, measured_outputs, pulses_of, spreads_of
+from .residual import Pulse, end_noise, log_correlation, measured_outputs, pulses_of, spreads_of
 
 #: The momentum bound lies this far above the greatest impulse measured.
 MARGIN = 1.05
@@ -71,10 +71,11 @@ class Hybrid(ContactModel):
         check_same_predictors(inputs, self._predictors)
         base, outputs = self._base_pulse(inputs), process.predict(inputs.x)
         pulse = pulses_of(outputs.mean, base)
-        force_spread = time_spread = None
-        if outputs.spread is not None:
-            force_spread, time_spread = spreads_of(pulse, outputs.spread, self._correlation, self._end_noise)
-        return ContactPrediction(pulse.force_n, pulse.contact_time_s, force_spread, time_spread)
+        if outputs.spread is None:
+            return ContactPrediction(pulse.force_n, pulse.contact_time_s, None, None)
+        spreads = spreads_of(pulse, outputs.spread, self._correlation, self._end_noise)
+        together = log_correlation(pulse, outputs.spread, self._correlation)
+        return ContactPrediction(pulse.force_n, pulse.contact_time_s, *spreads, together)
 
     def _base_pulse(self, inputs: Inputs) -> Pulse:
         nominal = self.base_.predict(inputs)

@@ -26,3 +26,14 @@ def propagated(jacobian: Floats, spread: Floats, correlation: Floats) -> Floats:
     parts = jacobian * spread[:, None, :]
     variance = np.einsum("npm,npm->np", parts @ correlation, parts)
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+def correlation_with(jacobian: Floats, spread: Floats, correlation: Floats, output: int) -> Floats:
+    """Correlation (n,) of a function with derivatives `jacobian` (n x m), as in `propagated`, with one of its outputs;
+    0 where either has no spread."""
+    parts = jacobian * spread
+    variance = np.einsum("nm,nm->n", parts @ correlation, parts)
+    together = parts @ correlation[:, output]
+    width = np.sqrt(np.maximum(variance, 0.0))
+    known = (width > 0) & (spread[:, output] > 0)
+    return np.asarray(np.clip(np.divide(together, width, out=np.zeros_like(width), where=known), -1.0, 1.0))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...dataset.table import POINTS, Floats, PulseTable
-from .propagation import propagated
+from .propagation import correlation_with, propagated
 from .pulses import WEIGHTS, impulse
 
 _INNER = slice(1, POINTS - 1)
@@ -84,6 +84,13 @@ def spreads_of(pulse: Pulse, spread: Floats, correlation: Floats, ends: Floats) 
     force[:, _INNER] = np.hypot(force[:, _INNER], second)
     force[:, [0, -1]] = pulse.mean_force_n * ends
     return force, pulse.contact_time_s * spread[:, 0]
+
+
+def log_correlation(pulse: Pulse, spread: Floats, correlation: Floats) -> Floats:
+    """Correlation (n,) of the logarithms of peak force and contact time, to first order."""
+    peak = pulse.force_n.argmax(axis=1)
+    at_peak = _jacobian(pulse)[np.arange(len(peak)), peak]
+    return correlation_with(at_peak, spread, correlation, 0)
 
 
 def _jacobian(pulse: Pulse) -> Floats:

@@ -12,15 +12,14 @@ from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any
 
+from .written import PROMOTED_TAG
+
 if TYPE_CHECKING:
     from mlflow import MlflowClient
 
     from ..records import Version
 
 ALIAS = "champion"
-
-#: When a version was made champion, the last time; see `next_stamp`.
-PROMOTED_TAG = "pyroshock.promoted_at"
 
 
 def alias_of(predictor_set: str) -> str:

@@ -76,6 +76,8 @@ class Registry:
         with self._model_of(version) as folder:
             model, written = read_model(folder, version.sha256)
         predictors, domain = read_about(written)
+        if "pulses" not in written:  # an older version: the pulses are listed beside its held-out predictions
+            written = {**written, "pulses": len(self.held_out(version).trained_on)}
         return RegisteredModel(version, model, predictors, domain, written)
 
     @patient

@@ -30,6 +30,12 @@ TASK_TAG = PREFIX + "task"
 ORDER_TAG = PREFIX + "order"
 
 
+#: When a version was made champion, the last time.
+PROMOTED_TAG = PREFIX + "promoted_at"
+#: Fields of `DatasetName` that versions of older software do not have.
+_KINDS = ("bench_kind", "velocity_kind")
+
+
 def version_tags(trained: Trained, sha256: str, order: int) -> dict[str, str]:
     """Everything that a listing tells of a version: it is written in one go with the version itself."""
     return {
@@ -43,6 +49,7 @@ def version_tags(trained: Trained, sha256: str, order: int) -> dict[str, str]:
         PREFIX + "cost": json.dumps(asdict(trained.cost)),
         PREFIX + "sha256": sha256,
         ORDER_TAG: str(order),
+        **{PREFIX + name: value for name in _KINDS if (value := getattr(trained.dataset, name)) is not None},
     }
 
 
@@ -54,7 +61,9 @@ def version_from(
     return Version(
         name=name,
         version=version,
-        dataset=DatasetName(own["dataset"], own["dataset_hash"], own["predictor_set"]),
+        dataset=DatasetName(
+            own["dataset"], own["dataset_hash"], own["predictor_set"], **{name: own.get(name) for name in _KINDS}
+        ),
         split=own["split"],
         seed=int(own["seed"]),
         metrics={key: Estimate(**value) for key, value in json.loads(own["metrics"]).items()},
@@ -65,6 +74,7 @@ def version_from(
         registered_at=datetime.fromtimestamp(created_ms / 1000, UTC),
         champion_of=champion_of,
         order=int(own.get("order", "0")),
+        promoted_at=tags.get(PROMOTED_TAG, ""),
     )
 
 
@@ -76,6 +86,7 @@ def about(trained: Trained) -> dict[str, Any]:
         "dataset": asdict(trained.dataset),
         "split": trained.task.split,
         "seed": trained.task.seed,
+        "pulses": len(trained.held_out.trained_on),
         "units": units(trained.predictors),
     }
 

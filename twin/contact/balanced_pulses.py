@@ -5,14 +5,16 @@ Glossary: m moving mass, u impact velocity, e restitution, J impulse, tau contac
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..strikes import Pulses, Strikes
+from .anvil import anvil_pulses
 from .bodies import Bodies, Floats
 from .effect import ContactEffect
 from .effects.plate_compliance import PlateCompliance
@@ -20,13 +22,13 @@ from .impact import solve
 from .impacts import Impacts
 from .struck import bodies_of, impedance, insulated
 from .trimming import trimmed
-from .uncertain_parameters import drawn_effects, polymeric
+from .uncertain_parameters import ANVIL_VOLUME, JOINT, drawn_effects, polymeric
 
 #: Equidistant points of a pulse's contact, and steps of its solution: errors of 1e-5.
 PHASES, STEPS = 65, 48
 #: What the law leaves open: logarithm of a stretch of time, logit of the restitution, logarithm of the shape's power.
 DISCREPANCIES = ("time", "restitution", "shape")
-#: Restitutions that a logit moves.
+#: Where the impulse lies from the least to the greatest one: what a logit moves.
 _LEAST, _MOST = 0.03, 0.99
 #: Powers of the shape: from a pulse with a broad top to one with a narrow one.
 _POWERS = (0.2, 15.0)
@@ -44,11 +46,13 @@ class StruckBodies:
     insulated: NDArray[np.bool_]
     impedance_n_s_m: Floats
     polymer: NDArray[np.bool_]
+    anvil: NDArray[np.bool_]
 
     @classmethod
     def of(cls, strikes: Strikes) -> Self:
         polymer = np.array([polymeric(setting) for setting in strikes.settings])
-        return cls(_with_strengths(strikes), insulated(strikes), impedance(strikes), polymer)
+        anvil = np.array([setting.anvil is not None for setting in strikes.settings])
+        return cls(_with_strengths(strikes), insulated(strikes), impedance(strikes), polymer, anvil)
 
     def repeated(self, count: int, impact_velocity_m_s: Floats) -> Self:
         """Each impact `count` times in a row, of other velocities (n * count,)."""
@@ -59,6 +63,7 @@ class StruckBodies:
             insulated=np.repeat(self.insulated, count),
             impedance_n_s_m=np.repeat(self.impedance_n_s_m, count),
             polymer=np.repeat(self.polymer, count),
+            anvil=np.repeat(self.anvil, count),
         )
 
 
@@ -67,41 +72,67 @@ def balanced_pulses(
     names: Sequence[str],
     latent: Floats,
     fixed: Sequence[ContactEffect],
+    *,
+    at_tip: bool = False,
     solver: Callable[[Impacts], Pulses] | None = None,
 ) -> Pulses:
     """Pulses at latent numbers (n, names): columns of `COLUMNS` and `DISCREPANCIES`; `fixed` effects act on all.
+    `at_tip`: the force on an anvil, not on the plate below it.
 
     The impulse is (1 + e) m u with e in [0, 1] to rounding: a stretch of time lowers the force as it lengthens the
-    contact, and a shape with a narrower top has a higher peak. `solver` gives the pulses of impacts on a plate that it
-    knows: then the plate's own compliance does not act, and an impactor that does not come back keeps its impulse.
+    contact, and a greater restitution or a shape with a narrower top lengthens it below the same peak. On an anvil of
+    mass M, which may fly on with the impactor when the pulse on the plate ends, e begins at -m / (m + M): there it is
+    the reduced mass that stops. `solver` gives the pulses of impacts on a plate that it knows, without the anvil:
+    then the plate's own compliance does not act, and an impactor that follows the plate gives it less than m u.
     """
     columns = dict(zip(names, latent.T, strict=True))
-    drawn = drawn_effects(columns, struck.polymer)
-    impacts = Impacts.of(struck.bodies, struck.insulated, struck.impedance_n_s_m)
-    for effect in (*drawn[:1], *fixed, *drawn[1:]) if "mass" in columns else (*fixed, *drawn):
-        if solver is None or effect.id != PlateCompliance.id:
-            impacts = effect.prepare(impacts)  # the mass first, since others refer to the momentum
-    velocity = struck.bodies.impact_velocity_m_s
-    if solver is None:
-        solved = solve(impacts, STEPS)
-        pulses, rebound = trimmed(solved, PHASES), solved.separation_velocity_m_s / velocity
-    else:
-        pulses = solver(impacts)
-        rebound = pulses.impulse_n_s / (impacts.mass_kg * velocity) - 1
-    restitution = np.clip(rebound, _LEAST, _MOST)
-    odds = restitution / (1 - restitution) * np.exp(np.clip(columns["restitution"], -_FAR, _FAR))
-    impulse = impacts.mass_kg * velocity * (1 + odds / (1 + odds))
-    if solver is not None:  # an impactor that follows the plate gives it less than its momentum
-        impulse *= np.minimum((1 + rebound) / (1 + restitution), 1.0)
-    stretch = np.exp(np.clip(columns["time"], -_FAR, _FAR))
+    effects = drawn_effects(columns, struck.polymer)
+    mass_first = 1 if "mass" in columns else 0  # others refer to the momentum
+    effects = [*effects[:mass_first], *fixed, *effects[mass_first:]]
+    natural, momentum, least = _natural_pulses(struck, effects, columns, at_tip, solver)
+    share = np.clip((natural.impulse_n_s - least) / (2 * momentum - least), _LEAST, _MOST)
+    odds = share / (1 - share) * np.exp(np.clip(columns["restitution"], -_FAR, _FAR))
+    impulse = least + (2 * momentum - least) * odds / (1 + odds)
+    peak = natural.peak_force_n * np.exp(-np.clip(columns["time"], -_FAR, _FAR))
     power = np.exp(np.clip(columns["shape"], *np.log(_POWERS)))
-    shape = pulses.force_n / pulses.peak_force_n[:, None]
-    sharpened = np.maximum(shape, 0.0) ** power[:, None]
-    mean, sharpened_mean = (np.trapezoid(course, axis=1) / (course.shape[1] - 1) for course in (shape, sharpened))
-    longer = stretch * mean / sharpened_mean
-    time = pulses.contact_time_s * longer
-    peak = impulse / (time * sharpened_mean)
-    return Pulses(time, sharpened * peak[:, None], pulses.compression_time_s * longer)
+    shape = (natural.force_n / natural.peak_force_n[:, None]) ** power[:, None]
+    time = impulse / (peak * np.trapezoid(shape, axis=1) / (shape.shape[1] - 1))
+    return Pulses(time, shape * peak[:, None], natural.compression_time_s * time / natural.contact_time_s)
+
+
+def _natural_pulses(
+    struck: StruckBodies,
+    effects: Sequence[ContactEffect],
+    columns: Mapping[str, Floats],
+    at_tip: bool,
+    solver: Callable[[Impacts], Pulses] | None,
+) -> tuple[Pulses, Floats, Floats]:
+    """Pulses as they are solved, the momentum (N s, (n,)) before, and the least impulse."""
+    on_rigid_plate = _prepared(struck, [effect for effect in effects if effect.id != PlateCompliance.id])
+    impacts = _prepared(struck, effects)
+    momentum = np.asarray(impacts.mass_kg * struck.bodies.impact_velocity_m_s)
+    if solver is not None:
+        return solver(on_rigid_plate), momentum, np.zeros_like(momentum)
+    time, compression = np.empty(len(momentum)), np.empty(len(momentum))
+    force, least = np.empty((len(momentum), PHASES)), momentum.copy()
+    rows = np.flatnonzero(~struck.anvil)
+    if rows.size:
+        pulses = trimmed(solve(impacts.take(rows), STEPS), PHASES)
+        time[rows], force[rows], compression[rows] = pulses.contact_time_s, pulses.force_n, pulses.compression_time_s
+    rows = np.flatnonzero(struck.anvil)
+    if rows.size:
+        volume, stiffness = ANVIL_VOLUME.values(columns["anvil"][rows]), JOINT.values(columns["joint"][rows])
+        mobility = (impacts.plate_mobility_m_n_s - on_rigid_plate.plate_mobility_m_n_s)[rows]
+        mass = struck.bodies.target_density_kg_m3[rows] * volume
+        least[rows] *= mass / (impacts.mass_kg[rows] + mass)
+        pulses = anvil_pulses(on_rigid_plate.take(rows), mass, stiffness, mobility, PHASES, at_tip=at_tip)
+        time[rows], force[rows], compression[rows] = pulses.contact_time_s, pulses.force_n, pulses.compression_time_s
+    return Pulses(time, np.maximum(force, 0.0), compression), momentum, least
+
+
+def _prepared(struck: StruckBodies, effects: Sequence[ContactEffect]) -> Impacts:
+    nominal = Impacts.of(struck.bodies, struck.insulated, struck.impedance_n_s_m)
+    return reduce(lambda impacts, effect: effect.prepare(impacts), effects, nominal)
 
 
 def _with_strengths(strikes: Strikes) -> Bodies:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Self
 
 import numpy as np
@@ -63,6 +63,11 @@ class Bodies:
 
     def __len__(self) -> int:
         return len(self.impact_velocity_m_s)
+
+    def take(self, rows: NDArray[np.intp]) -> Self:
+        """Some of the impacts, by their rows."""
+        arrays = {name: values[rows] for name, values in vars(self).items() if values is not None}
+        return replace(self, **arrays)
 
     def needed(self, quantity: str, law: str) -> Floats:
         """A quantity (n,) that may be unknown. Raises `MissingQuantityError` naming it and the law that wants it."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -60,6 +60,11 @@ class Impacts:
             layer_stiffening_1_n=np.zeros(n),
             plate_mobility_m_n_s=np.zeros(n),
         )
+
+    def take(self, rows: NDArray[np.intp]) -> Self:
+        """Some of the impacts, by their rows."""
+        arrays = {name: values[rows] for name, values in vars(self).items() if isinstance(values, np.ndarray)}
+        return replace(self, bodies=self.bodies.take(rows), **arrays)
 
 
 def plate_impedance(

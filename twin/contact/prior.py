@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..effects import Effect, checked_effects
 from ..measured_shots import MeasuredShots
@@ -16,8 +17,8 @@ from .balanced_pulses import StruckBodies, balanced_pulses
 from .bodies import Floats
 from .effect import ContactEffect
 from .impacts import Impacts
-from .shot_update import DISCREPANCIES, LatentPosterior, ShotFeatures, updated_posterior
-from .uncertain_parameters import COLUMNS, uncertain_columns
+from .shot_update import DISCREPANCIES, LatentPosterior, ShotFeatures, lower_roots, updated_posterior
+from .uncertain_parameters import effect_of, uncertain_columns
 
 #: Steps of ln velocity between which a posterior is straight: much shorter than a discrepancy's length.
 _GRID = 0.2
@@ -29,10 +30,12 @@ _UNSTATED, _LEAST_U = 0.02, 1e-3
 
 @dataclass(frozen=True, eq=False)
 class LearnedShots:
-    """What was learned from: n settings with measured velocity (m/s), its relative uncertainty (n,), and logarithms of
-    peak force (N), contact time (s) and impulse (N s), (n, 3), NaN where not measured."""
+    """n shots: settings, those of one `configuration` (n,) repeating each other; measured velocity (m/s) and its
+    relative uncertainty, (n,); logarithms of peak force (N), contact time (s) and impulse (N s), (n, 3), NaN for none.
+    """
 
     settings: tuple[Setting, ...]
+    configuration: NDArray[np.intp]
     velocity_m_s: Floats
     velocity_u: Floats
     logarithms: Floats
@@ -48,7 +51,8 @@ class LearnedShots:
         velocity = shots.impact_velocity_m_s[rows]
         relative = shots.impact_velocity_u_m_s[rows] / velocity
         relative = np.where(np.isfinite(relative), np.maximum(relative, _LEAST_U), _UNSTATED)
-        return cls(tuple(shots.settings[row] for row in rows), velocity, relative, logarithms[rows])
+        settings = tuple(shots.settings[row] for row in rows)
+        return cls(settings, shots.configuration[rows], velocity, relative, logarithms[rows])
 
     def __len__(self) -> int:
         return len(self.settings)
@@ -58,20 +62,22 @@ class LearnedShots:
         if not mass_known:
             return self
         momentum = np.log([s.impactor_mass_kg for s in self.settings]) + np.log(self.velocity_m_s)
+        least = np.where([s.anvil is None for s in self.settings], momentum + 0.01, -np.inf)
         logarithms = self.logarithms.copy()
-        logarithms[:, 2] = np.clip(logarithms[:, 2], momentum + 0.01, momentum + math.log(1.98))
+        logarithms[:, 2] = np.clip(logarithms[:, 2], least, momentum + math.log(1.98))
         return replace(self, logarithms=logarithms)
 
     def joined(self, other: LearnedShots) -> LearnedShots:
         return LearnedShots(
             self.settings + other.settings,
+            np.concatenate([self.configuration, other.configuration]),
             np.concatenate([self.velocity_m_s, other.velocity_m_s]),
             np.concatenate([self.velocity_u, other.velocity_u]),
             np.concatenate([self.logarithms, other.logarithms]),
         )
 
 
-_NO_SHOTS = LearnedShots((), np.zeros(0), np.zeros(0), np.zeros((0, 3)))
+_NO_SHOTS = LearnedShots((), np.zeros(0, dtype=np.intp), np.zeros(0), np.zeros(0), np.zeros((0, 3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +87,8 @@ class PriorContact:
     The parameters are log-normal over their likely ranges (`uncertain_parameters`), what the law leaves open is a
     stretch of time, a shift of the restitution within 0 to 1 and another power of the shape; so every draw's impulse is
     (1 + e) m u with e from 0 to 1. `updated` narrows them by measured shots. `effects` act in every draw: their
-    parameters are not drawn. `hand_held`: a hammer in a hand, whose effective mass is drawn, too.
+    parameters are not drawn. `hand_held`: a hammer in a hand, whose effective mass is drawn, too,
+    and whose force is felt at the tip.
     """
 
     effects: Sequence[Effect] = ()
@@ -93,7 +100,7 @@ class PriorContact:
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", checked_effects(self.effects, ContactEffect))
         if self.posterior is None:
-            object.__setattr__(self, "posterior", LatentPosterior.prior(self._names))
+            object.__setattr__(self, "posterior", LatentPosterior.prior(self.names))
 
     @property
     def shots(self) -> int:
@@ -103,16 +110,17 @@ class PriorContact:
     @property
     def label(self) -> str:
         """ "prior of 4 effects", "contact law updated by 12 shots", and the effects that are fixed."""
-        drawn = {COLUMNS[name][0].effect.id for name in self._names if name in COLUMNS}
+        drawn = {effect_id for name in self.names if (effect_id := effect_of(name))}
         state = f"contact law updated by {self.shots} shots" if self.shots else f"prior of {len(drawn)} effects"
         return " + ".join([state, *(effect.id for effect in self.effects)])
 
     @property
     def normals(self) -> int:
-        return len(self._names)
+        return len(self.names)
 
     @property
-    def _names(self) -> tuple[str, ...]:
+    def names(self) -> tuple[str, ...]:
+        """What its normal numbers stand for, in order: columns of `COLUMNS`, and `DISCREPANCIES`."""
         fixed = {effect.id for effect in self.effects}
         return (*uncertain_columns(fixed, self.hand_held), *DISCREPANCIES)
 
@@ -134,7 +142,9 @@ class PriorContact:
             if z.shape != (len(strikes), self.normals):
                 raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
             mean = mean + np.einsum("nlk,nk->nl", root, z)
-        return balanced_pulses(StruckBodies.of(strikes), self._names, mean, self._fixed, solver)
+        return balanced_pulses(
+            StruckBodies.of(strikes), self.names, mean, self._fixed, at_tip=self.hand_held, solver=solver
+        )
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
         """Nothing: yield, loss and layer are drawn."""
@@ -163,10 +173,11 @@ class PriorContact:
             return self
         learned = self.learned.joined(new)
         posterior = updated_posterior(
-            self._names,
+            self.names,
             ShotFeatures(learned.settings, learned.velocity_m_s),
+            learned.configuration,
             learned.velocity_u,
-            learned.within_bounds("mass" not in self._names).logarithms,
+            learned.within_bounds("mass" not in self.names).logarithms,
             self._observables(learned),
         )
         return replace(self, learned=learned, posterior=posterior)
@@ -180,7 +191,7 @@ class PriorContact:
 
         def logarithms(latent: Floats, log_velocity: Floats) -> Floats:
             many = struck.repeated(len(latent) // len(learned), np.exp(log_velocity))
-            pulses = balanced_pulses(many, self._names, latent, self._fixed)
+            pulses = balanced_pulses(many, self.names, latent, self._fixed, at_tip=self.hand_held)
             return np.log(np.column_stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s]))
 
         return logarithms
@@ -192,23 +203,24 @@ class PriorContact:
         share = position - step
         keys = [(setting, int(row)) for setting, row in zip(strikes.settings, step, strict=True)]
         wanted = dict.fromkeys(key for setting, row in keys for key in ((setting, row), (setting, row + 1)))
-        self._keep(tuple(key for key in wanted if key not in self._cache))
-        ends = [[self._cache[setting, row + further] for setting, row in keys] for further in (0, 1)]
+        known = {key: at for key in wanted if (at := self._cache.get(key)) is not None}
+        known |= self._at([key for key in wanted if key not in known])
+        if len(self._cache) > _KEPT:
+            self._cache.clear()
+        self._cache.update(known)
+        ends = [[known[setting, row + further] for setting, row in keys] for further in (0, 1)]
         means, roots = ([np.array([end[part] for end in rows]) for rows in ends] for part in (0, 1))
         mean = means[0] + share[:, None] * (means[1] - means[0])
         return mean, roots[0] + share[:, None, None] * (roots[1] - roots[0])
 
-    def _keep(self, keys: tuple[tuple[Setting, int], ...]) -> None:
+    def _at(self, keys: Sequence[tuple[Setting, int]]) -> dict[tuple[Setting, int], tuple[Floats, Floats]]:
+        """Mean and root of the posterior at settings and steps of velocity."""
         if not keys:
-            return
-        if len(self._cache) > _KEPT:
-            self._cache.clear()
+            return {}
         assert self.posterior is not None  # made with the stage
         velocity = np.exp(_GRID * np.array([row for _, row in keys], dtype=np.float64))
         mean, covariance = self.posterior.at(ShotFeatures(tuple(setting for setting, _ in keys), velocity))
-        jitter = 1e-9 * np.einsum("nkk->nk", covariance)[:, :, None] * np.eye(self.normals)
-        roots = np.linalg.cholesky(covariance + jitter)
-        self._cache.update(zip(keys, zip(mean, roots, strict=True), strict=True))
+        return dict(zip(keys, zip(mean, lower_roots(covariance), strict=True), strict=True))
 
 
 def _quantities(settings: Sequence[Setting], velocity_m_s: Floats) -> dict[str, Floats]:

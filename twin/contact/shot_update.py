@@ -27,8 +27,6 @@ VELOCITY = "velocity"  # the error of a measured velocity, a latent number of ea
 #: was measured; and that of the logarithms of all of these.
 SMOOTH = np.array([0.15, 0.8, 0.3])
 SHOT = np.array([0.04, 0.2, 0.04])
-#: By how much they are greater with an anvil, which rings on its joint below the tip.
-WITH_ANVIL = np.array([2.0, 1.5, 2.5])
 _AMPLITUDE_SPREAD = np.array([0.5, 0.5, 0.5, 0.6, 0.6, 0.6])
 #: Standard deviations of ln peak force, ln contact time and ln impulse as sensors show them.
 MEASUREMENT = np.array([0.015, 0.03, 0.015])
@@ -36,11 +34,13 @@ MEASUREMENT = np.array([0.015, 0.03, 0.015])
 _LENGTHS = np.array([1.0, 1.0, 0.8])
 #: Shares of a discrepancy's variance: common to all, of the tip, of what is struck, of both together.
 _SHARES = (0.1, 0.25, 0.35, 0.3)
-_SAMPLES, _ITERATIONS = 48, 10
+_SAMPLES, _ITERATIONS = 32, 9
 #: Share of the way to the next line's posterior: whole steps go to and fro between two regimes.
 _STEP = 0.5
 #: Share of the posterior's deviations over which lines are regressed, after the first two.
 _NEAR = 0.5
+#: Half the width of a normal 90 % band; as many configurations as the prior of the widths weighs; limits of a width.
+_NORMAL_90, _DOUBT, _WIDTHS = 1.645, 10.0, (1.0, 2.5)
 
 #: ln peak force, ln contact time, ln impulse (n * s, 3) of latent numbers (n * s, latents) and ln velocities (n * s,).
 Observables = Callable[[Floats, Floats], Floats]
@@ -64,18 +64,9 @@ class ShotFeatures:
         return np.array([s.tip.name for s in self.settings])
 
     @property
-    def anvil(self) -> NDArray[np.bool_]:
-        return np.array([s.anvil is not None for s in self.settings])
-
-    @property
     def struck(self) -> NDArray[np.str_]:
         names = ((s.anvil.name if s.anvil else "", s.insulator, s.plate.name) for s in self.settings)
         return np.array(["|".join(name) for name in names])
-
-
-def anvil_factors(features: ShotFeatures, discrepancy: int) -> Floats:
-    """By how much a discrepancy is greater at each of n settings."""
-    return np.where(features.anvil, WITH_ANVIL[discrepancy], 1.0)
 
 
 def smooth_correlation(rows: ShotFeatures, columns: ShotFeatures) -> Floats:
@@ -100,6 +91,7 @@ class LatentPosterior:
     precision: Floats  # (observed, observed): inverse covariance
     smooth: Floats  # (3,): standard deviations of the discrepancies
     shot: Floats
+    widths: Floats  # (latents,): factors on standard deviations, from configurations that were left out
 
     @classmethod
     def prior(cls, names: tuple[str, ...]) -> LatentPosterior:
@@ -107,9 +99,8 @@ class LatentPosterior:
         widening = np.exp(_AMPLITUDE_SPREAD**2)
         empty = np.zeros((0, len(names)))
         rows = np.zeros(0, dtype=np.intp)
-        return cls(
-            names, nothing, empty, rows, np.zeros(0), np.zeros((0, 0)), SMOOTH * widening[:3], SHOT * widening[3:]
-        )
+        smooth, shot = SMOOTH * widening[:3], SHOT * widening[3:]
+        return cls(names, nothing, empty, rows, np.zeros(0), np.zeros((0, 0)), smooth, shot, np.ones(len(names)))
 
     def at(self, features: ShotFeatures) -> tuple[Floats, Floats]:
         """Mean (n, latents) and covariance (n, latents, latents) of each of n new shots."""
@@ -125,35 +116,42 @@ class LatentPosterior:
         gain = np.einsum("op,npl->nol", self.precision, cross)
         covariance = -np.einsum("nol,nok->nlk", cross, gain)
         covariance[:, np.arange(latents), np.arange(latents)] += variance
-        return mean, covariance
+        return mean, covariance * np.outer(self.widths, self.widths)
 
     def _correlation(self, name: str, features: ShotFeatures) -> Floats:
         """Covariance (new, learned) of one latent number."""
         if name in COLUMNS:
             return column_correlation(name, features.settings, self.shots.settings)
         index = DISCREPANCIES.index(name)
-        factors = np.outer(anvil_factors(features, index), anvil_factors(self.shots, index))
-        return np.asarray(self.smooth[index] ** 2 * factors * smooth_correlation(features, self.shots))
+        return np.asarray(self.smooth[index] ** 2 * smooth_correlation(features, self.shots))
 
     def prior_variance(self, name: str, features: ShotFeatures) -> Floats:
         """(n,) of one latent number, before any shot of this bench."""
         if name in COLUMNS:
             return np.ones(len(features.settings))
         index = DISCREPANCIES.index(name)
-        return np.asarray(self.smooth[index] ** 2 * anvil_factors(features, index) ** 2 + self.shot[index] ** 2)
+        return np.full(len(features.settings), self.smooth[index] ** 2 + self.shot[index] ** 2)
 
 
 def updated_posterior(
-    names: tuple[str, ...], shots: ShotFeatures, velocity_u: Floats, measured: Floats, observables: Observables
+    names: tuple[str, ...],
+    shots: ShotFeatures,
+    configuration: NDArray[np.intp],
+    velocity_u: Floats,
+    measured: Floats,
+    observables: Observables,
 ) -> LatentPosterior:
-    """Of n shots: `velocity_u` (n,) standard uncertainty of ln velocity, `measured` (n, 3) logarithms, NaN for none."""
+    """Of n shots: `velocity_u` (n,) standard uncertainty of ln velocity, `measured` (n, 3) logarithms, NaN for none.
+
+    Shots of one `configuration` (n,) are left out together where the widths are checked.
+    """
     fit = _Fit(names, shots, velocity_u, measured, observables)
     for iteration in range(_ITERATIONS):
         fit.linearise(1.0 if iteration < 2 else _NEAR)
         if iteration:
             fit.choose_amplitudes(2 if iteration < _ITERATIONS - 1 else 8)
         fit.condition(1.0 if iteration < 2 else _STEP)
-    return fit.posterior()
+    return fit.posterior(configuration)
 
 
 class _Fit:
@@ -177,8 +175,7 @@ class _Fit:
             for name in names
             if name in COLUMNS
         }
-        factors = [anvil_factors(shots, index) for index in range(3)]
-        self.bases = [smooth * np.outer(factor, factor) for factor in factors] + [identity] * 3
+        self.bases = [smooth] * 3 + [identity] * 3
         self.log_amplitudes = np.log(np.concatenate([SMOOTH, SHOT]))
         self.amplitude_sd = _AMPLITUDE_SPREAD.copy()
         self.latents = len(names) + 1
@@ -203,7 +200,7 @@ class _Fit:
     def linearise(self, share: float) -> None:
         """Lines y = b + A x of each shot, regressed over a share of its posterior, and what they leave as noise."""
         count = len(self.measured)
-        root = share * _root(self.covariance)
+        root = share * lower_roots(self.covariance)
         offsets = np.einsum("nlk,sk->nsl", root, self.normals)
         points = (self.mean[:, None] + offsets).reshape(count * _SAMPLES, -1)
         log_velocity = np.repeat(np.log(self.shots.velocity_m_s), _SAMPLES) - points[:, -1]
@@ -235,19 +232,20 @@ class _Fit:
         return np.asarray(weight[:, None] * kernel[np.ix_(self.rows, self.rows)] * weight)
 
     def choose_amplitudes(self, steps: int) -> None:
-        """Most probable amplitudes of the discrepancies by Fisher's scoring, and their uncertainty."""
+        """Most probable amplitudes of the discrepancies, and their uncertainty, by Newton's steps with the average
+        information (Gilmour, Thompson and Cullis, Biometrics 51 (1995) 1440)."""
         prior = np.log(np.concatenate([SMOOTH, SHOT]))
         for _ in range(steps):
-            inverse = np.linalg.inv(self._total())
+            inverse = _inverse(self._total())
             factor = inverse @ self.residual
             variance = 2 * np.exp(2 * self.log_amplitudes)
-            products = [inverse @ part for part in self.parts]
-            fit = np.array([factor @ part @ factor - np.trace(p) for part, p in zip(self.parts, products, strict=True)])
-            fisher = np.array([[np.sum(p * q.T) for q in products] for p in products])
-            fisher = 0.5 * fisher * np.outer(variance, variance) + np.diag(_AMPLITUDE_SPREAD**-2)
+            pulls = np.array([part @ factor for part in self.parts])
+            fit = pulls @ factor - np.array([np.vdot(inverse, part) for part in self.parts])
+            information = 0.5 * (pulls @ inverse @ pulls.T) * np.outer(variance, variance)
+            information += np.diag(_AMPLITUDE_SPREAD**-2)
             gradient = 0.5 * variance * fit - (self.log_amplitudes - prior) / _AMPLITUDE_SPREAD**2
-            self.log_amplitudes = self.log_amplitudes + np.clip(np.linalg.solve(fisher, gradient), -0.7, 0.7)
-            self.amplitude_sd = np.sqrt(np.diag(np.linalg.inv(fisher)))
+            self.log_amplitudes = self.log_amplitudes + np.clip(np.linalg.solve(information, gradient), -0.5, 0.5)
+            self.amplitude_sd = np.sqrt(np.diag(np.linalg.inv(information)))
 
     def _total(self) -> Floats:
         variance = np.exp(2 * self.log_amplitudes)
@@ -255,7 +253,7 @@ class _Fit:
 
     def condition(self, step: float) -> None:
         """The posterior of every shot's latent numbers."""
-        self.precision = np.linalg.inv(self._total())
+        self.precision = _inverse(self._total())
         self.factor = self.precision @ self.residual
         count = len(self.measured)
         cross = np.empty((count, len(self.rows), self.latents))
@@ -269,7 +267,7 @@ class _Fit:
         self.mean = self.mean + step * (mean - self.mean)
         self.covariance = self.covariance + step * (covariance - self.covariance)
 
-    def posterior(self) -> LatentPosterior:
+    def posterior(self, configuration: NDArray[np.intp]) -> LatentPosterior:
         amplitudes: Floats = np.exp(self.log_amplitudes)
         widened: Floats = amplitudes * np.exp(self.amplitude_sd**2)
         return LatentPosterior(
@@ -281,7 +279,33 @@ class _Fit:
             self.precision,
             amplitudes[:3],
             widened[3:],
+            self._widths(configuration),
         )
+
+    def _widths(self, configuration: NDArray[np.intp]) -> Floats:
+        """Factors on the latents' standard deviations (latents,), with which 90 % bands hold 90 % of what was left out.
+
+        Each configuration is foretold by all others (block of the inverse covariance: Rasmussen and Williams, Gaussian
+        Processes, 2006, eq. 5.12). The factor is the 90 % quantile of the standardized errors over the normal one's,
+        drawn towards 1 where configurations are few: peaks set the factor of the parameters and of the stretch, contact
+        times the shape's, impulses the restitution's.
+        """
+        errors = np.empty(len(self.rows))
+        own = configuration[self.rows]
+        numbers = np.unique(own)
+        for number in numbers:
+            block = np.flatnonzero(own == number)
+            covariance = np.linalg.inv(self.precision[np.ix_(block, block)])
+            errors[block] = covariance @ self.factor[block] / np.sqrt(np.diag(covariance))
+        weight = len(numbers) / (len(numbers) + _DOUBT) if len(numbers) > 1 else 0.0
+        factors = np.ones(3)
+        for kind in range(3):
+            of_kind = np.abs(errors[self.kinds == kind])
+            if of_kind.size:
+                quantile = float(np.quantile(of_kind, 0.9, method="hazen")) / _NORMAL_90
+                factors[kind] = np.clip(quantile**weight, *_WIDTHS)
+        peak, time, impulse = factors
+        return np.array([*[peak] * (len(self.names) - 3), peak, impulse, time])
 
 
 def _whitened(normals: Floats) -> Floats:
@@ -291,9 +315,23 @@ def _whitened(normals: Floats) -> Floats:
     return np.asarray(np.linalg.solve(root, centred.T).T)
 
 
-def _root(covariance: Floats) -> Floats:
-    """Lower roots of covariances (n, k, k), of which some may be singular."""
-    size = covariance.shape[1]
+def _inverse(covariance: Floats) -> Floats:
+    """Of a positive definite matrix."""
+    from scipy.linalg.lapack import dpotrf, dpotri
+
+    lower, _ = dpotrf(covariance, lower=1)
+    inverse, _ = dpotri(lower, lower=1)
+    return np.asarray(inverse + np.tril(inverse, -1).T)
+
+
+def lower_roots(covariance: Floats) -> Floats:
+    """Lower triangular roots of covariances (n, k, k), of which some may be singular."""
     scale = np.einsum("nkk->nk", covariance)
-    jitter = np.maximum(1e-9 * scale, 1e-12)
-    return np.linalg.cholesky(covariance + jitter[:, :, None] * np.eye(size))
+    floor = np.maximum(1e-9 * scale, 1e-12)
+    try:
+        return np.linalg.cholesky(covariance + floor[:, :, None] * np.eye(covariance.shape[1]))
+    except np.linalg.LinAlgError:  # by rounding, where shots say far more than the prior
+        values, vectors = np.linalg.eigh(covariance)
+        factors = vectors * np.sqrt(np.maximum(values, 1e-12))[:, None, :]
+        upper = np.linalg.qr(np.swapaxes(factors, 1, 2)).R
+        return np.asarray(np.swapaxes(upper, 1, 2) * np.sign(np.einsum("nkk->nk", upper))[:, None, :])

@@ -21,6 +21,8 @@ from .effects.viscous_loss import ViscousLoss
 _POLYMER_PA = 20e9
 #: Standard deviations from the middle of a likely range to either end.
 _DEVIATIONS = 2.0
+#: Standard deviations beyond which a parameter goes no further.
+_FARTHEST = 5.0
 
 
 @dataclass(frozen=True)
@@ -29,10 +31,11 @@ class UncertainParameter:
     deviations to either side of its geometric mean.
 
     `level` names what it belongs to (a tip, a plate) at a setting; two levels share `shared` of the variance of the
-    logarithm. `shot_variance` is the share of it that is new with each shot.
+    logarithm. `shot_variance` is the share of it that is new with each shot. `effect` is None for the bench's parts,
+    which are no effect of the catalogue.
     """
 
-    effect: type[ContactEffect]
+    effect: type[ContactEffect] | None
     name: str
     low: float
     high: float
@@ -42,9 +45,12 @@ class UncertainParameter:
 
     def values(self, z: Floats) -> Floats:
         """Of standard normal numbers, any shape; within the range that the effect allows."""
-        allowed = next(item for item in self.effect.parameters() if item.name == self.name)
         deviation = math.log(self.high / self.low) / (2 * _DEVIATIONS)
-        return np.clip(math.sqrt(self.low * self.high) * np.exp(deviation * z), allowed.low, allowed.high)
+        values = math.sqrt(self.low * self.high) * np.exp(deviation * np.clip(z, -_FARTHEST, _FARTHEST))
+        if self.effect is None:
+            return np.asarray(values)
+        allowed = next(item for item in self.effect.parameters() if item.name == self.name)
+        return np.clip(values, allowed.low, allowed.high)
 
 
 def polymeric(setting: Setting) -> bool:
@@ -64,6 +70,10 @@ def _layer(setting: Setting) -> str:
     return setting.insulator
 
 
+def _anvil(setting: Setting) -> str:
+    return setting.target.name
+
+
 def _hammer(_: Setting) -> str:
     return "hammer"
 
@@ -81,6 +91,10 @@ LAYER_STIFFENING = UncertainParameter(LayerCompliance, "stiffening_1_n", 1e-4, 1
 #: Of a hammer in a hand, whose grip differs a little from blow to blow.
 HAND_MASS = UncertainParameter(EffectiveMass, "mass_factor", 0.5, 3.0, _hammer, 1.0, shot_variance=0.01)
 
+#: An anvil of aluminium between 0.1 and 3 kg, bolted on: dry metal faces give way by micrometres under a few kN.
+ANVIL_VOLUME = UncertainParameter(None, "anvil_volume_m3", 4e-5, 1e-3, _anvil, 0.9)
+JOINT = UncertainParameter(None, "joint_stiffness_n_m", 2e8, 2e10, _anvil, 0.9)
+
 #: Columns of standard normal numbers by name: a metal's loss and a polymer's are the same column of different levels.
 COLUMNS: Mapping[str, tuple[UncertainParameter, ...]] = {
     "mass": (HAND_MASS,),
@@ -90,16 +104,20 @@ COLUMNS: Mapping[str, tuple[UncertainParameter, ...]] = {
     "plate": (PLATE_SHARE,),
     "layer": (LAYER,),
     "layer_stiffening": (LAYER_STIFFENING,),
+    "anvil": (ANVIL_VOLUME,),
+    "joint": (JOINT,),
 }
+
+
+def effect_of(name: str) -> str | None:
+    """Id of the effect whose parameter a column is; None for what is no effect's."""
+    effect = COLUMNS[name][0].effect if name in COLUMNS else None
+    return None if effect is None else effect.id
 
 
 def uncertain_columns(fixed: Collection[str], hand_held: bool) -> tuple[str, ...]:
     """Names of the columns that are drawn where the effects of these ids are fixed."""
-    return tuple(
-        name
-        for name, parameters in COLUMNS.items()
-        if parameters[0].effect.id not in fixed and (hand_held or name != "mass")
-    )
+    return tuple(name for name in COLUMNS if effect_of(name) not in fixed and (hand_held or name != "mass"))
 
 
 def drawn_effects(

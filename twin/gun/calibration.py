@@ -1,111 +1,246 @@
-"""What measured shots add to a gun's law: a correction of its velocity, smooth in tank pressure and bullet mass.
+"""What measured shots say of a gun: guns that it may be, moved to where the shots are, and what is left of them.
 
-Glossary: y = log(measured over predicted velocity), p gauge tank pressure, m bullet mass. y is a polynomial in
-log p and log m of degree 0, 1 or 2: the thesis's efficiency (eq. 2.18) is degree 0. The degree is the one that predicts
-best the shots of a setting (p, m) that it was not fitted to.
+Glossary: y = ln of measured velocity, x = ln of a member's velocity (`prior`), K members; p tank pressure, m bullet
+mass; s a setting (p, m); delta what the effects leave of the gap, smooth in ln p and ln m; S the settings of the shots.
+y = x(s) + a(s) (delta(s) + scatter of one shot), a being the members' amplification: both are of the work, and where
+friction and leaks take nearly all of it a little is a lot of velocity.
+
+1. delta is a Gaussian process, its size and the scatter of a shot are on a grid with priors; each pair's evidence is
+   that of Gaussian x with the members' mean and covariance (Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425).
+2. Members are drawn again by their likelihood to a power, as large as leaves a quarter of them in play (tempering:
+   Del Moral, Doucet and Jasra, J. R. Stat. Soc. B 68 (2006) 411).
+3. What is left of the likelihood moves them, linearly in the members' covariance between settings (ensemble smoother:
+   van Leeuwen and Evensen, Mon. Weather Rev. 124 (1996) 2898).
+4. delta of a member is that of its own residuals.
+
+With no shots nothing is moved; one shot is enough; where no shots are near, the members and delta spread again.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..sensors.chain import SensorChain
 from .bench import checked
+from .prior import GunPrior, MemberVelocities
+from .shot import Floats
 
-Floats = NDArray[np.float64]
-
-#: A degree needs this many settings more than it has terms: with fewer, leaving one out says little.
-_SPARE = 2
-#: With fewer settings than this nothing says how the law errs between them: at least Table 5.1's error is assumed.
-_FEW, _ASSUMED = 3, 0.046
+# Standard deviations of delta and of the scatter of one shot, each with a log-normal prior: median, width.
+_GAPS, _GAP_PRIOR = np.geomspace(0.01, 0.32, 6), (0.06, 0.8)
+_SCATTERS, _SCATTER_PRIOR = np.geomspace(0.004, 0.12, 8), (0.02, 0.8)
+# Delta changes over a factor of this in pressure or mass.
+_SMOOTH = 3.0
+# Shots whose pressures and masses are as near (ln) count as of one setting.
+_SAME = 0.01
+# Members whose ln v is as near to a measured one shoot alike.
+_ALIKE = 0.15
+# Of the members, that stay in play when they are drawn again.
+_IN_PLAY = 0.25
+_Rows = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
-class VelocityCalibration:
-    """A fitted correction. `terms` (t,) are its coefficients, `scatter` the repeatability of one shot (log, standard
-    deviation), `misfit` that of a whole setting which was left out; `shots` and `settings` say of how many."""
+class VelocityShots:
+    """Measured shots (n,): readings of the tank's pressure (gauge), bullets, velocities and their standard uncertainty.
 
-    degree: int
-    terms: Floats
-    centre: Floats  # (2,) of log p and log m
-    information: Floats  # t x t, of the settings' means
-    scatter: float
-    misfit: float
-    shots: int
-    settings: int
+    Raises `ValueError` for values that are not positive (uncertainties: negative), for no shot, and for other shapes.
+    """
+
+    tank_pressure_pa: Floats
+    bullet_mass_kg: Floats
+    measured_m_s: Floats
+    measured_u_m_s: Floats
+
+    def __post_init__(self) -> None:
+        for name in ("tank_pressure_pa", "bullet_mass_kg", "measured_m_s", "measured_u_m_s"):
+            values = checked(name, getattr(self, name), zero_allowed=name == "measured_u_m_s")
+            if values.ndim != 1 or values.size != len(self) or not values.size:
+                raise ValueError(f"{name} has shape {values.shape}: expected ({len(self) or 'n'},), one for each shot")
+            object.__setattr__(self, name, values)
+
+    def __len__(self) -> int:
+        return int(np.size(self.measured_m_s))
+
+    def beside(self, other: Self) -> Self:
+        """These and others."""
+        names = ("tank_pressure_pa", "bullet_mass_kg", "measured_m_s", "measured_u_m_s")
+        return type(self)(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in names))
+
+
+@dataclass(frozen=True, eq=False)
+class _Settings:
+    """c settings: true pressures by the stated sensors, masses, means of y, shots, variance by what is stated of the
+    measurement, amplification; and within settings the sum of squares of y over it and its degrees of freedom.
+
+    What is stated of a velocity is an error that shots of a setting have in common: their bullet's length (eq. 5.2).
+    """
+
+    pressure_pa: Floats
+    mass_kg: Floats
+    y: Floats
+    shots: Floats
+    stated: Floats
+    amplified: Floats
+    within: float
+    freedom: int
 
     @classmethod
-    def of(cls, tank_pressure_pa: Floats, bullet_mass_kg: Floats, measured_m_s: Floats, predicted_m_s: Floats) -> Self:
-        """From measured shots (n,). Raises `ValueError` for fewer than two shots, or values that are not positive."""
-        p, m = checked("tank_pressure_pa", tank_pressure_pa), checked("bullet_mass_kg", bullet_mass_kg)
-        y = np.log(checked("measured_m_s", measured_m_s) / checked("predicted_m_s", predicted_m_s))
-        if y.size < 2:
-            raise ValueError(f"{y.size} measured shots: expected at least two to tell a correction from scatter")
-        at, means, counts, scatter = _by_setting(np.stack([np.log(p), np.log(m)], axis=1), y)
-        centre = at.mean(axis=0)
-        fits = [_fit(degree, at - centre, means) for degree in _allowed(at - centre)]
-        degree, terms, information, misfit = min(fits, key=lambda fit: fit[3])
-        # what scatters within a setting is in the misfit of its mean already
-        between = float(np.sqrt(max(misfit**2 - scatter**2 / float(np.mean(counts)), 0.0)))
-        between = max(between, _ASSUMED) if len(at) < _FEW else between
-        return cls(degree, terms, centre, information, scatter, between, int(y.size), len(at))
+    def of(cls, shots: VelocityShots, guns: GunPrior, sensors: SensorChain) -> tuple[Self, Floats]:
+        """And x of the members (K, c) there."""
+        gain = float(sensors.measured_velocity_m_s(np.ones(1))[0])
+        pressure = np.maximum(sensors.true_pressure_pa(shots.tank_pressure_pa), 1.0)
+        y = np.log(shots.measured_m_s / gain)
+        at = np.stack([np.log(pressure), np.log(shots.bullet_mass_kg)], axis=1)
+        which = np.unique((at / _SAME).round(), axis=0, return_inverse=True)[1].ravel()
+        counts = np.bincount(which).astype(np.float64)
 
-    def factor(self, tank_pressure_pa: Floats, bullet_mass_kg: Floats) -> Floats:
-        """By which the predicted velocity is multiplied, (n,); for pressure 0, where nothing moves, 1."""
-        return np.asarray(
-            np.where(tank_pressure_pa > 0, np.exp(self._rows(tank_pressure_pa, bullet_mass_kg) @ self.terms), 1.0)
+        def mean(values: Floats) -> Floats:
+            return np.asarray(np.bincount(which, weights=values) / counts)
+
+        means = mean(y)
+        stated = mean((shots.measured_u_m_s / shots.measured_m_s) ** 2)
+        pressure, mass = np.exp(mean(at[:, 0])), np.exp(mean(at[:, 1]))
+        members = guns.velocities(pressure, mass, sensors)
+        alike = np.exp(-(((members.log - means) / _ALIKE) ** 2) / 2) + 1e-9
+        amplified = np.asarray((alike * members.amplification).sum(axis=0) / alike.sum(axis=0))
+        within = float(np.sum(((y - means[which]) / amplified[which]) ** 2))
+        freedom = int(y.size - counts.size)
+        return cls(pressure, mass, means, counts, stated, amplified, within, freedom), members.log
+
+
+@dataclass(frozen=True, eq=False)
+class VelocityPosterior:
+    """K guns that agree with measured shots. `velocities` says how fast they are, and how well that is known."""
+
+    guns: GunPrior
+    rows: _Rows  # (K,) of the prior's members, some more than once
+    settings: _Settings
+    _moves: Floats  # (K, K): by which a member moves for the members' anomalies at a setting
+    _gaps: Floats  # (c, K): weights of the kernel at the shots' settings
+    _inverses: list[tuple[_Rows, float, float, Floats]]  # members of a pair of sizes, the pair, inverse of the noise
+
+    @classmethod
+    def of(cls, guns: GunPrior, shots: VelocityShots, sensors: SensorChain) -> Self:
+        """The guns after the shots."""
+        (settings, x), rng = _Settings.of(shots, guns, sensors), np.random.default_rng(0)
+        kernel, count = _kernel(settings, settings.pressure_pa, settings.mass_kg), len(guns)
+        pairs, weights = _pairs(settings, x, kernel)
+        middle = np.sqrt(weights @ pairs**2).tolist()
+        power, rows = _drawn_again(settings, x, _noise(settings, kernel, *middle), rng)
+        x = x[rows]
+        anomalies = x - x.mean(axis=0)
+        share = anomalies.T @ anomalies / (count - 1)
+        of_pair = _systematic(weights, count, rng)[rng.permutation(count)]
+        moves, gaps = np.zeros((count, count)), np.zeros((settings.y.size, count))
+        inverses: list[tuple[_Rows, float, float, Floats]] = []
+        for number in np.unique(of_pair):
+            members: _Rows = np.flatnonzero(of_pair == number)
+            gap, scatter = pairs[number].tolist()
+            noise = _noise(settings, kernel, gap, scatter)
+            misfit = settings.y - x[members]
+            if power < 1:
+                left = noise / (1 - power)
+                luck = rng.standard_normal(misfit.shape) @ np.linalg.cholesky(left).T
+                weight = np.linalg.solve(share + left, (misfit + luck).T) / (count - 1)
+                moves[:, members] = anomalies @ weight
+                misfit = misfit - (anomalies @ weight).T @ anomalies
+            inverse: Floats = np.asarray(np.linalg.inv(noise), dtype=np.float64)
+            inverse *= settings.amplified[:, None] * settings.amplified
+            gaps[:, members] = gap**2 * inverse @ (misfit / settings.amplified).T
+            inverses.append((members, gap, scatter, inverse))
+        return cls(guns, rows, settings, moves, gaps, inverses)
+
+    def velocities(self, pressure_pa: Floats, mass_kg: Floats, sensors: SensorChain) -> tuple[MemberVelocities, Floats]:
+        """As `GunPrior.velocities`, moved to where the shots are, and standard deviations (K, n) of the logarithm of
+        one shot."""
+        members = self.guns.velocities(pressure_pa, mass_kg, sensors).take(self.rows)
+        x = members.log
+        kernel = _kernel(self.settings, pressure_pa, mass_kg)
+        gaps = members.amplification * (kernel @ self._gaps).T
+        moved = np.asarray(x + self._moves.T @ (x - x.mean(axis=0)) + gaps)
+        alone = _alone(self.settings, pressure_pa, mass_kg)
+        variance = np.empty_like(x)
+        for rows, gap, scatter, inverse in self._inverses:
+            known = gap**2 * np.sum(kernel @ inverse * kernel, axis=1)
+            variance[rows] = gap**2 * np.maximum(alone - known, 0.0) + scatter**2
+        return replace(members, log=moved), np.asarray(members.amplification * np.sqrt(variance))
+
+
+def _places(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats:
+    """(n, 2), about the shots' centre."""
+    centre = np.log(settings.pressure_pa).mean(), np.log(settings.mass_kg).mean()
+    at = np.log(np.maximum(pressure_pa, 1.0)) - centre[0], np.log(mass_kg) - centre[1]
+    return np.asarray(np.stack(np.broadcast_arrays(*at), axis=1) / np.log(_SMOOTH))
+
+
+def _kernel(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats:
+    """Covariance (n, c) of delta of unit size: a constant, slopes and curvature that grow outside, and what changes
+    on the way."""
+    a = _places(settings, pressure_pa, mass_kg)
+    b = _places(settings, settings.pressure_pa, settings.mass_kg)
+    product = a @ b.T
+    apart = ((a[:, None] - b[None]) ** 2).sum(axis=2)
+    return np.asarray(0.5 + product / 4 + product**2 / 16 + np.exp(-apart / 2) / 2)
+
+
+def _alone(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats:
+    """Variance (n,) of the same."""
+    square = (_places(settings, pressure_pa, mass_kg) ** 2).sum(axis=1)
+    return np.asarray(1 + square / 4 + square**2 / 16)
+
+
+def _noise(settings: _Settings, kernel: Floats, gap: float, scatter: float) -> Floats:
+    """Covariance (c, c) of the means of y about a member's x."""
+    of_work = gap**2 * kernel + np.diag(scatter**2 / settings.shots)
+    return np.asarray(of_work * settings.amplified[:, None] * settings.amplified + np.diag(settings.stated + 1e-10))
+
+
+def _pairs(settings: _Settings, x: Floats, kernel: Floats) -> tuple[Floats, Floats]:
+    """Sizes of delta and scatter (g, 2), and their posterior probabilities (g,)."""
+    pairs = np.stack(np.meshgrid(_GAPS, _SCATTERS, indexing="ij"), axis=-1).reshape(-1, 2)
+    share, misfit = np.cov(x.T).reshape(settings.y.size, -1), settings.y - x.mean(axis=0)
+    evidence = np.empty(len(pairs))
+    for i, (gap, scatter) in enumerate(pairs):
+        prior = sum(
+            -((np.log(value / middle) / width) ** 2) / 2
+            for value, (middle, width) in ((gap, _GAP_PRIOR), (scatter, _SCATTER_PRIOR))
         )
-
-    def spread(self, tank_pressure_pa: Floats, bullet_mass_kg: Floats) -> Floats:
-        """Standard deviation (n,) of the logarithm of one shot's velocity; it grows away from the measured settings."""
-        rows = self._rows(tank_pressure_pa, bullet_mass_kg)
-        leverage = np.einsum("nt,nt->n", rows, np.linalg.solve(self.information, rows.T).T)
-        return np.asarray(np.sqrt(self.scatter**2 + self.misfit**2 * (1 + leverage)))
-
-    def _rows(self, tank_pressure_pa: Floats, bullet_mass_kg: Floats) -> Floats:
-        pressure = np.where(np.asarray(tank_pressure_pa) > 0, tank_pressure_pa, np.exp(self.centre[0]))
-        at = np.stack(np.broadcast_arrays(np.log(pressure), np.log(bullet_mass_kg)), axis=1)
-        return _powers(self.degree, at - self.centre)
+        repeated = -settings.freedom * np.log(scatter) - settings.within / scatter**2 / 2
+        evidence[i] = prior + repeated + _log_density(misfit[None], share + _noise(settings, kernel, gap, scatter))[0]
+    weights = np.exp(evidence - evidence.max())
+    return pairs, weights / weights.sum()
 
 
-def _allowed(at: Floats) -> list[int]:
-    """Degrees for settings (c, 2)."""
-    return [0, *(degree for degree in (1, 2) if _told(_powers(degree, at)))]
+def _log_density(misfit: Floats, covariance: Floats) -> Floats:
+    """Of Gaussian numbers (k, c), but for a constant."""
+    root = np.linalg.cholesky(covariance)
+    return np.asarray(-(np.linalg.solve(root, misfit.T) ** 2).sum(axis=0) / 2 - np.log(np.diag(root)).sum())
 
 
-def _told(rows: Floats) -> bool:
-    """Whether settings tell all terms, whichever of them is left out: not with one mass, nor with one of its own."""
-    settings, terms = rows.shape
-    if settings < terms + _SPARE or np.linalg.matrix_rank(rows) < terms:
-        return False
-    leverage = (np.linalg.qr(rows).Q ** 2).sum(axis=1)
-    return bool(leverage.max() < 1 - 1e-9)
+def _drawn_again(settings: _Settings, x: Floats, noise: Floats, rng: np.random.Generator) -> tuple[float, _Rows]:
+    """The power of the likelihood by which members are drawn again, and the rows drawn (K,)."""
+    density = _log_density(settings.y - x, noise)
+    density -= density.max()
+
+    def weights(power: float) -> Floats:
+        raw = np.exp(power * density)
+        return np.asarray(raw / raw.sum())
+
+    low, high = 0.0, 1.0
+    if 1 / np.sum(weights(high) ** 2) < _IN_PLAY * len(x):
+        for _ in range(40):
+            middle = (low + high) / 2
+            few = 1 / np.sum(weights(middle) ** 2) < _IN_PLAY * len(x)
+            low, high = (low, middle) if few else (middle, high)
+        return low, _systematic(weights(low), len(x), rng)
+    return 1.0, _systematic(weights(1.0), len(x), rng)
 
 
-def _powers(degree: int, at: Floats) -> Floats:
-    """Monomials up to a degree, (n, t)."""
-    x, z = at.T
-    return np.stack([x**i * z ** (total - i) for total in range(degree + 1) for i in range(total + 1)], axis=1)
-
-
-def _by_setting(at: Floats, y: Floats) -> tuple[Floats, Floats, Floats, float]:
-    """Distinct settings (c, 2), means and counts (c,), and the pooled scatter within them."""
-    distinct, which = np.unique(at.round(9), axis=0, return_inverse=True)
-    counts = np.bincount(which.ravel()).astype(np.float64)
-    means = np.bincount(which.ravel(), weights=y) / counts
-    freedom = y.size - len(distinct)
-    within = float(np.sum((y - means[which.ravel()]) ** 2))
-    return distinct, means, counts, float(np.sqrt(within / freedom)) if freedom else 0.0
-
-
-def _fit(degree: int, at: Floats, y: Floats) -> tuple[int, Floats, Floats, float]:
-    """Degree, terms, information, and the root mean square error at settings left out (closed form: e / (1 - h))."""
-    rows = _powers(degree, at)
-    information = rows.T @ rows
-    terms = np.asarray(np.linalg.solve(information, rows.T @ y), dtype=np.float64)
-    hat = np.einsum("ct,ct->c", rows, np.linalg.solve(information, rows.T).T)
-    left_out = (y - rows @ terms) / np.maximum(1 - hat, 1e-9)  # of one setting alone, 0
-    return degree, terms, information, float(np.sqrt(np.mean(left_out**2)))
+def _systematic(weights: Floats, count: int, rng: np.random.Generator) -> _Rows:
+    """Rows (count,) drawn with weights, each as often as its weight says, or once more."""
+    at = (np.arange(count) + rng.random()) / count
+    return np.minimum(np.searchsorted(np.cumsum(weights), at), len(weights) - 1)

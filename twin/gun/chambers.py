@@ -88,7 +88,12 @@ class Chamber:
     @cached_property
     def patience_s(self) -> Floats:
         """After which a shot counts as one that stays in the barrel."""
-        return np.asarray(_PATIENCE * self.nominal_time_s + 10 * self.shot.opening_time_s)
+        return np.asarray(_PATIENCE * self.nominal_time_s + 10 * self.valve[:, 0].max(axis=1, initial=0.0))
+
+    @cached_property
+    def valve(self) -> Floats:
+        """Moments and positions of each shot's valve, (n, 2, k); k is 0 without a valve."""
+        return np.empty((len(self.shot), 2, 0))
 
     def start(self) -> Floats:
         """At rest, tank and dead volume filled."""
@@ -121,6 +126,7 @@ class Chamber:
         flat = (-1, len(self.shot))
         all_rates(
             self.table,
+            self.valve,
             np.ascontiguousarray(time).reshape(flat),
             columns.reshape(instants),
             leak.reshape(flat),
@@ -152,7 +158,7 @@ class Chamber:
         n = len(shot)
         states, floors = start.T.copy(), floor.T.copy()
         time, how = np.zeros(n), np.zeros(n, dtype=np.int64)
-        run_all(self.table, states, steps, floors, relative, ode.MOST_STEPS, time, how)
+        run_all(self.table, self.valve, states, steps, floors, relative, ode.MOST_STEPS, time, how)
         if (endless := np.flatnonzero(how == TOO_MANY_STEPS)).size:
             raise RuntimeError(f"shot number {endless[0]} of {n} took more than {ode.MOST_STEPS} steps")
         return Ends(time, states.T, how == REACHED)
@@ -171,6 +177,10 @@ class Chamber:
         most = state[2::2].max(axis=0)
         held = (state[1] < self.creep_m_s) & (most * self.shot.area_m2 <= self.drag_n)
         return np.asarray(held | (time > self.patience_s))
+
+    def longest_step(self, time: Floats) -> Floats:
+        """Up to the next corner of the rates."""
+        return np.full(time.shape, np.inf)
 
     def take(self, rows: NDArray[np.intp]) -> Self:
         return type(self)(self.shot.take(rows), [effect.take(rows) for effect in self.effects], self.coarser)
@@ -200,6 +210,21 @@ class TwoChambers(Chamber):
     def volume_m3(self) -> Floats:
         return np.asarray(self.shot.tank_volume_m3 * _PASSAGE + self.shot.dead_volume_m3)
 
+    @cached_property
+    def valve(self) -> Floats:
+        """Evenly open within the opening time, unless the shot states a profile."""
+        shot, profile = self.shot, self.shot.valve_profile
+        evenly = np.zeros((len(shot), 2, max(2, profile.shape[2])))
+        evenly[:, 0, 1:], evenly[:, 1, 1:] = shot.opening_time_s[:, None], 1.0
+        if not profile.shape[2]:
+            return evenly
+        stated = np.pad(profile, ((0, 0), (0, 0), (0, evenly.shape[2] - profile.shape[2])), mode="edge")
+        return np.where(np.isnan(stated), evenly, stated)
+
+    def longest_step(self, time: Floats) -> Floats:
+        moments = self.valve[:, 0]
+        return np.where(moments > time[:, None], moments, np.inf).min(axis=1) - time
+
     def start(self) -> Floats:
         """At rest, dead volume and the valve's passage filled."""
         shot = self.shot
@@ -211,7 +236,7 @@ class TwoChambers(Chamber):
     @cached_property
     def table(self) -> NDArray[Any]:
         table, shot = super().table, self.shot
-        table["tank_m3"], table["opening_time_s"] = self.tank_m3, shot.opening_time_s
+        table["tank_m3"] = self.tank_m3
         table["valve_m2"] = shot.valve_area_m2 * choked_flow(shot.heat_capacity_ratio)
         return table
 

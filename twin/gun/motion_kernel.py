@@ -36,13 +36,12 @@ QUANTITIES = np.dtype(
             "outside_rt",
             "critical_ratio",
             "leak_m2",  # area of flow times c*
-            "gauge_leak_m2",  # the same, for a choked flow at gauge pressure
+            "gauge_leak_m2",  # the same, for a choked flow at the pressure above the surroundings
             "wall_1_m",  # Darcy's friction factor over the bore's diameter
             "air_density_kg_m3",  # of outside air, times the dynamic heads that it loses
             "gas_heads",
             "tank_m3",
             "valve_m2",  # area of flow times c*; 0 without a valve
-            "opening_time_s",
             "travel_m",
             "patience_s",  # after which a shot counts as one that stays in the barrel
             "creep_m_s",  # a projectile that is slower is at rest
@@ -50,6 +49,8 @@ QUANTITIES = np.dtype(
     ]
 )
 _TABLE = from_dtype(QUANTITIES)[::1]
+#: Moments and positions of each shot's valve, (n, 2, k), moments rising; k is 0 without a valve.
+_VALVE = f8[:, :, ::1]
 
 # ISO 6358 has an infinite slope at equal pressures, which no flow has: below a drop of some 1e-4 it is laminar.
 _LAMINAR = 1e-3
@@ -65,11 +66,37 @@ _RODAS_STATE, _RODAS_SIDE = (
 
 
 @njit(nogil=True, error_model="numpy")
-def open_share(turned):  # type: ignore[no-untyped-def]
-    """Share of a ball valve's area that is open after a share of its opening time, and its derivative by the latter.
+def valve_position(valve, time):  # type: ignore[no-untyped-def]
+    """Position of a valve (2, k) at a moment, and its rate after it: straight lines between the points."""
+    moments, positions = valve[0], valve[1]
+    last = moments.size - 1
+    if time >= moments[last]:
+        return positions[last], 0.0
+    if time < moments[0]:
+        return positions[0], 0.0
+    i = 0
+    while moments[i + 1] <= time:
+        i += 1
+    duration = moments[i + 1] - moments[i]
+    way = positions[i + 1] - positions[i]
+    return positions[i] + way * ((time - moments[i]) / duration), way / duration
 
-    While its passage moves in front of the bore at even speed. Two circles of one size whose centres are a share s of
-    their diameter apart have 2 / pi (acos s - s sqrt(1 - s^2)) of their area in common.
+
+@njit(nogil=True, error_model="numpy")
+def next_corner(valve, time):  # type: ignore[no-untyped-def]
+    """The first moment after `time` at which the valve's position has a corner; infinite after the last one."""
+    for moment in valve[0]:
+        if moment > time:
+            return moment
+    return math.inf
+
+
+@njit(nogil=True, error_model="numpy")
+def open_share(turned):  # type: ignore[no-untyped-def]
+    """Share of a ball valve's area that is open at a position of 0 to 1, and its derivative by the latter.
+
+    Its passage moves in front of the bore by an even share of the diameter. Two circles of one size whose centres are a
+    share s of their diameter apart have 2 / pi (acos s - s sqrt(1 - s^2)) of their area in common.
     """
     if turned >= 1.0:
         return 1.0, 0.0
@@ -115,18 +142,18 @@ def _flow_derivatives(area_m2, pressure_pa, rt, other_pa, other_rt, critical):  
 
 
 @njit(nogil=True, error_model="numpy")
-def _leak(q, pressure, absolute, rt):  # type: ignore[no-untyped-def]
-    """kg/s past the projectile."""
+def _leak(q, absolute, rt):  # type: ignore[no-untyped-def]
+    """kg/s past the projectile. Gauge pressure is that above the surroundings, whatever the law counts from."""
     leak = 0.0
     if q.leak_m2 > 0:
         leak = mass_flow(q.leak_m2, absolute, rt, q.outside_pa, q.outside_rt, q.critical_ratio)
-    if q.gauge_leak_m2 > 0 and pressure > 0:
-        leak += q.gauge_leak_m2 * pressure / math.sqrt(rt)
+    if q.gauge_leak_m2 > 0 and absolute > q.outside_pa:
+        leak += q.gauge_leak_m2 * (absolute - q.outside_pa) / math.sqrt(rt)
     return leak
 
 
 @njit(nogil=True, error_model="numpy")
-def _rates(q, time, state, leak, resistance, rates):  # type: ignore[no-untyped-def]
+def _rates(q, valve, time, state, leak, resistance, rates):  # type: ignore[no-untyped-def]
     """Rates of one shot, of 4 quantities or 6; `leak` and `resistance` are what hooks add."""
     position, velocity, pressure, mass = state[0], state[1], state[2], state[3]
     volume = q.volume_m3 + q.area_m2 * position
@@ -136,14 +163,12 @@ def _rates(q, time, state, leak, resistance, rates):  # type: ignore[no-untyped-
     if state.size == 6:
         tank = state[4] + q.zero_pa
         tank_rt = tank * q.tank_m3 / state[5]
-        area = q.valve_m2
-        if time < q.opening_time_s:
-            area *= open_share(time / q.opening_time_s)[0]
+        area = q.valve_m2 * open_share(valve_position(valve, time)[0])[0]
         inflow = mass_flow(area, tank, tank_rt, absolute, rt, q.critical_ratio)
         carried = (tank_rt if inflow > 0 else rt) * inflow
         rates[4] = -q.index / q.tank_m3 * carried
         rates[5] = -inflow
-    leak += _leak(q, pressure, absolute, rt)
+    leak += _leak(q, absolute, rt)
     lost = (rt if leak > 0 else q.outside_rt) * leak
     speed = max(velocity, 0.0)
     heads = q.wall_1_m * position * (mass / volume) + q.air_density_kg_m3 + q.gas_heads * max(pressure, 0.0) / rt
@@ -159,20 +184,20 @@ def _rates(q, time, state, leak, resistance, rates):  # type: ignore[no-untyped-
 
 
 @njit(
-    void(_TABLE, f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1]),
+    void(_TABLE, _VALVE, f8[:, ::1], f8[:, :, ::1], f8[:, ::1], f8[:, ::1], f8[:, :, ::1]),
     nogil=True,
     error_model="numpy",
     cache=True,
 )
-def all_rates(table, time, state, leak, resistance, rates):  # type: ignore[no-untyped-def]
+def all_rates(table, valve, time, state, leak, resistance, rates):  # type: ignore[no-untyped-def]
     """Of m instants (m, n) of n shots, states (m, n, k), with what hooks add (m, n), into (m, n, k)."""
     for m in range(time.shape[0]):
         for i in range(time.shape[1]):
-            _rates(table[i], time[m, i], state[m, i], leak[m, i], resistance[m, i], rates[m, i])
+            _rates(table[i], valve[i], time[m, i], state[m, i], leak[m, i], resistance[m, i], rates[m, i])
 
 
 @njit(nogil=True, error_model="numpy")
-def _derivatives(q, time, state, jacobian, by_time):  # type: ignore[no-untyped-def]
+def _derivatives(q, valve, time, state, jacobian, by_time):  # type: ignore[no-untyped-def]
     """Of the six rates of a shot with a valve, by the state and by time."""
     position, velocity, pressure, mass = state[0], state[1], state[2], state[3]
     volume = q.volume_m3 + q.area_m2 * position
@@ -182,10 +207,9 @@ def _derivatives(q, time, state, jacobian, by_time):  # type: ignore[no-untyped-
     tank = state[4] + q.zero_pa
     tank_rt = tank * q.tank_m3 / state[5]
     tank_rt_p, tank_rt_m = q.tank_m3 / state[5], -tank_rt / state[5]
-    share, opening = 1.0, 0.0
-    if time < q.opening_time_s:
-        share, opening = open_share(time / q.opening_time_s)
-        opening /= q.opening_time_s
+    position_of_valve, turning = valve_position(valve, time)
+    share, opening = open_share(position_of_valve)
+    opening *= turning
     # Through the valve when wide open; its share comes in at once for all derivatives.
     flow, by_tank, by_behind, by_tank_rt, by_rt = _flow_derivatives(
         q.valve_m2, tank, tank_rt, absolute, rt, q.critical_ratio
@@ -209,10 +233,11 @@ def _derivatives(q, time, state, jacobian, by_time):  # type: ignore[no-untyped-
             q.leak_m2, absolute, rt, q.outside_pa, q.outside_rt, q.critical_ratio
         )
         leak_x, leak_p, leak_m = by_inside_rt * rt_x, by_inside + by_inside_rt * rt_p, by_inside_rt * rt_m
-    if q.gauge_leak_m2 > 0 and pressure > 0:
+    if q.gauge_leak_m2 > 0 and absolute > q.outside_pa:
         gauge = q.gauge_leak_m2 / math.sqrt(rt)
-        by_rt = -gauge * pressure / (2 * rt)
-        leak += gauge * pressure
+        above = absolute - q.outside_pa
+        by_rt = -gauge * above / (2 * rt)
+        leak += gauge * above
         leak_x, leak_p, leak_m = leak_x + by_rt * rt_x, leak_p + gauge + by_rt * rt_p, leak_m + by_rt * rt_m
     if leak > 0:
         lost, lost_x, lost_p, lost_m = (
@@ -266,15 +291,15 @@ def _derivatives(q, time, state, jacobian, by_time):  # type: ignore[no-untyped-
     by_time[4], by_time[5] = tank_factor * w_t, -flow_t
 
 
-@njit(void(_TABLE, f8[::1], f8[:, ::1], f8[:, :, ::1], f8[:, ::1]), nogil=True, error_model="numpy", cache=True)
-def all_derivatives(table, time, state, jacobian, by_time):  # type: ignore[no-untyped-def]
+@njit(void(_TABLE, _VALVE, f8[::1], f8[:, ::1], f8[:, :, ::1], f8[:, ::1]), nogil=True, error_model="numpy", cache=True)
+def all_derivatives(table, valve, time, state, jacobian, by_time):  # type: ignore[no-untyped-def]
     """Of shots with a valve (n,), into (n, 6, 6) by the states (n, 6) and (n, 6) by time."""
     for i in range(time.size):
-        _derivatives(table[i], time[i], state[i], jacobian[i], by_time[i])
+        _derivatives(table[i], valve[i], time[i], state[i], jacobian[i], by_time[i])
 
 
 @njit(nogil=True, error_model="numpy")
-def _dormand_prince(q, time, state, first, step, work, new, slope, error):  # type: ignore[no-untyped-def]
+def _dormand_prince(q, valve, time, state, first, step, work, new, slope, error):  # type: ignore[no-untyped-def]
     """One step of the four quantities of a shot without a valve."""
     for c in range(4):
         work[0, c] = first[c]
@@ -284,7 +309,7 @@ def _dormand_prince(q, time, state, first, step, work, new, slope, error):  # ty
             for j in range(i + 1):
                 total += _DP_STAGES[i, j] * work[j, c]
             new[c] = state[c] + step * total
-        _rates(q, time + _DP_NODES[i] * step, new, 0.0, 0.0, work[i + 1])
+        _rates(q, valve, time + _DP_NODES[i] * step, new, 0.0, 0.0, work[i + 1])
     for c in range(4):
         slope[c] = work[6, c]
         total = 0.0
@@ -343,9 +368,9 @@ def _rodas_stage(i, rates, step, per_step, inverse, by_time, work):  # type: ign
 
 
 @njit(nogil=True, error_model="numpy", fastmath={"contract"})
-def _rodas(q, time, state, first, step, work, system, by_time, new, slope, error):  # type: ignore[no-untyped-def]
+def _rodas(q, valve, time, state, first, step, work, system, by_time, new, slope, error):  # type: ignore[no-untyped-def]
     """One step of the six quantities of a shot with a valve."""
-    _derivatives(q, time, state, system, by_time)
+    _derivatives(q, valve, time, state, system, by_time)
     diagonal, per_step = 1 / (GAMMA * step), 1 / step
     # Transposed, so that columns of the inverse lie together.
     for r in range(6):
@@ -356,25 +381,25 @@ def _rodas(q, time, state, first, step, work, system, by_time, new, slope, error
     _rodas_stage(0, first, step, per_step, system, by_time, work)
     # One call for each stage: with a number known to the compiler their sums are written out.
     _rodas_state(1, state, work, new)
-    _rates(q, time + _RODAS_NODES[1] * step, new, 0.0, 0.0, slope)
+    _rates(q, valve, time + _RODAS_NODES[1] * step, new, 0.0, 0.0, slope)
     _rodas_stage(1, slope, step, per_step, system, by_time, work)
     _rodas_state(2, state, work, new)
-    _rates(q, time + _RODAS_NODES[2] * step, new, 0.0, 0.0, slope)
+    _rates(q, valve, time + _RODAS_NODES[2] * step, new, 0.0, 0.0, slope)
     _rodas_stage(2, slope, step, per_step, system, by_time, work)
     _rodas_state(3, state, work, new)
-    _rates(q, time + _RODAS_NODES[3] * step, new, 0.0, 0.0, slope)
+    _rates(q, valve, time + _RODAS_NODES[3] * step, new, 0.0, 0.0, slope)
     _rodas_stage(3, slope, step, per_step, system, by_time, work)
     _rodas_state(4, state, work, new)
-    _rates(q, time + _RODAS_NODES[4] * step, new, 0.0, 0.0, slope)
+    _rates(q, valve, time + _RODAS_NODES[4] * step, new, 0.0, 0.0, slope)
     _rodas_stage(4, slope, step, per_step, system, by_time, work)
     _rodas_state(5, state, work, new)
-    _rates(q, time + step, new, 0.0, 0.0, slope)
+    _rates(q, valve, time + step, new, 0.0, 0.0, slope)
     _rodas_stage(5, slope, step, per_step, system, by_time, work)
     # The last two stages each add to the state before.
     for i in range(6, 8):
         for c in range(6):
             new[c] += work[i - 1, c]
-        _rates(q, time + step, new, 0.0, 0.0, slope)
+        _rates(q, valve, time + step, new, 0.0, 0.0, slope)
         if i == 6:
             _rodas_stage(6, slope, step, per_step, system, by_time, work)
         else:
@@ -382,7 +407,7 @@ def _rodas(q, time, state, first, step, work, system, by_time, new, slope, error
     for c in range(6):
         error[c] = work[7, c]
         new[c] += work[7, c]
-    _rates(q, time + step, new, 0.0, 0.0, slope)
+    _rates(q, valve, time + step, new, 0.0, 0.0, slope)
 
 
 @njit(nogil=True, error_model="numpy")
@@ -401,20 +426,21 @@ def _aimed(step, start, rate, end, end_rate, target):  # type: ignore[no-untyped
 
 @njit(nogil=True, error_model="numpy")
 def _moved(  # type: ignore[no-untyped-def]
-    q, state, step, floor, relative, most_steps, work, system, by_time, new, slope, first, error
+    q, valve, state, step, floor, relative, most_steps, work, system, by_time, new, slope, first, error
 ):
     """One shot to its end, its state in its place: time, and how it ended."""
     k, time, aims = state.size, 0.0, False
-    _rates(q, time, state, 0.0, 0.0, first)
+    _rates(q, valve, time, state, 0.0, 0.0, first)
     for _ in range(most_steps):
-        # No step passes the corner where the valve is wide open.
-        opens = time < q.opening_time_s <= time + step
-        if opens:
-            step = q.opening_time_s - time
+        # No step passes a corner of the valve's way, or the whole of a short opening.
+        corner = next_corner(valve, time)
+        at_corner = corner <= time + step
+        if at_corner:
+            step = corner - time
         if k == 6:
-            _rodas(q, time, state, first, step, work, system, by_time, new, slope, error)
+            _rodas(q, valve, time, state, first, step, work, system, by_time, new, slope, error)
         else:
-            _dormand_prince(q, time, state, first, step, work, new, slope, error)
+            _dormand_prince(q, valve, time, state, first, step, work, new, slope, error)
         total, finite = 0.0, True
         for c in range(k):
             share = error[c] / max(abs(new[c]), floor[c])
@@ -438,7 +464,7 @@ def _moved(  # type: ignore[no-untyped-def]
             if gap > 0:
                 step, aims = _aimed(step, state[0], first[0], new[0], slope[0], q.travel_m), True
             else:
-                time = q.opening_time_s if opens else time + step
+                time = corner if at_corner else time + step
                 step = -gap / slope[0] if aims and slope[0] > 0 else step * growth
                 for c in range(k):
                     state[c], first[c] = new[c], slope[c]
@@ -451,12 +477,12 @@ def _moved(  # type: ignore[no-untyped-def]
 
 
 @njit(
-    void(_TABLE, f8[:, ::1], f8[::1], f8[:, ::1], f8, i8, f8[::1], i8[::1]),
+    void(_TABLE, _VALVE, f8[:, ::1], f8[::1], f8[:, ::1], f8, i8, f8[::1], i8[::1]),
     nogil=True,
     error_model="numpy",
     cache=True,
 )
-def run_all(table, states, steps, floors, relative, most_steps, times, ends):  # type: ignore[no-untyped-def]
+def run_all(table, valve, states, steps, floors, relative, most_steps, times, ends):  # type: ignore[no-untyped-def]
     """Shots (n,) one after the other from `states` (n, 4 or 6) to their ends, in their place: times, and how each
     ended. `steps` are tried first; `floors` (n, k) are as in `ode.Tolerance`.
 
@@ -467,7 +493,7 @@ def run_all(table, states, steps, floors, relative, most_steps, times, ends):  #
     new, slope, first, error = np.empty(k), np.empty(k), np.empty(k), np.empty(k)
     for i in range(times.size):
         times[i], ends[i] = _moved(
-            table[i], states[i], steps[i], floors[i], relative, most_steps,
+            table[i], valve[i], states[i], steps[i], floors[i], relative, most_steps,
             work, system, by_time, new, slope, first, error,
         )  # fmt: skip
         if ends[i] == TOO_MANY_STEPS:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...signals.valve_profile import ValveProfile
 from .bench import STANDARD_GRAVITY_M_S2, GunBench, checked
 
 Floats = NDArray[np.float64]
@@ -22,7 +24,7 @@ ROOM_K = 293.15
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """n shots, SI; every array is (n,). Effects replace fields before the shots are fired.
+    """n shots, SI; every array but the valve's profile is (n,). Effects replace fields before the shots are fired.
 
     The gas law is that of eq. 2.15 for gauge pressure plus `opposing_pressure_pa`: with 0 it is the nominal law of
     gauge pressure, with the atmosphere it is the law of absolute pressure.
@@ -44,6 +46,7 @@ class Shot:
     temperature_k: Floats  # of the tank, and outside
     valve_area_m2: Floats  # of flow, wide open; infinite: no valve
     opening_time_s: Floats
+    valve_profile: Floats  # (n, 2, k): moments and positions, in place of the opening time; NaN where none is stated
     leak_area_m2: Floats  # of flow past the projectile
     gauge_leak_area_m2: Floats  # of flow that is choked at gauge pressure
     friction_factor: Floats  # Darcy's, of the gas along the bore
@@ -126,9 +129,25 @@ def nominal_shot(bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: A
         temperature_k=each(ROOM_K),
         valve_area_m2=each(math.inf),
         opening_time_s=each(0.0),
+        valve_profile=np.empty((len(pressure), 2, 0)),
         leak_area_m2=each(0.0),
         gauge_leak_area_m2=each(0.0),
         friction_factor=each(0.0),
         air_heads=each(0.0),
         gas_heads=each(0.0),
     )
+
+
+def profile_table(profiles: Sequence[ValveProfile | None]) -> Floats:
+    """Moments and positions of n profiles, (n, 2, k) for the longest of k points; shorter ones repeat their last point.
+
+    A shot without a profile has NaN.
+    """
+    longest = max((len(profile.time_s) for profile in profiles if profile is not None), default=0)
+    table = np.full((len(profiles), 2, longest), np.nan)
+    for row, profile in zip(table, profiles, strict=True):
+        if profile is not None:
+            spare = longest - len(profile.time_s)
+            row[0] = np.pad(profile.time_s, (0, spare), mode="edge")
+            row[1] = np.pad(profile.position, (0, spare), mode="edge")
+    return table

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...signals.valve_profile import ValveProfile
 from ..effects import checked_effects
 from .bench import GunBench, checked
 from .effect import GunEffect
 from .expansion import ideal_velocity_m_s, starting_force_n, travel_time_s
-from .shot import Floats, Shot, nominal_shot
+from .shot import Floats, Shot, nominal_shot, profile_table
 
 if TYPE_CHECKING:
     from .chambers import Chamber
@@ -62,14 +63,18 @@ def gun_velocity(
     coarser: float = 1.0,
     *,
     travel_m: ArrayLike | None = None,
+    valve_profiles: Sequence[ValveProfile | None] | None = None,
 ) -> GunShots:
     """Shots with gauge pressures (Pa) and masses (kg), broadcast to (n,): eq. 2.16, 2.18, and what effects do to it.
 
     `travel_m`, one for all or (n,), takes the place of the bench's where projectiles differ in it. The bench's
     efficiency still stands before the velocity: it is 1 where effects say where the losses are. In
     closed form without effects and where they only prepare the shot. `coarser`: a factor on the error that a step of
-    the integration may make. Raises `ValueError` as `muzzle_velocity` does,
-    for an effect given twice and for parameters that are not one or n; `TypeError` for another stage's effect.
+    the integration may make. `valve_profiles`, n of them, say how the valve of `gun.valve_flow` is opened and closed,
+    in place of that effect's opening time; None for a shot leaves that to the effect. Where the effects give no valve,
+    a profile acts on one as wide as the bore that loses one dynamic head. Raises `ValueError` as `muzzle_velocity`
+    does, for an effect given twice and for parameters or profiles that are not one or n; `TypeError` for another
+    stage's effect.
     """
     shot = nominal_shot(bench, tank_pressure_pa, bullet_mass_kg)
     if travel_m is not None:
@@ -77,7 +82,18 @@ def gun_velocity(
     acting = checked_effects(effects, GunEffect)
     for effect in acting:
         shot = effect.prepare(shot)
+    if valve_profiles is not None:
+        shot = _with_profiles(shot, valve_profiles)
     return _fired(shot, acting, bench.efficiency, coarser)
+
+
+def _with_profiles(shot: Shot, profiles: Sequence[ValveProfile | None]) -> Shot:
+    if len(profiles) != len(shot):
+        raise ValueError(f"{len(profiles)} valve profiles: expected one for each of {len(shot)} shots")
+    stated = np.array([profile is not None for profile in profiles], dtype=bool)
+    bore_m2 = np.pi / 4 * shot.bore_diameter_m**2
+    area = np.where(stated & np.isinf(shot.valve_area_m2), bore_m2, shot.valve_area_m2)
+    return replace(shot, valve_area_m2=area, valve_profile=profile_table(profiles))
 
 
 def _fired(shot: Shot, effects: Sequence[GunEffect], efficiency: float, coarser: float) -> GunShots:

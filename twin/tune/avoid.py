@@ -30,10 +30,10 @@ class Avoid:
 
 
 def avoided(
-    ranked: Sequence[Proposal], kept: Sequence[Proposal], refused: Sequence[Candidate], goal: Goal
+    outside: Sequence[Proposal], kept: Sequence[Proposal], refused: Sequence[Candidate], goal: Goal
 ) -> list[Avoid]:
-    """The nearest of each kind; of `ranked` proposals, those that were `kept` are not outside."""
-    kinds = (_refused(refused, goal), _outside(ranked, kept, goal), _overtest(kept, goal))
+    """The nearest of each kind: `outside` of the model's domain, likely to overtest of those `kept`, `refused`."""
+    kinds = (_refused(refused, goal), _outside(outside, goal), _overtest(kept, goal))
     return [each for kind in kinds for each in _nearest(kind)]
 
 
@@ -48,12 +48,10 @@ def _refused(candidates: Sequence[Candidate], goal: Goal) -> Iterator[Avoid]:
         yield Avoid(each.setting, f"beyond the bench: {'; '.join(each.refused)}", error)
 
 
-def _outside(ranked: Sequence[Proposal], kept: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:
-    stay = {id(each) for each in kept}
-    for each in ranked:
-        if each.outside and id(each) not in stay:
-            error = float(np.mean(each.level_db - goal.level_db))
-            yield Avoid(each.setting, f"outside of the model: {'; '.join(each.outside)}", error)
+def _outside(outside: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:
+    for each in outside:
+        error = float(np.mean(each.level_db - goal.level_db))
+        yield Avoid(each.setting, f"outside of the model: {'; '.join(each.outside)}", error)
 
 
 def _overtest(kept: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:

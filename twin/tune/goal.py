@@ -48,8 +48,15 @@ class Goal:
         error = level_db - self.level_db
         return np.asarray(np.minimum(self.upper_db - error, self.lower_db + error))
 
+    @property
+    def required(self) -> int:
+        """How many lines must lie within. A share of whole lines: 95 % of 41 lines are 39."""
+        return int(np.ceil(self.share * self.frequency_hz.size - 1e-9))
+
     def met(self, level_db: Floats) -> NDArray[np.bool_]:
         """Whether at least `share` of the lines lies within, (...) of levels (..., f)."""
-        within = np.count_nonzero(self.margin_db(level_db) >= 0, axis=-1)
-        # a share of whole lines: 95 % of 41 lines are 39
-        return np.asarray(within >= np.ceil(self.share * self.frequency_hz.size - 1e-9))
+        return np.asarray(np.count_nonzero(self.margin_db(level_db) >= 0, axis=-1) >= self.required)
+
+    def deciding_line(self, level_db: Floats) -> int:
+        """Of levels (f,), the worst of the `required` best lines: within just where the goal is met."""
+        return int(np.argsort(-self.margin_db(level_db), kind="stable")[self.required - 1])

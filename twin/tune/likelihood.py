@@ -9,15 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..setting import Setting
-from .discrepancy import Discrepancy, Term, covariance
+from .discrepancy import Discrepancy, inverted, with_jitter
 from .kernels import Coordinates
 
 Floats = NDArray[np.float64]
 
 #: Fewer shots say too little about nine standard deviations.
 ENOUGH_SHOTS = 20
-#: Residuals looked at: the cost grows with the cube.
-_SHOTS, _LINES = 30, 20
+#: Shots looked at: the cost grows with the cube.
+_SHOTS = 60
 #: How far (natural logarithm, standard deviation) a fitted deviation may stray from its stated one before it costs.
 _STRAY = 1.0
 
@@ -25,49 +25,44 @@ _STRAY = 1.0
 def fitted(prior: Discrepancy, settings: Sequence[Setting], residual_db: Floats) -> Discrepancy:
     """The terms with the standard deviations that make residuals (n, f) likeliest, each held to its stated value.
 
-    Fewer than `ENOUGH_SHOTS` leave the prior as it is. Of many shots and lines, evenly picked ones are looked at. It is
-    the marginal likelihood (Rasmussen and Williams, 2006, eq. 5.8-5.9) times a log-normal prior of each deviation.
+    Fewer than `ENOUGH_SHOTS` leave the prior as it is. Of many shots, evenly picked ones are looked at. It is the
+    marginal likelihood (Rasmussen and Williams, 2006, eq. 5.8-5.9) times a log-normal prior of each deviation.
     """
     if len(settings) < ENOUGH_SHOTS:
         return prior
     from scipy.optimize import minimize
 
-    shots, lines = _even(len(settings), _SHOTS), _even(prior.frequency_hz.size, _LINES)
-    thin = Discrepancy(prior.frequency_hz[lines], prior.terms)
+    shots = _even(len(settings), _SHOTS)
     at = Coordinates.of([settings[i] for i in shots])
-    values = residual_db[np.ix_(shots, lines)].ravel()
+    alike = np.array([term.of_settings(at, at) for term in prior.terms])
     bounds = [(-3.0, 2.5)] * len(prior.terms)
-    found = minimize(
+    result = minimize(
         _loss,
         np.zeros(len(prior.terms)),
-        (thin, at, values),
+        (prior.variances, alike, prior.in_patterns(residual_db[shots])),
         "L-BFGS-B",
         jac=True,
         bounds=bounds,
         options={"maxiter": 40},
     )
-    return replace(prior, terms=_scaled(prior, found.x))
+    scaled = zip(prior.terms, np.exp(result.x).tolist(), strict=True)
+    return replace(prior, terms=tuple(replace(term, sd_db=term.sd_db * factor) for term, factor in scaled))
 
 
 def _even(count: int, most: int) -> NDArray[np.int64]:
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
 
 
-def _scaled(prior: Discrepancy, logs: Floats) -> tuple[Term, ...]:
-    return tuple(replace(t, sd_db=float(t.sd_db * np.exp(log))) for t, log in zip(prior.terms, logs, strict=True))
+def _loss(logs: Floats, stated: Floats, alike: Floats, values: Floats) -> tuple[float, Floats]:
+    """Minus the logarithm of likelihood and prior, and its slope in the logarithms of the deviations.
 
-
-def _loss(logs: Floats, prior: Discrepancy, at: Coordinates, values: Floats) -> tuple[float, Floats]:
-    """Minus the logarithm of likelihood and prior, and its slope in the logarithms of the deviations."""
-    from scipy.linalg import cho_factor, cho_solve
-
-    now = replace(prior, terms=_scaled(prior, logs))
-    factor = cho_factor(covariance(now, at), lower=True, check_finite=False)
-    weights = cho_solve(factor, values, check_finite=False)
-    inverse = cho_solve(factor, np.eye(values.size), check_finite=False)
-    slopes = [
-        float(np.sum(inverse * (part := t.covariance(at, at, prior.octaves))) - weights @ part @ weights)
-        for t in now.terms
-    ]
-    halves = float(np.sum(np.log(np.diag(factor[0])))) + 0.5 * float(values @ weights)
-    return halves + 0.5 * float(np.sum((logs / _STRAY) ** 2)), np.array(slopes) + logs / _STRAY**2
+    `stated` (t, f) are variances of terms in patterns, `alike` (t, n, n) correlations of settings, `values` (n, f)
+    residuals of patterns.
+    """
+    variances = stated * np.exp(2 * logs)[:, None]
+    precision, logarithms = inverted(with_jitter(np.tensordot(variances.T, alike, axes=1), variances))
+    weights = np.einsum("fnm,mf->nf", precision, values)
+    explained = np.sum(variances * np.sum(weights * (alike @ weights), axis=1), axis=1)
+    slopes = np.einsum("tnm,tnm->t", np.tensordot(variances, precision, axes=1), alike) - explained
+    halves = 0.5 * (logarithms + float(np.sum(values * weights)))
+    return halves + 0.5 * float(np.sum((logs / _STRAY) ** 2)), slopes + logs / _STRAY**2

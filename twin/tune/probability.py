@@ -26,7 +26,8 @@ class Proposal:
     `probability_within`: every line within tolerance; `probability_met`: at least the goal's share of them;
     `probability_95`: at least 95 % of them; `probability_overtest`: some line above its upper edge. `share_within` is
     the expected share of lines, margin and frequency are the expected spectrum's worst. Levels (f,) in dB re 1 m/s2
-    with 5 and 95 % quantiles. `outside`: what of it the model has not been made for.
+    with 5 and 95 % quantiles. `outside`: what of it the model has not been made for. `alternatives` are settings that
+    promise the same.
     """
 
     setting: Setting
@@ -41,6 +42,7 @@ class Proposal:
     lower_db: Floats
     upper_db: Floats
     outside: tuple[str, ...] = ()
+    alternatives: tuple[Setting, ...] = ()
 
     @property
     def rank(self) -> tuple[float, ...]:
@@ -88,6 +90,11 @@ def _judged(candidate: Candidate, learned: Learned, goal: Goal, normals: Floats,
         upper_db=candidate.level_db + spread,
         outside=outside,
     )
+
+
+def probability_met(level_db: Floats, covariance_db2: Floats, goal: Goal, normals: Floats) -> float:
+    """That the goal's share of the lines lies within, of a spectrum (f,) with a covariance (f, f), by draws (d, f)."""
+    return float(np.mean(goal.met(level_db + normals @ root(covariance_db2).T)))
 
 
 def root(covariance: Floats) -> Floats:

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..setting import Setting
 from .discrepancy import Learned
@@ -65,6 +64,11 @@ class Searcher:
                 self.progress(min(first + _BATCH, len(settings)), len(settings), what)
         return np.concatenate(parts)
 
+    def nearness(self, candidate: Candidate) -> tuple[int, float]:
+        """How many lines of the expected spectrum lie within tolerance, and the margin of the worst."""
+        margins = self.goal.margin_db(candidate.level_db)
+        return int(np.count_nonzero(margins >= 0)), float(margins.min())
+
     def _scores(self, levels: Floats, settings: Sequence[Setting]) -> Floats:
         """Mean over lines of the logarithm of a line's probability, as if all settings were as sure as the nearest."""
         nearest = settings[int(np.argmin(np.mean((levels - self.goal.level_db) ** 2, axis=1)))]
@@ -86,34 +90,40 @@ def line_scores(error_db: Floats, spread_db: Floats, goal: Goal) -> Floats:
     return np.asarray(top + np.log1p(-np.exp(np.minimum(bottom - top, -1e-12))))
 
 
+@dataclass(frozen=True, eq=False)
+class SearchResult:
+    """The best allowed candidate of each of the best mounts, best first; the best refused one of each mount.
+
+    `nearest` is the allowed candidate with the most lines within tolerance, of these the one whose worst line lies
+    nearest, among all `examined` ones; None where the bench refuses all, and then `best` is empty.
+    """
+
+    best: list[Candidate]
+    refused: list[Candidate]
+    nearest: Candidate | None
+    examined: int
+
+
 def search(
     searcher: Searcher, space: TuningSpace, known: Iterable[Setting] = (), effort: Effort | None = None
-) -> tuple[list[Candidate], list[Candidate]]:
-    """The best candidate of each of the best mounts, refined, best first; and the best refused one of each mount.
-
-    `known` settings (those fired) are looked at, too. Raises `ValueError` where the bench refuses every setting, with
-    the commonest reason.
-    """
+) -> SearchResult:
+    """Candidates of a grid over all mounts, refined about the best; `known` settings (those fired) among them."""
     effort = effort or Effort()
-    found = searcher.candidates([*space.grid(effort.pressures, effort.masses), *known], "grid")
-    best = _best_of_mounts(c for c in found if not c.refused)[: effort.finalists]
-    if not best:
-        raise ValueError(f"the bench refuses all of {len(found)} settings: {_commonest(found)}")
-    for ratio in effort.ratios:
-        around = [setting for each in best for setting in space.around(each.setting, ratio)]
+    examined = searcher.candidates([*space.grid(effort.pressures, effort.masses), *known], "grid")
+    best = best_of_mounts(c for c in examined if not c.refused)[: effort.finalists]
+    refused = best_of_mounts(c for c in examined if c.refused)
+    for ratio in effort.ratios if best else ():
+        around = [setting for candidate in best for setting in space.around(candidate.setting, ratio)]
         finer = searcher.candidates(around, f"refined by {ratio:g}")
-        best = _best_of_mounts([*best, *(c for c in finer if not c.refused)])
-    return best, _best_of_mounts(c for c in found if c.refused)
+        best = best_of_mounts([*best, *(c for c in finer if not c.refused)])
+        examined += finer
+    nearest = max((c for c in examined if not c.refused), key=searcher.nearness, default=None)
+    return SearchResult(best, refused, nearest, len(examined))
 
 
-def _best_of_mounts(candidates: Iterable[Candidate]) -> list[Candidate]:
+def best_of_mounts(candidates: Iterable[Candidate]) -> list[Candidate]:
+    """The most promising candidate of each mount, best first."""
     best: dict[Mount, Candidate] = {}
     for each in sorted(candidates, key=lambda c: -c.score):
         best.setdefault(mount_of(each.setting), each)
     return list(best.values())
-
-
-def _commonest(found: Sequence[Candidate]) -> str:
-    reasons: NDArray[np.str_] = np.array([c.refused[0] for c in found])
-    names, counts = np.unique(reasons, return_counts=True)
-    return str(names[np.argmax(counts)])

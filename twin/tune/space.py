@@ -28,6 +28,11 @@ class Amount(Protocol):
         """Values about `value`, itself among them, at most `ratio` times larger or smaller."""
         ...
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the largest value."""
+        ...
+
 
 @dataclass(frozen=True)
 class Levels:
@@ -46,6 +51,10 @@ class Levels:
     def near(self, value: float, ratio: float) -> Floats:
         owned = np.array(sorted({*self.values, value}))
         return np.asarray(owned[np.abs(np.log(owned / value)) <= np.log(ratio) + 1e-12])
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return min(self.values), max(self.values)
 
 
 @dataclass(frozen=True)
@@ -66,6 +75,10 @@ class Range:
     def near(self, value: float, ratio: float) -> Floats:
         steps = value * ratio ** np.linspace(-1, 1, 5)
         return np.unique(np.append(np.clip(steps, self.low, self.high), value))
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return self.low, self.high
 
 
 @dataclass(frozen=True)
@@ -139,6 +152,16 @@ class TuningSpace:
 def mount_of(setting: Setting) -> Mount:
     """A setting without its pressure and mass."""
     return Mount(setting.tip, setting.tip_radius_m, setting.anvil, setting.insulator, setting.impact_position)
+
+
+def setting_text(setting: Setting) -> str:
+    """A setting in a few words and the units of the bench."""
+    anvil = f", anvil of {setting.anvil.name}" if setting.anvil else ""
+    layer = f", {setting.insulator} insulator" if setting.insulator != "none" else ""
+    return (
+        f"{(setting.tank_pressure_pa or 0.0) / 1e5:.3g} bar, {setting.impactor_mass_kg:.3g} kg, tip of "
+        f"{setting.tip.name} of {setting.tip_radius_m * 1e3:.3g} mm{anvil}{layer}, position {setting.impact_position}"
+    )
 
 
 def unlike(first: Setting, second: Setting) -> int:

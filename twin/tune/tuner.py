@@ -7,8 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..setting import Setting
+from .attainability import AT_LEAST, Attainability, Evidence, attainability
 from .avoid import Avoid, avoided
 from .discrepancy import Discrepancy, Learned
+from .distinct import distinct
 from .forward import Floats, Forward, Outside, Progress, Refusals, level_db, nothing_refused
 from .goal import Goal
 from .likelihood import ENOUGH_SHOTS, fitted
@@ -38,11 +40,15 @@ class Measured:
 
 @dataclass(frozen=True, eq=False)
 class Tuned:
-    """Proposals, best first, and settings to avoid with the reason; `learned` is what the shots taught."""
+    """Proposals that differ, best first, and settings to avoid with the reason; `learned` is what the shots taught.
+
+    `attainability` says whether any proposal meets the goal; there is no proposal where the bench refuses all settings.
+    """
 
     proposals: tuple[Proposal, ...]
     avoid: tuple[Avoid, ...]
     learned: Learned
+    attainability: Attainability
 
 
 def tune(
@@ -57,31 +63,52 @@ def tune(
     extrapolate: bool = False,
     effort: Effort | None = None,
     draws: int = DRAWS,
+    at_least: float = AT_LEAST,
+    calibrated: bool = False,
     progress: Progress | None = None,
 ) -> Tuned:
     """Settings for a spectrum, each with its probability, after what has been measured.
 
-    Settings outside of the model's domain are to avoid unless `extrapolate`, or unless there is no other. Raises
-    `ValueError` where the goal's lines are not the model's, and where the bench refuses every setting.
+    Settings outside of the model's domain are to avoid unless `extrapolate`, or unless there is no other. A setting
+    meets the goal from a probability of `at_least` on. `calibrated`: the model has learned from shots itself, and its
+    draws hold all that is not known of its spectra. Raises `ValueError` where the goal's lines are not the model's.
     """
     if goal.frequency_hz.shape != forward.frequency_hz.shape or not np.allclose(
         goal.frequency_hz, forward.frequency_hz, rtol=1e-6
     ):
         raise ValueError("the goal's lines are not those of the model: expected the same frequencies")
     shots = measured or Measured()
-    learned = learn(forward, goal, shots, rng, space)
+    learned = learn(forward, goal, shots, rng, space, calibrated=calibrated)
     searcher = Searcher(forward, learned, goal, refusals, progress)
     known = [s for s in dict.fromkeys(shots.settings) if s.plate == space.plate and s.tank_pressure_pa is not None]
-    best, refused = search(searcher, space, known, effort)
+    result = search(searcher, space, known, effort)
+    best = result.best
     ranked = proposals(best, learned, goal, rng, outside=outside([c.setting for c in best]), draws=draws)
     kept = [p for p in ranked if extrapolate or not p.outside] or ranked
-    return Tuned(tuple(kept), tuple(avoided(ranked, kept, refused, goal)), learned)
+    stay = {id(proposal) for proposal in kept}
+    apart = [p for p in ranked if id(p) not in stay]
+    normals = rng.standard_normal((draws, goal.frequency_hz.size))
+    evidence = Evidence(searcher, space, result, kept, apart, len(shots), at_least, normals)
+    avoid = tuple(avoided(apart, kept, result.refused, goal))
+    return Tuned(tuple(distinct(kept)), avoid, learned, attainability(evidence, rng))
 
 
-def learn(forward: Forward, goal: Goal, shots: Measured, rng: np.random.Generator, space: TuningSpace) -> Learned:
-    """The discrepancy after the shots. Few shots: stated deviations and the model's own spread; many: fitted ones."""
+def learn(
+    forward: Forward,
+    goal: Goal,
+    shots: Measured,
+    rng: np.random.Generator,
+    space: TuningSpace,
+    *,
+    calibrated: bool = False,
+) -> Learned:
+    """The discrepancy after the shots. Few shots: stated deviations and the model's own spread; many: fitted ones.
+
+    Of a calibrated model without more shots, nothing but the model's own spread and what a shot has for itself.
+    """
     prior = Discrepancy(forward.frequency_hz)
     if not len(shots):
+        prior = prior.of_shots_alone() if calibrated else prior
         return with_model_spread(prior, forward, goal, rng, space).after((), np.empty((0, 0)))
     residual = shots.level_db - level_db(forward.spectra(shots.settings))
     if len(shots) < ENOUGH_SHOTS:

@@ -10,16 +10,17 @@ from numpy.typing import NDArray
 
 from ..effects import Effects
 from ..gun.build import GunBuild, Projectile
-from ..gun.channels import shot_signals, trigger_time_s
+from ..gun.channels import Trigger, shot_signals
 from ..gun.fire import fire
 from ..gun.truth import ShotTruth
+from ..gun.valve import ValveWay
 from ..impact.strike import ImpactTruth, strike_many
 from ..plate.modes import PlateModes
 from ..recorder import Value
 from ..sensors import SensorBuild, analog, digitised
 from ..sensors.faults import gain, offset_si
 from .base import Row, Taken, Task, cells_of, day_fraction, positive
-from .gun_rows import impactor_of, plate_of, point_of, target_of, truth_of
+from .gun_rows import POSITIONS, chain_height_of, impactor_of, plate_of, point_of, target_of, truth_of, valve_way_of
 from .gun_sensors import ARRAY, ARRAY_SHARES, LASER, PLATE, SENSORS, TANK
 from .plates import Key, echoes_at, plate_stage, response_at, solved_plates
 from .ringing import felt
@@ -29,11 +30,13 @@ Floats = NDArray[np.float64]
 
 #: Thesis, section 2.2.2: 100 kHz. Finer by these factors for pressure and laser, for the load cells and for the plate.
 RATE_HZ, SLOW_RATIO, RATIO, PLATE_RATIO = 100_000.0, 4, 20, 8
-DURATION_S, PRE_TRIGGER_S = 1.2, 0.3
+DURATION_S = 1.2
 #: From the valve's first turn to the trigger at most, at strength 1 of gun.valve_flow.
 TRIGGER_S = 0.3
 #: By how much (s, standard deviation) the trigger comes early or late at strength 1 of bench.trigger_jitter.
 JITTER_S = 1e-3
+#: How much earlier (s, of the order of) a hand begins a recording that nothing triggers.
+HAND_S = 0.05
 #: What the operator leaves of a deviation when setting the pressure (relative, bench.hand_scatter at strength 1).
 SETTING_SPREAD = 0.003
 #: The lab's bullets are 85 mm long (thesis, section 3.1) and measured to half a millimetre; the true length is that
@@ -53,6 +56,8 @@ class GunBench:
     gun: GunBuild = field(default_factory=GunBuild)
     sensors: tuple[SensorBuild, ...] = SENSORS
     sampling_rate_hz: float = RATE_HZ
+    trigger: Trigger = field(default_factory=Trigger)
+    heights_m: tuple[float, ...] = (0.0,)  # at which the plates' impact points were taken
 
     def stages(self) -> Mapping[str, Mapping[str, Value]]:
         """With two materials of plate in a plan, [bench.plate] has the first one's; the rows of runs.csv say which."""
@@ -88,9 +93,14 @@ class GunBench:
     def take(self, task: Task, rng: np.random.Generator) -> Taken:
         length = BULLET_LENGTH_M / (1 + VELOCITY_FAULT * self.effects["sensor.velocity_gain"])
         bullet = Projectile(positive(task.row, "bullet_mass_kg"), length)
-        shot = fire(self.gun, self.effects, self._pressure(task, rng), bullet, rng, until_s=self._until_s)
-        late = JITTER_S * self.effects["bench.trigger_jitter"] * float(rng.standard_normal())
-        origin = PRE_TRIGGER_S - trigger_time_s(shot) - late
+        way, pressure_pa = valve_way_of(task.row), self._pressure(task, rng)
+        until_s = self._until_s(way)
+        shot = fire(self.gun, self.effects, pressure_pa, bullet, rng, until_s=until_s, valve_way=way)
+        moment = float(rng.standard_normal())
+        late = -HAND_S * abs(moment)
+        if self.trigger.share is not None:
+            late = JITTER_S * self.effects["bench.trigger_jitter"] * moment
+        origin = -self.trigger.begin_s(shot) - late
         impact = self._impact(task.row, shot, rng)
         start = origin + shot.impact_time_s
         signals = self._slow(shot, bullet, late) | self._fast(task.row, impact, start)
@@ -100,12 +110,12 @@ class GunBench:
             )
             for sensor in self.sensors
         }
-        return Taken(channels, [truth_of(shot, impact, start, length)])
+        return Taken(channels, [truth_of(shot, impact, origin, start, length)])
 
-    @property
-    def _until_s(self) -> float:
+    def _until_s(self, way: ValveWay | None) -> float:
         """How long a shot is followed: the recording, and what the valve takes before the trigger."""
-        return DURATION_S - PRE_TRIGGER_S + TRIGGER_S * max(1.0, self.effects["gun.valve_flow"])
+        slowest_s = TRIGGER_S if way is None else max(TRIGGER_S, 1.2 * way.moments_s[-1])
+        return DURATION_S - self.trigger.pre_trigger_s + slowest_s * max(1.0, self.effects["gun.valve_flow"])
 
     def _pressure(self, task: Task, rng: np.random.Generator) -> float:
         """The true pressure (Pa, gauge): the operator sets the plan's by the transducer, with its errors."""
@@ -119,15 +129,19 @@ class GunBench:
         if not shot.impact_velocity_m_s > 0:
             return None
         struck, plate = target_of(row), self.plates[plate_of(row)]
-        echoes = echoes_at(plate, point_of(row), struck) if self.echoes else None
+        echoes = echoes_at(plate, self._point(row), struck) if self.echoes else None
         return strike_many(
             [impactor_of(row)], [struck], self.effects, [shot.impact_velocity_m_s], rng, tail_s=TAIL_S, echoes=echoes
         )[0]
 
+    def _point(self, row: Row) -> int:
+        """Among the plate's impact points, which it has for each height of the chains."""
+        return point_of(row) + len(POSITIONS) * self.heights_m.index(chain_height_of(row))
+
     def _slow(self, shot: ShotTruth, bullet: Projectile, late_s: float) -> dict[str, Floats]:
         """Band-limited tank pressure and laser, SI (samples,)."""
         rate = RATE_HZ * SLOW_RATIO
-        signals = shot_signals(shot, bullet, rate, DURATION_S, PRE_TRIGGER_S, trigger_offset_s=late_s)
+        signals = shot_signals(shot, bullet, rate, DURATION_S, self.trigger, trigger_offset_s=late_s)
         time = np.arange(round(DURATION_S * rate)) / rate
         pairs = ((TANK, signals["tank_pressure"]), (LASER, signals["laser"]))
         return {sensor.name: analog(time, signal, sensor, RATE_HZ, self.effects) for sensor, signal in pairs}
@@ -141,7 +155,7 @@ class GunBench:
         for sensor, share in zip(ARRAY, ARRAY_SHARES, strict=True):
             pulse = share * impact.plate_force_n
             add_pulse(out[sensor.name], start_s, impact.time_s, pulse, sensor, RATE_HZ, RATIO, self.effects)
-        plate, point = self.plates[plate_of(row)], point_of(row)
+        plate, point = self.plates[plate_of(row)], self._point(row)
         blows = [
             blow(start_s, impact.time_s, impact.plate_force_n, RATE_HZ, PLATE_RATIO, settling_s(PLATE, self.effects))
         ]
@@ -153,5 +167,7 @@ class GunBench:
 def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, echoes: bool = False) -> GunBench:
     """The bench for a plan of shots, every row checked. Raises `ValueError` naming run, column and value."""
     for row in rows:
-        impactor_of(row), target_of(row), point_of(row), positive(row, "tank_pressure_bar")
-    return GunBench(effects, solved_plates((plate_of(row) for row in rows), effects, rng), echoes)
+        impactor_of(row), target_of(row), point_of(row), positive(row, "tank_pressure_bar"), valve_way_of(row)
+    heights = tuple(dict.fromkeys((0.0, *map(chain_height_of, rows))))
+    plates = solved_plates((plate_of(row) for row in rows), effects, rng, heights)
+    return GunBench(effects, plates, echoes=echoes, heights_m=heights)

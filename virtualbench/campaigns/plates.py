@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +29,11 @@ BOUNDARIES: Mapping[str, Boundary] = {"free": "free", "fixed": "fixed"}
 _LIBRARY: tuple[Key, ...] = (("aluminum", "free"), ("aluminum", "fixed"), ("steel", "free"), ("steel", "fixed"))
 
 
-def solved_plates(keys: Iterable[Key], effects: Effects, rng: np.random.Generator) -> Mapping[Key, PlateModes]:
-    """Modes of the plates asked for. Each plate's damping has its own place in `rng`, whichever are asked for.
+def solved_plates(
+    keys: Iterable[Key], effects: Effects, rng: np.random.Generator, heights_m: Sequence[float] = (0.0,)
+) -> Mapping[Key, PlateModes]:
+    """Modes of the plates asked for, with the impact points of each height at which a plate hangs one after the other:
+    a plate that hangs higher is struck lower. Each plate's damping has its own place in `rng`, whichever are asked for.
 
     Raises `ValueError` for a plate that the bench has not got.
     """
@@ -39,6 +43,9 @@ def solved_plates(keys: Iterable[Key], effects: Effects, rng: np.random.Generato
         raise ValueError(f"plan: plate_material is {min(unknown)[0]!r}; expected one of {known}")
     generators = dict(zip(_LIBRARY, rng.spawn(len(_LIBRARY)), strict=True))
     plates = {key: resonant_plate(*key, generators[key]) for key in _LIBRARY if key in wanted}
+    for key, plate in plates.items():
+        points = tuple((x, y - height) for height in heights_m for x, y in plate.impact_points_m)
+        plates[key] = replace(plate, impact_points_m=points)
     return {key: modes(plate, effects, max_frequency_hz=MAX_FREQUENCY_HZ) for key, plate in plates.items()}
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 
 from .build import Projectile
 from .curve import Floats, position_at
 from .truth import ShotTruth
 
-__all__ = ["LASER_REST_M", "shot_signals", "trigger_time_s"]
+__all__ = ["LASER_REST_M", "Trigger", "shot_signals", "trigger_time_s"]
 
 #: From the sensor's face to the barrel's far wall: it measures 80 to 180 mm.
 LASER_REST_M = 0.130
@@ -20,17 +23,40 @@ TRIGGER_SHARE = 0.05
 SMALLEST_DROP_PA = 1.0
 
 
+@dataclass(frozen=True)
+class Trigger:
+    """A recording begins `pre_trigger_s` before the tank has lost `share` of its pressure.
+
+    With a `share` of None nothing triggers: the recording is begun by hand, `pre_trigger_s` before the valve's first
+    turn or earlier. Raises `ValueError` for a share outside of 0 to 1 and for a time that is negative.
+    """
+
+    share: float | None = TRIGGER_SHARE
+    pre_trigger_s: float = 0.3
+
+    def __post_init__(self) -> None:
+        if self.share is not None and not 0 < self.share < 1:
+            raise ValueError(f"trigger: share = {self.share!r}; expected above 0 and below 1")
+        if not 0 <= self.pre_trigger_s < math.inf:
+            raise ValueError(f"trigger: pre_trigger_s = {self.pre_trigger_s!r}; expected 0 or more")
+
+    def begin_s(self, truth: ShotTruth) -> float:
+        """Of the recording, from the valve's first turn. Raises as `trigger_time_s`."""
+        moment = 0.0 if self.share is None else trigger_time_s(truth, self.share)
+        return moment - self.pre_trigger_s
+
+
 def shot_signals(
     truth: ShotTruth,
     projectile: Projectile,
     sampling_rate_hz: float,
     duration_s: float,
-    pre_trigger_s: float,
+    trigger: Trigger,
     *,
     trigger_offset_s: float = 0.0,
 ) -> dict[str, Floats]:
     """`tank_pressure` (Pa gauge, at the transducer, before its calibration) and `laser` (m, distance) on a uniform
-    grid (n,), n = duration times rate, that begins `pre_trigger_s` before the trigger on the pressure drop.
+    grid (n,), n = duration times rate, that begins when the `trigger` says.
 
     The distance falls by the bullet's diameter while the beam is blocked, going and coming back; before the shot
     all is at rest. `trigger_offset_s` shifts the recording (jitter). Raises `ValueError` for a record that the shot
@@ -39,9 +65,9 @@ def shot_signals(
     for name, value in (("sampling_rate_hz", sampling_rate_hz), ("duration_s", duration_s)):
         if not (np.isfinite(value) and value > 0):
             raise ValueError(f"{name} = {value!r}: expected a positive number")
-    if not 0 <= pre_trigger_s < duration_s:
-        raise ValueError(f"pre_trigger_s = {pre_trigger_s!r}: expected 0 or more, and less than {duration_s} s")
-    begin = trigger_time_s(truth) + trigger_offset_s - pre_trigger_s
+    if not trigger.pre_trigger_s < duration_s:
+        raise ValueError(f"pre_trigger_s = {trigger.pre_trigger_s!r}: expected less than {duration_s} s")
+    begin = trigger.begin_s(truth) + trigger_offset_s
     moment = begin + np.arange(round(duration_s * sampling_rate_hz)) / sampling_rate_hz
     if moment[-1] > truth.time_s[-1]:
         raise ValueError(
@@ -55,12 +81,12 @@ def shot_signals(
     }
 
 
-def trigger_time_s(truth: ShotTruth) -> float:
-    """When the tank has lost a twentieth of its pressure, from the valve's first turn.
+def trigger_time_s(truth: ShotTruth, share: float = TRIGGER_SHARE) -> float:
+    """When the tank has lost a share of its pressure, from the valve's first turn.
 
     Raises `ValueError` where it never does.
     """
-    level = truth.tank_pressure_pa[0] - max(TRIGGER_SHARE * truth.tank_pressure_pa[0], SMALLEST_DROP_PA)
+    level = truth.tank_pressure_pa[0] - max(share * truth.tank_pressure_pa[0], SMALLEST_DROP_PA)
     below = np.flatnonzero(truth.tank_pressure_pa < level)
     if not below.size:
         raise ValueError(f"no trigger: the tank's pressure never falls below {level:.4g} Pa")

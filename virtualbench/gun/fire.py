@@ -15,6 +15,7 @@ from .integrate import Floats, integrate
 from .motion import ENERGY_OUT, HEAT_IN, MASS_OUT, RESISTED, V, X, volumes
 from .setting import Setting, setting_of
 from .truth import Ledger, ShotTruth
+from .valve import ValveWay
 
 __all__ = ["GunBuild", "Projectile", "ShotTruth", "fire"]
 
@@ -29,16 +30,18 @@ def fire(
     until_s: float = 1.2,
     restitution: float = 0.35,
     tightness: float = 1.0,
+    valve_way: ValveWay | None = None,
 ) -> ShotTruth:
     """A shot from `tank_pressure_pa` (gauge), followed for `until_s` from the valve's first turn.
 
     Open chambers with balances of mass and energy (perfect gas), flow by ISO 6358 (valve) and the isentropic nozzle
     (clearance, vents, muzzle), friction with a Stribeck hump; `setting.setting_of` says what each strength means.
+    `valve_way` is what the controller lets the valve do; without it, it opens within the gun's own time and stays open.
     `restitution` is the plate's; `tightness` multiplies the integrator's tolerances. Raises `ValueError` for a
     pressure that is negative or not finite and for what the barrel cannot shoot; `RuntimeError` where LSODA gives up.
     """
     _check(tank_pressure_pa, until_s, restitution)
-    setting = setting_of(gun, effects, float(tank_pressure_pa), projectile, rng)
+    setting = setting_of(gun, effects, float(tank_pressure_pa), projectile, rng, valve_way)
     time, state, strike = integrate(setting, until_s, restitution, tightness)
     tank, breech, ahead = _gauge_pressures(setting, state)
     way = time, state[:, X], state[:, V]
@@ -57,6 +60,7 @@ def fire(
         laser_blocked=_passages(way, gun.laser_position_m, projectile.length_m),
         laser_position_m=gun.laser_position_m,
         ledger=_ledger(state),
+        port_opens_s=setting.valve_way.port_opens_s,
     )
 
 

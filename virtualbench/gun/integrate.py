@@ -11,7 +11,6 @@ from .friction import CREEP_M_S
 from .motion import TOLERANCES, Phase, V, X, initial_state
 from .rates import figures_of, rates
 from .setting import Setting
-from .valve import valve_moments
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +39,7 @@ def integrate(
     """Times (n,), states (n, 12) and the first strike. `tightness` multiplies every tolerance."""
     times, states = [np.zeros(1)], [initial_state(setting)[None]]
     first, phase = None, Phase(held=False, sealed=True)
-    stops = [*valve_moments(setting.opening_time_s), until_s]
+    stops = [*setting.valve_way.kinks_s, until_s]
     while (start := float(times[-1][-1])) < until_s - CONTACT_S:
         stop = _next_stop(stops, start, phase.held)
         time, state = advance(setting, states[-1][-1], start, stop, phase, tightness)
@@ -65,7 +64,7 @@ def derivative(time: float, state: Floats, figures: Floats, phase: Phase) -> Flo
 
 
 def _next_stop(stops: list[float], start: float, held: bool) -> float:
-    """Not past the moments at which the valve begins and ends to open, where the flow has kinks."""
+    """Not past the moments at which the flow through the valve has kinks."""
     return min([stop for stop in stops if stop > start + CONTACT_S] + ([] if held else [start + CHUNK_S]))
 
 

@@ -112,7 +112,7 @@ def _swept(setting: Setting, position: float, velocity: float) -> tuple[float, f
 
 
 def _valve(setting: Setting, time: float, tank: Gas, breech: Gas) -> tuple[float, float]:
-    area = 0.0 if setting.merged else setting.valve_area_m2 * open_share(time / setting.opening_time_s)
+    area = 0.0 if setting.merged else setting.valve_area_m2 * open_share(setting.valve_way.position(time))
     if area == 0:
         return 0.0, 0.0
     return exchange(tank, breech, iso6358_flow, area, setting.critical_ratio)

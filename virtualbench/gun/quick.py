@@ -9,7 +9,6 @@ from .build import GunBuild, Projectile
 from .integrate import CHUNK_S, advance, up_to
 from .motion import Phase, V, X, initial_state
 from .setting import setting_of
-from .valve import valve_moments
 
 __all__ = ["muzzle_velocity"]
 
@@ -25,7 +24,7 @@ def muzzle_velocity(
 ) -> float:
     """`fire(...).muzzle_velocity_m_s` (m/s); 0 for a projectile that does not reach the vents until `until_s`."""
     setting = setting_of(gun, effects, tank_pressure_pa, projectile, rng)
-    stops = [*valve_moments(setting.opening_time_s), until_s]
+    stops = [*setting.valve_way.kinks_s, until_s]
     start, state, phase = 0.0, initial_state(setting), Phase(held=False, sealed=True)
     while start < until_s - 1e-9:
         stop = min([moment for moment in stops if moment > start + 1e-6] + [start + CHUNK_S])

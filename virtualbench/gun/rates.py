@@ -18,22 +18,26 @@ from .valve import DEAD_SHARE, RANGEABILITY
 Floats = NDArray[np.float64]
 Flow = tuple[float, float]
 
-_NAMES = [field.name for field in fields(Setting)]
+_NAMES = [field.name for field in fields(Setting) if field.name != "valve_way"]
 # fmt: off
 (TANK_M3, BREECH_M3, MUZZLE_M, TRAVEL_M, END_M, AREA_M2, MASS_KG, LENGTH_M, BORE_M, AMBIENT, TANK_PA, MERGED,
- VALVE_M2, OPENING_S, CRITICAL, LEAK_M2, VENT_M2, VENT_M, VENT_R_M, MUZZLE_M2, COULOMB_N, BREAKAWAY_N, STRIBECK_M_S,
+ VALVE_M2, CRITICAL, LEAK_M2, VENT_M2, VENT_M, VENT_R_M, MUZZLE_M2, COULOMB_N, BREAKAWAY_N, STRIBECK_M_S,
  SEAL_M2, COLUMN, ENTRANCE, TANK_W_K, BARREL_W_M_K) = range(len(_NAMES))
 # fmt: on
 AMBIENT_K = len(_NAMES)
 AMBIENT_KG_M3 = AMBIENT_K + 1
+#: From here on the moments of the valve's way, then its positions.
+WAY = AMBIENT_KG_M3 + 1
 
 
 def figures_of(setting: Setting) -> Floats:
-    """The figures (30,) of a setting in its order; the surroundings' pressure in its place, the rest of them behind."""
+    """The figures (29 + 2 k,) of a setting in its order; the surroundings' pressure in its place, the rest of them
+    behind, and then moments and positions of the valve's way, k of each."""
     values = [getattr(setting, name) for name in _NAMES]
     ambient = setting.ambient
     values[AMBIENT] = ambient.pressure
-    return np.array([*values, ambient.temperature, ambient.density], dtype=np.float64)
+    way = setting.valve_way
+    return np.array([*values, ambient.temperature, ambient.density, *way.moments_s, *way.positions], dtype=np.float64)
 
 
 @njit(cache=True)
@@ -152,7 +156,7 @@ def _nozzle(first: tuple[float, float, float], second: tuple[float, float, float
 def _valve(time: float, tank: tuple[float, float, float], breech: tuple[float, float, float], f: Floats) -> Flow:
     if f[MERGED]:
         return 0.0, 0.0
-    area = f[VALVE_M2] * _open_share(time / f[OPENING_S])
+    area = f[VALVE_M2] * _open_share(_position(time, f))
     if area == 0:
         return 0.0, 0.0
     if tank[0] > breech[0]:
@@ -165,8 +169,23 @@ def _valve(time: float, tank: tuple[float, float, float], breech: tuple[float, f
 
 
 @njit(cache=True)
-def _open_share(turned: float) -> float:
-    travel = (turned - DEAD_SHARE) / (1 - DEAD_SHARE)
+def _position(time: float, f: Floats) -> float:
+    count = (f.size - WAY) // 2
+    last, positions = WAY + count - 1, count
+    if time >= f[last]:
+        return float(f[last + positions])
+    if time < f[WAY]:
+        return float(f[WAY + positions])
+    k = WAY
+    while f[k + 1] <= time:
+        k += 1
+    share = (time - f[k]) / (f[k + 1] - f[k])
+    return float(f[k + positions] + (f[k + positions + 1] - f[k + positions]) * share)
+
+
+@njit(cache=True)
+def _open_share(position: float) -> float:
+    travel = (position - DEAD_SHARE) / (1 - DEAD_SHARE)
     if travel <= 0:
         return 0.0
     if travel >= 1:

@@ -10,6 +10,7 @@ import numpy as np
 from ..effects import Effects
 from .build import GunBuild, Projectile
 from .gas import GAS_CONSTANT, Gas
+from .valve import ValveWay
 
 __all__ = ["Setting", "setting_of"]
 
@@ -42,7 +43,6 @@ class Setting:
     tank_pressure_pa: float
     merged: bool
     valve_area_m2: float
-    opening_time_s: float
     critical_ratio: float
     leak_area_m2: float
     vent_area_m2: float
@@ -57,22 +57,29 @@ class Setting:
     entrance_loss: float
     tank_heat_w_k: float
     barrel_heat_w_m_k: float
+    valve_way: ValveWay
 
 
 def setting_of(
-    gun: GunBuild, effects: Effects, tank_pressure_pa: float, projectile: Projectile, rng: np.random.Generator
+    gun: GunBuild,
+    effects: Effects,
+    tank_pressure_pa: float,
+    projectile: Projectile,
+    rng: np.random.Generator,
+    valve_way: ValveWay | None = None,
 ) -> Setting:
     """What each strength means, at strength s:
 
     - `gun.back_pressure`: the surroundings have s times the atmosphere, and tank and force are absolute against it
       (0: vacuum, and the gauge pressure is all there is);
     - `gun.blow_by`: s times the clearance; `gun.dead_volume`: s times the volume;
-    - `gun.valve_flow`: s times the opening time, and 1/s of the area (below 0.01: tank and barrel are
-      one volume);
+    - `gun.valve_flow`: every moment of the valve's way s times as late, and 1/s of the area (below 0.01: tank and
+      barrel are one volume);
     - `gun.barrel_loss`, `gun.heat_exchange`: s times the wall's friction, the heat transfer;
     - `gun.sliding_friction`: s times extra friction, breakaway and seal drag; the nominal Coulomb friction stays.
 
-    Three numbers are drawn from `rng` whatever the strength of `bench.hand_scatter`.
+    Without a `valve_way` the valve opens within the gun's own time and stays open. Three numbers are drawn from `rng`
+    whatever the strength of `bench.hand_scatter`.
     """
     scatter = np.exp(effects["bench.hand_scatter"] * rng.standard_normal(3) * SCATTERS).tolist()
     valve, friction = effects["gun.valve_flow"], scatter[2]
@@ -96,7 +103,6 @@ def setting_of(
         tank_pressure_pa=tank_pressure_pa + ambient_pa,
         merged=valve == 0,
         valve_area_m2=0.0 if valve == 0 else gun.valve_discharge * math.pi * gun.valve_bore_m**2 / 4 / valve,
-        opening_time_s=valve * gun.valve_opening_time_s * scatter[0],
         critical_ratio=gun.valve_critical_ratio,
         leak_area_m2=effects["gun.blow_by"] * scatter[1] * leak_area_m2(gun, projectile),
         vent_area_m2=gun.outlet_discharge * gun.vent_area_m2,
@@ -111,7 +117,13 @@ def setting_of(
         entrance_loss=gun.entrance_loss,
         tank_heat_w_k=heat * gun.tank_heat_transfer_w_m2_k * gun.tank_wall_m2,
         barrel_heat_w_m_k=heat * gun.barrel_heat_transfer_w_m2_k * math.pi * gun.bore_diameter_m,
+        valve_way=_way(valve_way or ValveWay((0.0, gun.valve_opening_time_s), (0.0, 1.0)), valve, scatter[0]),
     )
+
+
+def _way(way: ValveWay, valve: float, scatter: float) -> ValveWay:
+    """As slow as effect and scatter make it; without a valve it is open from the beginning."""
+    return way.slowed(valve * scatter) if valve else ValveWay((0.0,), (1.0,))
 
 
 SCATTERS = np.array([VALVE_SCATTER, LEAK_SCATTER, FRICTION_SCATTER])

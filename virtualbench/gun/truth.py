@@ -45,3 +45,4 @@ class ShotTruth:
     laser_blocked: tuple[tuple[float, float], ...]  # (start_s, stop_s) of each whole passage, there and back
     laser_position_m: float
     ledger: Ledger
+    port_opens_s: float = 0.0  # the ball turns before its port opens; infinite where it never does

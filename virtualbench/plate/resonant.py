@@ -13,11 +13,13 @@ import numpy as np
 
 from .build import Boundary, Clamp, PlateBuild, PlateMaterial, PlateSensor, Point, Spring
 
-__all__ = ["MATERIALS", "OUTLINE_M", "resonant_plate"]
+__all__ = ["IMPACT_POINTS_M", "MATERIALS", "OUTLINE_M", "resonant_plate"]
 
 #: Thesis, table 4.2.
 MATERIALS = {"aluminum": PlateMaterial(69.9e9, 0.33, 2700.0), "steel": PlateMaterial(200e9, 0.30, 7800.0)}
 OUTLINE_M: tuple[Point, Point, Point, Point] = ((0.0, 0.10), (0.62, 0.0), (1.0, 0.38), (0.30, 0.60))
+#: #1, #2 and #3 of a plate that hangs as usual.
+IMPACT_POINTS_M: tuple[Point, ...] = ((0.47, 0.28), (0.31, 0.37), (0.68, 0.22))
 _MOST_MODES = 1000
 _SUSPENSION = (Spring((0.34, 0.56), 2e3), Spring((0.93, 0.37), 2e3), Spring((0.61, 0.03), 4e3))
 _FIXTURE = (Spring((0.02, 0.11), 2e4), Spring((0.61, 0.01), 2e4), Spring((0.98, 0.38), 2e4), Spring((0.31, 0.59), 2e4))
@@ -40,7 +42,7 @@ def resonant_plate(material: str, boundary: Boundary, rng: np.random.Generator) 
         material=MATERIALS[material],
         thickness_m=0.010,
         outline_m=OUTLINE_M,
-        impact_points_m=((0.47, 0.28), (0.31, 0.37), (0.68, 0.22)),
+        impact_points_m=IMPACT_POINTS_M,
         sensors=(PlateSensor("acceleration_1", (0.22, 0.20)), PlateSensor("acceleration_2", (0.73, 0.37))),
         damping_ratios=tuple(np.exp(rng.uniform(math.log(0.002), math.log(0.01), 1000)).tolist()),
         clamps=(Clamp(0, 0.25, 0.75), Clamp(2, 0.25, 0.75)) if fixed else (),

@@ -12,6 +12,7 @@ from .ingest import INGEST
 from .plan import PLAN
 from .train import TRAIN
 from .tune import TUNE
+from .validate import VALIDATE
 
-_ALL: tuple[Kind[Any], ...] = (INGEST, EXTRACT, PLAN, TRAIN, TUNE, DIAGNOSE)
+_ALL: tuple[Kind[Any], ...] = (INGEST, EXTRACT, PLAN, TRAIN, TUNE, DIAGNOSE, VALIDATE)
 KINDS: Mapping[str, Kind[Any]] = {kind.name: kind for kind in _ALL}

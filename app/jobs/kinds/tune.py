@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from ...finite import finite
 from ..work import Ending, Result, Work
 from .base import Kind, told
 
@@ -34,6 +35,7 @@ class TuneArguments:
     extrapolate: bool = False
     adopted: bool = True
     seed: int = 0
+    at_least: float = 0.5
 
     def ask(self) -> Ask:
         """Raises `ValueError` for a target or factors that cannot be read."""
@@ -60,6 +62,7 @@ class TuneArguments:
             share=self.share,
             extrapolate=self.extrapolate,
             seed=self.seed,
+            at_least=self.at_least,
         )
 
 
@@ -71,17 +74,16 @@ def _do(work: Work, asked: TuneArguments) -> Ending:
     with models_extra():
         session = session_of(work.store, work.db, asked.ask())
     data = _answer(asked, session, session.run(work.step))
-    rows = data["proposals"]
-    best = f"{rows[0]['probability_within']:.0%} that every line fits" if rows else "no setting"
-    return told(Result(f"/tune/{work.job}", f"{len(rows)} proposals; the first: {best}", data))
+    return told(Result(f"/tune/{work.job}", data["attainability"]["sentence"], data))
 
 
 def _answer(asked: TuneArguments, session: TuningSession, found: Tuned) -> dict[str, Any]:
-    """`tune --json`, with the target, what to avoid, and notes."""
+    """`tune --json`, with whether the target is met, the target, what to avoid, and notes."""
     from ...tuning.laboratory import avoid_json, proposal_json
 
     goal = session.goal
     return {
+        "attainability": finite(found.attainability.as_json()),
         "proposals": [proposal_json(each, rank) for rank, each in enumerate(found.proposals[:SHOWN], 1)],
         "avoid": [avoid_json(each) for each in found.avoid[:SHOWN]],
         "notes": list(session.notes),

@@ -15,13 +15,14 @@ from starlette.responses import Response
 from ....schema.campaigns import Campaign
 from ....schema.jobs import DONE
 from ....twin.contact.laws import LAWS
-from ....twin.prediction import Prediction
 from ...finite import finite
 from ...jobs.kinds.tune import TUNE
-from ...predictions.predicting import predicted
+from ...predictions.predicting import TANK_PRESSURE_PA, predicted, prediction_json
 from ...predictions.tables import quantity_rows
+from ...predictions.warnings import field_warnings
 from ...spectra.targets import MOST_BYTES
-from ...twins.sliders import sliders
+from ...twins.building import BuiltTwin
+from ...twins.sliders import VELOCITY_M_S, sliders
 from ..asking import Key, OpenStore, Running
 from ..figures.twin import prediction_figures, tuned_figure
 from ..rendering import page, query
@@ -32,14 +33,16 @@ from .jobs import followed
 router = APIRouter()
 _SETTINGS = ("tank_pressure_pa", "bullet_mass_kg", "tip_material", "tip_radius_m", "anvil_material", "insulator",
              "impact_position")  # fmt: skip
+#: Of a prediction what the page shows as figures.
+_SERIES = ("force", "acceleration", "srs")
 
 
 @router.get("/twin")
 def twin(request: Request, question: Asked, twins: Twins, store: OpenStore) -> Response:
     built = twins.get(question.request())
     with store.reading() as session:
-        campaigns = _gun_campaigns(session)
-    question = _complete(question)
+        campaigns = _campaigns(session)
+    question = _complete(question, built)
     found, why_not = _answer(twins, question)
     return page(
         request,
@@ -56,16 +59,22 @@ def twin(request: Request, question: Asked, twins: Twins, store: OpenStore) -> R
     )
 
 
-def _complete(question: Question) -> Question:
-    """A shot is set by its pressure unless a velocity is said."""
+def _complete(question: Question, built: BuiltTwin) -> Question:
+    """A shot of a gun is set by its pressure unless a velocity is said, one of a hammer by its velocity; the mass is
+    the bench's where none is said."""
+    update: dict[str, float] = {}
     if question.tank_pressure_pa is None and question.impact_velocity_m_s is None:
-        return question.model_copy(update={"tank_pressure_pa": 5e5})
-    return question
+        by_gun = built.twin.gun is not None
+        update = {"tank_pressure_pa": TANK_PRESSURE_PA} if by_gun else {"impact_velocity_m_s": VELOCITY_M_S}
+    if question.bullet_mass_kg is None:
+        update["bullet_mass_kg"] = built.bench.impactor_mass_kg
+    return question.model_copy(update=update)
 
 
-def _gun_campaigns(session: Session) -> list[str]:
-    query = select(Campaign.name).where(Campaign.gun_id.is_not(None)).order_by(Campaign.date.desc(), Campaign.name)
-    return list(session.scalars(query.limit(500)))
+def _campaigns(session: Session) -> list[tuple[str, str]]:
+    """Names and kinds of the newest campaigns: the twin is that of a campaign's bench, gun or hammer."""
+    query = select(Campaign.name, Campaign.kind).order_by(Campaign.date.desc(), Campaign.name)
+    return [(name, kind) for name, kind in session.execute(query.limit(500))]
 
 
 def _answer(twins: Twins, question: Question) -> tuple[dict[str, Any] | None, str]:
@@ -77,27 +86,29 @@ def _answer(twins: Twins, question: Question) -> tuple[dict[str, Any] | None, st
 
 
 def answered(twins: Twins, question: Question) -> dict[str, Any]:
-    """Figures, numbers and what lies outside the model's domain, and how long it took."""
+    """The prediction as `/api/predict` gives it, its series drawn as figures, and how long it took.
+
+    `numbers` are its figures in the units of the lab, `beside` warnings by the slider that sets the quantity.
+    """
     begun = time.perf_counter()
-    prediction = predicted(twins.get(question.request()), question.shot(), draws=question.draws, seed=question.seed)
+    built = twins.get(question.request())
+    prediction = predicted(built, question.shot(), draws=question.draws, seed=question.seed)
+    data = prediction_json(built, prediction)
     return {
+        "prediction": {key: value for key, value in data.items() if key not in _SERIES},
         "figures": prediction_figures(prediction),
         "numbers": list(quantity_rows(prediction)),
-        "outside": _outside(prediction),
-        "models": dict(prediction.models),
+        "beside": field_warnings(prediction),
         "link": "/twin" + query(shown(question)),
         "seconds": time.perf_counter() - begun,
     }
 
 
-def _outside(prediction: Prediction) -> list[dict[str, Any]]:
-    return [{"predictor": o.predictor, "value": o.value, "range": str(o.range)} for o in prediction.outside]
-
-
 @router.get("/twin/answer")
 def answer(question: Asked, twins: Twins) -> dict[str, Any]:
     """What the sliders ask for while they move."""
-    found: dict[str, Any] = finite(answered(twins, _complete(question)))
+    built = twins.get(question.request())
+    found: dict[str, Any] = finite(answered(twins, _complete(question, built)))
     return found
 
 
@@ -111,6 +122,8 @@ async def tune(
     plate: Annotated[str, Form(max_length=200)] = "",
     tolerance: Annotated[str, Form(max_length=200)] = "",
     measured: Annotated[str, Form(max_length=1000)] = "",
+    at_least: Annotated[float, Form(gt=0, le=1)] = 0.5,
+    share: Annotated[float, Form(gt=0, le=1)] = 1.0,
     text: Annotated[str, Form(max_length=MOST_BYTES)] = "",
 ) -> Response:
     form = await request.form()
@@ -127,6 +140,8 @@ async def tune(
         contact=contact or None,
         plate=plate or None,
         measured=names,
+        at_least=at_least,
+        share=share,
     )
     return followed(tune_job(running, store, asked))
 

@@ -12,6 +12,15 @@ document.addEventListener("DOMContentLoaded", () => {
       field.dataset.scale ? Number((field.value / field.dataset.scale).toPrecision(9)) : field.value));
     return query;
   };
+  // The lines of a list, or of the one in a box; nothing to say hides it.
+  const list = (place, lines) => {
+    place.hidden = !lines.length;
+    (place.querySelector("ul") || place).replaceChildren(...lines.map((line) => {
+      const item = document.createElement("li");
+      item.textContent = line;
+      return item;
+    }));
+  };
   const show = (answer) => {
     Object.entries(answer.figures).forEach(([name, figure]) => {
       const place = of(name) && of(name).querySelector(".plot");
@@ -24,12 +33,16 @@ document.addEventListener("DOMContentLoaded", () => {
       line.insertCell().textContent = row.unit.replace("m/s2", "m/s²");
       return line;
     }));
-    of("outside").hidden = !answer.outside.length;
-    of("outside").querySelector("ul").replaceChildren(...answer.outside.map((each) => {
-      const item = document.createElement("li");
-      item.textContent = `${each.predictor} = ${typeof each.value === "number" ? short(each.value) : each.value}; known: ${each.range}`;
-      return item;
-    }));
+    const told = answer.prediction;
+    of("rests-on").textContent = told.rests_on.sentence;
+    of("rests-on").hidden = !told.rests_on.sentence;
+    list(of("notes"), told.notes);
+    list(of("warnings"), told.warnings);
+    form.querySelectorAll("input").forEach((field) => {
+      const warning = of(`${field.id}-warning`);
+      warning.textContent = answer.beside[field.id] || "";
+      warning.hidden = !warning.textContent;
+    });
     of("link").href = answer.link;
     history.replaceState(null, "", answer.link);
   };

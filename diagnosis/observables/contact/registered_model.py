@@ -13,6 +13,7 @@ import numpy as np
 
 from ....twin import strikes
 from ....twin.contact.effect import ContactEffect
+from ....twin.contact.effects_on_pulses import changed_force
 from ....twin.setting import Setting
 from ...record import CampaignRecord, Run
 from ..base import Floats
@@ -90,12 +91,9 @@ def tabulated(pulses: strikes.Pulses) -> tuple[Floats, Floats]:
 
 def corrected(base: ForceHistories, without: ForceHistories, with_effects: ForceHistories) -> ForceHistories:
     """Pulses of `base` as the law changes from `without` to `with_effects`, all of n contacts."""
-    peak, before, after = (item.force_n.max(axis=1, keepdims=True) for item in (base, without, with_effects))
-    shape = base.force_n / peak + with_effects.force_n / after - without.force_n / before
-    shape = np.maximum(shape, 0.0)
-    shape /= shape.max(axis=1, keepdims=True)
+    force = changed_force(base.force_n, without.force_n, with_effects.force_n)
     time = base.compression_time_s * with_effects.compression_time_s / without.compression_time_s
-    return ForceHistories(shape * peak * after / before, time)
+    return ForceHistories(force, time)
 
 
 def _setting(record: CampaignRecord, run: Run, plate_mass_kg: float) -> Setting:
@@ -112,4 +110,5 @@ def _setting(record: CampaignRecord, run: Run, plate_mass_kg: float) -> Setting:
         anvil=anvil,
         insulator=str(configuration.factors.get("insulator", "none")),
         impact_position=str(configuration.factors.get("impact_position", "#1")),
+        boundary_conditions=str(configuration.factors.get("boundary_conditions", "free")),
     )

@@ -8,11 +8,13 @@ from typing import cast
 
 import numpy as np
 
+from ....signals.valve_profile import ValveProfile
 from ....twin.effects import Effect
 from ....twin.gun.bench import GunBench
 from ....twin.gun.effect import GunEffect
+from ....twin.gun.effects.valve_flow import ValveFlow
 from ....twin.gun.shots import gun_velocity
-from ...record import CampaignRecord
+from ...record import CampaignRecord, Configuration
 from ..base import Floats, Observable, Stage, Upstream, sensor_chain
 from ..batching import at_rows, batched_changes
 
@@ -51,7 +53,10 @@ class GunStage(Stage):
         self._shots = {
             **{name: record.run_values(name) for name in READINGS},
             "travel_m": np.array([run.travel_m or self.bench.travel_m for run in record.runs], dtype=np.float64),
+            # The row of the configuration, which has the profile: a number, to be tiled and thinned as the others.
+            "valve_profile": np.array([run.configuration for run in record.runs], dtype=np.float64),
         }
+        self._profiles = [_profile(configuration) for configuration in record.configurations]
         self._medians = {name: self._median(values) for name, values in self._shots.items()}
         self._nuisances = self._derivatives()
 
@@ -111,9 +116,27 @@ class GunStage(Stage):
         if (rows := np.flatnonzero(good)).size:
             gun = at_rows([effect for effect in effects if isinstance(effect, GunEffect)], rows)
             bench = bench or self.bench
-            fired = gun_velocity(bench, pressure_pa[rows], mass_kg[rows], gun, _COARSER, travel_m=travel_m[rows])
+            fired = gun_velocity(
+                bench,
+                pressure_pa[rows],
+                mass_kg[rows],
+                gun,
+                _COARSER,
+                travel_m=travel_m[rows],
+                valve_profiles=self._stated_profiles(gun, shots["valve_profile"][rows]),
+            )
             velocity_m_s[rows] = np.where(fired.left, fired.velocity_m_s, np.nan)
         return velocity_m_s
+
+    def _stated_profiles(
+        self, effects: Sequence[GunEffect], configurations: Floats
+    ) -> list[ValveProfile | None] | None:
+        """Of shots (n,) by the rows of their configurations: where a valve acts. The nominal law has none."""
+        valve = next((effect for effect in effects if isinstance(effect, ValveFlow)), None)
+        if valve is None or not any(self._profiles):
+            return None
+        acts = np.broadcast_to(np.asarray(valve.loss_coefficient) > 0, configurations.shape)
+        return [self._profiles[int(row)] if on else None for row, on in zip(configurations, acts, strict=True)]
 
     def _derivatives(self) -> dict[str, Floats]:
         """(C, 1) by name: ln velocity's derivative times one standard deviation, at the medians of configurations.
@@ -148,3 +171,8 @@ class GunStage(Stage):
 def _logarithms(velocity_m_s: Floats) -> Floats:
     """NaN where there is no velocity."""
     return np.log(np.where(velocity_m_s > 0, velocity_m_s, np.nan))
+
+
+def _profile(configuration: Configuration) -> ValveProfile | None:
+    text = configuration.factors.get("valve_profile")
+    return None if text is None else ValveProfile.parse(str(text))

@@ -32,7 +32,7 @@ def lab(tmp_path_factory: pytest.TempPathFactory) -> tuple[Registry, Read]:
     with pytest.MonkeyPatch.context() as patch:
         without_figures(patch)
         train(registry, ground_in(registry, table), ["hann", "linear"], ["repetitions", "configurations"])
-    promote(registry, "hann", 1, lambda _: table)
+    promote(registry, "hann", 1, lambda _: table, forced=True, reason="to begin with")
     promote(registry, "linear", 1, lambda _: table, forced=True, reason="to <i>try</i> it")
     return registry, lambda _: table
 

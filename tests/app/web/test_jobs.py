@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 import threading
 import time
@@ -15,6 +16,7 @@ from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.jobs.scratch import discard, is_scratch, make_scratch
 from pyroshock.app.jobs.work import Work
 from pyroshock.schema.jobs import DONE, WAITING
+from pyroshock.twin.tune.attainability import Attainability, Obstacle
 from starlette.testclient import TestClient
 from support.processes.odd_jobs import Odd, claimed, odd, work_off
 from support.processes.web_client import ended, post, post_json, sqlite, window
@@ -101,16 +103,24 @@ def test_a_tunings_page_is_drawn_from_the_store(tmp_path: Path, monkeypatch: pyt
 
     lines, level = np.array([100.0, 1e4]), np.array([50.0, 80.0])
     goal = SimpleNamespace(frequency_hz=lines, level_db=level, lower_db=np.full(2, 6.0), upper_db=np.full(2, np.inf))
-    found = SimpleNamespace(proposals=[], avoid=[])
+    obstacle = Obstacle("bench limit", "The bench refuses all of 648 settings.", 0.0, 1e4, -np.inf, ("closed",))
+    refusal = Attainability(0.0, 0.5, 0, 0, "every line lies within tolerance", obstacle)
+    found = SimpleNamespace(proposals=[], avoid=[], attainability=refusal)
     session = SimpleNamespace(goal=goal, notes=("learned from none",), run=lambda step: found)
     monkeypatch.setattr("pyroshock.app.tuning.session.session_of", lambda *_: session)
     with window(sqlite(tmp_path)) as (client, _):
         job = ended(client, post_json(client, "/api/tune", {"target": SPECIFICATION, "tolerance": "3dB"}))
         assert (job["state"], job["error"], job["address"]) == (DONE, None, f"/tune/{job['id']}")
+        # the job, its result and its page say the same
+        sentence = "No setting meets the target. The bench refuses all of 648 settings."
+        assert job["words"] == job["result"]["attainability"]["sentence"] == sentence
+        assert job["result"]["attainability"]["obstacle"]["margin_db"] is None  # JSON knows no infinity
     with window(sqlite(tmp_path)) as (client, _):
         page = client.get(job["address"])
         assert page.status_code == 200
         assert "learned from none" in page.text
+        assert re.search(rf'role="alert"[^>]*>{re.escape(sentence)}', page.text)
+        assert 'id="proposals"' not in page.text
         assert client.get(f"/api/jobs/{job['id']}").json() == job
 
 

@@ -17,6 +17,7 @@ from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.provenance import Provenance
 from pyroshock.schema.twins import TwinVersion
+from pyroshock.twin.tune.attainability import Attainability
 from sqlalchemy import select
 from support.checks.well_formed import Page
 from support.processes.web_client import ended, post, post_json
@@ -43,6 +44,7 @@ SPECIFICATION = "frequency_hz,level_g\n100,30\n1000,1000\n10000,1000\n"
         ("/plans", "No plan yet"),
         ("/plans/new", 'id="make"'),
         ("/diagnoses", "No diagnosis is kept"),
+        ("/validations", "No validation was made yet"),
         ("/ingest", 'id="upload"'),
         ("/jobs", "Nothing was asked for"),
     ],
@@ -131,6 +133,7 @@ def test_a_sheet_is_saved_as_a_table(filled: Lab) -> None:
         ("/twin?campaign=winter", 404, "winter"),
         ("/twin?tip_radius_m=0", 422, "tip_radius_m"),
         ("/tune/99", 404, "99"),
+        ("/validations/99", 404, "99"),
         ("/plans/winter", 404, "winter"),
         (f"/plans/{AT}/sheet.doc", 404, "doc"),
         ("/plans/new?kind=cannon", 422, "cannon"),
@@ -187,10 +190,12 @@ def test_a_bad_address_is_answered_in_words(filled: Lab, address: str, status: i
         ("/diagnoses/99/what-if", {"with": "gun.valve_flow"}, 404, "99"),
         ("/diagnoses", {"campaign": GUN, "without": "gun.magic"}, 404, "gun.magic"),
         ("/diagnoses/99/plan", {"name": "x"}, 404, "99"),
+        ("/validations", {"campaign": "winter"}, 404, "winter"),
         ("/tune", {}, 422, "no specification"),
         ("/tune", {"text": "loud"}, 422, "specification"),
         ("/tune", {"text": SPECIFICATION, "tolerance": "much"}, 422, "much"),
         ("/tune", {"text": SPECIFICATION, "measured": "x" * 300}, 422, "measured"),
+        ("/tune", {"text": SPECIFICATION, "at_least": "2"}, 422, "at_least"),
         ("/jobs/999/stop", {}, 404, "999"),
     ],
 )
@@ -418,14 +423,16 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
                 "anvil_material": "none", "insulator": "none", "impact_position": "#1"}  # fmt: skip
     row = {"settings": settings, "probability_within": 0.25, "probability_95_percent_within": 0.5,
            "worst_margin_db": -1.0, "worst_frequency_hz": 100.0, "outside_domain": [], "expected_m_s2": [300.0, 1e4],
-           "lower_m_s2": [200.0, 8e3], "upper_m_s2": [400.0, 2e4]}  # fmt: skip
+           "lower_m_s2": [200.0, 8e3], "upper_m_s2": [400.0, 2e4],
+           "alternatives": [settings | {"tip_material": "titanium"}]}  # fmt: skip
 
     def session_of(store: Any, db: str, ask: Any) -> Any:
         asked.append(ask)
         lines = np.array([100.0, 1e4])
         goal = SimpleNamespace(frequency_hz=lines, level_db=np.array([50.0, 80.0]), lower_db=np.array([6.0, 6.0]),
                                upper_db=np.array([6.0, 6.0]))  # fmt: skip
-        found = SimpleNamespace(proposals=[row], avoid=[])
+        likely = Attainability(0.9, 0.5, 1, 1, "every line lies within tolerance", None)
+        found = SimpleNamespace(proposals=[row], avoid=[], attainability=likely)
 
         def search(step: Any) -> Any:
             step(1, 1, "found")
@@ -437,12 +444,40 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
     monkeypatch.setattr("pyroshock.app.tuning.laboratory.proposal_json", lambda each, rank: {"rank": rank, **each})
     before = filled.rows()
     sent = {"specification": ("spec.csv", SPECIFICATION.encode(), "text/csv")}
-    job = done(filled, post(filled.client, "/tune", {"tolerance": "3dB", "contact": "hertz"}, files=sent))
+    fields = {"tolerance": "3dB", "contact": "hertz", "at_least": "0.6", "share": "0.95"}
+    job = done(filled, post(filled.client, "/tune", fields, files=sent))
     assert (asked[0].request.contact, len(asked[0].target.lines())) == ("hertz", len(asked[0].request.frequency_hz))
     page = filled.client.get(job["address"])
     assert page.status_code == 200
     assert "/twin?contact=hertz&amp;tank_pressure_pa=400000.0" in page.text
+    likely = "has a probability of 90 % that every line lies within tolerance."
+    sentence = f"One proposal meets the target: the setting {likely}"
+    assert job["words"] == sentence and sentence in page.text
+    assert "titanium, 45 mm, 0.5 kg, 4 bar, anvil none, #1" in page.text
+    assert (asked[0].at_least, asked[0].share) == (0.6, 0.95)
     assert filled.added(before) == {}
+
+
+def test_the_twin_is_validated_by_a_job(filled: Lab) -> None:
+    before = filled.rows()
+    assert f'href="/validations?campaign={HAMMER}"' in filled.client.get(f"/campaigns/{HAMMER}").text
+    job = done(filled, post(filled.client, "/validations", {"campaign": HAMMER, "contact": "hertz"}))
+    assert job["address"] == f"/validations/{job['id']}"
+    page = filled.client.get(job["address"])
+    assert page.status_code == 200
+    for words in (job["result"]["verdict"], "peak force", 'id="coverage-data"', 'id="ranks-data"', "comparison-1-data"):
+        assert words in page.text
+    report = filled.client.get(f"{job['address']}/report.html")
+    assert report.status_code == 200
+    assert job["result"]["verdict"] in report.text
+    assert job["address"] in filled.client.get("/validations").text
+    assert filled.added(before) == {}
+
+
+def test_validation_over_the_api_is_that_of_the_command(filled: Lab) -> None:
+    job = ended(filled.client, post_json(filled.client, "/api/validate", {"campaign": GUN}))
+    assert (job["state"], job["error"]) == ("done", None)
+    assert [row["name"] for row in job["result"]["quantities"]] == ["velocity"]
 
 
 def test_pulses_are_cut_anew_by_a_job_and_put_back(filled: Lab) -> None:

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.diagnosis.observables.gun.stage import GunStage
 from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
+from pyroshock.signals.valve_profile import ValveProfile
 from pyroshock.twin.effects import Effect, catalogue, effect
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.effect import GunEffect
@@ -296,3 +297,23 @@ def test_likely_values_are_allowed_and_few(identity: str) -> None:
     for item in kind.parameters():
         low, high = item.likely or (item.low, item.high)
         assert item.low <= low < high <= item.high
+
+
+def test_the_valve_opens_and_closes_by_each_configuration_s_profile() -> None:
+    """By `gun_velocity` with the profile of one configuration; without a valve the law stays the nominal one."""
+    six, text = record(), "0:0 0.1:1 0.12:1 0.16:0"
+    first, *others = six.configurations
+    stated = replace(six, configurations=(replace(first, factors={**first.factors, "valve_profile": text}), *others))
+    valve = effect("gun.valve_flow", loss_coefficient=20.0, opening_time_s=0.3)
+    shown, usual = (GunStage(of).simulated([valve])[:, 0] for of in (stated, six))
+    rows = stated.configuration_of == 0
+    profiles = [ValveProfile.parse(text)] * int(rows.sum())
+    expected = gun_velocity(BENCH, pressures(six)[rows], masses(six)[rows], [valve], valve_profiles=profiles)
+    assert shown[rows] == pytest.approx(np.log(expected.velocity_m_s), rel=1e-5)
+    assert shown[~rows] == pytest.approx(usual[~rows], rel=1e-12)
+    assert np.abs(shown[rows] - usual[rows]).min() > 1e-3
+    np.testing.assert_allclose(
+        GunStage(stated).changes([[valve], []])[0][0], (shown - GunStage(six).simulated()[:, 0])[rows][1:2], rtol=1e-3
+    )
+    none = replace(valve, loss_coefficient=0.0)
+    np.testing.assert_allclose(GunStage(stated).simulated([none]), GunStage(six).simulated([none]), rtol=1e-12)

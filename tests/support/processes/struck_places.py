@@ -108,7 +108,7 @@ class PromotePlace:
 
     @property
     def command(self) -> Sequence[str]:
-        return ("promote", "linear", "1", "--reason", "it is better", "--db", self.url)
+        return ("promote", "linear", "1", "--force", "--reason", "it is better", "--db", self.url)
 
     def look(self) -> None:
         """Before or after: the model in use is the one that the newest decision put there, with its reason."""
@@ -145,7 +145,7 @@ def promote_places(databases: Databases, folder: Path) -> Callable[[str], Promot
     """The same, with two models in the registry, of which the worse one is in use."""
     trained = train_places(databases, folder / "trained")("template")
     with _environment(trained.environment, trained.folder):
-        for words in ("train spring --models hann,linear --split repetitions", "promote hann 1 --reason first"):
+        for words in ("train spring --models hann,linear --split repetitions", "promote hann 1 --force --reason first"):
             result = pyroshock(*words.split(), "--db", trained.url)
             assert result.exit_code == 0, result.stderr
 

@@ -122,7 +122,7 @@ def test_derivatives_are_those_of_the_rates() -> None:
         [rng.uniform(0.01, 0.8, n), speed, rng.uniform(2e4, 7e5, n), gas_kg, rng.uniform(2e4, 7e5, n), tank_kg]
     )
     jacobian, by_time = np.empty((n, 6, 6)), np.empty((n, 6))
-    all_derivatives(chamber.table, time, np.ascontiguousarray(state.T), jacobian, by_time)
+    all_derivatives(chamber.table, chamber.valve, time, np.ascontiguousarray(state.T), jacobian, by_time)
     size = np.array([1.0, 1e-4, 1e5, 1e-2, 1e5, 1e-2])
     scale = np.abs(chamber.rates(time, state)).max(axis=1)
     for j in range(6):

@@ -42,3 +42,13 @@ def test_what_is_no_goal_is_refused(fields, said):
     good = {"frequency_hz": LINES, "level_db": np.zeros(4), "upper_db": np.full(4, 6.0), "lower_db": np.full(4, 6.0)}
     with pytest.raises(ValueError, match=said):
         Goal(**(good | fields))
+
+
+@pytest.mark.parametrize(("share", "required", "line"), [(1.0, 4, 2), (0.75, 3, 0), (0.5, 2, 3)])
+def test_deciding_line_is_the_worst_of_the_required_best(share, required, line):
+    """Errors of 5, 1, 9 and 2 dB at a tolerance of 6 dB leave 1, 5, -3 and 4 dB."""
+    goal = Goal.even(np.array([100.0, 200.0, 400.0, 800.0]), np.ones(4), 6.0, share)
+    level_db = np.array([5.0, -1.0, 9.0, 2.0])
+    assert goal.required == required
+    assert goal.deciding_line(level_db) == line
+    assert bool(goal.met(level_db)) == bool(goal.margin_db(level_db)[line] >= 0)

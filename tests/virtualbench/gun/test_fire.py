@@ -14,11 +14,14 @@ import pytest
 from pyroshock.twin.gun.nominal import GunBench
 from pyroshock.twin.gun.nominal import muzzle_velocity as nominal_muzzle_velocity
 from pyroshock.virtualbench.effects import CATALOGUE, Effects
-from pyroshock.virtualbench.gun import integrate
+from pyroshock.virtualbench.gun import integrate, motion
 from pyroshock.virtualbench.gun.fire import GunBuild, Projectile, ShotTruth, fire
 from pyroshock.virtualbench.gun.gas import CHOKED, GAS_CONSTANT
 from pyroshock.virtualbench.gun.integrate import derivative
-from pyroshock.virtualbench.gun.setting import VACUUM_PA, leak_area_m2
+from pyroshock.virtualbench.gun.motion import Phase, initial_state
+from pyroshock.virtualbench.gun.rates import figures_of, rates
+from pyroshock.virtualbench.gun.setting import VACUUM_PA, leak_area_m2, setting_of
+from pyroshock.virtualbench.gun.valve import ValveWay
 
 GUN = GunBuild()
 SMOOTH = replace(GUN, friction_coefficient=0.0)
@@ -29,7 +32,7 @@ STEADY = Effects.default().with_strength("bench.hand_scatter", 0.0)
 
 
 def shoot(
-    effects: Effects, pressure_pa: float, gun: GunBuild = GUN, bullet: Projectile = BULLET, **how: float
+    effects: Effects, pressure_pa: float, gun: GunBuild = GUN, bullet: Projectile = BULLET, **how: Any
 ) -> ShotTruth:
     return fire(gun, effects, pressure_pa, bullet, np.random.default_rng(0), **({"until_s": 0.6} | how))
 
@@ -333,3 +336,44 @@ def test_order_along_the_barrel_is_kept() -> None:
 def test_massless_projectile_is_refused(mass: float) -> None:
     with pytest.raises(ValueError, match="mass_kg"):
         Projectile(mass_kg=mass)
+
+
+# --- the way of the valve
+
+
+def test_a_stated_way_of_the_usual_opening_is_the_usual_shot() -> None:
+    way = ValveWay((0.0, GUN.valve_opening_time_s), (0.0, 1.0))
+    usual, stated = shoot(STEADY, 4e5), shoot(STEADY, 4e5, valve_way=way)
+    np.testing.assert_array_equal(stated.tank_pressure_pa, usual.tank_pressure_pa)
+    np.testing.assert_array_equal(stated.velocity_m_s, usual.velocity_m_s)
+
+
+def test_a_closed_valve_keeps_what_is_left_in_the_tank() -> None:
+    """Without heat from the walls its pressure stands still once the ball's bore has left the seat again."""
+    way = ValveWay((0.0, 0.2, 0.25, 0.3), (0.0, 1.0, 1.0, 0.0))
+    shut_s = way.kinks_s[-2]  # the bore leaves the seat before the ball is back
+    truth = shoot(STEADY.with_strength("gun.heat_exchange", 0.0), 4e5, valve_way=way)
+    after, before = truth.time_s > shut_s, (truth.time_s > 0.15) & (truth.time_s < 0.25)
+    assert np.ptp(truth.tank_pressure_pa[after]) < 1e-6 * 4e5
+    assert 0.05e5 < truth.tank_pressure_pa[-1] < 3.9e5
+    assert truth.tank_pressure_pa[before][-1] < truth.tank_pressure_pa[before][0]
+
+
+def test_a_valve_that_closes_sooner_shoots_slower_and_one_that_stays_shut_not_at_all() -> None:
+    light = Projectile(mass_kg=1.0)
+    ways = [None, *(ValveWay((0.0, s, s + 0.02), (0.0, s / 0.25, 0.0)) for s in (0.2, 0.15, 0.1))]
+    speeds = [shoot(STEADY, 4e5, bullet=light, valve_way=way).muzzle_velocity_m_s for way in ways]
+    assert speeds[0] > speeds[-1]
+    assert np.all(np.diff(speeds[1:]) < 0)
+    shut = shoot(STEADY, 4e5, valve_way=ValveWay((0.0, 1.0), (0.0, 0.1)))
+    assert (shut.muzzle_velocity_m_s, shut.impact_velocity_m_s) == (0.0, 0.0)
+
+
+def test_compiled_rates_know_the_valve_s_way_as_the_written_ones_do() -> None:
+    way = ValveWay((0.05, 0.2, 0.3, 0.42), (0.0, 0.9, 0.9, 0.05))
+    setting = setting_of(GUN, STEADY, 4e5, BULLET, np.random.default_rng(0), way)
+    state = initial_state(setting)
+    for moment in (0.0, 0.05, 0.1, 0.21, 0.3, 0.36, 0.41, 1.0):
+        written = motion.derivative(moment, state, setting, Phase(held=False, sealed=True))
+        compiled = rates(moment, state, figures_of(setting), False, True)
+        np.testing.assert_allclose(compiled, written, rtol=1e-12, atol=1e-15)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from pyroshock.virtualbench.gun.valve import DEAD_SHARE, RANGEABILITY, open_share, valve_moments
+import pytest
+from pyroshock.virtualbench.gun.valve import DEAD_SHARE, RANGEABILITY, ValveWay, open_share
 
 
 def test_port_opens_from_nothing_to_all() -> None:
@@ -22,8 +23,21 @@ def test_equal_steps_of_travel_multiply_the_flow_equally() -> None:
     np.testing.assert_allclose(steps[1:] / steps[:-1], RANGEABILITY**0.1, rtol=1e-9)
 
 
-def test_valve_is_open_after_its_opening_time() -> None:
-    begin, end = valve_moments(0.4)
-    assert open_share(begin / 0.4) == 0.0
-    assert open_share(end / 0.4) == 1.0
-    assert open_share((begin + 1e-3) / 0.4) > 0
+def test_kinks_are_where_the_port_begins_to_open_and_where_the_ball_turns_otherwise() -> None:
+    way = ValveWay((0.1, 0.5, 0.6, 0.8), (0.0, 1.0, 1.0, 0.1))
+    begin, end = 0.1 + 0.4 * DEAD_SHARE, 0.6 + 0.2 * (1 - DEAD_SHARE) / 0.9
+    assert way.kinks_s == pytest.approx((0.1, begin, 0.5, 0.6, end, 0.8))
+    assert open_share(way.position(begin - 1e-9)) == 0.0
+    assert open_share(way.position(begin + 1e-3)) > 0.0
+    assert open_share(way.position(end - 1e-3)) > 0.0
+    assert open_share(way.position(end + 1e-9)) == 0.0
+    assert [way.position(t) for t in (0.0, 0.3, 0.55, 0.7, 5.0)] == pytest.approx([0.0, 0.5, 1.0, 0.55, 0.1])
+
+
+@pytest.mark.parametrize(
+    ("moments", "positions"),
+    [((), ()), ((0.0, 0.0), (0.0, 1.0)), ((0.0,), (1.2,)), ((-1.0,), (0.0,)), ((0.0, 1.0), (0.0,))],
+)
+def test_a_way_that_no_ball_has_is_refused(moments: tuple[float, ...], positions: tuple[float, ...]) -> None:
+    with pytest.raises(ValueError, match="expected rising moments"):
+        ValveWay(moments, positions)

@@ -1,0 +1,80 @@
+"""`validate`: measured shots beside predictions of a twin that had not seen them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .common import db_option, json_option, note, opened, print_table, write_json
+
+
+@click.command()
+@click.argument("campaign")
+@click.option("--contact", metavar="LAW|registered|NAME@VERSION", default=None, help="[as of predict]")
+@click.option("--folds", type=click.IntRange(2), default=5, show_default=True, help="Of configurations.")
+@click.option("--draws", type=click.IntRange(20), default=64, show_default=True, help="Random shots for the bands.")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same answer.")
+@click.option("--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write a page to FILE.")
+@db_option
+@json_option
+def validate(
+    campaign: str,
+    contact: str | None,
+    folds: int,
+    draws: int,
+    seed: int,
+    html: Path | None,
+    db: str,
+    json_to: str | None,
+) -> None:
+    """How far the predictions of the twin can be trusted: each measured shot of a campaign beside a prediction that
+    had not seen it.
+
+    The twin predicts the shots of each fold of configurations after it has learned from all other shots. Exit code 1
+    when the 90 % bands are too narrow ("Not calibrated").
+
+    \b
+    Example:
+        pyroshock validate spring
+        pyroshock validate spring --contact hybrid@3 --html validation.html
+    """
+    with opened(db) as store:
+        from ..models.training import models_extra
+        from ..progress import progress_bar
+        from ..validating.validation import ValidationRequest, validated
+
+        request = ValidationRequest(campaign, folds=folds, draws=draws, seed=seed, contact=contact)
+        with models_extra(), progress_bar("validate", "shots") as step:
+            validation = validated(store, db, request, step)
+        data = validation.as_json()
+        if html is not None:
+            from ..reports.any import write_report
+            from ..reports.validation import validation_document
+
+            write_report(validation_document(data), html)
+            note(f"written: {html}")
+        if json_to is not None:
+            write_json(data, json_to)
+        else:
+            _show(data)
+        if not validation.verdict.calibrated:
+            raise click.exceptions.Exit(1)
+
+
+def _show(data: dict[str, Any]) -> None:
+    from ..validating.tables import failure_lines, reason_lines, score_rows
+
+    click.echo(f"{data['campaign']}: {data['verdict']}")
+    click.echo(f"What the predictions had seen: {data['seen']}.")
+    click.echo()
+    print_table(score_rows(data), "")
+    if data["failures"]:
+        click.echo("\nWhere the predictions fail")
+        for line in failure_lines(data):
+            click.echo(f"  {line}")
+    for line in reason_lines(data["left_out"]):
+        note(f"not compared: {line}")
+    for line in data["notes"]:
+        note(line)

@@ -1,0 +1,32 @@
+"""A validation of the twin on a campaign: nothing is stored but the scores, from which the job's page is drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..work import Ending, Result, Work
+from .base import Kind, told
+
+
+@dataclass(frozen=True)
+class ValidateArguments:
+    """As the options of `pyroshock validate`."""
+
+    campaign: str
+    contact: str | None = None
+    folds: int = 5
+    draws: int = 64
+    seed: int = 0
+
+
+def _do(work: Work, arguments: ValidateArguments) -> Ending:
+    from ...models.training import models_extra
+    from ...validating.validation import ValidationRequest, validated
+
+    with models_extra():
+        validation = validated(work.store, work.db, ValidationRequest(**vars(arguments)), work.step)
+    data = validation.as_json()
+    return told(Result(f"/validations/{work.job}", f"{arguments.campaign}: {data['verdict']}", data))
+
+
+VALIDATE = Kind("validate", ValidateArguments, _do)

@@ -1,0 +1,104 @@
+"""Factors that are given with a shot, and whether any stage of the twin uses them: one that is ignored is an error."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING
+
+from ...schema.columns import BY_NAME, parse_number
+
+if TYPE_CHECKING:
+    from ...schema.session import Store
+    from ..twins.building import BuiltTwin
+
+#: A factor as it is given: a number in SI, or a word.
+Value = str | float
+#: Sources of predictors that a factor of another name gives.
+_SOURCES = {"plate_mass_kg": "plate.mass"}
+#: Factors of the thesis that are given by options and columns of their own, or whose part the velocity takes.
+_OWN_OPTION = frozenset(BY_NAME) - {"hammer_speed"}
+
+
+def parse_factor(text: str) -> tuple[str, Value]:
+    """`NAME=VALUE` of `--factor`, a number where it reads as one. Raises `ValueError`."""
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not (name and equals and value):
+        raise ValueError(f"--factor {text!r}; expected NAME=VALUE, such as plate_mass_kg=9.3")
+    if name in _OWN_OPTION:
+        raise ValueError(f"--factor {text!r}: {name} has an option of its own, --{name.replace('_', '-')}")
+    return name, factor_value(value)
+
+
+def factor_value(text: str) -> Value:
+    """A cell as a number where it reads as one."""
+    try:
+        return parse_number(text)
+    except ValueError:
+        return text
+
+
+def is_used(built: BuiltTwin, factor: str) -> bool:
+    """Whether a predictor of the twin's contact model is read from this factor."""
+    return _SOURCES.get(factor, f"factor.{factor}") in _sources(built)
+
+
+def check_used(built: BuiltTwin, factors: Mapping[str, Value], boundary_conditions: str | None) -> None:
+    """Raises `ValueError` that names a factor that no stage uses, and the predictors of the contact model.
+
+    A plate that hangs free is what all plates of the twin are, so that `free` is no contradiction.
+    """
+    given: dict[str, Value] = dict(factors)
+    if boundary_conditions not in (None, "free"):
+        given["boundary_conditions"] = str(boundary_conditions)
+    ignored = {name: value for name, value in given.items() if not is_used(built, name)}
+    if ignored:
+        words = ", ".join(f"{name} = {value}" for name, value in ignored.items())
+        raise ValueError(f"{words}: no stage of this twin uses it{_why(ignored)}; {_taken(built)}")
+
+
+def store_factors(store: Store | None) -> frozenset[str]:
+    """Names of all factors that campaigns of a store have."""
+    from sqlalchemy import select
+
+    from ...schema.campaigns import Factor
+
+    if store is None:
+        return frozenset()
+    with store.reading() as session:
+        return frozenset(session.scalars(select(Factor.name)))
+
+
+def looks_like_factor(column: str, of_store: Collection[str]) -> bool:
+    """Whether a column of a table is a factor: one of the store, or one of the thesis's that is misspelt, or a travel.
+
+    Other columns are labels of their rows.
+    """
+    from ...ingest.column_names import TRAVEL, resembled
+
+    return column in of_store or column in TRAVEL or resembled(column) is not None
+
+
+def _sources(built: BuiltTwin) -> tuple[str, ...]:
+    from ...training.contact_stage import RegisteredContact
+
+    contact = built.twin.contact
+    return contact.predictor_set.sources if isinstance(contact, RegisteredContact) else ()
+
+
+def _why(ignored: Collection[str]) -> str:
+    from ...ingest.column_names import resembled
+
+    if "boundary_conditions" in ignored:
+        return " (its plate hangs free)"
+    known = next((column for name in ignored if (column := resembled(name)) is not None), None)
+    return "" if known is None else f" (it resembles the column {known})"
+
+
+def _taken(built: BuiltTwin) -> str:
+    from ...training.contact_stage import RegisteredContact
+
+    contact = built.twin.contact
+    if not isinstance(contact, RegisteredContact):
+        return f"the contact is the law {contact.label!r}; --contact NAME@VERSION chooses a model that learned from it"
+    names = ", ".join(predictor.name for predictor in contact.predictor_set.predictors)
+    return f"the predictors of {contact.label} are {names}"

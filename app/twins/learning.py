@@ -1,0 +1,109 @@
+"""What measured shots of a campaign teach a twin, stage by stage, and what its bands then rest on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from sqlalchemy import select
+
+from ...schema.listings import get_campaign_id
+from ...schema.shots import Shot
+from ...twin.contact.prior import PriorContact
+from ...twin.coupled_contact import CoupledContact
+from ...twin.gun.limits import beyond_energy
+from ...twin.launch import GunStage
+from ...twin.measured_shots import MeasuredShots
+from ...twin.prediction import RestsOn
+from ...twin.spectrum_calibration import SpectrumCalibration
+
+if TYPE_CHECKING:
+    from sqlalchemy.orm import Session
+
+    from ...twin.chain import Twin
+    from ...twin.plate.modal import ModalPlate
+    from ...twin.strikes import ContactStage
+
+
+#: Shots whose records a twin reads, and pulses that its contact learns from: evenly picked ones of more. Each takes
+#: some seconds; the cost of the second grows faster than their number.
+MOST_SHOTS, MOST_PULSES = 400, 160
+
+
+def taught_gun(session: Session, campaign: str, gun: GunStage, without: Collection[int]) -> tuple[GunStage, str]:
+    """The gun after the campaign's measured velocities, but for those that no gas could have given and those of
+    configurations that are left out; and a note on the former. Shots without a mount count, too: the gun knows none."""
+    query = select(
+        Shot.tank_pressure_pa, Shot.bullet_mass_kg, Shot.measured_velocity_m_s, Shot.measured_velocity_u_m_s
+    ).where(
+        Shot.campaign_id == get_campaign_id(session, campaign),
+        Shot.measured_velocity_m_s > 0,
+        Shot.configuration_id.not_in(without),
+    )
+    rows = np.array([[value or 0.0 for value in row] for row in session.execute(query)], dtype=np.float64)
+    pressure, mass, measured, uncertainty = rows.reshape(-1, 4).T
+    possible = (pressure > 0) & ~beyond_energy(gun.bench, pressure, mass, measured)
+    if possible.any():
+        gun = gun.updated(*(values[possible] for values in (pressure, mass, measured, uncertainty)))
+    impossible = int(np.sum(~possible))
+    return gun, f"; {impossible} shots have more energy than the gas can give: left out" if impossible else ""
+
+
+def taught_contact(contact: ContactStage, shots: MeasuredShots) -> ContactStage:
+    """A prior of the contact after measured pulses; a law and a registered model stay what they are."""
+    if not isinstance(contact, PriorContact) or not len(shots):
+        return contact
+    return contact.updated(
+        shots.take(np.linspace(0, len(shots) - 1, min(len(shots), MOST_PULSES)).round().astype(np.intp))
+    )
+
+
+def calibrated(twin: Twin, shots: MeasuredShots, plate: Callable[[str], ModalPlate] | None) -> tuple[Twin, str]:
+    """The twin with what shots teach of spectra, and a note.
+
+    `plate` gives the modes of further materials that shots hit; None where modes were measured. Of a plate whose modes
+    were measured, and that no shots are of, the spread of the plate's ensemble says what is not known.
+    """
+    if not twin.sensor_names:
+        return twin, ""
+    if not len(shots):
+        untaught = SpectrumCalibration.untaught(twin.sensor_names, twin.frequency_hz)
+        return (twin if plate is None else replace(twin, calibration=untaught)), ""
+    if plate is not None:
+        others = {setting.plate.name for setting in shots.settings} - set(twin.plate.plates)
+        more = {name: plate(name) for name in sorted(others)}
+        twin = replace(twin, plate=replace(twin.plate, plates={**twin.plate.plates, **more}))
+    calibration = SpectrumCalibration.of(shots, twin.replayed_db(shots))
+    return replace(twin, calibration=calibration), f"spectra: learned from {calibration.shots} measured shots"
+
+
+def basis(twin: Twin, campaign: str | None) -> RestsOn:
+    """What the bands of a twin rest on, in one sentence."""
+    coupled, label = isinstance(twin.contact, CoupledContact), twin.contact.label
+    contact = twin.contact.base if isinstance(twin.contact, CoupledContact) else twin.contact
+    together = ", solved together with the modes of the plate" if coupled else ""
+    ranges = "yield, loss and layer" if coupled else "yield, loss, plate and layer"
+    of_gun = 0 if twin.gun is None or twin.gun.shots is None else len(twin.gun.shots)
+    of_contact = contact.shots if isinstance(contact, PriorContact) else 0
+    of_spectra = twin.calibration.shots if twin.calibration is not None else 0
+    most = max(of_gun, of_contact, of_spectra)
+    if isinstance(contact, PriorContact):
+        law = "the law with yield, loss and layer updated by" if of_contact else "the law with its documented ranges of"
+        what = f"{law} {'them' if of_contact == most else f'{of_contact} of them'}" if of_contact else f"{law} {ranges}"
+    elif label.startswith("models:/"):
+        what = f"the registered model {label.removeprefix('models:/')}"
+    else:
+        what = f"the law {label} with the error of its table"
+    if not most:
+        if isinstance(contact, PriorContact):
+            why = f"they show the documented ranges of {ranges}{together}"
+        else:
+            why = f"the contact is {what}{together}, and all else has its documented range"
+        return RestsOn(0, label, f"The bands rest on no measured shot of this bench: {why}.")
+    counts = {"velocity": of_gun, "spectra": of_spectra}
+    fewer = [f"{name} on {count}" for name, count in counts.items() if 0 < count < most]
+    besides = f" ({', '.join(fewer)})" if fewer else ""
+    shots = f"{most} measured shot{'s' if most > 1 else ''} of campaign {campaign}"
+    return RestsOn(most, label, f"The bands rest on {shots}{besides}; the contact is {what}{together}.")

@@ -1,0 +1,88 @@
+"""`validate`: the JSON that scripts rely on, the verdict in words, the exit code."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+from pyroshock.app.cli.validate import validate
+from pyroshock.app.demo import ingest_examples
+from pyroshock.app.twins import building as twins
+from pyroshock.validation.prediction_scores.verdict import Verdict
+from support.records.twin_parts import unsolved
+from support.stores.hammer_stores import copied, filled_store, full_campaign
+from support.stores.stores import opened
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("lab")
+    store = filled_store(folder, full_campaign(folder / "spring"))
+    with opened(f"sqlite:///{store}") as opened_store:
+        ingest_examples(opened_store)
+    return store
+
+
+@pytest.fixture
+def lab(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Gives the command line over a copy of a store with a hammer's campaign and the thesis's five shots."""
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    monkeypatch.setattr(twins, "solved", unsolved)
+    url = copied(filled, tmp_path)
+    return lambda *words: CliRunner().invoke(validate, [*words, "--db", url])
+
+
+def data_of(result: Result) -> dict:  # JSON
+    assert result.exit_code in (0, 1), result.stderr
+    return json.loads(result.stdout)
+
+
+def test_json_is_the_contract(lab) -> None:
+    data = data_of(lab("spring", "--contact", "hertz", "--json"))
+    assert {"quantities", "failures", "verdict", "seen"} <= data.keys()
+    keys = {"name", "unit", "shots", "coverage50", "coverage90", "coverage90_ci95", "crps", "median_abs_error"}
+    for row in data["quantities"]:
+        assert keys <= row.keys()
+        assert 0 <= row["coverage90_ci95"][0] <= row["coverage90"] <= row["coverage90_ci95"][1] <= 1
+    for failure in data["failures"]:
+        assert {"rule", "quantity", "bias"} <= failure.keys()
+
+
+def test_five_shots_of_the_thesis_are_left_out_one_by_one(lab) -> None:
+    data = data_of(lab("first-shots", "--json"))
+    (velocity,) = data["quantities"]
+    assert (velocity["name"], velocity["shots"], velocity["configurations"]) == ("velocity", 5, 5)
+    assert data["folds"] == 5
+    assert "as far as 5 shots of 5 configurations can show" in data["verdict"]
+
+
+def test_text_says_verdict_first(lab) -> None:
+    result = lab("first-shots")
+    assert result.exit_code == 0
+    assert result.stdout.startswith("first-shots: The 90 % bands hold")
+    assert "inside 90 % band" in result.stdout
+
+
+def test_not_calibrated_is_exit_code_1(lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    overconfident = Verdict("Not calibrated: the 90 % bands hold only 40 %.", calibrated=False)
+    monkeypatch.setattr("pyroshock.app.validating.validation.verdict", lambda _: overconfident)
+    result = lab("first-shots")
+    assert result.exit_code == 1
+    assert "Not calibrated" in result.stdout
+
+
+def test_page_is_written(lab, tmp_path: Path) -> None:
+    page = tmp_path / "validation.html"
+    assert lab("spring", "--contact", "hertz", "--html", str(page)).exit_code in (0, 1)
+    text = page.read_text(encoding="utf-8")
+    for words in ("Validation", "peak force", "Ranks of the measured values", "<svg"):
+        assert words in text
+
+
+def test_unknown_campaign_is_one_line(lab) -> None:
+    result = lab("winter")
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    assert "winter" in result.stderr

@@ -1,0 +1,288 @@
+"""Shots read from the store: against the samples that were recorded, the truth that was sealed, and a twin built of
+them."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from pyroshock.app.tuning.session import _levels, _without_double_counting
+from pyroshock.app.twins import building as twins
+from pyroshock.app.twins.benches import PlateDrawing, bench_of_campaign
+from pyroshock.app.twins.building import TwinRequest, twin_of
+from pyroshock.app.twins.measured_shots import StruckPlate, read_measured_shots, struck_plate
+from pyroshock.app.twins.stamps import StampReader
+from pyroshock.dataset.stored_bench import stored_materials
+from pyroshock.ingest.stored import list_channels, read_channel
+from pyroshock.schema.impacts import Impact, Pulse
+from pyroshock.schema.quality import QualityFinding
+from pyroshock.schema.shots import Shot
+from pyroshock.signals.srs.spectrum import shock_response_spectrum
+from pyroshock.twin.materials import THESIS
+from pyroshock.virtualbench.campaigns import plates
+from pyroshock.virtualbench.effects import Effects
+from pyroshock.virtualbench.simulate import simulate
+from sqlalchemy import select
+from support.records.twin_parts import unsolved
+from support.stores.stores import ingested, opened
+
+LINES = np.array([200.0, 500.0, 1250.0])
+SENSORS = ("acceleration_1", "acceleration_2")
+_LAYERS = {"anvil_material": "none", "insulator": "none", "tip_material": "aluminum", "tip_radius_mm": "30"}
+HAMMER_ROWS = [
+    {"run": "1", "impact_position": "#2", "hammer_speed": "high", **_LAYERS, "boundary_conditions": "fixed"},
+]
+GUN_ROWS = [
+    {"run": str(run), "plate_material": plate, **_LAYERS, "bullet_mass_kg": "0.5", "tank_pressure_bar": bar}
+    for run, (plate, bar) in enumerate([("aluminum", "0.4"), ("aluminum", "0.6"), ("steel", "0.4")], 1)
+]
+
+
+@pytest.fixture(scope="module")
+def campaigns(tmp_path_factory):
+    """A hammer's recording of three hits, and six shots of a gun on two plates, in one store; modes to 0.8 kHz."""
+    folder = tmp_path_factory.mktemp("shots")
+    url = f"sqlite:///{folder / 'lab.db'}"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plates, "MAX_FREQUENCY_HZ", 800.0)
+        for kind, rows, hits in (("hammer", HAMMER_ROWS, 3), ("gun", GUN_ROWS, 2)):
+            simulate(rows, kind, folder / kind, seed=5, effects=Effects.default(), repetitions=hits, jobs=1)
+            ingested(url, folder / kind)
+    return SimpleNamespace(url=url, folder=folder)
+
+
+@pytest.fixture
+def session(campaigns):
+    """Of a store in which a test may write: nothing is kept."""
+    with opened(campaigns.url) as store, store.writing() as session:
+        yield session
+        session.rollback()
+
+
+def read(session, campaign, sensors=SENSORS):
+    known, bench = stored_materials(session), bench_of_campaign(session, campaign)
+    return read_measured_shots(
+        session, campaign, frequency_hz=LINES, q=10.0, sensors=sensors, plate=struck_plate(bench),
+        material=lambda name: known[name.lower()],
+    )  # fmt: skip
+
+
+def sealed(campaigns, kind):
+    seal = json.loads((campaigns.folder / f"{kind}.sealed.json").read_text(encoding="utf-8"))
+    return [hit for run in seal["runs"] for hit in run["hits"]]
+
+
+def test_hits_of_one_recording_are_read_apart(campaigns, session):
+    """Peak and spectrum are those of the samples from a contact on, for 0.1 s."""
+    shots, left_out = read(session, "hammer")
+    assert (len(shots), left_out) == (3, ())
+    starts = [hit["start_s"] for hit in sealed(campaigns, "hammer")]
+    recording = session.scalars(select(Impact.recording_id)).first()
+    for column, row in enumerate(r for r in list_channels(session, recording) if r.name in SENSORS):
+        record = read_channel(session, row)
+        for hit, start in enumerate(starts):
+            first = round(start * row.sampling_rate_hz)
+            own = record.si[first - 40 : first + round(0.1 * row.sampling_rate_hz)]
+            own = own - np.median(own[:35])
+            assert shots.peak_acceleration_m_s2[hit, column] == pytest.approx(np.abs(own).max(), rel=0.01)
+            spectrum = shock_response_spectrum(own, row.sampling_rate_hz, LINES).maximax
+            assert shots.spectra_m_s2[hit, column] == pytest.approx(spectrum, rel=0.02)
+
+
+def test_a_hammers_setting_has_the_velocity_before_contact(campaigns, session):
+    shots, _ = read(session, "hammer")
+    truth = np.array([hit["velocity_m_s"] for hit in sealed(campaigns, "hammer")])
+    query = select(Impact.impact_velocity_m_s).where(Impact.velocity_source == "integrated").order_by(Impact.id)
+    integrated = np.array(session.scalars(query).all())
+    assert np.abs(np.log(shots.impact_velocity_m_s / truth)).max() < 0.12
+    assert np.abs(np.log(shots.impact_velocity_m_s / truth)).max() < np.abs(np.log(integrated / truth)).min()
+    assert np.all(shots.impact_velocity_u_m_s > 0.02 * shots.impact_velocity_m_s)
+    (setting,) = {replace(s, impact_velocity_m_s=1.0) for s in shots.settings}
+    assert setting.impactor_mass_kg == pytest.approx(0.32)
+    assert (setting.impact_position, setting.boundary_conditions) == ("#2", "fixed")
+    assert setting.factors == {"hammer_speed": "high"}
+    assert len(set(shots.configuration)) == 1
+
+
+def test_a_guns_shots_have_pressure_velocity_and_force(campaigns, session):
+    shots, _ = read(session, "gun")
+    truth = sealed(campaigns, "gun")
+    assert [s.plate.name for s in shots.settings] == ["aluminum"] * 4 + ["steel"] * 2
+    assert [s.tank_pressure_pa for s in shots.settings] == pytest.approx([0.4e5, 0.4e5, 0.6e5, 0.6e5, 0.4e5, 0.4e5])
+    assert shots.impact_velocity_m_s == pytest.approx([hit["muzzle_velocity_m_s"] for hit in truth], rel=0.05)
+    assert shots.peak_force_n == pytest.approx([hit["peak_plate_force_n"] for hit in truth], rel=0.05)
+    steel = shots.settings[-1]
+    assert steel.plate_mass_kg == pytest.approx(0.345 * 0.01 * 7800, rel=0.01)
+
+
+def test_what_a_check_rejects_is_left_out(session):
+    impact = session.scalars(select(Impact).order_by(Impact.id)).first()
+    channel = next(row for row in list_channels(session, impact.recording_id) if row.name == SENSORS[1])
+    given = {"recording_id": impact.recording_id, "severity": "reject", "message": "", "evidence": {}}
+    session.add(QualityFinding(channel_id=None, impact_id=impact.id, check="saturation", **given))
+    session.add(QualityFinding(channel_id=channel.id, impact_id=None, check="zero-shift", **given))
+    shot = session.scalars(select(Shot).order_by(Shot.id)).first()
+    given["recording_id"] = shot.recording_id
+    session.add(QualityFinding(channel_id=None, impact_id=shot.impact_id, check="saturation", **given))
+    shots, left_out = read(session, "hammer")
+    assert len(shots) == 2
+    assert "run 1, repetition 1: the check saturation (reject) rejects it" in left_out
+    assert "run 1, repetition 2: the check zero-shift rejects acceleration_2" in left_out
+    assert np.isnan(shots.spectra_m_s2).all(axis=-1).tolist() == [[False, True], [False, True]]
+    shots, left_out = read(session, "gun")
+    assert left_out == ("run 1, repetition 1: the check saturation (reject) rejects its force",)
+    assert math.isnan(shots.peak_force_n[0]) and shots.impact_velocity_m_s[0] > 0
+
+
+def test_of_many_shots_evenly_picked_ones_are_read(session):
+    known, bench = stored_materials(session), bench_of_campaign(session, "gun")
+    shots, _ = read_measured_shots(
+        session, "gun", frequency_hz=LINES, q=10.0, sensors=SENSORS, plate=struck_plate(bench), most=3,
+        material=lambda name: known[name.lower()],
+    )  # fmt: skip
+    assert [s.tank_pressure_pa for s in shots.settings] == pytest.approx([0.4e5, 0.6e5, 0.4e5])
+
+
+def test_settings_that_are_not_known_and_sensors_that_are_not_there_are_told(session):
+    shots, left_out = read(session, "hammer", ("acceleration_1", "acceleration_9"))
+    assert np.isnan(shots.peak_acceleration_m_s2[:, 1]).all()
+    assert left_out[0] == "run 1, repetition 1: no channel acceleration_9"
+    nothing = {"aluminum": THESIS["aluminum"]}
+    shots, left_out = read_measured_shots(
+        session, "gun", frequency_hz=LINES, q=10.0, sensors=SENSORS, plate=StruckPlate("aluminum", 0.01, 0.345),
+        material=lambda name: nothing[name],
+    )  # fmt: skip
+    assert len(shots) == 4
+    assert left_out == ("run 3, repetition 1: 'steel'", "run 3, repetition 2: 'steel'")
+    with pytest.raises(LookupError, match="no campaign 'autumn'"):
+        read(session, "autumn")
+
+
+# --- a twin of them ---
+
+
+@pytest.fixture
+def built(campaigns, monkeypatch):
+    """Twins of the store by their requests, with plates that need no solution."""
+    monkeypatch.chdir(campaigns.folder)
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    monkeypatch.setattr(twins, "solved", unsolved)
+    with opened(campaigns.url) as store:
+
+        def build(campaign="gun", **own):
+            request = TwinRequest(campaign=campaign, frequency_hz=tuple(LINES.tolist()), **own)
+            return twin_of(store, campaigns.url, request)
+
+        yield build
+
+
+def test_a_campaigns_shots_teach_every_stage(built):
+    twin = built().twin
+    assert (len(twin.gun.shots), twin.contact.shots, twin.calibration.shots) == (6, 6, 6)
+    assert set(twin.plate.plates) == {"aluminum", "steel"}
+    assert twin.rests_on.shots == 6
+    assert twin.rests_on.sentence == (
+        "The bands rest on 6 measured shots of campaign gun; the contact is the law with yield, loss and layer updated "
+        "by them."
+    )
+
+
+def test_a_twin_that_does_not_learn_says_so(built):
+    twin = built(learn=False).twin
+    assert (twin.gun.shots, twin.contact.shots, twin.calibration.shots) == (None, 0, 0)
+    assert twin.rests_on.sentence == (
+        "The bands rest on no measured shot of this bench: they show the documented ranges of yield, loss, plate and "
+        "layer."
+    )
+
+
+def test_configurations_are_left_out_of_every_stage(built, session):
+    first, *_, last = read(session, "gun")[0].configuration.tolist()
+    twin = built(without_configurations=frozenset((first, last))).twin
+    assert (len(twin.gun.shots), twin.contact.shots, twin.calibration.shots) == (2, 2, 2)
+    assert set(twin.plate.plates) == {"aluminum"}
+
+
+def test_another_bench_keeps_what_still_applies(built, tmp_path):
+    """Another plate: gun and contact learn, spectra do not. Another gun: its velocities are not this one's."""
+    (tmp_path / "plate.toml").write_text("[plate]\nthickness_m = 0.02\n")
+    twin = built(bench=tmp_path / "plate.toml").twin
+    assert (len(twin.gun.shots), twin.contact.shots, twin.calibration.shots) == (6, 6, 0)
+    gun = "\n".join(
+        f"{key} = {value}"
+        for key, value in {
+            "tank_volume_m3": 0.02, "bore_diameter_m": 0.049, "projectile_diameter_m": 0.048, "travel_m": 0.9,
+            "friction_coefficient": 0.2, "heat_capacity_ratio": 1.4, "efficiency": 1.0,
+        }.items()
+    )  # fmt: skip
+    (tmp_path / "gun.toml").write_text(f"[gun]\n{gun}\n")
+    twin = built(bench=tmp_path / "gun.toml").twin
+    assert (twin.gun.shots, twin.contact.shots, twin.calibration.shots) == (None, 6, 6)
+
+
+def test_a_law_by_name_learns_spectra_alone(built):
+    twin = built(contact="hertz").twin
+    assert twin.calibration.shots == 6
+    assert twin.rests_on.sentence == (
+        "The bands rest on 6 measured shots of campaign gun; the contact is the law hertz with the error of its table."
+    )
+
+
+def test_a_hammers_twin_has_no_gun_and_the_hammers_mass(built):
+    of_hammer = built("hammer")
+    assert of_hammer.twin.gun is None
+    assert of_hammer.bench.impactor_mass_kg == pytest.approx(0.32)
+    assert of_hammer.twin.contact.shots == 3
+    with pytest.raises(ValueError, match="this twin has no gun: give the impact velocity"):
+        of_hammer.twin.predict(
+            of_hammer.setting(impactor_mass_kg=0.3, tip=of_hammer.plate, tip_radius_m=0.03, tank_pressure_pa=1e5)
+        )
+
+
+def test_a_prediction_says_what_lies_beyond_the_shots(built):
+    model = built()
+    mount = {"impactor_mass_kg": 0.5, "tip": model.material("aluminum"), "tip_radius_m": 0.03}
+    inside = model.twin.predict(model.setting(tank_pressure_pa=0.5e5, **mount), draws=8)
+    beyond = model.twin.predict(model.setting(tank_pressure_pa=4e5, **(mount | {"impactor_mass_kg": 1.0})), draws=8)
+    assert inside.extrapolation == ()
+    asked = {item.quantity: (item.asked, item.low, item.high) for item in beyond.extrapolation}
+    assert asked["tank_pressure_pa"] == (4e5, pytest.approx(0.4e5), pytest.approx(0.6e5))
+    assert asked["bullet_mass_kg"] == (1.0, 0.5, 0.5)
+    assert "impactor_mass_kg" not in asked  # the same mass by its other name
+    assert asked["impact_velocity_m_s"][0] > asked["impact_velocity_m_s"][2]
+    assert inside.rests_on == model.twin.rests_on
+
+
+def test_stamps_change_with_pulses(campaigns, built):
+    with opened(campaigns.url) as store:
+        stamps = StampReader(store, campaigns.url)
+        before = stamps.stamp(TwinRequest(contact="hertz"))
+        with store.reading() as session:
+            newest = session.scalars(select(Pulse).order_by(Pulse.id.desc())).first().id
+    assert newest in before[0]
+
+
+def test_tune_learns_from_a_campaign_once(built, session):
+    """Spectra that the tuner is given are not in the twin that it asks as well; on plates that the twin has not, they
+    are counted out."""
+    model = built()
+    assert _without_double_counting(model, ("gun",)).twin.calibration is None
+    assert _without_double_counting(model, ("spring",)).twin.calibration is model.twin.calibration
+    assert _without_double_counting(built(learn=False), ()).twin.calibration is None
+    shots, _ = read(session, "gun", SENSORS[:1])
+    measured, others = _levels(shots, model)
+    assert (len(measured), others) == (6, [])
+    assert measured.level_db == pytest.approx(20 * np.log10(shots.spectra_m_s2[:, 0]))
+    alone = replace(model, twin=replace(model.twin, calibration=None, plate=built(learn=False).twin.plate))
+    measured, others = _levels(shots, alone)
+    assert (len(measured), others) == (4, ["no modes of its plate of steel"] * 2)
+
+
+def test_struck_plate_is_the_drawings():
+    drawing = PlateDrawing.of([(0, 0), (1, 0), (1, 1), (0, 1)], "square", 0.02)
+    bench = SimpleNamespace(plate_material="steel", drawing=drawing)
+    assert struck_plate(bench) == StruckPlate("steel", 0.02, pytest.approx(1.0))

@@ -1,0 +1,226 @@
+"""Shots are predicted by a twin that had not seen their configuration."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from pyroshock.app.models.training import ground_of, registry_of
+from pyroshock.app.twins import building as twins
+from pyroshock.app.twins.building import TwinRequest, twin_of
+from pyroshock.app.validating.unseen_contact import NOTHING, REFITTED, SEEN, UnseenContact, configuration_names
+from pyroshock.app.validating.validation import ValidationRequest, predicted_folds, validated
+from pyroshock.dataset.snapshot import build_snapshot, read_snapshot
+from pyroshock.training.contact_stage import RegisteredContact
+from pyroshock.training.session import train
+from pyroshock.twin.chain import Twin
+from pyroshock.twin.materials import THESIS
+from pyroshock.twin.measured_shots import MeasuredShots
+from pyroshock.twin.setting import Setting
+from support.records.twin_parts import HalfSine, unsolved
+from support.stores.hammer_stores import copied, filled_store, full_campaign
+from support.stores.registries import fresh_registry, without_figures
+from support.stores.stores import opened
+
+
+def hit(velocity: float) -> Setting:
+    steel = THESIS["steel"]
+    return Setting(0.5, steel, 0.045, steel, 0.01, 20.0, impact_velocity_m_s=velocity)
+
+
+def shots_of(configuration: Sequence[int]) -> MeasuredShots:
+    """Hits on a twin without a plate; what was measured is not looked at here."""
+    n = len(configuration)
+    return MeasuredShots(
+        settings=tuple(hit(1.0 + 0.1 * row) for row in range(n)),
+        configuration=np.array(configuration, dtype=np.intp),
+        **{
+            name: np.ones(n)
+            for name in (
+                "impact_velocity_m_s", "impact_velocity_u_m_s", "contact_time_s", "peak_force_n", "impulse_n_s",
+            )
+        },
+        sensors=(),
+        peak_acceleration_m_s2=np.zeros((n, 0)),
+        frequency_hz=np.zeros(0),
+        q=10.0,
+        spectra_m_s2=np.zeros((n, 0, 0)),
+    )  # fmt: skip
+
+
+def folds_of(shots: MeasuredShots, folds: int = 5) -> tuple[int, list[list[int]], Any]:
+    """How many folds, the configurations that each twin was made without, and the draws."""
+    made: list[list[int]] = []
+
+    def twin_without(configurations: Sequence[int], plate: str) -> Any:
+        made.append(list(configurations))
+        return SimpleNamespace(twin=Twin(HalfSine()))
+
+    number, draws, missing = predicted_folds(shots, twin_without, ValidationRequest("x", folds=folds))
+    assert missing == []
+    return number, made, draws
+
+
+def test_every_configuration_is_left_out_once() -> None:
+    number, made, draws = folds_of(shots_of(np.repeat(np.arange(7), 3).tolist()))
+    assert number == 5
+    assert sorted(key for group in made for key in group) == list(range(7))
+    assert list(draws) == list(range(21))
+
+
+def test_few_configurations_are_left_out_one_by_one() -> None:
+    number, made, _ = folds_of(shots_of([3, 3, 5, 8]))
+    assert (number, sorted(made)) == (3, [[3], [5], [8]])
+
+
+def test_single_configuration_is_predicted_by_a_twin_without_it() -> None:
+    number, made, draws = folds_of(shots_of([4, 4]))
+    assert (number, made, len(draws)) == (0, [[4]], 2)
+
+
+def test_shots_have_random_numbers_of_their_own() -> None:
+    _, _, draws = folds_of(shots_of([1, 1, 2]))
+    ratio = draws[0].peak_force_n / draws[1].peak_force_n
+    assert np.ptp(ratio) > 0.1
+
+
+def test_shot_that_cannot_be_predicted_is_named() -> None:
+    def twin_without(configurations: Sequence[int], plate: str) -> Any:
+        if 1 in configurations:
+            raise ValueError("the bullet does not leave the barrel")
+        return SimpleNamespace(twin=Twin(HalfSine()))
+
+    _, draws, missing = predicted_folds(shots_of([1, 2]), twin_without, ValidationRequest("x"))
+    assert list(draws) == [1]
+    assert missing == ["shot 1 is not predicted: the bullet does not leave the barrel"]
+
+
+@pytest.mark.parametrize("wrong", [{"folds": 1}, {"draws": 5}])
+def test_too_few_folds_or_draws_are_refused(wrong: dict[str, int]) -> None:
+    with pytest.raises(ValueError, match="expected 2 folds and 20 draws at least"):
+        ValidationRequest("x", **wrong)
+
+
+# --- on a store ---
+
+
+@pytest.fixture(scope="module")
+def hammer_store(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("hammer")
+    return filled_store(folder, full_campaign(folder / "spring"))
+
+
+@pytest.fixture
+def db(hammer_store: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    monkeypatch.setattr(twins, "solved", unsolved)
+    return copied(hammer_store, tmp_path)
+
+
+def test_campaign_is_scored(db: str) -> None:
+    with opened(db) as store:
+        validation = validated(store, db, ValidationRequest("spring", contact="hertz"))
+    data = validation.as_json()
+    scores = {row["name"]: row for row in data["quantities"]}
+    assert {"contact_time", "peak_force", "impulse"} <= scores.keys()
+    assert "velocity" not in scores  # a hammer's velocity is given to the twin
+    assert scores["peak_force"]["shots"] == 20
+    assert scores["peak_force"]["configurations"] == 4
+    assert data["calibrated"] == data["verdict"].startswith("The 90 % bands hold")
+    assert len(data["shots"]) == 20
+
+
+def test_measured_values_are_those_of_the_store(db: str) -> None:
+    from pyroshock.schema.impacts import Pulse
+    from sqlalchemy import select
+
+    with opened(db) as store:
+        data = validated(store, db, ValidationRequest("spring", contact="hertz")).as_json()
+        with store.reading() as session:
+            stored = sorted(session.scalars(select(Pulse.spline_peak_force_n)))
+    measured = sorted(shot["quantities"]["peak_force"]["measured"] for shot in data["shots"])
+    assert measured == pytest.approx(stored)
+
+
+def test_same_seed_same_scores(db: str) -> None:
+    with opened(db) as store:
+        first, second = (validated(store, db, ValidationRequest("spring", contact="hertz")).as_json() for _ in "ab")
+    assert first["quantities"] == second["quantities"]
+    assert first["failures"] == second["failures"]
+
+
+def test_unknown_campaign_is_named(db: str) -> None:
+    with opened(db) as store, pytest.raises(LookupError, match="winter"):
+        validated(store, db, ValidationRequest("winter"))
+
+
+# --- registered models ---
+
+
+@pytest.fixture
+def with_model(db: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The store's dataset and a linear model of it."""
+    without_figures(monkeypatch)
+    with opened(db) as store:
+        build_snapshot(store, "pulses", ["spring"])
+        registry = fresh_registry(tmp_path)
+        train(registry, ground_of(store, "pulses", registry, 0, "reduced"), ["linear"], ["repetitions"])
+    return db
+
+
+def contact_of(store: Any, db: str) -> RegisteredContact:
+    contact = twin_of(store, db, TwinRequest(campaign="spring", contact="linear@1")).twin.contact
+    assert isinstance(contact, RegisteredContact)
+    return contact
+
+
+def test_model_is_refitted_without_configurations(with_model: str) -> None:
+    with opened(with_model) as store:
+        contact = contact_of(store, with_model)
+        table = read_snapshot(store, "pulses").table
+        left_out = np.unique(table.configuration)[:1]
+        with store.reading() as session:
+            keys = _keys(session)
+            (key,) = [key for key in keys if configuration_names(session, [key]) == {str(left_out[0])}]
+        refitted, seen = UnseenContact(store, with_model, contact).without([key])
+        trained_on = registry_of(with_model).held_out(contact.registered.version).trained_on
+    assert seen == REFITTED
+    kept = table.take(np.isin(table.key, trained_on) & (table.configuration != left_out[0]))
+    expected = contact.registered.model.refit(kept, np.random.default_rng(0)).predict(table.inputs)
+    found = refitted.registered.model.predict(table.inputs)
+    np.testing.assert_allclose(found.force_n, expected.force_n)
+    assert not np.allclose(found.force_n, contact.registered.model.predict(table.inputs).force_n)
+
+
+def test_model_that_had_not_seen_them_stays(with_model: str) -> None:
+    with opened(with_model) as store:
+        contact = contact_of(store, with_model)
+        found, seen = UnseenContact(store, with_model, contact).without([])
+    assert (found, seen) == (contact, NOTHING)
+
+
+def test_model_without_its_pulses_is_called_seen(with_model: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def gone(*_: object) -> None:
+        raise LookupError("no dataset")
+
+    with opened(with_model) as store:
+        contact = contact_of(store, with_model)
+        monkeypatch.setattr("pyroshock.app.validating.unseen_contact.read_snapshot", gone)
+        assert UnseenContact(store, with_model, contact).without([1]) == (contact, SEEN)
+
+
+def test_output_says_what_model_had_seen(with_model: str) -> None:
+    with opened(with_model) as store:
+        validation = validated(store, with_model, ValidationRequest("spring", contact="linear@1"))
+    assert "models:/linear/1 was refitted without the configurations of each fold" in validation.seen
+
+
+def _keys(session: Any) -> list[int]:
+    from pyroshock.schema.impacts import Impact
+    from sqlalchemy import select
+
+    return sorted(set(session.scalars(select(Impact.configuration_id))))

@@ -1,0 +1,212 @@
+"""A prediction is the same in the command, the API and the page: numbers, warnings, notes, what its bands rest on."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from pyroshock.app.twins.building import BuiltTwin, TwinRequest
+from pyroshock.app.twins.sliders import VELOCITY_M_S
+from pyroshock.app.twins.warm import TwinShelf
+from pyroshock.twin.chain import Twin
+from pyroshock.twin.prediction import Prediction, RestsOn
+from pyroshock.twin.strikes import Extrapolation
+from support.checks.well_formed import Page
+from support.processes.web_client import post_json
+from support.stores.stores import pyroshock
+from support.stores.web_stores import GUN, HAMMER, Lab
+
+#: Filling a store imports much; on a busy machine that is slow.
+pytestmark = pytest.mark.timeout(600)
+
+LOWEST_PA, HIGHEST_PA, HEAVIEST_KG = 0.5e5, 6.7e5, 0.8
+SENTENCE = "The bands rest on 5 measured shots of first-shots."
+#: Options of the command, and the same question to the API and the page.
+SHOTS = {
+    "within": (("--tank-pressure", "3bar", "--contact", "hertz"), {"tank_pressure_pa": 3e5, "contact": "hertz"}),
+    "beyond the pressure": (
+        ("--tank-pressure", "10bar", "--bullet-mass", "0.2kg", "--contact", "hann"),
+        {"tank_pressure_pa": 1e6, "bullet_mass_kg": 0.2, "contact": "hann"},
+    ),
+    "beyond pressure and mass": (
+        ("--tank-pressure", "50bar", "--bullet-mass", "1.2kg", "--campaign", GUN, "--contact", "hertz"),
+        {"tank_pressure_pa": 5e6, "bullet_mass_kg": 1.2, "campaign": GUN, "contact": "hertz"},
+    ),
+    "outside of the contact's domain": (
+        ("--velocity", "30m/s", "--contact", "hertz", "--anvil", "steel", "--insulator", "polymeric"),
+        {"impact_velocity_m_s": 30.0, "contact": "hertz", "anvil_material": "steel", "insulator": "polymeric"},
+    ),
+    "registered model": (
+        ("--velocity", "9m/s", "--contact", "linear@1", "--tip", "delrin", "--tip-radius", "30mm"),
+        {"impact_velocity_m_s": 9.0, "contact": "linear@1", "tip_material": "delrin", "tip_radius_m": 0.03},
+    ),
+}
+PARAMETERS = pytest.mark.parametrize("name", SHOTS)
+
+
+@pytest.fixture(autouse=True)
+def recorded(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The twin says what its bands rest on, and which settings are beyond the shots of a small campaign."""
+    predict = Twin.predict
+
+    def told(twin: Twin, setting: Any, **options: Any) -> Prediction:
+        pressure, mass = setting.tank_pressure_pa, setting.impactor_mass_kg
+        beyond = []
+        if pressure is not None and not LOWEST_PA <= pressure <= HIGHEST_PA:
+            beyond.append(Extrapolation("tank_pressure_pa", pressure, LOWEST_PA, HIGHEST_PA))
+        if mass > HEAVIEST_KG:
+            beyond.append(Extrapolation("bullet_mass_kg", mass, 0.2, HEAVIEST_KG))
+        prediction = predict(twin, setting, **options)
+        return replace(prediction, extrapolation=tuple(beyond), rests_on=RestsOn(5, twin.contact.label, SENTENCE))
+
+    monkeypatch.setattr(Twin, "predict", told)
+
+
+_answers: dict[tuple[str, ...], Any] = {}
+
+
+def of_command(filled: Lab, name: str, *more: str) -> Any:
+    """What the command prints of a shot; asked once, for it builds its twin anew each time."""
+    if (name, *more) not in _answers:
+        result = pyroshock("predict", *SHOTS[name][0], *more, "--seed", "3", "--db", filled.db)
+        assert result.exit_code == 0, result.stderr
+        _answers[name, *more] = json.loads(result.stdout) if more else result
+    return _answers[name, *more]
+
+
+def question(name: str) -> dict[str, Any]:
+    return {**SHOTS[name][1], "seed": 3}
+
+
+def of_page(filled: Lab, name: str) -> dict[str, Any]:
+    answer = filled.client.get("/twin/answer", params=question(name))
+    assert answer.status_code == 200, answer.text
+    return answer.json()
+
+
+@PARAMETERS
+def test_command_api_and_page_have_the_same_keys_and_values(filled: Lab, name: str) -> None:
+    command = of_command(filled, name, "--json")
+    api = filled.client.get("/api/predict", params=question(name)).json()
+    body = post_json(filled.client, "/api/predict", question(name)).json()
+    page = of_page(filled, name)["prediction"]
+    assert {"extrapolation", "rests_on", "warnings", "notes", "outside_domain"} <= command.keys()
+    for key in command:
+        assert api[key] == command[key], key
+        assert body[key] == command[key], key
+    assert page == {key: value for key, value in command.items() if key not in ("force", "acceleration", "srs")}
+
+
+@PARAMETERS
+def test_figures_of_the_page_are_the_series_of_the_json(filled: Lab, name: str) -> None:
+    command, figures = of_command(filled, name, "--json"), of_page(filled, name)["figures"]
+    (force,) = [trace for trace in figures["force"]["data"] if trace.get("name") == "mean"]
+    assert 1e3 * np.array(force["y"]) == pytest.approx(command["force"]["mean"], rel=1e-4, abs=1e-2)
+    for sensor in ("acceleration_1", "acceleration_2"):
+        (spectrum,) = [trace for trace in figures["spectrum"]["data"] if trace.get("name") == sensor]
+        assert spectrum["y"] == pytest.approx(command["srs"][sensor]["mean"], rel=1e-4)
+
+
+@PARAMETERS
+def test_numbers_of_page_and_command_are_those_of_the_json(filled: Lab, name: str) -> None:
+    command = of_command(filled, name, "--json")
+    expected = {
+        "impact velocity": (command["velocity_m_s"], 1.0),
+        "contact time": (command["contact_time_s"], 1e3),
+        "peak force": (command["peak_force_n"], 1e-3),
+        "impulse": (command["impulse_n_s"], 1.0),
+        "peak acceleration_1": (command["acceleration"]["acceleration_1"]["peak_m_s2"], 1.0),
+    }
+    rows = {row["quantity"]: row for row in of_page(filled, name)["numbers"]}
+    printed = of_command(filled, name).stdout
+    for quantity, (value, scale) in expected.items():
+        numbers = [scale * value["mean"], *(scale * end for end in value["ci90"])]
+        assert [rows[quantity][key] for key in ("mean", "low", "high")] == pytest.approx(numbers)
+        (line,) = [line for line in printed.splitlines() if line.startswith(quantity)]
+        assert all(f"{number:.5g}" in line.split() for number in numbers)
+
+
+@PARAMETERS
+def test_words_of_the_page_are_those_of_the_json(filled: Lab, name: str) -> None:
+    command = of_command(filled, name, "--json")
+    answer = filled.client.get("/twin", params=question(name))
+    assert answer.status_code == 200, answer.text
+    visible = " ".join(Page(answer.text).text.split())
+    for sentence in (command["rests_on"]["sentence"], *command["warnings"], *command["notes"]):
+        assert sentence in visible
+    assert visible.index(SENTENCE) < visible.index("This shot, with 90 % intervals")
+
+
+@PARAMETERS
+def test_command_prints_the_same_sentences(filled: Lab, name: str) -> None:
+    command, printed = of_command(filled, name, "--json"), of_command(filled, name)
+    assert printed.stdout.splitlines()[0] == SENTENCE
+    for sentence in (*command["warnings"], *command["notes"]):
+        assert sentence in printed.stdout + printed.stderr
+
+
+def test_warning_stands_beside_the_number_and_beside_the_slider(filled: Lab) -> None:
+    pressure = "Tank pressure 50 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."
+    mass = "Bullet mass 1.2 kg is beyond the 0.2 to 0.8 kg of the shots that were learned from."
+    name = "beyond pressure and mass"
+    (line,) = [row for row in of_command(filled, name).stdout.splitlines() if row.startswith("impact velocity")]
+    assert pressure in line and mass in line
+    assert of_page(filled, name)["beside"] == {"tank_pressure_pa": pressure, "bullet_mass_kg": mass}
+    html = filled.client.get("/twin", params=question(name)).text
+    assert f'id="tank_pressure_pa-warning" role="status">{pressure}</span>' in html
+    assert f'id="bullet_mass_kg-warning" role="status">{mass}</span>' in html
+    assert of_command(filled, name, "--json")["extrapolation"] == [
+        {"quantity": "tank_pressure_pa", "asked": 5e6, "low": LOWEST_PA, "high": HIGHEST_PA},
+        {"quantity": "bullet_mass_kg", "asked": 1.2, "low": 0.2, "high": HEAVIEST_KG},
+    ]
+
+
+def test_shot_within_what_was_learned_has_no_warning_of_range(filled: Lab) -> None:
+    assert of_page(filled, "within")["beside"] == {}
+    assert not any("beyond the" in sentence for sentence in of_command(filled, "within", "--json")["warnings"])
+
+
+def test_table_of_shots_has_what_the_bands_rest_on(filled: Lab, tmp_path: Any) -> None:
+    table = tmp_path / "shots.csv"
+    table.write_text("run,tank_pressure_bar,bullet_mass_kg\n1,3,0.5\n2,10,0.5\n")
+    words = ("--shots", str(table), "--contact", "hertz", "--draws", "4", "--db", filled.db)
+    result = pyroshock("predict", *words, "--json")
+    assert result.exit_code == 0, result.stderr
+    rows = json.loads(result.stdout)
+    assert [row["rests_on_shots"] for row in rows] == [5, 5]
+    beyond = "Tank pressure 10 bar is beyond the 0.5 to 6.7 bar of the shots that were learned from."
+    assert [row["extrapolation"] for row in rows] == ["", beyond]
+    assert beyond in pyroshock("predict", *words).stdout
+
+
+def campaigns_of(html: str) -> Iterator[str]:
+    select = html[html.index('<select id="campaign"') :]
+    yield from select[: select.index("</select>")].split("<option")[1:]
+
+
+def test_twin_is_chosen_by_campaign_hammers_among_them(filled: Lab) -> None:
+    html = filled.client.get("/twin", params={"contact": "hertz"}).text
+    options = list(campaigns_of(html))
+    assert any(f'value="{HAMMER}"' in option and "(hammer)" in option for option in options)
+    assert any(f'value="{GUN}"' in option and "(gun)" in option for option in options)
+    chosen = filled.client.get("/twin", params={"campaign": HAMMER, "contact": "hertz"})
+    assert chosen.status_code == 200
+    assert any("selected" in option and HAMMER in option for option in campaigns_of(chosen.text))
+
+
+def test_bench_without_a_gun_is_asked_by_its_velocity(filled: Lab, monkeypatch: pytest.MonkeyPatch) -> None:
+    get = TwinShelf.get
+
+    def gunless(shelf: TwinShelf, request: TwinRequest) -> BuiltTwin:
+        built = get(shelf, request)
+        return replace(built, twin=replace(built.twin, gun=None))
+
+    monkeypatch.setattr(TwinShelf, "get", gunless)
+    html = filled.client.get("/twin", params={"campaign": HAMMER, "contact": "hertz"}).text
+    assert 'id="impact_velocity_m_s"' in html and 'id="tank_pressure_pa"' not in html
+    answer = filled.client.get("/twin/answer", params={"campaign": HAMMER, "contact": "hertz"}).json()
+    assert answer["prediction"]["velocity_m_s"]["mean"] == pytest.approx(VELOCITY_M_S)

@@ -1,0 +1,203 @@
+"""The gun stage with effects that nobody has stated: limits of energy and gas, what is beyond the shots, bullets that
+stay in the barrel."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pyroshock.twin.chain import Twin
+from pyroshock.twin.effects import effect
+from pyroshock.twin.gun.bench import GunBench
+from pyroshock.twin.gun.limits import barrel_work_j, beyond_energy, escape_speed_m_s
+from pyroshock.twin.launch import GunStage, beyond_sentence
+from pyroshock.twin.sensors.chain import SensorChain
+from pyroshock.twin.strikes import Extrapolation
+from support.records.twin_parts import HalfSine, setting
+
+IDEAL = GunBench(0.0095, 0.049, 0.048, 0.885, 0.3, 1.4, 1.0)
+HALVED = replace(IDEAL, efficiency=0.5)
+NOMINAL = SensorChain()
+#: A sensor whose errors are stated, so that the tank's pressure is known.
+EXACT = SensorChain.of(
+    [
+        effect("sensor.pressure_offset", offset_pa=0.0),
+        effect("sensor.pressure_gain", gain=1.0),
+        effect("sensor.velocity_gain", gain=1.0),
+    ]
+)
+
+
+def gun(bench: GunBench = IDEAL, **own) -> GunStage:
+    return GunStage(bench, **{"velocity_spread": 0.0, "unknown_effects": True} | own)
+
+
+def every_gun(stage: GunStage, pressure: float, mass: float, chain: SensorChain = EXACT) -> np.ndarray:
+    """Velocities of all ranks."""
+    from scipy.special import ndtri
+
+    luck = np.random.default_rng(0).standard_normal(256)
+    z = np.stack([ndtri((np.arange(256) + 0.5) / 256), luck], axis=1)
+    return stage.velocity_draws([setting(tank_pressure_pa=pressure, impactor_mass_kg=mass)], chain, z)[:, 0]
+
+
+# --- limits ---
+
+
+def test_escape_speed_of_air():
+    assert escape_speed_m_s(1.4, 293.15) == pytest.approx(5 * 343.2, rel=1e-3)
+    assert escape_speed_m_s(1.0, 293.15) == math.inf
+
+
+@pytest.mark.parametrize("ahead", [0.0, 101_325.0])
+@pytest.mark.parametrize("pressure", [0.1e5, 0.3e5, 5e5])
+def test_barrel_work_is_the_integral_of_the_isothermal_force(pressure, ahead):
+    """While it pushes: what comes after the gas is as thin as the air ahead takes work away."""
+    volume = np.linspace(0, IDEAL.projectile_area_m2 * IDEAL.travel_m, 200_001)
+    force = (pressure + ahead) / (1 + volume / IDEAL.tank_volume_m3) - ahead
+    work = float(np.trapezoid(np.maximum(force, 0.0), volume))
+    assert barrel_work_j(IDEAL, pressure, ahead) == pytest.approx(work, rel=1e-8)
+
+
+def test_a_long_barrel_gives_the_exergy_of_the_tank():
+    """p0 V0 ln(p0 / pa) - (p0 - pa) V0: Moran and Shapiro, ch. 7, for a gas at the surroundings' temperature."""
+    pressure, air = 3e5, 101_325.0
+    exergy = 0.0095 * ((pressure + air) * math.log((pressure + air) / air) - pressure)
+    assert barrel_work_j(replace(IDEAL, travel_m=100.0), pressure, air) == pytest.approx(exergy, rel=1e-9)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(3.5, 7.0), st.floats(-2.0, 1.0), st.sampled_from([IDEAL, HALVED]), st.booleans())
+def test_no_draw_has_more_energy_than_its_gas_gives(log_pressure, log_mass, bench, learned):
+    pressure, mass = 10**log_pressure, 10**log_mass
+    stage = gun(bench, velocity_spread=0.05)
+    if learned:
+        stage = stage.updated([1e5, 3e5], [0.5, 0.5], [17.0, 36.0])  # close to what no losses at all would give
+    velocity = every_gun(stage, pressure, mass)
+    assert np.all(mass * velocity**2 / 2 <= barrel_work_j(bench, pressure, 0.0) * (1 + 1e-9))
+    assert np.all(velocity <= escape_speed_m_s(1.4, 293.15))
+
+
+def test_more_than_the_escape_speed_is_refused_with_the_limit():
+    light = [setting(tank_pressure_pa=1e8, impactor_mass_kg=1e-3)]
+    for stage in (gun(HALVED), GunStage(HALVED, 0.05)):
+        with pytest.raises(ValueError, match=r"1000 bar with bullet_mass = 0\.001 kg.*1,716 m/s.*lower the pressure"):
+            stage.velocities(light, NOMINAL)
+
+
+def test_shots_that_no_gas_can_fire_are_named():
+    pressure, mass = np.array([1e5, 1e5]), np.array([0.5, 0.5])
+    most = math.sqrt(2 * float(barrel_work_j(IDEAL, 1e5, 0.0)) / 0.5)
+    assert beyond_energy(IDEAL, pressure, mass, np.array([0.99, 1.01]) * most).tolist() == [False, True]
+
+
+# --- draws ---
+
+
+def test_median_of_the_draws_is_the_central_velocity():
+    for pressure, mass in ((1e5, 0.2), (4e5, 1.0)):
+        asked = [setting(tank_pressure_pa=pressure, impactor_mass_kg=mass)]
+        assert np.median(every_gun(gun(), pressure, mass)) == pytest.approx(gun().velocities(asked, EXACT)[0], rel=1e-3)
+
+
+def test_a_draw_is_one_gun_for_all_settings():
+    z = np.random.default_rng(0).standard_normal((32, 2))
+    drawn = gun().velocity_draws([setting(tank_pressure_pa=p) for p in (3e5, 3.1e5)], NOMINAL, z)
+    ratio = drawn[:, 1] / drawn[:, 0]
+    assert ratio.std() < 0.02 < drawn[:, 0].std() / drawn[:, 0].mean()
+
+
+def test_given_velocity_is_not_drawn():
+    z = np.random.default_rng(0).standard_normal((4, 2))
+    drawn = gun().velocity_draws([setting(impact_velocity_m_s=7.0), setting(tank_pressure_pa=3e5)], NOMINAL, z)
+    assert drawn[:, 0].tolist() == [7.0] * 4
+    assert len(set(drawn[:, 1])) == 4
+
+
+def test_efficiency_that_is_stated_is_that_of_the_draws():
+    ideal, halved = (np.median(every_gun(gun(bench), 2e5, 0.5)) for bench in (IDEAL, HALVED))
+    stated = GunStage(HALVED, 0.0).fired(np.array([2e5]), np.array([0.5]))[0]
+    assert halved == pytest.approx(stated, rel=0.15)
+    assert ideal > 1.3 * halved
+
+
+def test_bullets_that_stay_are_counted_and_left_out_of_the_bands():
+    """At a low pressure some of the guns do not fire the bullet: the others make the bands."""
+    low = setting(tank_pressure_pa=0.5e5)
+    stage = gun(velocity_spread=0.05)
+    probability = stage.leaving([low], NOMINAL)[0]
+    assert 0.5 < probability < 0.98
+    shot = Twin(HalfSine(), stage).predict(low, draws=64)
+    stay = int(shot.models["gun"].rsplit("; ", 1)[1].split()[0])
+    assert stay == pytest.approx(64 * (1 - probability), abs=1.5)
+    assert shot.velocity_m_s.ci90[0] > 0
+    with pytest.raises(ValueError, match=r"does not leave the barrel at 0\.001 bar \(it leaves with a probability of"):
+        Twin(HalfSine(), stage).predict(setting(tank_pressure_pa=100.0))
+
+
+def test_stage_goes_between_processes():
+    learned = gun().updated([1e5], [0.5], [12.0])
+    again, asked = pickle.loads(pickle.dumps(learned)), [setting(tank_pressure_pa=2e5)]
+    np.testing.assert_array_equal(again.velocities(asked, NOMINAL), learned.velocities(asked, NOMINAL))
+
+
+def test_warm_draws_take_milliseconds():
+    z, asked = np.random.default_rng(0).standard_normal((64, 2)), [setting(tank_pressure_pa=2e5)]
+    learned = gun().updated(np.linspace(1e5, 6e5, 30), np.tile([0.2, 0.5, 1.0], 10), np.linspace(12.0, 25.0, 30))
+    for stage in (gun(), learned):
+        stage.velocity_draws(asked, NOMINAL, z)
+        seconds = []
+        for _ in range(20):
+            begin = time.perf_counter()
+            stage.velocity_draws(asked, NOMINAL, z)
+            seconds.append(time.perf_counter() - begin)
+        assert min(seconds) < 0.015
+
+
+# --- beyond the shots ---
+
+
+def test_pressure_and_mass_beyond_the_shots_are_named_with_their_ranges():
+    learned = gun().updated([1e5, 6.7e5], [0.2, 1.0], [20.0, 30.0])
+    asked = [
+        setting(tank_pressure_pa=50e5, impactor_mass_kg=0.5),
+        setting(tank_pressure_pa=3e5, impactor_mass_kg=1.5),
+        setting(tank_pressure_pa=6.7e5, impactor_mass_kg=0.2),
+        setting(impact_velocity_m_s=5.0),
+    ]
+    assert learned.extrapolation(asked) == [
+        (Extrapolation("tank_pressure_pa", 50e5, 1e5, 6.7e5),),
+        (Extrapolation("bullet_mass_kg", 1.5, 0.2, 1.0),),
+        (),
+        (),
+    ]
+    assert gun().extrapolation(asked) == [(), (), (), ()]
+    assert beyond_sentence(learned.extrapolation(asked)[0]) == (
+        "The tank pressure of 50 bar lies above the 1 to 6.7 bar of the measured shots: the velocity there rests on "
+        "the physics of the gun, and its band is wider."
+    )
+    assert beyond_sentence(()) == ""
+
+
+def test_sentence_says_what_the_velocity_rests_on():
+    assert gun().sentence.startswith("The velocity rests on no measured shot")
+    learned = gun().updated([1e5, 6.7e5], [0.2, 0.2], [20.0, 40.0])
+    assert learned.sentence == "The velocity rests on 2 measured shots, 1 to 6.7 bar and 0.2 kg."
+    assert "a spread of 5.0%" in GunStage(IDEAL, 0.05).sentence
+
+
+def test_effects_have_one_value_for_all_shots():
+    with pytest.raises(ValueError, match=r"gun\.blow_by has a parameter with several values"):
+        gun(effects=(effect("gun.blow_by", wear_m=np.array([1e-4, 2e-4])),))
+
+
+def test_shots_belong_to_unknown_effects():
+    learned = gun().updated([1e5], [0.5], [12.0])
+    with pytest.raises(ValueError, match="expected unknown_effects"):
+        GunStage(IDEAL, 0.05, shots=learned.shots)

@@ -1,0 +1,121 @@
+"""Scores of predictions whose calibration is known by construction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from pyroshock.validation.prediction_scores.compared_values import ComparedValues
+from pyroshock.validation.prediction_scores.coverage import Coverage
+from pyroshock.validation.prediction_scores.quantity_score import Measure, QuantityScore
+from pyroshock.validation.prediction_scores.verdict import verdict
+
+FORCE = Measure("peak_force", "peak force", "ln", "N")
+SPECTRUM = Measure("srs_acceleration_1", "spectrum at acceleration_1", "dB", "m/s2")
+
+
+def gaussian(shots: int, *, said: float = 1.0, bias: float = 0.0, seed: int = 0) -> ComparedValues:
+    """Predictions with standard deviation `said` of values that scatter by 1 about a predicted mean that is known."""
+    rng = np.random.default_rng(seed)
+    mean = rng.normal(0.0, 5.0, shots)
+    measured = mean + bias + rng.normal(size=shots)
+    return ComparedValues.of(mean + said * rng.normal(size=(400, shots)), measured)
+
+
+def score(values: ComparedValues, measure: Measure = FORCE) -> QuantityScore:
+    number = np.arange(len(values))
+    return QuantityScore.of(measure, values, number, number)
+
+
+def test_calibrated_predictions_have_nominal_coverage_and_flat_histogram() -> None:
+    result = score(gaussian(20_000))
+    assert result.coverage50.share == pytest.approx(0.50, abs=0.015)
+    assert result.coverage90.share == pytest.approx(0.90, abs=0.01)
+    assert result.histogram == pytest.approx(np.full(10, 0.1), abs=0.01)
+    assert result.sharpness == pytest.approx(2 * 1.645, rel=0.02)
+    assert result.crps == pytest.approx(1 / np.sqrt(np.pi), rel=0.02)
+
+
+def test_median_error_is_that_of_normal_law() -> None:
+    assert score(gaussian(20_000)).median_abs_error == pytest.approx(0.6745, rel=0.03)
+
+
+def test_calibrated_predictions_are_called_so() -> None:
+    result = verdict([score(gaussian(300))])
+    assert result.calibrated
+    assert result.sentence.startswith("The 90 % bands hold: 9")
+    assert "in 300 shots of 300 configurations" in result.sentence
+
+
+def test_overconfident_predictions_are_called_so() -> None:
+    result = verdict([score(gaussian(100, said=0.4)), score(gaussian(100, seed=1), SPECTRUM)])
+    assert not result.calibrated
+    assert result.sentence.startswith("Not calibrated: the 90 % bands hold only ")
+    assert "of the measured values of peak force" in result.sentence
+    assert "spectrum" not in result.sentence.split(".")[0]
+
+
+def test_wide_bands_are_named_and_are_no_fault() -> None:
+    result = verdict([score(gaussian(300, said=3.0))])
+    assert result.calibrated
+    assert "wider than needed" in result.sentence
+
+
+def test_five_shots_show_little() -> None:
+    result = verdict([score(gaussian(5))])
+    assert result.calibrated
+    assert "as far as 5 shots of 5 configurations can show" in result.sentence
+
+
+def test_false_alarms_are_rare() -> None:
+    alarms = [
+        not verdict([score(gaussian(60, seed=10 * run + part)) for part in range(5)]).calibrated for run in range(100)
+    ]
+    assert np.mean(alarms) <= 0.1
+
+
+def test_repetitions_that_agree_count_as_one_value() -> None:
+    configuration = np.repeat(np.arange(30), 4)
+    inside = np.repeat(np.random.default_rng(4).random(30) < 0.8, 4)
+    coverage = Coverage.of(inside, configuration)
+    assert coverage.effective == pytest.approx(30, rel=0.05)
+    low, high = coverage.interval()
+    assert high - low > 1.8 * np.subtract(*reversed(Coverage.of(inside, np.arange(120)).interval()))
+
+
+def test_repetitions_that_are_independent_count_each() -> None:
+    rng = np.random.default_rng(5)
+    effective = [Coverage.of(rng.random(400) < 0.8, np.repeat(np.arange(100), 4)).effective for _ in range(50)]
+    assert np.median(effective) > 330
+
+
+def test_without_misses_a_configuration_is_one_value() -> None:
+    coverage = Coverage.of(np.ones(12, dtype=bool), np.repeat(np.arange(4), 3))
+    assert coverage.effective == 4
+    assert coverage.interval()[0] == pytest.approx(0.51, abs=0.01)
+
+
+def test_intervals_of_clustered_shares_hold_their_level() -> None:
+    """Beta-binomial repetitions: the interval holds the true share in about 95 of 100 campaigns."""
+    rng = np.random.default_rng(6)
+    configuration = np.repeat(np.arange(40), 3)
+    hits = 0
+    for _ in range(300):
+        share = rng.beta(0.9 * 2, 0.1 * 2, 40)
+        low, high = Coverage.of(rng.random(120) < np.repeat(share, 3), configuration).interval()
+        hits += low <= 0.9 <= high
+    assert hits / 300 >= 0.92
+
+
+def test_rank_of_values_beyond_draws_is_inside_unit_interval() -> None:
+    draws = np.linspace(0.0, 1.0, 9)[:, None] * np.ones(3)
+    assert ComparedValues.of(draws, np.array([-1.0, 0.5, 2.0])).rank == pytest.approx([0.05, 0.5, 0.95])
+
+
+def test_values_that_are_not_finite_are_refused() -> None:
+    with pytest.raises(ValueError, match="leave out what was not measured"):
+        ComparedValues.of(np.zeros((4, 1)), np.array([np.nan]))
+
+
+def test_json_has_keys_of_contract() -> None:
+    keys = {"name", "unit", "shots", "coverage50", "coverage90", "coverage90_ci95", "crps", "median_abs_error"}
+    assert keys <= set(score(gaussian(20)).as_json())

@@ -1,0 +1,145 @@
+"""Models on configurations that they have not learned from: what decides which one the twin uses.
+
+The configurations of a dataset are dealt into folds. Each fold's pulses are predicted by models that learned from none
+of its configurations, and scored by the continuous ranked probability score of what the twin predicts of a contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..dataset.table import Floats, PulseTable
+from ..twin.bands import stratified_normals
+from ..twin.strikes import Pulses
+from .contact_stage import random_pulses
+from .metrics.clusters import clustered
+from .metrics.crps import ensemble_crps
+from .metrics.significance import sign_flip_p
+from .models.asked import momentum
+from .models.base import ContactModel
+from .prior_pulses import prior_pulses
+from .tuning.folds import grouped_folds
+
+QUANTITIES = ("peak force", "contact time", "impulse")
+FOLDS, DRAWS = 5, 64
+#: So many pulses are scored, the same number of each configuration: more hardly change a mean over configurations.
+_MOST_PULSES = 400
+#: A factor of a thousand: an error beyond it counts as this one, so that a single pulse without force is no verdict.
+_FARTHEST = float(np.log(1000.0))
+
+#: Random pulses of all rows for each draw; the rows are of configurations that nothing was learned from.
+PulseDraws = Callable[[PulseTable, int, np.random.Generator], list[Pulses]]
+
+
+@dataclass(frozen=True, eq=False)
+class UnseenScores:
+    """CRPS of n pulses, (n, 3) for `QUANTITIES` as natural logarithms, of two predictions by name."""
+
+    names: tuple[str, str]
+    crps: tuple[Floats, Floats]
+    configuration: NDArray[np.str_]
+    folds: int
+
+    @property
+    def means(self) -> tuple[float, float]:
+        """Over pulses and quantities."""
+        return float(self.crps[0].mean()), float(self.crps[1].mean())
+
+    @property
+    def first_is_better(self) -> bool:
+        return self.means[0] < self.means[1]
+
+    @property
+    def configurations(self) -> int:
+        return len(np.unique(self.configuration))
+
+    def p_value(self, rng: np.random.Generator) -> float:
+        """Of the hypothesis that the difference of each configuration might as well have the other sign."""
+        difference = (self.crps[0] - self.crps[1]).mean(axis=1, keepdims=True)
+        return float(sign_flip_p(clustered(difference, self.configuration), rng)[0])
+
+    def figures(self) -> dict[str, float]:
+        """By metric names that MLflow takes: "crps.candidate", "crps.reference.peak_force"."""
+        found = {}
+        for name, scores in zip(("candidate", "reference"), self.crps, strict=True):
+            found[f"crps.{name}"] = float(scores.mean())
+            for quantity, mean in zip(QUANTITIES, scores.mean(axis=0).tolist(), strict=True):
+                found[f"crps.{name}.{quantity.replace(' ', '_')}"] = mean
+        return found
+
+
+def unseen_scores(pulses: PulseTable, predictions: Mapping[str, PulseDraws], rng: np.random.Generator) -> UnseenScores:
+    """Score two predictions by name on the same pulses; each fold of configurations is predicted at once.
+
+    Raises `ValueError` where the pulses are of a single configuration, and what the predictions raise.
+    """
+    first, second = predictions
+    folds = grouped_folds(pulses.configuration, FOLDS, rng)
+    chosen = _some_repetitions(pulses.configuration, rng)
+    rows: list[NDArray[np.intp]] = []
+    crps: dict[str, list[Floats]] = {name: [] for name in predictions}
+    for fold in folds:
+        part = np.flatnonzero(fold & chosen)
+        rows.append(part)
+        unseen = pulses.take(part)
+        measured = np.log(np.stack([unseen.peak_force_n, unseen.contact_time_s, unseen.impulse_n_s], axis=1))
+        for name, draws in predictions.items():
+            crps[name].append(_crps(draws(unseen, DRAWS, rng), measured))
+    order = np.concatenate(rows)
+    scores = np.concatenate(crps[first]), np.concatenate(crps[second])
+    return UnseenScores((first, second), scores, pulses.configuration[order], len(folds))
+
+
+def unseen_draws(model: ContactModel, learned: PulseTable) -> PulseDraws:
+    """Of a model that learned from `learned`: refitted without the configurations that it is asked for."""
+
+    def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[Pulses]:
+        fitted = without_configurations(model, learned, unseen.configuration.tolist(), rng)
+        prediction = fitted.predict(unseen.inputs)
+        z = np.stack([stratified_normals(count, 2, rng) for _ in range(len(unseen))], axis=1)
+        return [random_pulses(prediction, z[draw], momentum(unseen)) for draw in range(count)]
+
+    return draws
+
+
+def without_configurations(
+    model: ContactModel, learned: PulseTable, configurations: Sequence[str], rng: np.random.Generator
+) -> ContactModel:
+    """The model as it is where it learned from none of these configurations, else refitted to its other pulses with
+    what it tuned (length scales, widths of bands) kept. Raises `ValueError` where nothing is left to learn from."""
+    known = np.isin(learned.configuration, list(configurations))
+    if not known.any():
+        return model
+    if known.all():
+        raise ValueError("a model cannot be refitted without all configurations that it has learned from")
+    return model.refit(learned.take(~known), rng)
+
+
+def prior_draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[Pulses]:
+    """Of the contact before anything was learned."""
+    return prior_pulses(unseen, count, rng)
+
+
+def _crps(draws: Sequence[Pulses], measured: Floats) -> Floats:
+    """(n, 3) of random pulses, in natural logarithms."""
+    values = [np.stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s], axis=1) for pulses in draws]
+    logarithms = np.log(np.maximum(np.stack(values), np.finfo(np.float64).tiny))
+    logarithms = np.clip(logarithms, measured - _FARTHEST, measured + _FARTHEST)
+    return np.stack([ensemble_crps(logarithms[..., i], measured[:, i]) for i in range(measured.shape[1])], axis=1)
+
+
+def _some_repetitions(configuration: NDArray[np.str_], rng: np.random.Generator) -> NDArray[np.bool_]:
+    """At most `_MOST_PULSES` pulses, as many of each configuration; all where there are no more."""
+    _, group, sizes = np.unique(configuration, return_inverse=True, return_counts=True)
+    most = max(1, _MOST_PULSES // len(sizes))
+    order = rng.permutation(len(configuration))
+    place = np.empty(len(configuration), dtype=np.intp)
+    counts = np.zeros(len(sizes), dtype=np.intp)
+    for row in order:
+        place[row] = counts[group[row]]
+        counts[group[row]] += 1
+    return np.asarray(place < most)

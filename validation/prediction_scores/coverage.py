@@ -1,0 +1,51 @@
+"""The share of measured values inside of a band, with an interval that knows that repetitions resemble each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...training.metrics.clusters import clustered
+from ..wilson import wilson
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """`share` of `values` measured values inside of a band. `effective` is the number of independent values that the
+    share is as well known from; values of one configuration (repetitions, and lines of one spectrum) count as less
+    than as many.
+    """
+
+    share: float
+    values: int
+    configurations: int
+    effective: float
+
+    @classmethod
+    def of(cls, inside: NDArray[np.bool_], configuration: NDArray[np.intp]) -> Self:
+        """Of values (n,) that lie inside or not, and the configuration (n,) of each. Raises `ValueError` for none."""
+        groups = clustered(inside.astype(np.float64)[:, None], configuration)
+        share = float(groups.mean[0])
+        effective = _effective_number(groups.sums[:, 0] - share * groups.sizes, share, len(inside))
+        return cls(share, len(inside), len(groups), effective)
+
+    def interval(self, comparisons: int = 1) -> tuple[float, float]:
+        """The 95 % interval of the share after Wilson; so many `comparisons` share the 5 % of errors (Bonferroni)."""
+        return wilson(self.share * self.effective, self.effective, comparisons)
+
+
+def _effective_number(deviations: NDArray[np.float64], share: float, values: int) -> float:
+    """How many independent values give a share of the same variance as k configurations do (Korn and Graubard,
+    Survey Methodology 24 (1998) 193): p (1 - p) over k / (k - 1) times the sum of their squared `deviations` over n^2.
+
+    Never more than the values. Where all are inside, or none is, nothing can be said of how alike repetitions are:
+    then a configuration counts as a single value.
+    """
+    k = len(deviations)
+    variance = k / (k - 1) * float(deviations @ deviations) / values**2 if k > 1 else 0.0
+    if variance <= 0:
+        return float(k)
+    return min(float(values), share * (1 - share) / variance)
