@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..dataset.table import Floats, PulseTable
+from ..schema.velocity_kinds import INTEGRATED
 from ..twin.bands import stratified_normals
 from ..twin.contact.prior import PriorContact
+from ..twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
 from ..twin.materials import Material
 from ..twin.setting import Setting
 from ..twin.strikes import ContactStage, Pulses, Strikes
@@ -24,16 +26,30 @@ def prior_contact(pulses: PulseTable) -> ContactStage:
     return PriorContact(hand_held="bullet_mass" not in names)
 
 
-def prior_pulses(pulses: PulseTable, draws: int, rng: np.random.Generator) -> list[Pulses]:
-    """For each draw the pulses of all rows. Raises `LookupError` for predictors that do not tell bodies and materials,
-    `ValueError` for values that are unphysical or not known."""
+def prior_pulses(
+    pulses: PulseTable, draws: int, rng: np.random.Generator, velocity_kind: str | None = None
+) -> list[Pulses]:
+    """For each draw the pulses of all rows, whose velocities are of this kind (`schema.velocity_kinds`).
+
+    Raises `LookupError` for predictors that do not tell bodies and materials, `ValueError` for values that are
+    unphysical or not known.
+    """
     contact = prior_contact(pulses)
-    settings, velocity = settings_of(pulses), pulses.column("impact_velocity")
-    strikes = Strikes(settings, velocity)
+    strikes = Strikes(settings_of(pulses), velocity_before(pulses, velocity_kind))
     n = len(pulses)
     # The draws of one row are stratified, and those of the rows apart from each other.
     z = np.stack([stratified_normals(draws, contact.normals, rng) for _ in range(n)], axis=1)
     return [contact.pulses(strikes, z[draw]) for draw in range(draws)]
+
+
+def velocity_before(pulses: PulseTable, velocity_kind: str | None) -> Floats:
+    """Velocities before contact (n,), m/s. One that was integrated to the peak of the force is converted with the pulse
+    that was measured, as a twin reads its shots. Raises as `prior_pulses`."""
+    velocity = pulses.column("impact_velocity")
+    if velocity_kind != INTEGRATED:
+        return velocity
+    motion = TargetMotion.of_strikes(Strikes(settings_of(pulses), velocity))
+    return velocity_before_contact(velocity, PulseMoments.of(pulses.force_n), motion)[0]
 
 
 def settings_of(pulses: PulseTable) -> list[Setting]:

@@ -89,7 +89,11 @@ def _scores(
     registry: Registry, candidate: Version, champion: Version | None, read: Read, pulses: PulseTable
 ) -> UnseenScores:
     predictions = {candidate.label: _draws(registry, candidate, read)}
-    predictions |= {PRIOR: prior_draws} if champion is None else {champion.label: _draws(registry, champion, read)}
+    predictions |= (
+        {PRIOR: prior_draws(candidate.dataset.velocity_kind)}
+        if champion is None
+        else {champion.label: _draws(registry, champion, read)}
+    )
     return unseen_scores(pulses, predictions, rng_of("folds", candidate.dataset.hash, "configurations", candidate.seed))
 
 
@@ -97,7 +101,7 @@ def _draws(registry: Registry, version: Version, read: Read) -> PulseDraws:
     """Of a registered model and the pulses that it was trained on."""
     table = read(version.dataset.hash)
     learned = table.take(np.isin(table.key, registry.held_out(version).trained_on))
-    return unseen_draws(registry.load(version).model, learned)
+    return unseen_draws(registry.load(version).model, learned, version.dataset.velocity_kind)
 
 
 def _words(scores: UnseenScores, p_value: float) -> str:

@@ -21,7 +21,7 @@ from .metrics.crps import ensemble_crps
 from .metrics.significance import sign_flip_p
 from .models.asked import momentum
 from .models.base import ContactModel
-from .prior_pulses import prior_pulses
+from .prior_pulses import prior_pulses, velocity_before
 from .tuning.folds import grouped_folds
 
 QUANTITIES = ("peak force", "contact time", "impulse")
@@ -94,14 +94,16 @@ def unseen_scores(pulses: PulseTable, predictions: Mapping[str, PulseDraws], rng
     return UnseenScores((first, second), scores, pulses.configuration[order], len(folds))
 
 
-def unseen_draws(model: ContactModel, learned: PulseTable) -> PulseDraws:
-    """Of a model that learned from `learned`: refitted without the configurations that it is asked for."""
+def unseen_draws(model: ContactModel, learned: PulseTable, velocity_kind: str | None = None) -> PulseDraws:
+    """Of a model that learned from `learned`, with velocities of this kind (`schema.velocity_kinds`): refitted without
+    the configurations that it is asked for."""
 
     def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[Pulses]:
         fitted = without_configurations(model, learned, unseen.configuration.tolist(), rng)
         prediction = fitted.predict(unseen.inputs)
         z = np.stack([stratified_normals(count, 2, rng) for _ in range(len(unseen))], axis=1)
-        return [random_pulses(prediction, z[draw], momentum(unseen)) for draw in range(count)]
+        before = momentum(unseen) * velocity_before(unseen, velocity_kind) / unseen.column("impact_velocity")
+        return [random_pulses(prediction, z[draw], before) for draw in range(count)]
 
     return draws
 
@@ -119,9 +121,9 @@ def without_configurations(
     return model.refit(learned.take(~known), rng)
 
 
-def prior_draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[Pulses]:
+def prior_draws(velocity_kind: str | None = None) -> PulseDraws:
     """Of the contact before anything was learned."""
-    return prior_pulses(unseen, count, rng)
+    return lambda unseen, count, rng: prior_pulses(unseen, count, rng, velocity_kind)
 
 
 def _crps(draws: Sequence[Pulses], measured: Floats) -> Floats:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 
 from .contact.coupled import coupled_impact
+from .contact.coupled_solver import COUPLED_PHASES, ImpactSolver
 from .contact.coupled_tables import PlatePoint
 from .contact.impacts import Impacts
 from .contact.struck import impedance
@@ -17,15 +17,10 @@ from .contact.trimming import trimmed
 from .plate.modal import ModalPlate
 from .plates import PlateStage
 from .setting import Setting
-from .strikes import Extrapolating, Extrapolation, Floats, Outside, Pulses, Strikes
+from .strikes import AboveAnvil, Extrapolating, Extrapolation, Floats, Outside, Pulses, Strikes
 
-#: Equidistant points of a pulse: more than a single contact needs, since the bodies may part and meet again.
-PHASES = 129
 #: Steps of each contact's own time, and cycles in it above which a mode follows at once: errors of 1e-4.
 _STEPS, _CYCLES = 24, 4.0
-
-#: Mean pulses of impacts, in their order.
-ImpactSolver = Callable[[Impacts], Pulses]
 
 
 class SolvableContact(Protocol):
@@ -51,7 +46,8 @@ class CoupledContact:
     The plate's modes stand in place of the effect `contact.plate_compliance`, which would count the plate twice; beyond
     the last mode the plate is that without edges, of the plate's material and thickness. A free plate whose table lists
     no rigid mode moves as a rigid body of its mass. Of an ensemble of plates the nominal one acts on the force: modes
-    that are wrong by 1 % change it by less than they change the accelerations.
+    that are wrong by 1 % change it by less than they change the accelerations. The prior's impacts on an anvil are
+    solved as without the plate's modes: there the anvil on its joint stands between contact and plate.
     """
 
     base: SolvableContact
@@ -74,14 +70,20 @@ class CoupledContact:
         points = [
             self._point(setting, z) for setting, z in zip(strikes.settings, impedance(strikes).tolist(), strict=True)
         ]
-        return self.base.pulses_on_plate(lambda impacts: _pulses(impacts, points), strikes, z)
+        return self.base.pulses_on_plate(
+            lambda impacts, rows: _pulses(impacts, [points[row] for row in rows]), strikes, z
+        )
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
         """What lies outside of the base's domain."""
         return self.base.outside(strikes)
 
+    def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: Pulses) -> Pulses:
+        """What of `pulses` acts on the plate, where the base tells it apart."""
+        return self.base.plate_pulses(strikes, z, pulses) if isinstance(self.base, AboveAnvil) else pulses
+
     def extrapolation(self, strikes: Strikes) -> list[tuple[Extrapolation, ...]]:
-        """What lies beyond the shots that the base has learned from; nothing where it learns from none."""
+        """What lies beyond the shots that the base has learned from."""
         if isinstance(self.base, Extrapolating):
             return self.base.extrapolation(strikes)
         return [() for _ in range(len(strikes))]
@@ -115,6 +117,6 @@ def point_of_plate(plate: ModalPlate, name: str, impedance_n_s_m: float, free_ma
 def _pulses(impacts: Impacts, points: list[PlatePoint]) -> Pulses:
     """With the impulse of the motion, to rounding."""
     solved = coupled_impact(impacts, points, steps=_STEPS, cycles=_CYCLES)
-    pulses = trimmed(solved, PHASES)
+    pulses = trimmed(solved, COUPLED_PHASES)
     share = solved.impulse_n_s / pulses.impulse_n_s
     return Pulses(pulses.contact_time_s, pulses.force_n * share[:, None], pulses.compression_time_s)

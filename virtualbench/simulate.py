@@ -59,8 +59,8 @@ def simulate(
     name: str | None = None,
     date: str = _DATE,
     suffix: str = ".npz",
-    echoes: bool = False,
     trigger: Trigger | None = None,
+    echoes: bool = False,
 ) -> SimulatedCampaign:
     """Play every row of a plan `repetitions` times into the campaign folder `out`, and seal the truth beside it.
 

@@ -201,8 +201,8 @@ def _request(asked: dict[str, Any]) -> TwinRequest:
         q=asked["q"],
         frequency_hz=_lines(asked["frequencies"]),
         adopted=not asked["no_adopted"],
-        coupled=asked["coupled"],
         chain_height_m=_chain_height_m(asked["chain_height"]),
+        coupled=asked["coupled"],
     )
 
 

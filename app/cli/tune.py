@@ -142,24 +142,24 @@ def tune(
         for line in tuning.notes:
             note(line)
         with progress_bar("tune", "settings") as step:
-            found = tuning.run(step)
-        if plot is not None and found.proposals:
+            tuned = tuning.run(step)
+        if plot is not None and tuned.proposals:
             from ..tuning.plots import plot_tuned
 
-            plot_tuned(found, tuning.goal, plot)
+            plot_tuned(tuned, tuning.goal, plot)
             note(f"plot: {plot}")
-    _show(found, avoid, json_to)
-    if found.attainability.obstacle is not None:
+    _show(tuned, avoid, json_to)
+    if tuned.attainability.obstacle is not None:
         raise click.exceptions.Exit(1)
 
 
-def _show(found: Tuned, avoid: Path | None, json_to: str | None) -> None:
+def _show(tuned: Tuned, avoid: Path | None, json_to: str | None) -> None:
     from ..tuning.laboratory import avoid_json, proposal_json
 
-    sentence = found.attainability.sentence
-    rows = [proposal_json(proposal, rank) for rank, proposal in enumerate(found.proposals[:_SHOWN], 1)]
+    sentence = tuned.attainability.sentence
+    rows = [proposal_json(proposal, rank) for rank, proposal in enumerate(tuned.proposals[:_SHOWN], 1)]
     if avoid is not None:
-        write_json([avoid_json(each) for each in found.avoid], str(avoid))
+        write_json([avoid_json(item) for item in tuned.avoid], str(avoid))
     if json_to is not None:
         note(sentence)
         write_json(rows, json_to)
@@ -168,9 +168,9 @@ def _show(found: Tuned, avoid: Path | None, json_to: str | None) -> None:
     if rows:
         click.echo()
         print_table([_row(row) for row in rows], "")
-    if found.avoid:
+    if tuned.avoid:
         click.echo("\nto avoid")
-        print_table([{**_words(avoid_json(each)["settings"]), "why": each.reason} for each in found.avoid], "none")
+        print_table([{**_words(avoid_json(item)["settings"]), "why": item.reason} for item in tuned.avoid], "none")
 
 
 def _row(row: dict[str, Any]) -> dict[str, Any]:

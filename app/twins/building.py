@@ -52,7 +52,7 @@ class TwinRequest:
     `adopted`: effects that diagnoses have left to the campaign's bench act, too. `learn`: the campaign's measured shots
     teach every stage, but for those of `without_configurations` (keys of the store), which the twin has then not seen.
     `chain_height_m`: by which the plate hangs higher than its drawing has it, and is struck lower.
-    `coupled`: contact and plate are solved together, which takes a law that is solved in time (hertz), or the prior.
+    `coupled`: contact and plate are solved together, which takes the prior or a law that is solved in time (hertz).
     """
 
     campaign: str | None = None
@@ -66,10 +66,10 @@ class TwinRequest:
     q: float = 10.0
     frequency_hz: tuple[float, ...] = ()
     adopted: bool = True
-    coupled: bool = False
     learn: bool = True
     without_configurations: frozenset[int] = frozenset()
     chain_height_m: float = 0.0
+    coupled: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,15 +94,18 @@ class BuiltTwin:
         return Setting(plate=self.plate, plate_thickness_m=drawing.thickness_m, **given)
 
 
-def twin_of(store: Store | None, db: str, request: TwinRequest) -> BuiltTwin:
-    """The twin; without a store, of the shipped bench. Raises `LookupError`, `ValueError` for what there is not."""
+def twin_of(store: Store | None, db: str, request: TwinRequest, shots: MeasuredShots | None = None) -> BuiltTwin:
+    """The twin; without a store, of the shipped bench. Raises `LookupError`, `ValueError` for what there is not.
+
+    `shots` are those of the campaign, where they were read before: reading takes longer than learning.
+    """
     if store is None:
         if request.campaign is not None:
             raise LookupError(f"no campaign {request.campaign!r}: there is no store at {db}")
         return _built(None, shipped_bench(), by_name(THESIS.values(), {}), db, request)
     with store.reading() as session:
         bench = bench_of_campaign(session, request.campaign)
-        return _built(session, bench, stored_materials(session), db, request)
+        return _built(session, bench, stored_materials(session), db, request, shots)
 
 
 def _material_named(materials: Mapping[str, Material], name: str) -> Material:
@@ -113,7 +116,12 @@ def _material_named(materials: Mapping[str, Material], name: str) -> Material:
 
 
 def _built(
-    session: Session | None, bench: Bench, materials: Mapping[str, Material], db: str, request: TwinRequest
+    session: Session | None,
+    bench: Bench,
+    materials: Mapping[str, Material],
+    db: str,
+    request: TwinRequest,
+    shots: MeasuredShots | None = None,
 ) -> BuiltTwin:
     recorded = bench
     if request.bench is not None:
@@ -125,13 +133,17 @@ def _built(
     adopted_contact = tuple(effect for effect in adopted if effect.stage() == "contact")
     request = replace(request, effects=(*request.effects, *(e for e in adopted if e not in adopted_contact)))
     plates, plate_note = _plates(bench, plate, db, request)
-    shots = _shots(session, recorded, materials, plates.sensors, request)
+    if shots is None:
+        shots = _shots(session, recorded, materials, plates.sensors, request)
+    shots = shots.without(sorted(request.without_configurations))
     same_gun = request.learn and bench.gun == recorded.gun
     gun, gun_note = _gun(session, bench, request, recorded.campaign if same_gun else None)
     contact, contact_note = _contact(session, db, bench, request, adopted_contact)
     contact = taught_contact(contact, shots)
+    if request.coupled:
+        contact = _coupled(contact, plates)
     twin = Twin(
-        contact=_coupled(contact, plates) if request.coupled else contact,
+        contact=contact,
         gun=gun,
         plate=plates,
         sensors=SensorChain.of(_of_stage(request, "sensor")),
@@ -161,7 +173,7 @@ def _shots(
     lines = _lines(request)
     if session is None or bench.campaign is None or not request.learn:
         return no_shots(sensors, lines, request.q)
-    shots, _ = read_measured_shots(
+    return read_measured_shots(
         session,
         bench.campaign,
         frequency_hz=lines,
@@ -170,8 +182,7 @@ def _shots(
         material=lambda name: _material_named(materials, name),
         plate=struck_plate(bench),
         most=MOST_SHOTS,
-    )
-    return shots.without(sorted(request.without_configurations))
+    )[0]
 
 
 def _adopted(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
@@ -248,6 +259,10 @@ def _contact(
     return _registered_with(session, registry, version, effects, adopted)
 
 
+def _none_in_use(bench_kind: str) -> str:
+    return f"no model is in use for the {bench_kind}; make one so: pyroshock promote MODEL@VERSION"
+
+
 def _coupled(contact: ContactStage, plates: PlateStage) -> ContactStage:
     """The contact on the modes of the plates. Raises `ValueError` for one that is not solved in time."""
     from ...twin.contact.prior import PriorContact
@@ -259,10 +274,6 @@ def _coupled(contact: ContactStage, plates: PlateStage) -> ContactStage:
     raise ValueError(
         f"--coupled with the contact {contact.label!r}, which is not solved in time: expected --contact prior or hertz"
     )
-
-
-def _none_in_use(bench_kind: str) -> str:
-    return f"no model is in use for the {bench_kind}; make one so: pyroshock promote MODEL@VERSION"
 
 
 def _registered_with(

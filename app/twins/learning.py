@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from sqlalchemy import select
@@ -30,6 +30,14 @@ if TYPE_CHECKING:
 #: Shots whose records a twin reads, and pulses that its contact learns from: evenly picked ones of more. Each takes
 #: some seconds; the cost of the second grows faster than their number.
 MOST_SHOTS, MOST_PULSES = 400, 160
+
+
+@runtime_checkable
+class Learned(Protocol):
+    """A contact stage that knows how many measured pulses it has learned from."""
+
+    @property
+    def shots(self) -> int: ...
 
 
 def taught_gun(session: Session, campaign: str, gun: GunStage, without: Collection[int]) -> tuple[GunStage, str]:
@@ -81,29 +89,33 @@ def calibrated(twin: Twin, shots: MeasuredShots, plate: Callable[[str], ModalPla
 
 def basis(twin: Twin, campaign: str | None) -> RestsOn:
     """What the bands of a twin rest on, in one sentence."""
-    coupled, label = isinstance(twin.contact, CoupledContact), twin.contact.label
     contact = twin.contact.base if isinstance(twin.contact, CoupledContact) else twin.contact
-    together = ", solved together with the modes of the plate" if coupled else ""
-    ranges = "yield, loss and layer" if coupled else "yield, loss, plate and layer"
+    label = twin.contact.label
     of_gun = 0 if twin.gun is None or twin.gun.shots is None else len(twin.gun.shots)
-    of_contact = contact.shots if isinstance(contact, PriorContact) else 0
+    of_contact = contact.shots if isinstance(contact, Learned) else 0
     of_spectra = twin.calibration.shots if twin.calibration is not None else 0
-    most = max(of_gun, of_contact, of_spectra)
+    most = max(of_gun, of_spectra, of_contact if isinstance(contact, PriorContact) else 0)
+    together = " solved together with the plate" if contact is not twin.contact else ""
     if isinstance(contact, PriorContact):
-        law = "the law with yield, loss and layer updated by" if of_contact else "the law with its documented ranges of"
-        what = f"{law} {'them' if of_contact == most else f'{of_contact} of them'}" if of_contact else f"{law} {ranges}"
-    elif label.startswith("models:/"):
-        what = f"the registered model {label.removeprefix('models:/')}"
+        number = "them" if of_contact == most else f"{of_contact} of them"
+        updated, ranges = (
+            f"yield, loss and layer updated by {number}",
+            "its documented ranges of yield, loss, plate and layer",
+        )
+        what = f"the law{together} with {updated if of_contact else ranges}"
+    elif isinstance(contact, Learned):
+        what = f"the registered model {label.removeprefix('models:/')}, trained on {of_contact} pulses"
     else:
-        what = f"the law {label} with the error of its table"
+        what = f"the law {label}{together} with the error of its table"
+    if not most and isinstance(contact, PriorContact):
+        sentence = "they show the documented ranges of yield, loss, plate and layer"
+        return RestsOn(0, label, f"The bands rest on no measured shot of this bench: {sentence}.")
     if not most:
-        if isinstance(contact, PriorContact):
-            why = f"they show the documented ranges of {ranges}{together}"
-        else:
-            why = f"the contact is {what}{together}, and all else has its documented range"
-        return RestsOn(0, label, f"The bands rest on no measured shot of this bench: {why}.")
-    counts = {"velocity": of_gun, "spectra": of_spectra}
-    fewer = [f"{name} on {count}" for name, count in counts.items() if 0 < count < most]
+        sentence = f"the contact is {what}, and all else has its documented range"
+        return RestsOn(of_contact, label, f"The bands rest on no measured shot of this bench: {sentence}.")
+    fewer = [
+        f"{name} on {count}" for name, count in (("velocity", of_gun), ("spectra", of_spectra)) if 0 < count < most
+    ]
     besides = f" ({', '.join(fewer)})" if fewer else ""
     shots = f"{most} measured shot{'s' if most > 1 else ''} of campaign {campaign}"
-    return RestsOn(most, label, f"The bands rest on {shots}{besides}; the contact is {what}{together}.")
+    return RestsOn(max(most, of_contact), label, f"The bands rest on {shots}{besides}; the contact is {what}.")

@@ -20,6 +20,7 @@ from ...validation.prediction_scores.shot_comparison import QuantityComparison, 
 from ...validation.prediction_scores.verdict import Verdict, verdict
 from ..finite import finite
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
+from ..twins.learning import MOST_SHOTS
 from ..twins.measured_shots import read_measured_shots, struck_plate
 from .unseen_contact import REFITTED, SEEN, UnseenContact
 
@@ -66,7 +67,8 @@ class ValidationRequest:
 @dataclass(frozen=True, eq=False)
 class Validation:
     """What a campaign says of the twin. `seen` says in words what the predictions had seen, `left_out` which shots were
-    not compared and why; `folds` is 0 where nothing could be learned from other configurations."""
+    not compared and why; `folds` is 0 where nothing could be learned from other configurations. `notes` are those of
+    the first fold's twin."""
 
     campaign: str
     shots: MeasuredShots
@@ -109,15 +111,19 @@ def validated(store: Store, db: str, request: ValidationRequest, step: Step = _s
     """Raises `LookupError` for a campaign that the store does not have, `ValueError` where no shot can be compared."""
     begun = time.perf_counter()
     step(0, 0, "reading the measured shots")
-    built = twin_of(store, db, request.twin())
-    shots, left_out = campaign_shots(store, request.campaign, built)
+    untaught = twin_of(store, db, replace(request.twin(), learn=False))
+    shots, left_out = campaign_shots(store, request.campaign, untaught)
     if not len(shots):
         reasons = f": {left_out[0]}" if left_out else ""
         raise ValueError(f"campaign {request.campaign!r} has no measured shot to compare with{reasons}")
     contacts = _UnseenContacts(store, db)
+    notes: list[str] = []
 
     def twin_without(configurations: Sequence[int], plate: str) -> BuiltTwin:
-        twin = contacts.unseen(twin_of(store, db, request.twin(configurations, plate)), configurations)
+        built = twin_of(store, db, request.twin(configurations, plate), shots)
+        if not notes:
+            notes.extend(note for note in built.notes if note)
+        twin = contacts.unseen(built, configurations)
         return twin if np.isfinite(shots.peak_acceleration_m_s2).any() else _without_plate(twin)
 
     folds, draws, missing = predicted_folds(shots, twin_without, request, step)
@@ -134,7 +140,7 @@ def validated(store: Store, db: str, request: ValidationRequest, step: Step = _s
         folds=folds,
         seen=f"{_folds_words(folds, shots)}; {contacts.words}" if contacts.words else _folds_words(folds, shots),
         left_out=(*left_out, *missing),
-        notes=tuple(note for note in built.notes if note),
+        notes=tuple(notes),
         seconds=time.perf_counter() - begun,
     )
 
@@ -150,6 +156,7 @@ def campaign_shots(store: Store, campaign: str, built: BuiltTwin) -> tuple[Measu
             sensors=built.twin.sensor_names,
             material=built.material,
             plate=struck_plate(built.bench),
+            most=MOST_SHOTS,
         )
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.dataset.table import PulseTable
+from pyroshock.schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED
 from pyroshock.training.models.analytic import Analytic
-from pyroshock.training.prior_pulses import prior_pulses, settings_of
+from pyroshock.training.prior_pulses import prior_pulses, settings_of, velocity_before
 from pyroshock.training.unseen_configurations import (
     PulseDraws,
     prior_draws,
@@ -79,7 +80,7 @@ def test_no_model_sees_what_it_is_asked_for(table: PulseTable) -> None:
         asked.append(set(unseen.configuration.tolist()))
         return draws(unseen, count, rng)
 
-    unseen_scores(table, {"a": watched, "b": prior_draws}, np.random.default_rng(0))
+    unseen_scores(table, {"a": watched, "b": prior_draws()}, np.random.default_rng(0))
     assert len(learned) == 5
     assert all(not known & unseen for known, unseen in zip(learned, asked, strict=True))
 
@@ -110,6 +111,16 @@ def test_prior_pulses_scatter_about_a_contact(table: PulseTable) -> None:
     momentum = few.impactor_mass_kg * few.column("impact_velocity")
     impulses = np.array([each.impulse_n_s for each in pulses])
     assert (np.abs(np.log(np.median(impulses, axis=0) / momentum)) < np.log(3)).all()
+
+
+def test_integrated_velocity_is_converted_to_that_before_contact(table: PulseTable) -> None:
+    few = table.take(np.arange(0, 180, 9))
+    velocity = few.column("impact_velocity")
+    np.testing.assert_array_equal(velocity_before(few, BEFORE_CONTACT), velocity)
+    assert (velocity_before(few, INTEGRATED) >= velocity).all()
+    faster = np.log([pulses.impulse_n_s for pulses in prior_pulses(few, 8, np.random.default_rng(0), INTEGRATED)])
+    slower = np.log([pulses.impulse_n_s for pulses in prior_pulses(few, 8, np.random.default_rng(0))])
+    assert (faster.mean(axis=0) > slower.mean(axis=0)).all()
 
 
 def test_dataset_without_a_mass_has_no_prior(table: PulseTable) -> None:

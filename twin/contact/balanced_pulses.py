@@ -5,7 +5,7 @@ Glossary: m moving mass, u impact velocity, e restitution, J impulse, tau contac
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from typing import Self
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..strikes import Pulses, Strikes
 from .anvil import anvil_pulses
 from .bodies import Bodies, Floats
+from .coupled_solver import ImpactSolver
 from .effect import ContactEffect
 from .effects.plate_compliance import PlateCompliance
 from .impact import solve
@@ -74,7 +75,8 @@ def balanced_pulses(
     fixed: Sequence[ContactEffect],
     *,
     at_tip: bool = False,
-    solver: Callable[[Impacts], Pulses] | None = None,
+    phases: int = PHASES,
+    solver: ImpactSolver | None = None,
 ) -> Pulses:
     """Pulses at latent numbers (n, names): columns of `COLUMNS` and `DISCREPANCIES`; `fixed` effects act on all.
     `at_tip`: the force on an anvil, not on the plate below it.
@@ -82,14 +84,14 @@ def balanced_pulses(
     The impulse is (1 + e) m u with e in [0, 1] to rounding: a stretch of time lowers the force as it lengthens the
     contact, and a greater restitution or a shape with a narrower top lengthens it below the same peak. On an anvil of
     mass M, which may fly on with the impactor when the pulse on the plate ends, e begins at -m / (m + M): there it is
-    the reduced mass that stops. `solver` gives the pulses of impacts on a plate that it knows, without the anvil:
-    then the plate's own compliance does not act, and an impactor that follows the plate gives it less than m u.
+    the reduced mass that stops. `solver` gives the pulses of impacts on a plate that it knows, but for those on an
+    anvil: then the plate's own compliance does not act, and an impactor that does not come back keeps its impulse.
     """
     columns = dict(zip(names, latent.T, strict=True))
     effects = drawn_effects(columns, struck.polymer)
     mass_first = 1 if "mass" in columns else 0  # others refer to the momentum
     effects = [*effects[:mass_first], *fixed, *effects[mass_first:]]
-    natural, momentum, least = _natural_pulses(struck, effects, columns, at_tip, solver)
+    natural, momentum, least = _natural_pulses(struck, effects, columns, at_tip, phases, solver)
     share = np.clip((natural.impulse_n_s - least) / (2 * momentum - least), _LEAST, _MOST)
     odds = share / (1 - share) * np.exp(np.clip(columns["restitution"], -_FAR, _FAR))
     impulse = least + (2 * momentum - least) * odds / (1 + odds)
@@ -105,19 +107,22 @@ def _natural_pulses(
     effects: Sequence[ContactEffect],
     columns: Mapping[str, Floats],
     at_tip: bool,
-    solver: Callable[[Impacts], Pulses] | None,
+    phases: int,
+    solver: ImpactSolver | None,
 ) -> tuple[Pulses, Floats, Floats]:
     """Pulses as they are solved, the momentum (N s, (n,)) before, and the least impulse."""
     on_rigid_plate = _prepared(struck, [effect for effect in effects if effect.id != PlateCompliance.id])
     impacts = _prepared(struck, effects)
     momentum = np.asarray(impacts.mass_kg * struck.bodies.impact_velocity_m_s)
-    if solver is not None:
-        return solver(on_rigid_plate), momentum, np.zeros_like(momentum)
     time, compression = np.empty(len(momentum)), np.empty(len(momentum))
-    force, least = np.empty((len(momentum), PHASES)), momentum.copy()
+    force, least = np.empty((len(momentum), phases)), momentum.copy()
     rows = np.flatnonzero(~struck.anvil)
     if rows.size:
-        pulses = trimmed(solve(impacts.take(rows), STEPS), PHASES)
+        if solver is None:
+            pulses = trimmed(solve(impacts.take(rows), STEPS), phases)
+        else:
+            pulses = solver(on_rigid_plate.take(rows), rows)
+            least[rows] = np.minimum(momentum[rows], pulses.impulse_n_s)
         time[rows], force[rows], compression[rows] = pulses.contact_time_s, pulses.force_n, pulses.compression_time_s
     rows = np.flatnonzero(struck.anvil)
     if rows.size:
@@ -125,7 +130,7 @@ def _natural_pulses(
         mobility = (impacts.plate_mobility_m_n_s - on_rigid_plate.plate_mobility_m_n_s)[rows]
         mass = struck.bodies.target_density_kg_m3[rows] * volume
         least[rows] *= mass / (impacts.mass_kg[rows] + mass)
-        pulses = anvil_pulses(on_rigid_plate.take(rows), mass, stiffness, mobility, PHASES, at_tip=at_tip)
+        pulses = anvil_pulses(on_rigid_plate.take(rows), mass, stiffness, mobility, phases, at_tip=at_tip)
         time[rows], force[rows], compression[rows] = pulses.contact_time_s, pulses.force_n, pulses.compression_time_s
     return Pulses(time, np.maximum(force, 0.0), compression), momentum, least
 

@@ -13,10 +13,10 @@ from ..effects import Effect, checked_effects
 from ..measured_shots import MeasuredShots
 from ..setting import Setting
 from ..strikes import Extrapolation, Outside, Pulses, Strikes
-from .balanced_pulses import StruckBodies, balanced_pulses
+from .balanced_pulses import PHASES, StruckBodies, balanced_pulses
 from .bodies import Floats
+from .coupled_solver import COUPLED_PHASES, ImpactSolver
 from .effect import ContactEffect
-from .impacts import Impacts
 from .shot_update import DISCREPANCIES, LatentPosterior, ShotFeatures, lower_roots, updated_posterior
 from .uncertain_parameters import effect_of, uncertain_columns
 
@@ -126,24 +126,44 @@ class PriorContact:
 
     def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
         """Force at 65 phases; for `z` None of the mean of all that is drawn. Raises `ValueError` for another `z`."""
-        return self._pulses(None, strikes, z)
+        return self._solved(strikes, z, at_tip=self.hand_held)
 
-    def pulses_on_plate(self, solver: Callable[[Impacts], Pulses], strikes: Strikes, z: Floats | None = None) -> Pulses:
-        """As `pulses`, where `solver` gives the pulses of impacts on a plate that it knows.
+    def pulses_on_plate(self, solver: ImpactSolver, strikes: Strikes, z: Floats | None = None) -> Pulses:
+        """As `pulses`, where `solver` gives the pulses of impacts on a plate that it knows, but for those on an anvil.
 
-        `contact.plate_compliance` does not act. Measured shots have narrowed the other parameters beside it, without
-        that plate.
+        `contact.plate_compliance` does not act on them. Measured shots have narrowed the other parameters beside it,
+        without that plate.
         """
-        return self._pulses(solver, strikes, z)
+        return self._solved(strikes, z, at_tip=self.hand_held, phases=COUPLED_PHASES, solver=solver)
 
-    def _pulses(self, solver: Callable[[Impacts], Pulses] | None, strikes: Strikes, z: Floats | None) -> Pulses:
+    def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: Pulses) -> Pulses:
+        """What of `pulses`, those of the same strikes and `z`, acts on the plate: below an anvil, what its joint
+        carries; else the same."""
+        rows = np.flatnonzero([setting.anvil is not None for setting in strikes.settings])
+        if not self.hand_held or not rows.size:
+            return pulses
+        below = Strikes([strikes.settings[row] for row in rows], strikes.impact_velocity_m_s[rows])
+        carried = self._solved(below, None if z is None else z[rows], at_tip=False, phases=pulses.force_n.shape[1])
+        time, force, turn = (x.copy() for x in (pulses.contact_time_s, pulses.force_n, pulses.compression_time_s))
+        time[rows], force[rows], turn[rows] = carried.contact_time_s, carried.force_n, carried.compression_time_s
+        return Pulses(time, force, turn)
+
+    def _solved(
+        self,
+        strikes: Strikes,
+        z: Floats | None,
+        *,
+        at_tip: bool,
+        phases: int = PHASES,
+        solver: ImpactSolver | None = None,
+    ) -> Pulses:
         mean, root = self._latent(strikes)
         if z is not None:
             if z.shape != (len(strikes), self.normals):
                 raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
             mean = mean + np.einsum("nlk,nk->nl", root, z)
         return balanced_pulses(
-            StruckBodies.of(strikes), self.names, mean, self._fixed, at_tip=self.hand_held, solver=solver
+            StruckBodies.of(strikes), self.names, mean, self._fixed, at_tip=at_tip, phases=phases, solver=solver
         )
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from ..effects import Effect, checked_effects
 from ..strikes import Outside, Pulses, Strikes
 from .bodies import Floats
+from .coupled_solver import ImpactSolver
 from .domain import outside
 from .effect import ContactEffect
 from .effects.plate_compliance import PlateCompliance
@@ -69,7 +70,7 @@ class LawContact:
         """
         return self._stretched(trimmed(self._solved(strikes), PHASES), z)
 
-    def pulses_on_plate(self, solver: Callable[[Impacts], Pulses], strikes: Strikes, z: Floats | None = None) -> Pulses:
+    def pulses_on_plate(self, solver: ImpactSolver, strikes: Strikes, z: Floats | None = None) -> Pulses:
         """As `pulses`, where `solver` gives the mean pulses of Hertz' impacts on a plate that it knows.
 
         `contact.plate_compliance` does not act: the solver's plate stands in its place. Raises `ValueError` for another
@@ -81,7 +82,7 @@ class LawContact:
         for effect in checked_effects(self.effects, ContactEffect):
             if effect.id != PlateCompliance.id:
                 impacts = effect.prepare(impacts)
-        return self._stretched(solver(impacts), z)
+        return self._stretched(solver(impacts, np.arange(len(strikes))), z)
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
         """Restitution that had to be clipped, impacts that yield and a layer that the law does not know."""

@@ -16,7 +16,8 @@ _VAGUE = 0.75
 class Verdict:
     """`calibrated` is False where a 90 % band holds so few of the measured values that chance does not explain it.
 
-    Bands that are too wide are no danger to a user: the sentence says so, and `calibrated` stays True.
+    Bands that are too wide are no danger to a user: the sentence says so, and `calibrated` stays True. So it does where
+    the shots are too few to judge.
     """
 
     sentence: str
@@ -37,7 +38,7 @@ def verdict(scores: Sequence[QuantityScore]) -> Verdict:
             f"Not calibrated: the 90 % bands hold only {_listed(narrow)}. {_errors(scores)}", calibrated=False
         )
     if max(low for low, _ in intervals) < _VAGUE:
-        held = f"The 90 % bands hold as far as {_size(scores)} can show: inside lie {_listed(scores)}"
+        held = f"Too little to judge the 90 % bands, {_size(scores)}: inside lie {_listed(scores)}"
     elif wide:
         held = f"The 90 % bands hold, and some are wider than needed: inside lie {_listed(wide)}"
     else:

@@ -135,7 +135,7 @@ class GunBench:
         )[0]
 
     def _point(self, row: Row) -> int:
-        """Among the plate's impact points, which it has for each height of the chains."""
+        """Where a row's bullet strikes, among the plate's points at all heights of its chains."""
         return point_of(row) + len(POSITIONS) * self.heights_m.index(chain_height_of(row))
 
     def _slow(self, shot: ShotTruth, bullet: Projectile, late_s: float) -> dict[str, Floats]:
@@ -170,4 +170,4 @@ def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, e
         impactor_of(row), target_of(row), point_of(row), positive(row, "tank_pressure_bar"), valve_way_of(row)
     heights = tuple(dict.fromkeys((0.0, *map(chain_height_of, rows))))
     plates = solved_plates((plate_of(row) for row in rows), effects, rng, heights)
-    return GunBench(effects, plates, echoes=echoes, heights_m=heights)
+    return GunBench(effects, plates, heights_m=heights, echoes=echoes)

@@ -33,11 +33,11 @@ document.addEventListener("DOMContentLoaded", () => {
       line.insertCell().textContent = row.unit.replace("m/s2", "m/s²");
       return line;
     }));
-    const told = answer.prediction;
-    of("rests-on").textContent = told.rests_on.sentence;
-    of("rests-on").hidden = !told.rests_on.sentence;
-    list(of("notes"), told.notes);
-    list(of("warnings"), told.warnings);
+    const prediction = answer.prediction;
+    of("rests-on").textContent = prediction.rests_on.sentence;
+    of("rests-on").hidden = !prediction.rests_on.sentence;
+    list(of("notes"), prediction.notes);
+    list(of("warnings"), prediction.warnings);
     form.querySelectorAll("input").forEach((field) => {
       const warning = of(`${field.id}-warning`);
       warning.textContent = answer.beside[field.id] || "";

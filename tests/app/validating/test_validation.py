@@ -130,7 +130,7 @@ def test_campaign_is_scored(db: str) -> None:
     assert "velocity" not in scores  # a hammer's velocity is given to the twin
     assert scores["peak_force"]["shots"] == 20
     assert scores["peak_force"]["configurations"] == 4
-    assert data["calibrated"] == data["verdict"].startswith("The 90 % bands hold")
+    assert data["calibrated"] != data["verdict"].startswith("Not calibrated")
     assert len(data["shots"]) == 20
 
 

@@ -93,15 +93,15 @@ def test_visible_words_are_those_of_the_api_while_a_slider_moves(browser, lab, m
         assert not page.locator("#tank_pressure_pa-warning").is_visible()
         for key in ("ArrowRight", "ArrowRight", "ArrowRight", "ArrowLeft", "ArrowLeft"):
             moved(page, "tank_pressure_pa", key)
-            told = asked(page, f"/api/predict?{page.url.split('?', 1)[1]}")
-            assert page.locator("#rests-on").inner_text() == told["rests_on"]["sentence"]
-            assert page.locator("#warnings li").all_inner_texts() == told["warnings"]
-            assert page.locator("#notes li").all_inner_texts() == told["notes"]
+            api = asked(page, f"/api/predict?{page.url.split('?', 1)[1]}")
+            assert page.locator("#rests-on").inner_text() == api["rests_on"]["sentence"]
+            assert page.locator("#warnings li").all_inner_texts() == api["warnings"]
+            assert page.locator("#notes li").all_inner_texts() == api["notes"]
             beside = page.locator("#tank_pressure_pa-warning")
-            assert beside.is_visible() == bool(told["extrapolation"])
-            if told["extrapolation"]:
-                assert beside.inner_text().startswith("Tank pressure 0.") and beside.inner_text() in told["warnings"]
-            assert numbers(page)["peak force"] == pytest.approx(told["peak_force_n"]["mean"] / 1e3, rel=1e-3)
+            assert beside.is_visible() == bool(api["extrapolation"])
+            if api["extrapolation"]:
+                assert beside.inner_text().startswith("Tank pressure 0.") and beside.inner_text() in api["warnings"]
+            assert numbers(page)["peak force"] == pytest.approx(api["peak_force_n"]["mean"] / 1e3, rel=1e-3)
 
 
 def test_target_that_is_too_loud_is_refused_in_words(browser, lab):

@@ -53,7 +53,7 @@ def recorded(monkeypatch: pytest.MonkeyPatch) -> None:
     """The twin says what its bands rest on, and which settings are beyond the shots of a small campaign."""
     predict = Twin.predict
 
-    def told(twin: Twin, setting: Any, **options: Any) -> Prediction:
+    def with_ranges(twin: Twin, setting: Any, **options: Any) -> Prediction:
         pressure, mass = setting.tank_pressure_pa, setting.impactor_mass_kg
         beyond = []
         if pressure is not None and not LOWEST_PA <= pressure <= HIGHEST_PA:
@@ -63,7 +63,7 @@ def recorded(monkeypatch: pytest.MonkeyPatch) -> None:
         prediction = predict(twin, setting, **options)
         return replace(prediction, extrapolation=tuple(beyond), rests_on=RestsOn(5, twin.contact.label, SENTENCE))
 
-    monkeypatch.setattr(Twin, "predict", told)
+    monkeypatch.setattr(Twin, "predict", with_ranges)
 
 
 _answers: dict[tuple[str, ...], Any] = {}

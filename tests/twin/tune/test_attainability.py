@@ -45,12 +45,12 @@ def pressure_limit(highest_pa):
 
 
 def test_reachable_target_is_met():
-    found = tuned(goal())
-    told = found.attainability
-    assert told.obstacle is None
-    assert told.probability == max(p.probability_met for p in found.proposals) >= 0.5
-    assert f"probability of {100 * told.probability:.0f} % that every line" in told.sentence
-    assert told.as_json()["meets"] is True
+    result = tuned(goal())
+    answer = result.attainability
+    assert answer.obstacle is None
+    assert answer.probability == max(p.probability_met for p in result.proposals) >= 0.5
+    assert f"probability of {100 * answer.probability:.0f} % that every line" in answer.sentence
+    assert answer.as_json()["meets"] is True
 
 
 @pytest.mark.parametrize(("share", "words"), [(1.0, "every line of"), (0.95, "at least 95 % of the lines of")])
@@ -67,12 +67,12 @@ def test_what_is_required_decides():
 def test_target_too_loud_for_the_tank_names_its_limit():
     """At 8 bar the toy bench is 7.7 dB below the spectrum of 48 bar: velocity goes with the root of pressure."""
     loud = goal(hidden=replace(HIDDEN, tank_pressure_pa=48e5, impactor_mass_kg=1.0), tolerance_db=5.0)
-    told = tuned(loud, refusals=pressure_limit(8e5)).attainability
-    assert told.obstacle.kind == "bench limit"
-    assert "allowed 800,000 (max_tank_pressure_pa)" in told.sentence
+    answer = tuned(loud, refusals=pressure_limit(8e5)).attainability
+    assert answer.obstacle.kind == "bench limit"
+    assert "allowed 800,000 (max_tank_pressure_pa)" in answer.sentence
     # inside of the tolerance as expected, which no allowed setting is; so far from the shots that little is sure
-    assert told.obstacle.probability_without > told.probability
-    assert told.obstacle.margin_db > 0
+    assert answer.obstacle.probability_without > answer.probability
+    assert answer.obstacle.margin_db > 0
 
 
 def test_target_too_loud_without_a_guard_names_the_range_of_the_regulator():
@@ -122,10 +122,10 @@ def test_target_far_beyond_every_pressure_is_a_matter_of_level():
 
 
 def test_tolerance_below_the_scatter_of_a_shot_cannot_be_met():
-    told = tuned(goal(tolerance_db=0.4)).attainability
-    assert told.obstacle.kind == "tolerance"
-    assert told.obstacle.probability_without < 0.5
-    assert "shots at the same setting scatter by 1.0 dB" in told.sentence
+    answer = tuned(goal(tolerance_db=0.4)).attainability
+    assert answer.obstacle.kind == "tolerance"
+    assert answer.obstacle.probability_without < 0.5
+    assert "shots at the same setting scatter by 1.0 dB" in answer.sentence
 
 
 def test_few_shots_stand_in_the_way_until_shots_are_measured():
@@ -155,9 +155,9 @@ def test_domain_of_the_model_stands_in_the_way():
         return [() if s.tip.name == "steel" or s.impact_position != there else ("worn tip",) for s in settings]
 
     given = {"outside": outside, "refusals": refusals}
-    told = tuned(goal(hidden=steel), **given).attainability
-    assert told.obstacle.kind == "model domain"
-    assert "tip of steel. --extrapolate proposes it" in told.sentence
+    answer = tuned(goal(hidden=steel), **given).attainability
+    assert answer.obstacle.kind == "model domain"
+    assert "tip of steel. --extrapolate proposes it" in answer.sentence
     assert tuned(goal(hidden=steel), extrapolate=True, **given).attainability.obstacle is None
 
 
@@ -172,11 +172,11 @@ def test_model_that_cannot_compute_beyond_the_bench_still_answers():
 
 
 def test_bench_that_refuses_all_is_the_obstacle():
-    found = tuned(goal(), refusals=lambda settings: [("closed",)] * len(settings))
-    assert found.proposals == ()
-    assert found.attainability.obstacle.kind == "bench limit"
-    assert "closed" in found.attainability.sentence
-    assert found.attainability.probability == 0.0
+    result = tuned(goal(), refusals=lambda settings: [("closed",)] * len(settings))
+    assert result.proposals == ()
+    assert result.attainability.obstacle.kind == "bench limit"
+    assert "closed" in result.attainability.sentence
+    assert result.attainability.probability == 0.0
 
 
 @pytest.mark.parametrize(("amount", "ends"), [(Levels((0.5, 0.2, 1.0)), (0.2, 1.0)), (Range(0.3, 2.0), (0.3, 2.0))])

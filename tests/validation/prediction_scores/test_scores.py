@@ -63,12 +63,14 @@ def test_wide_bands_are_named_and_are_no_fault() -> None:
 def test_five_shots_show_little() -> None:
     result = verdict([score(gaussian(5))])
     assert result.calibrated
-    assert "as far as 5 shots of 5 configurations can show" in result.sentence
+    assert result.sentence.startswith("Too little to judge the 90 % bands, 5 shots of 5 configurations: inside lie")
 
 
-def test_false_alarms_are_rare() -> None:
+@pytest.mark.parametrize("shots", [5, 60])
+def test_false_alarms_are_rare(shots: int) -> None:
     alarms = [
-        not verdict([score(gaussian(60, seed=10 * run + part)) for part in range(5)]).calibrated for run in range(100)
+        not verdict([score(gaussian(shots, seed=10 * run + part)) for part in range(3)]).calibrated
+        for run in range(100)
     ]
     assert np.mean(alarms) <= 0.1
 
@@ -91,7 +93,7 @@ def test_repetitions_that_are_independent_count_each() -> None:
 def test_without_misses_a_configuration_is_one_value() -> None:
     coverage = Coverage.of(np.ones(12, dtype=bool), np.repeat(np.arange(4), 3))
     assert coverage.effective == 4
-    assert coverage.interval()[0] == pytest.approx(0.51, abs=0.01)
+    assert coverage.interval() == pytest.approx((0.025**0.25, 1.0))  # Clopper and Pearson, closed form for all of 4
 
 
 def test_intervals_of_clustered_shares_hold_their_level() -> None:
