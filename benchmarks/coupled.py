@@ -69,9 +69,9 @@ def measure_coupled(folder: Path, count: int = IMPACTS, repeats: int = REPEATS) 
 
 def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
-        found = list(measure_coupled(Path(folder)))
-    sys.stdout.write("\n".join(figure.row() for figure in found) + "\n")
-    return 0 if all(figure.holds for figure in found) else 1
+        figures = list(measure_coupled(Path(folder)))
+    sys.stdout.write("\n".join(figure.row() for figure in figures) + "\n")
+    return 0 if all(figure.holds for figure in figures) else 1
 
 
 if __name__ == "__main__":

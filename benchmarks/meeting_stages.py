@@ -86,14 +86,14 @@ def rows(thickness_m: float) -> Iterator[str]:
         impulse = float(np.trapezoid(truth.force_n, truth.time_s))
         cells = [f"{thickness_m * 1e3:g} mm", tip, f"{truth.peak_force_n / 1e3:.3g} kN",
                  f"{truth.contact_time_s * 1e3:.3g} ms", f"{impulse / MASS_KG / SPEED_M_S:.2f}"]  # fmt: skip
-        known = truth.peak_force_n, truth.contact_time_s, impulse
-        cells += [_errors(stage.pulses(strikes), *known) for stage in stages.values()]
+        truths = truth.peak_force_n, truth.contact_time_s, impulse
+        cells += [_errors(stage.pulses(strikes), *truths) for stage in stages.values()]
         yield f"| {' | '.join(cells)} |"
 
 
 def _errors(pulses: Pulses, peak_n: float, time_s: float, impulse_n_s: float) -> str:
-    found = pulses.peak_force_n[0] / peak_n, pulses.contact_time_s[0] / time_s, pulses.impulse_n_s[0] / impulse_n_s
-    return " / ".join(f"{100 * (share - 1):+.0f} %" for share in found)
+    ratios = pulses.peak_force_n[0] / peak_n, pulses.contact_time_s[0] / time_s, pulses.impulse_n_s[0] / impulse_n_s
+    return " / ".join(f"{100 * (share - 1):+.0f} %" for share in ratios)
 
 
 def main() -> int:

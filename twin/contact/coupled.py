@@ -86,12 +86,12 @@ def coupled_impact(
         longest = step * 2**doublings
         limit = 2 * np.pi * cycles / (steps * step)
         tables = StepTables.of(point, longest, doublings + _HALVINGS + 1, limit, _WINDOW * steps * longest)
-        results[:, rows], some = coupled_kernel.together(
+        results[:, rows], group = coupled_kernel.together(
             figures[rows], longest, doublings, tables.modes, tables.steps, tables.answers, tables.energies,
             tables.rigid_1_kg, tables.compliance_m_n, ending,
         )  # fmt: skip
-        some[:, 0] = rows[some[:, 0].astype(np.intp)]
-        nodes.append(some)
+        group[:, 0] = rows[group[:, 0].astype(np.intp)]
+        nodes.append(group)
     first, ordered = by_contact(np.concatenate(nodes), len(points))
     time, compression, deepest, permanent, velocity, parted, contacts, impulse, energy = results
     solved = March(time, compression, deepest, permanent, velocity, parted == 1, Nodes(first, *ordered))
@@ -116,16 +116,17 @@ def _groups(
     impacts: Impacts, points: Sequence[PlatePoint], steps: int
 ) -> list[tuple[NDArray[np.intp], PlatePoint, float, int]]:
     """Impacts that go in the same steps on the same point: which they are, the point, the step (s), its doublings."""
-    beside = np.array([1 / point.impedance_n_s_m for point in points])
-    giving = replace(impacts, plate_mobility_m_n_s=impacts.plate_mobility_m_n_s + beside)
+    mobility = np.array([1 / point.impedance_n_s_m for point in points])
+    on_plate = replace(impacts, plate_mobility_m_n_s=impacts.plate_mobility_m_n_s + mobility)
     length, _ = scales(impacts)
-    own = own_time(Numbers.of(giving)) * length / impacts.bodies.impact_velocity_m_s
-    slowness = impacts.mass_kg * giving.plate_mobility_m_n_s / own
+    own = own_time(Numbers.of(on_plate)) * length / impacts.bodies.impact_velocity_m_s
+    slowness = impacts.mass_kg * on_plate.plate_mobility_m_n_s / own
     doublings = np.clip(np.round(np.log2(np.maximum(slowness, 1.0))), 0, _DOUBLINGS).astype(np.intp)
     grid = np.floor(_PER_OCTAVE * np.log2(own / steps)).astype(np.intp)
     rows: dict[tuple[int, int, int], list[int]] = {}
     for row, (point, place, more) in enumerate(zip(points, grid, doublings, strict=True)):
         rows.setdefault((id(point), int(place), int(more)), []).append(row)
     return [
-        (np.array(some), points[some[0]], 2.0 ** (place / _PER_OCTAVE), more) for (_, place, more), some in rows.items()
+        (np.array(group), points[group[0]], 2.0 ** (place / _PER_OCTAVE), more)
+        for (_, place, more), group in rows.items()
     ]

@@ -110,12 +110,12 @@ def _layer(compliance, stiffening, static):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _linear(law, beside, ends, depth, grip):  # type: ignore[no-untyped-def]
+def _linear(law, series, ends, depth, grip):  # type: ignore[no-untyped-def]
     """For an indentation: what a is too large by; F, F', a', a'', d delta / dt; and about how fast the first falls.
 
     `grip`, 1 + chi a', is the last one there was where it is multiplied by unknowns.
     """
-    chi, layer, stiffening, compliance = beside
+    chi, layer, stiffening, compliance = series
     way, speed, bend, b0, b1, c0, c1, e0, e1 = ends
     static, slope = _static(law, depth)
     pressed, softness = _layer(layer, stiffening, static)
@@ -140,10 +140,10 @@ def _linear(law, beside, ends, depth, grip):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _closed(law, beside, ends, guess, scale):  # type: ignore[no-untyped-def]
+def _closed(law, series, ends, guess, scale):  # type: ignore[no-untyped-def]
     """The end of a step in contact: indentation, F, F', a', d delta / dt. Newton's method, kept in its bracket."""
     factor, exponent, rest, tangent = law
-    _, layer, stiffening, compliance = beside
+    _, layer, stiffening, compliance = series
     way, speed, _, b0, b1, c0, c1, _, _ = ends
     low, high = rest, np.inf
     depth = guess if guess > rest else rest + 0.5 * (way - rest)
@@ -185,15 +185,15 @@ def _closed(law, beside, ends, guess, scale):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _closed_with_loss(law, beside, ends, guess, grip, scale):  # type: ignore[no-untyped-def]
+def _closed_with_loss(law, series, ends, guess, grip, scale):  # type: ignore[no-untyped-def]
     """As `_closed`, where the law loses: by secants."""
-    chi = beside[0]
+    chi = series[0]
     low, high = law[2], np.inf
     depth = guess if guess > low else low + 0.5 * (ends[0] - low)
     last_depth, last_over = depth, 0.0
     force = rate = approach = indenting = 0.0
     for k in range(_ITERATIONS):
-        over, force, rate, approach, _, indenting, falls = _linear(law, beside, ends, depth, grip)
+        over, force, rate, approach, _, indenting, falls = _linear(law, series, ends, depth, grip)
         if over > 0:
             low = depth
         else:
@@ -253,14 +253,14 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
     force and its rate.
     """
     n, m, levels = len(figures), modes.shape[1], len(steps)
-    found, count = np.zeros((9, n)), 0
+    results, count = np.zeros((9, n)), 0
     nodes = np.empty((256 * n + 64, 4))
     state, ahead, behind = np.zeros((2, m)), np.zeros((2, m)), np.zeros((2, m))
     last_level, longest = levels - 1, ending[0] * step
     for i in range(n):
         mass, velocity, stiffness, exponent, chi, yields, layer, stiffening, mobility, scale = figures[i]
         inverse = 1.0 / mass + rigid
-        beside = (chi, layer, stiffening, compliance)
+        series = (chi, layer, stiffening, compliance)
         law = (stiffness, exponent, 0.0, yields)
         branch = _LOADING
         way = time = impulse = dashed = 0.0
@@ -298,11 +298,11 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
                 guess = depth + h * (indenting + 0.5 * h * bending)
                 if chi > 0:
                     next_depth, next_force, next_rate, next_approach, next_indenting = _closed_with_loss(
-                        law, beside, ends, guess, max(1.0 + chi * approach, 0.0), scale
+                        law, series, ends, guess, max(1.0 + chi * approach, 0.0), scale
                     )
                 else:
                     next_depth, next_force, next_rate, next_approach, next_indenting = _closed(
-                        law, beside, ends, guess, scale
+                        law, series, ends, guess, scale
                     )
             begins = not touching and not apart
             parts = touching and apart
@@ -401,7 +401,12 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
             separation = time
         elif not parted:
             parted = True
-        found[0, i], found[1, i], found[2, i], found[3, i] = separation, compression, deepest, law[2]
-        found[4, i], found[5, i], found[6, i], found[7, i] = velocity - impulse / mass, parted, contacts, impulse
-        found[8, i] = _energy(energies, modes, state) + 0.5 * rigid * impulse**2
-    return found, nodes[:count]
+        results[0, i], results[1, i], results[2, i], results[3, i] = separation, compression, deepest, law[2]
+        results[4, i], results[5, i], results[6, i], results[7, i] = (
+            velocity - impulse / mass,
+            parted,
+            contacts,
+            impulse,
+        )
+        results[8, i] = _energy(energies, modes, state) + 0.5 * rigid * impulse**2
+    return results, nodes[:count]

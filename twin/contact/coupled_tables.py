@@ -153,12 +153,12 @@ def _phi(x: Complexes) -> list[Complexes]:
     """phi_1 to phi_4 of x: phi_k = sum of x^j / (j + k)!, phi_(k+1) = (phi_k - 1/k!) / x."""
     small = np.abs(x) < _SMALL
     safe = np.where(small, 1.0, x)
-    found, last = [], np.exp(x)
+    functions, last = [], np.exp(x)
     for k in range(1, 5):
         last = (last - 1 / math.factorial(k - 1)) / safe
         series = np.polynomial.polynomial.polyval(x, [1 / math.factorial(j + k) for j in range(_TERMS)])
-        found.append(np.where(small, series, last))
-    return found
+        functions.append(np.where(small, series, last))
+    return functions
 
 
 def _padded(rows: Floats) -> Floats:

@@ -69,7 +69,7 @@ def solve(chain: Chain, velocity_m_s: Floats, *, steps_per_contact: int, echoes:
     final, ends = np.zeros_like(state), np.zeros(velocity_m_s.size, dtype=np.int64)
     peak, last = np.zeros_like(deepest), np.zeros_like(deepest)
     history: list[tuple[Floats, ...]] = []
-    heard = (
+    echo_history = (
         EchoHistory(echoes, step, chain.plate_mobility_m_n_s * echoes.plate_impedance_n_s_m)
         if echoes is not None
         else None
@@ -77,14 +77,14 @@ def solve(chain: Chain, velocity_m_s: Floats, *, steps_per_contact: int, echoes:
     echo: tuple[Floats | float, Floats | float] = (0.0, 0.0)
     while len(history) <= limit:
         rates, seen = chain.motion(state, deepest, echo[1])
-        if heard is not None:
-            echo = heard.add(seen.plate_force_n)
+        if echo_history is not None:
+            echo = echo_history.add(seen.plate_force_n)
         history.append((seen.contact_force_n, seen.plate_force_n, seen.front_m_s2, seen.rear_m_s2))
         peak = np.maximum(peak, seen.contact_force_n)
         deepest = np.maximum(deepest, seen.indentation_m)
         last = np.where(seen.contact_force_n > CREEPING * peak, len(history), last)
         if len(history) % LOOK == 0:
-            if heard is None:
+            if echo_history is None:
                 over = _let_go(chain, state, seen.contact_force_n, last, len(history))
             else:
                 over = np.asarray(len(history) > _APART * last)
