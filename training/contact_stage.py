@@ -38,11 +38,10 @@ class RegisteredContact:
     pulses as they change Hertz' impact.
 
     A random pulse is the mean one with log-normal factors of the peak force and of the contact time, with the model's
-    spreads and the correlation of the two where it knows it; else force and time deviate so that their product, the
-    impulse, deviates apart from the time. No impulse exceeds two momenta of the impactor, or the mean pulse's where a
-    model has learned of more (from a hand that pushes): beyond, energy would be created. Raises `LookupError` for a set
-    that is not shipped and not given, `ValueError` for one that is not the model's, `TypeError` for effects of another
-    stage.
+    spreads and the correlation of the two; apart from each other for a model that does not know it. No impulse exceeds
+    two momenta of the impactor, or the mean pulse's where a model has learned of more (from a hand that pushes):
+    beyond, energy would be created. Raises `LookupError` for a set that is not shipped and not given, `ValueError` for
+    one that is not the model's, `TypeError` for effects of another stage.
     """
 
     registered: RegisteredModel
@@ -220,10 +219,7 @@ def random_pulses(prediction: ContactPrediction, z: Floats, momentum_n_s: Floats
     rows, peak = np.arange(len(z)), mean.force_n.argmax(axis=1)
     force_s = _logarithmic(prediction.force_spread_n, rows, peak, mean.peak_force_n)
     time_s = _logarithmic(prediction.contact_time_spread_s, rows, None, mean.contact_time_s)
-    together = prediction.log_correlation
-    if together is None:
-        # cov(ln F + ln T, ln T) = 0: the bodies' momentum decides the impulse, whatever the contact's time
-        together = -np.minimum(np.divide(time_s, force_s, out=np.ones_like(time_s), where=force_s > 0), 1.0)
+    together = np.zeros(len(z)) if prediction.log_correlation is None else prediction.log_correlation
     time = time_s * z[:, 1]
     force = force_s * (together * z[:, 1] + np.sqrt(1 - together**2) * z[:, 0])
     most = np.log(np.maximum(2 * momentum_n_s / mean.impulse_n_s, 1.0))

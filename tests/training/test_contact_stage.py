@@ -21,6 +21,7 @@ from pyroshock.training.models.calibrated import Calibrated
 from pyroshock.training.models.hybrid import Hybrid
 from pyroshock.training.models.residual import Pulse, log_correlation, measured_outputs, pulses_of
 from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version
+from pyroshock.training.zoo import Making, entry_of
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
@@ -144,16 +145,6 @@ def test_logarithms_deviate_by_the_models_spreads():
     assert np.all(drawn.force_n >= 0) and np.all(drawn.force_n[:, [0, -1]] == 0)
 
 
-def test_impulse_deviates_apart_from_the_time():
-    """Force and time deviate as far here: the impulse then hardly does, where both were apart it would by .14."""
-    drawn, mean, _ = random_pulses(WithSpread())
-    assert np.log(drawn.impulse_n_s / mean.impulse_n_s).std() < 0.03
-    wide, mean, _ = random_pulses(WithSpread(force=0.2), impact_velocity_m_s=3.0)
-    share = np.log(wide.impulse_n_s / mean.impulse_n_s)
-    assert share.std() == pytest.approx(np.sqrt(0.2**2 - 0.1**2), rel=0.05)
-    assert abs(np.corrcoef(share, np.log(wide.contact_time_s))[0, 1]) < 0.05
-
-
 def test_correlation_of_the_model_is_kept():
     drawn, _, _ = random_pulses(WithSpread(together=0.5), impact_velocity_m_s=3.0)
     found = np.corrcoef(np.log(drawn.peak_force_n), np.log(drawn.contact_time_s))[0, 1]
@@ -267,6 +258,40 @@ def test_model_is_asked_with_the_velocity_that_it_takes(kind):
     before, _ = velocity_before_contact(velocity, PulseMoments.of(stage.pulses(asked).force_n), likely)
     np.testing.assert_allclose(before, 1.5, rtol=2e-3)
     assert np.all(stage.pulses(asked, z).peak_force_n <= RegisteredContact(hertz()).pulses(asked).peak_force_n * 1.001)
+
+
+def test_calibration_says_how_force_and_time_go_together():
+    """A law's impulse is nearly right where its time and force are not: a longer contact pushes less."""
+    model = Calibrated(Analytic("hertz")).fit(TABLE, np.random.default_rng(0))
+    found = model.predict(TABLE.inputs).log_correlation
+    assert found is not None and np.all((found >= -1) & (found < -0.3))
+    arrays = model.arrays()
+    again = Calibrated(Analytic("hertz")).restore(arrays).predict(TABLE.inputs)
+    np.testing.assert_array_equal(again.log_correlation, found)
+    older = {name: array for name, array in arrays.items() if name != "impulse"}
+    assert Calibrated(Analytic("hertz")).restore(older).predict(TABLE.inputs).log_correlation is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["hybrid", "single-pass", "gp"])
+def test_impulse_bands_hold_what_they_say(name):
+    """On configurations left out, struck by the virtual bench's hammer and described by their true velocities.
+
+    Over 15 configurations the coverage scatters by .08; over four such draws it is .84, .82 and .87. Were force and
+    time taken to give an impulse that hardly deviates, it would be .25 to .6.
+    """
+    table, truth = virtual_hammer(pulse_table(np.random.default_rng(0), repetitions=4))
+    table = replace(table, x=np.column_stack([table.x[:, :5], truth, table.x[:, 6:]]))
+    left_out = np.isin(table.configuration, np.unique(table.configuration)[::4])
+    model = entry_of(name).make(Making("reduced")).fit(table.take(~left_out), np.random.default_rng(0))
+    stage = RegisteredContact(replace(registered(model), domain=Domain.of(table)))
+    covered = []
+    for row in np.flatnonzero(left_out):
+        asked = setting_of(table, row, truth[row])
+        drawn = stage.pulses(strikes(*[asked] * 200), np.random.default_rng(row).standard_normal((200, 2)))
+        low, high = np.quantile(drawn.impulse_n_s, [0.05, 0.95])
+        covered.append(low <= np.trapezoid(table.force_n[row]) * table.contact_time_s[row] / 19 <= high)
+    assert 0.7 <= np.mean(covered) <= 0.99
 
 
 @pytest.mark.slow

@@ -16,6 +16,7 @@ from .base import ContactModel, ContactPrediction
 from .difficulty import Difficulty, left_out, most_likely
 from .kinds import describe
 from .parts import own, prefixed, restored, taken
+from .pulses import impulse
 
 #: Of a band of mean plus and minus `WIDTH` spreads.
 COVERAGE, WIDTH = 0.90, 1.645
@@ -29,7 +30,8 @@ class Calibrated(ContactModel):
     spread is too narrow; a conformal quantile for force and one for contact time, pooled over folds and points, then
     makes the band hold 90 % (normalised conformal prediction: Papadopoulos, Vovk and Gammerman 2011, J. Artif. Intell.
     Res. 40; across folds: Vovk 2015). A model without spreads gets those of its deviations: of each point over the
-    pulse's peak, of the contact time over itself.
+    pulse's peak, of the contact time over itself. A third quantile, of the impulse's deviations, says how peak force
+    and contact time go together.
     """
 
     kind = "calibrated"
@@ -44,6 +46,9 @@ class Calibrated(ContactModel):
     #: Spreads for a model without: 20 points over the peak, and contact time over itself (21,).
     relative_: Floats
     difficulty_: tuple[Difficulty, ...]
+    #: Spread of the impulse over what peak force and contact time would give it, were they to deviate apart from each
+    #: other; None where older software calibrated.
+    impulse_: float | None = None
 
     def settings(self) -> dict[str, Any]:
         return {"model": describe(self.model), "folds": self.folds}
@@ -63,6 +68,10 @@ class Calibrated(ContactModel):
         self.difficulty_ = tuple(most_likely(pulses.x, each, folds) for each in squares)
         alike = [left_out(pulses.x, each.squares, folds, each.reach) for each in self.difficulty_]
         self.factors_ = np.array([_factor(force_over / alike[0][:, None]), _factor(time_over / alike[1])])
+        force_spread = self.factors_[0] * alike[0][:, None] * force_spread
+        apart = np.hypot(*_relative(unseen, force_spread, self.factors_[1] * alike[1] * time_spread))
+        measured, predicted = (impulse(each.force_n, each.contact_time_s) for each in (pulses, unseen))
+        self.impulse_ = _factor(_over(np.log(measured / predicted), apart))
         return self
 
     def refit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
@@ -70,17 +79,18 @@ class Calibrated(ContactModel):
         new = type(self)(self.model, self.folds)
         new.model_ = self._learned().refit(pulses, rng)
         new.relative_, new.factors_, new.difficulty_ = self.relative_, self.factors_, self.difficulty_
+        new.impulse_ = self.impulse_
         return new
 
     def predict(self, inputs: Inputs) -> ContactPrediction:
         prediction = self._learned().predict(inputs)
         force, time = self._spreads(prediction)
         factors = self.factors_ * np.column_stack([each.at(inputs.x) for each in self.difficulty_])
-        return replace(
-            prediction,
-            force_spread_n=factors[:, :1] * force,
-            contact_time_spread_s=factors[:, 1] * time,
-        )
+        force, time = factors[:, :1] * force, factors[:, 1] * time
+        together = prediction.log_correlation
+        if self.impulse_ is not None:
+            together = _log_correlation(self.impulse_, *_relative(prediction, force, time))
+        return replace(prediction, force_spread_n=force, contact_time_spread_s=time, log_correlation=together)
 
     def _spreads(self, prediction: ContactPrediction) -> tuple[Floats, Floats]:
         """Before the factors: the model's own, or those of its deviations."""
@@ -103,6 +113,7 @@ class Calibrated(ContactModel):
             "x": self.difficulty_[0].x,
             "squares": np.column_stack([each.squares for each in self.difficulty_]),
             "reach": np.array([each.reach for each in self.difficulty_]),
+            **({} if self.impulse_ is None else {"impulse": np.array(self.impulse_)}),
         }
 
     def restore(self, arrays: Arrays) -> Self:
@@ -110,6 +121,7 @@ class Calibrated(ContactModel):
         self.relative_ = taken(arrays, "relative", self.kind)
         x, squares, reach = (taken(arrays, name, self.kind) for name in ("x", "squares", "reach"))
         self.difficulty_ = tuple(Difficulty(x, squares[:, i], float(reach[i])) for i in range(2))
+        self.impulse_ = float(arrays["impulse"]) if "impulse" in arrays else None
         self.model_ = restored(self.model, "model", arrays)
         return self
 
@@ -129,6 +141,19 @@ def _left_out(
         force_spread_n=_joined([part.force_spread_n for part in parts], back),
         contact_time_spread_s=_joined([part.contact_time_spread_s for part in parts], back),
     )
+
+
+def _relative(prediction: ContactPrediction, force_spread: Floats, time_spread: Floats) -> tuple[Floats, Floats]:
+    """Relative spreads (n,) of peak force and contact time."""
+    rows, peak = np.arange(len(force_spread)), prediction.force_n.argmax(axis=1)
+    return force_spread[rows, peak] / prediction.force_n[rows, peak], time_spread / prediction.contact_time_s
+
+
+def _log_correlation(impulse: float, force: Floats, time: Floats) -> Floats:
+    """That (n,) with which the log impulse deviates by `impulse` times what force and time would give apart: of
+    a^2 + b^2 + 2 r a b, a and b the relative spreads (n,)."""
+    both = np.maximum(2 * force * time, np.finfo(np.float64).tiny)
+    return np.asarray(np.clip((impulse**2 - 1) * (force**2 + time**2) / both, -1.0, 1.0))
 
 
 def _joined(parts: list[Floats | None], order: NDArray[np.intp]) -> Floats | None:
