@@ -37,10 +37,11 @@ _SHARES = (0.1, 0.25, 0.35, 0.3)
 _SAMPLES, _ITERATIONS = 32, 9
 #: Share of the way to the next line's posterior: whole steps go to and fro between two regimes.
 _STEP = 0.5
-#: Share of the posterior's deviations over which lines are regressed, after the first two.
-_NEAR = 0.5
-#: Half the width of a normal 90 % band; as many configurations as the prior of the widths weighs; limits of a width.
-_NORMAL_90, _DOUBT, _WIDTHS = 1.645, 10.0, (1.0, 2.5)
+#: Half the width of a normal 90 % band; as many configurations as the prior of the widths weighs; the greatest width.
+_NORMAL_90, _DOUBT, _WIDEST = 1.645, 10.0, 2.5
+#: By how much bands are widened at least when configurations are many: then little is left but the error of the law and
+#: of its lines, which those that are left out share.
+_SHARED_ERROR = 0.15
 
 #: ln peak force, ln contact time, ln impulse (n * s, 3) of latent numbers (n * s, latents) and ln velocities (n * s,).
 Observables = Callable[[Floats, Floats], Floats]
@@ -147,7 +148,7 @@ def updated_posterior(
     """
     fit = _Fit(names, shots, velocity_u, measured, observables)
     for iteration in range(_ITERATIONS):
-        fit.linearise(1.0 if iteration < 2 else _NEAR)
+        fit.linearise()
         if iteration:
             fit.choose_amplitudes(2 if iteration < _ITERATIONS - 1 else 8)
         fit.condition(1.0 if iteration < 2 else _STEP)
@@ -197,10 +198,10 @@ class _Fit:
         variance = np.exp(2 * self.log_amplitudes)
         return np.asarray(variance[index] * self.bases[index] + variance[index + 3] * self.bases[index + 3])
 
-    def linearise(self, share: float) -> None:
-        """Lines y = b + A x of each shot, regressed over a share of its posterior, and what they leave as noise."""
+    def linearise(self) -> None:
+        """Lines y = b + A x of each shot, regressed over its posterior, and what they leave as noise."""
         count = len(self.measured)
-        root = share * lower_roots(self.covariance)
+        root = lower_roots(self.covariance)
         offsets = np.einsum("nlk,sk->nsl", root, self.normals)
         points = (self.mean[:, None] + offsets).reshape(count * _SAMPLES, -1)
         log_velocity = np.repeat(np.log(self.shots.velocity_m_s), _SAMPLES) - points[:, -1]
@@ -286,24 +287,27 @@ class _Fit:
         """Factors on the latents' standard deviations (latents,), with which 90 % bands hold 90 % of what was left out.
 
         Each configuration is foretold by all others (block of the inverse covariance: Rasmussen and Williams, Gaussian
-        Processes, 2006, eq. 5.12). The factor is the 90 % quantile of the standardized errors over the normal one's,
-        drawn towards 1 where configurations are few: peaks set the factor of the parameters and of the stretch, contact
-        times the shape's, impulses the restitution's.
+        Processes, 2006, eq. 5.12), and the mean error of its shots is standardized. The factor is the 90 % quantile
+        of these over the normal one's, drawn towards 1 where configurations are few. Peaks set the factor of the
+        parameters and of the stretch, contact times the shape's, impulses the restitution's.
         """
-        errors = np.empty(len(self.rows))
         own = configuration[self.rows]
         numbers = np.unique(own)
-        for number in numbers:
+        errors = np.full((len(numbers), 3), np.nan)
+        for row, number in enumerate(numbers):
             block = np.flatnonzero(own == number)
             covariance = np.linalg.inv(self.precision[np.ix_(block, block)])
-            errors[block] = covariance @ self.factor[block] / np.sqrt(np.diag(covariance))
-        weight = len(numbers) / (len(numbers) + _DOUBT) if len(numbers) > 1 else 0.0
+            left = covariance @ self.factor[block]
+            for kind in np.unique(self.kinds[block]):
+                of_kind = self.kinds[block] == kind
+                errors[row, kind] = left[of_kind].sum() / np.sqrt(covariance[np.ix_(of_kind, of_kind)].sum())
         factors = np.ones(3)
         for kind in range(3):
-            of_kind = np.abs(errors[self.kinds == kind])
-            if of_kind.size:
-                quantile = float(np.quantile(of_kind, 0.9, method="hazen")) / _NORMAL_90
-                factors[kind] = np.clip(quantile**weight, *_WIDTHS)
+            sizes = np.abs(errors[np.isfinite(errors[:, kind]), kind])
+            if sizes.size > 1:
+                quantile = float(np.quantile(sizes, 0.9, method="hazen")) / _NORMAL_90
+                weight = sizes.size / (sizes.size + _DOUBT)
+                factors[kind] = np.clip(quantile**weight, 1 + _SHARED_ERROR * weight, _WIDEST)
         peak, time, impulse = factors
         return np.array([*[peak] * (len(self.names) - 3), peak, impulse, time])
 

@@ -139,7 +139,7 @@ def test_a_measured_shot_lies_in_the_prior_band_and_two_of_them_move_it_there() 
     assert low < 0.6e-3 < high
     twice = shots_of([SETTING] * 2, [10.0, 10.1], [143e3] * 2, [0.6e-3] * 2, [math.nan] * 2)
     after = draws(unlearned.updated(twice), SETTING, 10.0, 256)
-    assert np.median(after.peak_force_n) == pytest.approx(143e3, rel=0.2)
+    assert np.median(after.peak_force_n) == pytest.approx(143e3, rel=0.1)
     assert np.median(after.contact_time_s) == pytest.approx(0.6e-3, rel=0.15)
     narrow, wide = (band(pulses.peak_force_n) for pulses in (after, before))
     assert narrow[0] < 143e3 < narrow[1]
