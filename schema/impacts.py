@@ -39,7 +39,7 @@ class Impact(HasId, Written, Base):
     planned_run_id: Mapped[int | None] = mapped_column(ForeignKey("planned_runs.id"), index=True)
     impact_velocity_m_s: Mapped[float | None]
     impact_velocity_u_m_s: Mapped[float | None]
-    velocity_source: Mapped[str | None]  # "reported" by the lab, or "integrated" from the impactor's acceleration
+    velocity_source: Mapped[str | None]  # of `velocity_kinds.KIND_OF_SOURCE`: what the velocity means
     figures_sha256: Mapped[str | None] = mapped_column(default=hashed(IMPACT))
     campaign: Mapped[Campaign] = relationship()
     configuration: Mapped[Configuration] = relationship()

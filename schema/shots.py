@@ -45,7 +45,7 @@ class Shot(HasId, Written, Base):
     bullet_length_m: Mapped[float | None]
     measured_velocity_m_s: Mapped[float | None]
     measured_velocity_u_m_s: Mapped[float | None]
-    velocity_source: Mapped[str | None]  # "reported", or "laser"
+    velocity_source: Mapped[str | None]  # "reported", or "laser": before contact
     figures_sha256: Mapped[str | None] = mapped_column(default=hashed(SHOT))
     campaign: Mapped[Campaign] = relationship()
     configuration: Mapped[Configuration] = relationship()

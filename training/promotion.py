@@ -130,6 +130,12 @@ def _pulse_errors(
     if champion is None:
         return {}
     both = [candidate, champion]
+    kinds = [version.dataset.velocity_kind for version in both]
+    if other and None not in kinds and kinds[0] != kinds[1]:
+        taken = " and ".join(f"{version.label} velocities {version.dataset.velocity_kind}" for version in both)
+        raise ValueError(
+            f"{taken}: one of them would be asked with the other's; judge them on held-out pulses, without --on"
+        )
     try:
         judged = on_other(registry, both, other[1]) if other else on_held_out(registry, both, read)
     except ValueError:

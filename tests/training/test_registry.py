@@ -258,6 +258,28 @@ def test_each_predictor_set_has_its_champion(registry):
     assert {v.version: v.champion_of for v in registry.versions()} == {1: "hammer", 2: "gun"}
 
 
+def test_version_states_its_kinds_and_how_much_it_learned_from(registry):
+    ground = ground_in(registry)
+    stated = replace(ground.dataset, bench_kind="hammer", velocity_kind="integrated to the peak")
+    version = registry.record(trained(replace(ground, dataset=stated), "hann"))
+    assert registry.versions()[0].dataset == version.dataset == stated
+    assert registry.versions()[0].promoted_at == ""
+    promote(registry, "hann", 1, lambda _: ground.table)
+    assert registry.versions()[0].promoted_at
+    assert registry.load(version).shots == len(registry.held_out(version).trained_on) > 0
+
+
+def test_other_kinds_of_velocity_are_not_judged_on_the_same_pulses(registry):
+    ground = ground_in(registry)
+    for model, kind in (("tree", "before contact"), ("hann", "integrated to the peak")):
+        registry.record(trained(replace(ground, dataset=replace(ground.dataset, velocity_kind=kind)), model))
+    promote(registry, "tree", 1, lambda _: ground.table)
+    with pytest.raises(
+        ValueError, match="hann@1 velocities integrated to the peak and tree@1 velocities before contact"
+    ):
+        promote(registry, "hann", 1, lambda _: ground.table, other=("autumn", ground.table))
+
+
 def test_champion_half_dethroned_is_no_second_one(registry):
     """A kill between setting the new alias and taking the old one away."""
     ground = ground_in(registry)
