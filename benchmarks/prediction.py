@@ -30,7 +30,7 @@ MODES, PULSES, PROCESS = 300, 300, "coregional-gp"
 
 def twin_with(contact: ContactStage) -> Twin:
     plates = PlateStage({"aluminum": ringing_plate(MODES)})
-    return Twin(contact, GunStage(BENCH, 0.046), plates)
+    return Twin(contact, GunStage(BENCH, 0.046, unknown_effects=True), plates)
 
 
 def registered_process() -> ContactStage:

@@ -14,6 +14,7 @@ from sqlalchemy.orm import Session
 from ..schema.impacts import Impact
 from ..schema.quality import QualityFinding
 from ..schema.recordings import RecordedChannel
+from ..schema.velocity_kinds import INTEGRATED, TARGET_MOTION_ADDED, velocity_kind
 from ..signals.channel import on_impactor
 from .rows import Row
 
@@ -40,7 +41,7 @@ def verdicts(session: Session, campaigns: Sequence[int], rows: Iterable[Row], ru
                 of_recording[recording, True] = text
     out = {}
     for row in rows:
-        integrated = row["velocity_source"] == "integrated"
+        integrated = velocity_kind(row["velocity_source"]) in (INTEGRATED, TARGET_MOTION_ADDED)
         said = of_impact.get(row["impact_id"]) or of_recording.get((row["recording_id"], integrated))
         if said:
             out[row["impact_id"]] = said

@@ -22,7 +22,7 @@ def impact_values(row: RunRow, hit: Hit, done: ProcessedRecording | None) -> dic
     return {
         "impact_velocity_m_s": speed.velocity_m_s,
         "impact_velocity_u_m_s": speed.velocity_u_m_s,
-        "velocity_source": "integrated",
+        "velocity_source": speed.source,
     }
 
 

@@ -5,6 +5,7 @@ Only an accelerometer that rides on the impactor can tell: its `position` in cam
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,10 +23,27 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ImpactSpeed:
-    """Impact velocity and its standard uncertainty (m/s)."""
+    """Impact velocity and its standard uncertainty (m/s), and its source (`schema.velocity_kinds`)."""
 
     velocity_m_s: float
     velocity_u_m_s: float
+    source: str = "integrated"
+
+
+@dataclass(frozen=True)
+class StruckPlate:
+    """What the motion of a plate's surface under a force follows from, SI; an `anvil` may lie on it."""
+
+    youngs_modulus_pa: float
+    poisson_ratio: float
+    density_kg_m3: float
+    thickness_m: float
+    anvil: bool
+
+
+#: A speed with the motion of the target's surface added, from the integrated one, the force (points,) at equal phases
+#: of the contact and the plate. The law of that motion is physics, which the ingest is given and does not know.
+TargetMotion = Callable[[ImpactSpeed, Floats, StruckPlate], ImpactSpeed]
 
 
 def impactor_channel(channels: list[Channel]) -> Channel | None:

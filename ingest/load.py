@@ -26,6 +26,7 @@ from .errors import Faults, IngestError
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile, read_campaign_file, stated_kind_and_factors
 from .force_sign import doubt_other_sign
+from .impact_speed import TargetMotion
 from .matching import Hit, expected_hits, match
 from .modes import ModalTableFile, read_modal_table
 from .parallel import Isolation, default_jobs, map_ahead
@@ -68,9 +69,11 @@ def ingest_folder(
     free_factors: Collection[str] = (),
     confirmed: Collection[str] = (),
     again: Collection[str] = (),
+    target_motion: TargetMotion | None = None,
 ) -> IngestReport:
     """Ingest the campaign in `folder`; `jobs` processes read and extract (None: what pays), and this one writes.
 
+    `target_motion` is added to velocities that are integrated from the impactor's deceleration.
     `free_factors` are columns of `runs.csv` that are factors of their own though they resemble a known one, and
     `confirmed` rules of `bench_rules` that rows may break; `again` are recordings to store though they were discarded.
     A `Rehearsal` is written to when all recordings are read, so that its transaction is short, and without samples.
@@ -79,7 +82,7 @@ def ingest_folder(
     settings = settings or ExtractionSettings()
     file, rows, modes, remarks = read_campaign_tables(store, folder, free_factors, confirmed)
     _refuse_unnamed(again, rows)
-    target = CampaignStore(store, file, modes, rows, settings, again=again)
+    target = CampaignStore(store, file, modes, rows, settings, again=again, target_motion=target_motion)
     work = _plan(file, rows, target)
     plate = campaign_plate_response(file, rows)
     damaged: list[Damaged] = []

@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 
 from ..schema.benches import Gun, Hammer, ModalTable, Mode, ModeShape, Plate
 from ..schema.campaigns import Campaign
+from ..schema.columns import NONE
 from ..schema.impacts import ExtractionSettings as SettingsRow
 from ..schema.keys import fingerprint_of, get_or_add
 from ..schema.materials import Material, material_id
@@ -18,9 +19,11 @@ from ..schema.series import encode
 from .changed_bench import bench_differences
 from .errors import IngestError
 from .folder import CampaignFile, PlatePart
+from .impact_speed import StruckPlate
 from .modes import ModalTableFile
 from .processing import StoredSeries
 from .pulses import Pulse
+from .runs import RunRow
 from .settings import EXTRACTION_VERSION, ExtractionSettings
 from .texts import difference
 
@@ -100,6 +103,21 @@ def plate_mass(session: Session, part: PlatePart) -> float | None:
     area_m2 = abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2.0
     density = session.scalars(select(Material.density_kg_m3).where(Material.name == part.material)).one()
     return area_m2 * part.thickness_m * density
+
+
+def struck_plate(session: Session, part: PlatePart | None, row: RunRow) -> StruckPlate | None:
+    """The plate that a row was struck on, of the row's own material or the bench's; None where it is not known."""
+    levels = row.levels_by_factor
+    own = levels.get("plate_material")
+    name = own.label if own is not None else (part.material if part else None)
+    if part is None or name is None or part.thickness_m is None:
+        return None
+    found = session.scalars(select(Material).where(Material.name == name)).one_or_none()
+    anvil = levels.get("anvil_material")
+    if found is None:
+        return None
+    figures = (found.youngs_modulus_pa, found.poisson_ratio, found.density_kg_m3, part.thickness_m)
+    return StruckPlate(*figures, anvil=anvil is not None and anvil.label != NONE)
 
 
 def _modal_table(session: Session, file: ModalTableFile) -> ModalTable:

@@ -30,6 +30,7 @@ from .discarded import DiscardedRecordings
 from .errors import IngestError
 from .folder import CampaignFile
 from .hit_values import finding_values, hit_velocity, impact_values, shot_values
+from .impact_speed import TargetMotion
 from .known import (
     KnownRecording,
     KnownRow,
@@ -43,7 +44,7 @@ from .modes import ModalTableFile
 from .plausibility import check_impulse, check_same_samples, check_tip
 from .processing import ProcessedRecording
 from .report import IngestReport
-from .rows import bench_additions, campaign_row, channel_values, plate_mass, pulse_values, settings_id
+from .rows import bench_additions, campaign_row, channel_values, plate_mass, pulse_values, settings_id, struck_plate
 from .runs import FILE, RunRow
 from .settings import ExtractionSettings
 
@@ -60,7 +61,8 @@ class Added:
 class CampaignStore:
     """The rows of one campaign. Raises `IngestError` when the store holds other values under the same numbers.
 
-    `again` are recordings to store though they were discarded; `replaced` is one that goes before anything is written.
+    `again` are recordings to store though they were discarded; `replaced` is one that goes before anything is written;
+    `target_motion` is added to integrated velocities.
     """
 
     def __init__(
@@ -73,8 +75,10 @@ class CampaignStore:
         *,
         again: Collection[str] = (),
         replaced: str | None = None,
+        target_motion: TargetMotion | None = None,
     ) -> None:
         self._store = store
+        self._target_motion = target_motion
         self._file = file
         self._modes = modes
         self._rows = rows
@@ -203,6 +207,8 @@ class CampaignStore:
     def write(self, session: Session, done: ProcessedRecording, hits: list[Hit]) -> Added:
         """The rows of one recording within a transaction of the caller's, who knows that it is not stored."""
         campaign = campaign_row(session, self._file, self._modes)
+        if self._target_motion is not None:
+            done = self._with_target_motion(session, done, hits, self._target_motion)
         forget_aside(session, campaign, done.path)
         recording = Recording(
             campaign_id=campaign.id,
@@ -222,6 +228,18 @@ class CampaignStore:
         part = Part(campaign.id, campaign.name, recording.id, done.path)
         self._discarded.settle(session, part, done.sha256, self._store.written_by(session))
         return replace(added, recordings=1)
+
+    def _with_target_motion(
+        self, session: Session, done: ProcessedRecording, hits: Sequence[Hit], add: TargetMotion
+    ) -> ProcessedRecording:
+        """The recording with the target's motion in its integrated velocities, where their plates are known."""
+        speeds = list(done.speeds)
+        for hit in hits:
+            speed = speeds[hit.pulse] if hit.pulse is not None and speeds else None
+            plate = struck_plate(session, self._file.plate, hit.row) if speed is not None else None
+            if speed is not None and plate is not None and hit.pulse is not None:
+                speeds[hit.pulse] = add(speed, done.pulses[hit.pulse].force_points_n, plate)
+        return replace(done, speeds=tuple(speeds))
 
     def _implausible(
         self,

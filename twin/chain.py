@@ -19,8 +19,8 @@ from .sampling import MeasuredForce, sampled
 from .sensors.chain import SensorChain
 from .sensors.seen import seen_pulses
 from .setting import Setting
-from .spectrum_calibration import SpectrumCalibration, at_velocities, with_measured_force
-from .strikes import ContactStage, Extrapolating, Extrapolation, Floats, Pulses, Strikes
+from .spectrum_calibration import SpectrumCalibration, at_velocities, stretched
+from .strikes import AboveAnvil, ContactStage, Extrapolating, Extrapolation, Floats, Pulses, Strikes
 from .windows import ringing_spectra
 
 #: Strikes that are computed at once: what they take stays below 50 MB for each sensor.
@@ -155,12 +155,17 @@ class Twin:
             velocity[unknown] = self.velocities([shots.settings[row] for row in unknown])
         for rows in self._chunks(np.where(usable, velocity, 0.0)):
             settings = [shots.settings[row] for row in rows]
-            pulses = self.contact.pulses(Strikes(settings, velocity[rows]))
-            pulses = with_measured_force(pulses, shots.peak_force_n[rows], shots.impulse_n_s[rows])
+            strikes = Strikes(settings, velocity[rows])
+            pulses = self.contact.pulses(strikes)
+            measured_force = shots.peak_force_n[rows], shots.impulse_n_s[rows]
+            pulses = stretched(self._on_plate(strikes, None, pulses), pulses, *measured_force)
             shown = self.accelerations(settings, pulses)
             out[rows, :, 0] = np.abs(shown).max(axis=-1)
             out[rows, :, 1:] = self._spectra_of(shown, pulses)
         return np.asarray(20 * np.log10(out))
+
+    def _on_plate(self, strikes: Strikes, z: Floats | None, pulses: Pulses) -> Pulses:
+        return self.contact.plate_pulses(strikes, z, pulses) if isinstance(self.contact, AboveAnvil) else pulses
 
     def _has_place(self, setting: Setting) -> bool:
         plate = self.plate.plates.get(setting.plate.name)
@@ -175,14 +180,14 @@ class Twin:
         """
         velocity = self.velocities([setting])
         if not velocity[0] > 0:
-            raise ValueError(_stays(setting))
+            raise ValueError(self._stays(setting))
         if draws == 0:
             return velocity, None, np.full(1, _NOMINAL)
         z, member = self._luck(draws, rng)
         velocity = self._velocity_draws([setting], z)[:, 0]
         left = velocity > 0
         if not left.any():
-            raise ValueError(_stays(setting))
+            raise ValueError(self._stays(setting))
         normals = z[left, self._gun_normals :] if self.contact.normals else None
         return velocity[left], normals, member[left]
 
@@ -200,8 +205,9 @@ class Twin:
         strikes = Strikes(many, velocity)
         pulses = self.contact.pulses(strikes, normals) if measured is None else measured.repeated(len(velocity))
         seen = seen_pulses(self.sensors, pulses)
-        accelerations = self._felt(many, pulses, member, self.sensor_names)
-        spectra = self._spectra_of(accelerations, pulses) * factors[..., 1:]
+        on_plate = pulses if measured is not None else self._on_plate(strikes, normals, pulses)
+        accelerations = self._felt(many, on_plate, member, self.sensor_names)
+        spectra = self._spectra_of(accelerations, on_plate) * factors[..., 1:]
         accelerations *= factors[..., :1]
         measured_velocity = self.sensors.measured_velocity_m_s(velocity)
         nominal = Strikes([setting], velocity.mean(keepdims=True))
@@ -269,6 +275,12 @@ class Twin:
         factors = self.calibration.factors(at_velocities(settings, velocity), sensors, z)
         return factors if z is not None else factors[None]
 
+    def _stays(self, setting: Setting) -> str:
+        pressure = (setting.tank_pressure_pa or 0.0) / 1e5
+        leaves = 0.0 if self.gun is None else float(self.gun.leaving([setting], self.sensors)[0])
+        chance = f" (it leaves with a probability of {leaves:.0%})" if leaves else ""
+        return f"the bullet does not leave the barrel at {pressure:g} bar{chance}: raise the tank pressure"
+
     @property
     def _gun_normals(self) -> int:
         return 0 if self.gun is None else self.gun.normals
@@ -297,7 +309,8 @@ class Twin:
         for rows in self._chunks(velocity):
             some = [settings[row] for row in rows]
             z = normals[rows] if normals is not None and normals.shape[1] else None
-            pulses = self.contact.pulses(Strikes(some, velocity[rows]), z)
+            strikes = Strikes(some, velocity[rows])
+            pulses = self._on_plate(strikes, z, self.contact.pulses(strikes, z))
             felt = self._felt(some, pulses, member[rows], asked)
             out[rows] = self._spectra_of(felt, pulses)[:, 0]
         return out
@@ -341,8 +354,3 @@ class Twin:
     @property
     def _step_s(self) -> float:
         return 1 / self.sampling_rate_hz
-
-
-def _stays(setting: Setting) -> str:
-    pressure = setting.tank_pressure_pa or 0.0
-    return f"the bullet does not leave the barrel at {pressure / 1e5:g} bar: raise the tank pressure"

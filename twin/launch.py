@@ -32,7 +32,7 @@ class GunStage:
     With `unknown_effects` all other effects of the catalogue are drawn from their documented likely ranges
     (`gun.prior`), and `shots`, measured on this gun, say which of these guns it is (`gun.calibration`); the shots then
     say how they scatter, too. `source` says where the bench's numbers are from. Raises `ValueError` for a spread that
-    is negative or not finite, and for shots where no effects are unknown.
+    is negative or not finite, for shots where no effects are unknown, and for effects with values for each shot.
     """
 
     bench: GunBench
@@ -45,16 +45,19 @@ class GunStage:
     def __post_init__(self) -> None:
         if not (0 <= self.velocity_spread < math.inf):
             raise ValueError(f"velocity_spread = {self.velocity_spread!r}: expected 0 or more, finite")
+        several = [each.id for each in self.effects if any(np.ndim(value) for value in vars(each).values())]
+        if several and self.unknown_effects:
+            raise ValueError(f"{several[0]} has a parameter with several values: expected one value for all shots")
         if self.shots is not None and not self.unknown_effects:
             raise ValueError("shots are given for a gun all effects of which are known: expected unknown_effects")
 
     @property
     def label(self) -> str:
-        """What answers: "eq. 2.16 (campaign spring)", the effects' ids, and what is drawn or learned."""
+        """What answers: "eq. 2.16 (campaign spring)", the shots that it has learned from, the effects' ids."""
         law = f"eq. 2.16 ({self.source})" if self.source else "eq. 2.16"
         drawn = ("unknown effects drawn",) if self.unknown_effects else ()
-        learned = () if self.shots is None else (f"{len(self.shots)} measured shots",)
-        return " + ".join((law, *(effect.id for effect in self.effects), *drawn, *learned))
+        learned = drawn if self.shots is None else (f"{len(self.shots)} measured shots",)
+        return " + ".join((law, *learned, *(effect.id for effect in self.effects)))
 
     @property
     def normals(self) -> int:

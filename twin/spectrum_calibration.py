@@ -71,8 +71,8 @@ TERMS: tuple[Term, ...] = (
     Term("colour of the stack", 2.5, SameStack, smooth),
     Term("level of the contact", 0.7, SameContact, level),
     Term("colour of the contact", 1.5, SameContact, smooth),
-    Term("level of the blow", 0.7, _SameBlow, level),
-    Term("colour of the blow", 0.7, _SameBlow, smooth),
+    Term("level of the blow", 1.0, _SameBlow, level),
+    Term("colour of the blow", 1.0, _SameBlow, smooth),
     Term("level of the setting", 0.7, _ALIKE, level),
     Term("colour of the setting", 1.2, _ALIKE, smooth),
     Term("line of the setting", 0.8, _ALIKE, white),
@@ -102,13 +102,17 @@ class Scatter:
     squares: Floats = field(default_factory=lambda: np.empty(0))
 
     @classmethod
-    def of(cls, learned: Learned) -> Self:
-        """From configurations that were learned from, each predicted from the others."""
+    def of(cls, learned: Learned, within_db2: Floats) -> Self:
+        """From configurations that were learned from, each predicted from the others.
+
+        `within_db2` (c, f) are mean squares of its shots about their mean: a band is that of a single shot.
+        """
         lines = learned.prior.frequency_hz.size
         if learned.shots is None or len(learned.shots) < _FEW:
             return cls(np.ones(lines))
         errors, deviations = learned.left_out()
-        squares = np.minimum((errors / deviations) ** 2, _MOST_SQUARE)
+        of_shot = np.diag(learned.prior.shot_covariance_db2()) * (1 - 1 / learned.shots.shots[:, None])
+        squares = np.minimum((errors**2 + within_db2) / (deviations**2 + of_shot), _MOST_SQUARE)
         of_lines = (squares.sum(axis=0) + _LINE_WEIGHT) / (len(squares) + _LINE_WEIGHT)
         return cls(of_lines, learned.shots, (squares / of_lines).mean(axis=1))
 
@@ -160,14 +164,17 @@ class SpectrumCalibration:
         residual = np.roll(20 * np.log10(measured) - predicted_db, -1, axis=-1)  # the peak is the last line
         settings = at_velocities(shots.settings, shots.impact_velocity_m_s)
         learned: list[Learned] = []
+        scatter: list[Scatter] = []
         counts: list[int] = []
         for number in range(len(shots.sensors)):
             rows = np.flatnonzero(np.isfinite(residual[:, number]).all(axis=-1))
             rows = rows[_most(shots.configuration[rows])]
             counts.append(rows.size)
             some = [settings[row] for row in rows]
-            learned.append(_learned(shots.frequency_hz, some, shots.configuration[rows], residual[rows, number]))
-        return cls(shots.sensors, tuple(learned), tuple(Scatter.of(item) for item in learned), max(counts, default=0))
+            item, within = _learned(shots.frequency_hz, some, shots.configuration[rows], residual[rows, number])
+            learned.append(item)
+            scatter.append(Scatter.of(item, within))
+        return cls(shots.sensors, tuple(learned), tuple(scatter), max(counts, default=0))
 
     @property
     def normals(self) -> int:
@@ -203,11 +210,14 @@ def at_velocities(settings: Sequence[Setting], velocity_m_s: Floats) -> list[Set
     ]
 
 
-def with_measured_force(pulses: Pulses, peak_force_n: Floats, impulse_n_s: Floats) -> Pulses:
-    """Pulses stretched to measured peaks and impulses, (n,); those without a measured force as they are."""
+def stretched(pulses: Pulses, law: Pulses, peak_force_n: Floats, impulse_n_s: Floats) -> Pulses:
+    """Pulses as they become where those of a law are stretched to measured peaks and impulses, (n,).
+
+    `pulses` are the law's, or what of them acts on a plate. Those without a measured force stay as they are.
+    """
     known = np.isfinite(peak_force_n) & np.isfinite(impulse_n_s)
-    force = np.where(known, peak_force_n / pulses.peak_force_n, 1.0)
-    time = np.where(known, impulse_n_s / (pulses.impulse_n_s * force), 1.0)
+    force = np.where(known, peak_force_n / law.peak_force_n, 1.0)
+    time = np.where(known, impulse_n_s / (law.impulse_n_s * force), 1.0)
     return Pulses(pulses.contact_time_s * time, pulses.force_n * force[:, None], pulses.compression_time_s * time)
 
 
@@ -224,10 +234,14 @@ def _most(configuration: NDArray[np.intp]) -> NDArray[np.bool_]:
 
 def _learned(
     frequency_hz: Floats, settings: Sequence[Setting], configuration: NDArray[np.intp], residual_db: Floats
-) -> Learned:
-    """From the shots of configurations (n,): their scatter from each, the rest from means over repeats."""
+) -> tuple[Learned, Floats]:
+    """From the shots of configurations (n,): their scatter from each, the rest from means over repeats. And the mean
+    squares (c, f) of a configuration's shots about their mean."""
     prior = fitted(_prior(frequency_hz), settings, residual_db)
     if not len(settings):
-        return prior.after((), residual_db)
-    means = [residual_db[configuration == key].mean(axis=0) for key in np.unique(configuration)]
-    return Learned.of(prior, Coordinates.of(settings).means(configuration), np.array(means))
+        return prior.after((), residual_db), np.empty((0, prior.frequency_hz.size))
+    groups = [residual_db[configuration == key] for key in np.unique(configuration)]
+    learned = Learned.of(
+        prior, Coordinates.of(settings).means(configuration), np.array([group.mean(axis=0) for group in groups])
+    )
+    return learned, np.array([group.var(axis=0) for group in groups])

@@ -95,3 +95,12 @@ class Extrapolating(Protocol):
     def extrapolation(self, strikes: Strikes) -> list[tuple[Extrapolation, ...]]:
         """For each strike, which of its quantities lie beyond those of the shots; empty where nothing was learned."""
         ...
+
+
+@runtime_checkable
+class AboveAnvil(Protocol):
+    """A contact stage whose pulses are those at the tip, where a hammer feels them."""
+
+    def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: Pulses) -> Pulses:
+        """What of `pulses`, those of the same strikes and `z`, acts on the plate."""
+        ...

@@ -48,6 +48,14 @@ if TYPE_CHECKING:
     metavar="RECORDING",
     help="Store this recording though it was discarded (`runs discard`); its path as in runs.csv. Repeatable.",
 )
+@click.option(
+    "--velocity-target-motion",
+    "target_motion",
+    type=click.Choice(["none", "plate"]),
+    default="none",
+    show_default=True,
+    help="Add the plate's motion under the force to velocities integrated from the impactor's deceleration.",
+)
 @click.option("--dry-run", is_flag=True, help="Say everything, store nothing: each folder beside what is stored now.")
 @settings_options
 def ingest(
@@ -59,6 +67,7 @@ def ingest(
     free_factors: tuple[str, ...],
     confirmed: tuple[str, ...],
     again: tuple[str, ...],
+    target_motion: str,
     dry_run: bool,
     **given: Any,
 ) -> None:
@@ -72,6 +81,7 @@ def ingest(
     Example:
         pyroshock ingest my-campaign/ --dry-run
         pyroshock ingest my-campaign/ --db sqlite:///lab.db
+        pyroshock ingest hammer-campaign/ --velocity-target-motion plate
     """
     # `--json FOLDER`: the folder is the argument, not where the JSON goes.
     if json_to not in (None, STDOUT) and Path(json_to or "").is_dir():
@@ -82,6 +92,7 @@ def ingest(
     with opened_to_try(db) if dry_run else opened(db, create=True) as store:
         from ...ingest.load import ingest_folder
         from ...ingest.plan_link import link_to_plan
+        from ..campaigns.plate_motion import add_plate_motion
         from ..campaigns.training_facts import training_notes
         from ..progress import progress_bar
 
@@ -98,6 +109,7 @@ def ingest(
                         free_factors=free_factors,
                         confirmed=confirmed,
                         again=again,
+                        target_motion=add_plate_motion if target_motion == "plate" else None,
                     )
                 links = link_to_plan(target, report.campaign, plan)
                 report.findings += training_notes(target, report.campaign)

@@ -57,6 +57,12 @@ def _velocity(hits: Sequence[Hit]) -> Iterator[str]:
             f"(standard uncertainty {float(np.median(shares)) if shares else 0.0:.1%} in the median), which reads the "
             "velocity lost in compression: too low by what a yielding plate moves meanwhile"
         )
+    corrected = sum(hit.velocity_source == "integrated with target motion" for hit in hits)
+    if corrected:
+        yield (
+            f"impact velocity of {corrected} of {len(hits)} hits: integrated from the impactor's acceleration, with "
+            "the motion added that the plate's surface had under the measured force"
+        )
     stand_in = sum(hit.velocity_source == "impact" for hit in hits)
     if stand_in:
         yield f"muzzle velocity of {stand_in} of {len(hits)} shots: that at the plate, since none was measured before"

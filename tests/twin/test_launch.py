@@ -137,7 +137,7 @@ def test_bullets_that_stay_are_counted_and_left_out_of_the_bands():
     stay = int(shot.models["gun"].rsplit("; ", 1)[1].split()[0])
     assert stay == pytest.approx(64 * (1 - probability), abs=1.5)
     assert shot.velocity_m_s.ci90[0] > 0
-    with pytest.raises(ValueError, match="does not leave the barrel"):
+    with pytest.raises(ValueError, match=r"does not leave the barrel at 0\.001 bar \(it leaves with a probability of"):
         Twin(HalfSine(), stage).predict(setting(tank_pressure_pa=100.0))
 
 
@@ -190,6 +190,11 @@ def test_sentence_says_what_the_velocity_rests_on():
     learned = gun().updated([1e5, 6.7e5], [0.2, 0.2], [20.0, 40.0])
     assert learned.sentence == "The velocity rests on 2 measured shots, 1 to 6.7 bar and 0.2 kg."
     assert "a spread of 5.0%" in GunStage(IDEAL, 0.05).sentence
+
+
+def test_effects_have_one_value_for_all_shots():
+    with pytest.raises(ValueError, match=r"gun\.blow_by has a parameter with several values"):
+        gun(effects=(effect("gun.blow_by", wear_m=np.array([1e-4, 2e-4])),))
 
 
 def test_shots_belong_to_unknown_effects():

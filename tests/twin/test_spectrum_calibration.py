@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from pyroshock.twin.chain import Twin
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.plates import PlateStage
-from pyroshock.twin.spectrum_calibration import TERMS, SpectrumCalibration, with_measured_force
+from pyroshock.twin.spectrum_calibration import TERMS, SpectrumCalibration, stretched
 from pyroshock.twin.strikes import Pulses, Strikes
 from pyroshock.twin.tune.discrepancy import Discrepancy
 from pyroshock.twin.tune.kernels import Coordinates
@@ -150,12 +150,12 @@ def test_levels_that_do_not_fit_and_sensors_that_there_are_none_of_are_refused()
 
 def test_pulses_get_the_measured_peak_and_impulse():
     pulses = HalfSine().pulses(Strikes([setting(), setting()], np.array([4.0, 8.0])))
-    stretched = with_measured_force(pulses, np.array([12e3, np.nan]), np.array([3.0, 3.0]))
-    assert stretched.peak_force_n[0] == pytest.approx(12e3, rel=1e-12)
-    assert stretched.impulse_n_s[0] == pytest.approx(3.0, rel=1e-12)
-    assert stretched.compression_time_s[0] == pytest.approx(stretched.contact_time_s[0] / 2)
+    measured_pulses = stretched(pulses, pulses, np.array([12e3, np.nan]), np.array([3.0, 3.0]))
+    assert measured_pulses.peak_force_n[0] == pytest.approx(12e3, rel=1e-12)
+    assert measured_pulses.impulse_n_s[0] == pytest.approx(3.0, rel=1e-12)
+    assert measured_pulses.compression_time_s[0] == pytest.approx(measured_pulses.contact_time_s[0] / 2)
     for name in ("force_n", "contact_time_s"):
-        assert np.array_equal(getattr(stretched, name)[1], getattr(pulses, name)[1])
+        assert np.array_equal(getattr(measured_pulses, name)[1], getattr(pulses, name)[1])
 
 
 # --- in the chain ---
@@ -219,3 +219,27 @@ def test_bands_of_a_prediction_are_those_of_its_draws():
     )
     apart = np.log(drawn[:, 0] / drawn[:, 1])
     assert apart.std(axis=0).max() < 1e-9  # settings of one draw have the same luck
+
+
+@dataclass(frozen=True)
+class OnAnvil(HalfSine):
+    """Half of the tip's force reaches the plate, for twice the time."""
+
+    def plate_pulses(self, strikes, z, pulses):
+        del strikes, z
+        return Pulses(2 * pulses.contact_time_s, 0.5 * pulses.force_n, 2 * pulses.compression_time_s)
+
+
+def test_the_plate_feels_what_passes_the_anvil_and_the_prediction_shows_the_tip():
+    """In a prediction, in many spectra, and where measured forces are replayed."""
+    law, model, (new,) = OnAnvil(scatter=0.0), replace(twin(), contact=OnAnvil(scatter=0.0)), [setting()]
+    pulses = law.pulses(Strikes([new], np.array([8.0])))
+    below = model.accelerations([new], law.plate_pulses(None, None, pulses))
+    shot = model.predict(new, draws=0)
+    assert shot.peak_force_n.mean == pytest.approx(float(pulses.peak_force_n[0]))
+    assert shot.accelerations_m_s2 == pytest.approx(below)
+    assert model.spectra([new])[0] == pytest.approx(shot.spectra_m_s2["a1"].mean)
+    shots = replace(measured([new], np.zeros((1, 2, LINES.size + 1)), [0]),
+                    peak_force_n=2 * pulses.peak_force_n, impulse_n_s=2 * pulses.impulse_n_s)  # fmt: skip
+    twice = 10 ** (model.replayed_db(shots)[0, :, 0] / 20)
+    assert twice == pytest.approx(2 * np.abs(below[0]).max(axis=1))

@@ -41,7 +41,8 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "twin": (
         "chain", "setting", "prediction", "bands", "materials", "configuration", "effects", "launch", "strikes",
         "plates", "gun.bench", "gun.nominal", "gun.shot", "gun.shots", "gun.effect", "gun.inverse", "gun.measured",
-        "gun.leakage", "gun.calibration", "contact.bodies", "contact.pulse", "contact.laws", "contact.hertz",
+        "gun.leakage", "gun.prior", "gun.limits",
+        "gun.calibration", "contact.bodies", "contact.pulse", "contact.laws", "contact.hertz",
         "contact.hunt_crossley", "contact.hunter", "contact.reed", "contact.von_hann", "contact.impact",
         "contact.impacts", "contact.effect", "contact.stage", "contact.unloading", "contact.yielding",
         "contact.restitution.base", "contact.restitution.zener", "contact.restitution.weir_tallon",

@@ -125,12 +125,27 @@ class PriorContact:
 
     def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
         """Force at 65 phases; for `z` None of the mean of all that is drawn. Raises `ValueError` for another `z`."""
+        return self._solved(strikes, z, at_tip=self.hand_held)
+
+    def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: Pulses) -> Pulses:
+        """What of `pulses`, those of the same strikes and `z`, acts on the plate: below an anvil, what its joint
+        carries; else the same."""
+        rows = np.flatnonzero([setting.anvil is not None for setting in strikes.settings])
+        if not self.hand_held or not rows.size:
+            return pulses
+        below = Strikes([strikes.settings[row] for row in rows], strikes.impact_velocity_m_s[rows])
+        carried = self._solved(below, None if z is None else z[rows], at_tip=False)
+        time, force, turn = (x.copy() for x in (pulses.contact_time_s, pulses.force_n, pulses.compression_time_s))
+        time[rows], force[rows], turn[rows] = carried.contact_time_s, carried.force_n, carried.compression_time_s
+        return Pulses(time, force, turn)
+
+    def _solved(self, strikes: Strikes, z: Floats | None, *, at_tip: bool) -> Pulses:
         mean, root = self._latent(strikes)
         if z is not None:
             if z.shape != (len(strikes), self.normals):
                 raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
             mean = mean + np.einsum("nlk,nk->nl", root, z)
-        return balanced_pulses(StruckBodies.of(strikes), self.names, mean, self._fixed, at_tip=self.hand_held)
+        return balanced_pulses(StruckBodies.of(strikes), self.names, mean, self._fixed, at_tip=at_tip)
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
         """Nothing: yield, loss and layer are drawn."""

@@ -143,3 +143,13 @@ def integrated_velocity(
     mobility_u = motion.mobility_u_m_n_s * pulses.mean_force_n
     uncertainty = np.hypot(mobility_u, before_contact_m_s * motion.unrecovered_u / _HERTZ) / pulses.factor
     return np.clip(kept, 0.1 * before_contact_m_s, before_contact_m_s), np.asarray(uncertainty)
+
+
+def with_plate_motion(
+    integrated_m_s: float, integrated_u_m_s: float, force_n: Floats, plate_impedance_n_s_m: float, anvil: bool
+) -> tuple[float, float]:
+    """`velocity_before_contact` of one impact on a plate without edges, with the force (p,) at equal phases."""
+    motion = TargetMotion.of(np.array([plate_impedance_n_s_m]), np.array([anvil]))
+    speed, speed_u = np.array([integrated_m_s]), np.array([integrated_u_m_s])
+    velocity, uncertainty = velocity_before_contact(speed, PulseMoments.of(force_n[None]), motion, speed_u)
+    return float(velocity[0]), float(uncertainty[0])

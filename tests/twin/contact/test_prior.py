@@ -21,6 +21,7 @@ from pyroshock.twin.materials import THESIS
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.setting import Setting
 from pyroshock.twin.strikes import Pulses, Strikes
+from support.records.twin_parts import setting
 
 SETTING = Setting(1.0, THESIS["steel"], 0.045, THESIS["steel"], 0.01, 23.4, tank_pressure_pa=2.78e5)
 MATERIALS = st.sampled_from(list(THESIS.values()))
@@ -189,3 +190,17 @@ def test_more_settings_than_are_kept_are_no_matter(monkeypatch: pytest.MonkeyPat
     stage = PriorContact().updated(shots_of([SETTING], [10.0], [100e3], [4e-4], [13.0]))
     many = Strikes([replace(SETTING, tip_radius_m=r) for r in np.linspace(0.02, 0.06, 9)], np.linspace(2, 20, 9))
     np.testing.assert_array_equal(stage.pulses(many).force_n, stage.pulses(many).force_n)
+
+
+def test_a_hammers_anvil_passes_less_of_the_highest_frequencies_and_the_impulse_of_the_blow():
+    """The joint's force on the plate is longer and lower than the tip's; without an anvil both are the same."""
+    bare, anvil = setting(impactor_mass_kg=0.3), setting(impactor_mass_kg=0.3, anvil=THESIS["steel"])
+    stage, strikes = PriorContact(hand_held=True), Strikes([bare, anvil], np.array([3.0, 3.0]))
+    tip = stage.pulses(strikes)
+    plate = stage.plate_pulses(strikes, None, tip)
+    assert np.array_equal(plate.force_n[0], tip.force_n[0])
+    assert plate.contact_time_s[0] == tip.contact_time_s[0]
+    assert plate.contact_time_s[1] > 1.2 * tip.contact_time_s[1]
+    assert plate.peak_force_n[1] < 0.8 * tip.peak_force_n[1]
+    assert 0.3 * 3.0 <= plate.impulse_n_s[1] <= 2 * 0.3 * 3.0
+    assert PriorContact().plate_pulses(strikes, None, tip) is tip

@@ -45,8 +45,8 @@ def balanced_velocity(gauge_pa: float, mass_kg: float, ahead_pa: float, discharg
     def at_rest(_, state):
         return state[1]
 
-    at_vents.terminal = at_rest.terminal = True
-    at_rest.direction = -1.0
+    at_vents.terminal = at_rest.terminal = True  # type: ignore[attr-defined]
+    at_rest.direction = -1.0  # type: ignore[attr-defined]
     if gauge_pa * AREA_M2 <= friction_n:
         return 0.0  # the pressure only falls: what does not start now never does
     gas_kg = (gauge_pa + AIR_PA) * BENCH.tank_volume_m3 / (GAS * ROOM_K)
