@@ -79,10 +79,18 @@ def _judged(
     rng = rng_of("promote", candidate.dataset.hash, candidate.label, candidate.seed)
     figures = {**scores.figures(), "crps.p_value": scores.p_value(rng)}
     better = scores.first_is_better
-    words = _words(scores, figures["crps.p_value"])
-    why = _joined(reason, words if better or not forced else f"promoted by force although {words}")
+    why = _reason(_words(scores, figures["crps.p_value"]), better, forced, reason)
     figures |= _pulse_errors(registry, candidate, champion, read, other)
     return _decision(candidate, champion, forced or better, forced, why, where, len(scores.configuration), figures)
+
+
+def _reason(words: str, better: bool, forced: bool, given: str) -> str:
+    """The judgement in `words` and the reason that was `given`, of which the one that decided comes first."""
+    if better:
+        return _joined(given, words)
+    if forced:
+        return _joined(given, f"promoted by force although {words}")
+    return _joined(words, f"the reason given was: {given.strip()}" if given.strip() else "")
 
 
 def _scores(

@@ -64,12 +64,12 @@ class UnseenScores:
 
     def figures(self) -> dict[str, float]:
         """By metric names that MLflow takes: "crps.candidate", "crps.reference.peak_force"."""
-        found = {}
+        figures = {}
         for name, scores in zip(("candidate", "reference"), self.crps, strict=True):
-            found[f"crps.{name}"] = float(scores.mean())
+            figures[f"crps.{name}"] = float(scores.mean())
             for quantity, mean in zip(QUANTITIES, scores.mean(axis=0).tolist(), strict=True):
-                found[f"crps.{name}.{quantity.replace(' ', '_')}"] = mean
-        return found
+                figures[f"crps.{name}.{quantity.replace(' ', '_')}"] = mean
+        return figures
 
 
 def unseen_scores(pulses: PulseTable, predictions: Mapping[str, PulseDraws], rng: np.random.Generator) -> UnseenScores:
@@ -113,12 +113,12 @@ def without_configurations(
 ) -> ContactModel:
     """The model as it is where it learned from none of these configurations, else refitted to its other pulses with
     what it tuned (length scales, widths of bands) kept. Raises `ValueError` where nothing is left to learn from."""
-    known = np.isin(learned.configuration, list(configurations))
-    if not known.any():
+    left_out = np.isin(learned.configuration, list(configurations))
+    if not left_out.any():
         return model
-    if known.all():
+    if left_out.all():
         raise ValueError("a model cannot be refitted without all configurations that it has learned from")
-    return model.refit(learned.take(~known), rng)
+    return model.refit(learned.take(~left_out), rng)
 
 
 def prior_draws(velocity_kind: str | None = None) -> PulseDraws:

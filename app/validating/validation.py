@@ -233,5 +233,5 @@ def _folds_words(folds: int, shots: MeasuredShots) -> str:
     configurations = len(np.unique(shots.configuration))
     if not folds:
         return "the shots are of one configuration, and the twin had learned from none of them"
-    each = "each configuration" if folds == configurations else f"each of {folds} folds of configurations"
-    return f"the twin predicted {each} after it had learned from the shots of the others alone"
+    parts = "each configuration" if folds == configurations else f"each of {folds} folds of configurations"
+    return f"the twin predicted {parts} after it had learned from the shots of the others alone"

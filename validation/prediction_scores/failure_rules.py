@@ -141,7 +141,7 @@ def _contrasts(inside: Floats, values: Floats) -> Floats:
 
 def _rules(factors: Sequence[Factor], members: NDArray[np.intp], configurations: int) -> Iterator[_Rule]:
     """Rules of one condition, then of two of different factors, that hold and leave enough configurations."""
-    known: set[bytes] = set()
+    groups: set[bytes] = set()
     conditions = {factor.name: list(_conditions(factor)) for factor in factors}
     singles = [rule for rules in conditions.values() for rule in rules]
     for rule in (*singles, *_pairs(conditions)):
@@ -149,16 +149,16 @@ def _rules(factors: Sequence[Factor], members: NDArray[np.intp], configurations:
         whole = np.array_equal(inside[members], rule.shots)
         size = int(inside.sum())
         enough = _LEAST_CONFIGURATIONS <= size <= configurations - _LEAST_CONFIGURATIONS
-        if whole and enough and inside.tobytes() not in known:
-            known.add(inside.tobytes())
+        if whole and enough and inside.tobytes() not in groups:
+            groups.add(inside.tobytes())
             yield rule
 
 
 def _pairs(conditions: Mapping[str, Sequence[_Rule]]) -> Iterator[_Rule]:
     for first, second in combinations(conditions.values(), 2):
-        for one in first:
+        for condition in first:
             for other in second:
-                yield _Rule(f"{one.words} and {other.words}", one.shots & other.shots)
+                yield _Rule(f"{condition.words} and {other.words}", condition.shots & other.shots)
 
 
 def _conditions(factor: Factor) -> Iterator[_Rule]:
