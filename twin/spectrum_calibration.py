@@ -205,7 +205,7 @@ def at_velocities(settings: Sequence[Setting], velocity_m_s: Floats) -> list[Set
     """Settings with the velocities that their impacts have; 1 m/s where that is not known."""
     known = np.where(velocity_m_s > 0, velocity_m_s, 1.0).tolist()
     return [
-        replace(setting, tank_pressure_pa=None, impact_velocity_m_s=velocity)
+        replace(setting, tank_pressure_pa=None, valve_profile=None, impact_velocity_m_s=velocity)
         for setting, velocity in zip(settings, known, strict=True)
     ]
 
