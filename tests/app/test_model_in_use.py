@@ -171,6 +171,6 @@ def test_table_gives_every_predictor(
 
 
 def test_question_of_the_web_gives_every_predictor() -> None:
-    shot = Question(boundary_conditions="fixed", factor=["plate_mass_kg=9", "lot=B"]).shot()
+    shot = Question.model_validate({"boundary_conditions": "fixed", "factor": ["plate_mass_kg=9", "lot=B"]}).shot()
     assert (shot.boundary_conditions, shot.factors) == ("fixed", {"plate_mass_kg": 9.0, "lot": "B"})
     assert shot.bullet_mass_kg is None
