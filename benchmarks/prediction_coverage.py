@@ -143,6 +143,8 @@ def _scored(twins: dict[str, BuiltTwin], asked: MeasuredShots, kind: str) -> dic
     parts: dict[str, list[Scored]] = {name: [] for name in QUANTITIES}
     for row in range(len(asked)):
         setting = asked.settings[row]
+        if not asked.impact_velocity_m_s[row] > 0:
+            continue  # the bullet stayed in the barrel: what the sensors then show is no impact
         try:
             prediction = twins[setting.plate.name].twin.predict(setting, draws=DRAWS, rng=np.random.default_rng(row))
         except ValueError as error:
