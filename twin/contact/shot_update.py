@@ -39,8 +39,8 @@ _SAMPLES, _ITERATIONS = 32, 9
 _STEP = 0.5
 #: Half the width of a normal 90 % band; as many configurations as the prior of the widths weighs; the greatest width.
 _NORMAL_90, _DOUBT, _WIDEST = 1.645, 10.0, 2.5
-#: By how much bands are widened at least when configurations are many: then little is left but the error of the law and
-#: of its lines, which those that are left out share.
+#: By how much bands of the peak are widened at least when configurations are many: then little is left but the error of
+#: the law and of its lines, which those that are left out share.
 _SHARED_ERROR = 0.15
 
 #: ln peak force, ln contact time, ln impulse (n * s, 3) of latent numbers (n * s, latents) and ln velocities (n * s,).
@@ -307,7 +307,8 @@ class _Fit:
             if sizes.size > 1:
                 quantile = float(np.quantile(sizes, 0.9, method="hazen")) / _NORMAL_90
                 weight = sizes.size / (sizes.size + _DOUBT)
-                factors[kind] = np.clip(quantile**weight, 1 + _SHARED_ERROR * weight, _WIDEST)
+                least = 1 + _SHARED_ERROR * weight if kind == 0 else 1.0
+                factors[kind] = np.clip(quantile**weight, least, _WIDEST)
         peak, time, impulse = factors
         return np.array([*[peak] * (len(self.names) - 3), peak, impulse, time])
 
