@@ -133,7 +133,7 @@ class PriorContact:
         rows = np.flatnonzero([setting.anvil is not None for setting in strikes.settings])
         if not self.hand_held or not rows.size:
             return pulses
-        below = Strikes([strikes.settings[row] for row in rows], strikes.impact_velocity_m_s[rows])
+        below = Strikes([strikes.settings[row] for row in rows.tolist()], strikes.impact_velocity_m_s[rows])
         carried = self._solved(below, None if z is None else z[rows], at_tip=False)
         time, force, turn = (x.copy() for x in (pulses.contact_time_s, pulses.force_n, pulses.compression_time_s))
         time[rows], force[rows], turn[rows] = carried.contact_time_s, carried.force_n, carried.compression_time_s
