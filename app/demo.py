@@ -85,7 +85,7 @@ def predict_a_shot(store: Store, url: str) -> tuple[Prediction, Sequence[str]]:
     from .twins.building import TwinRequest, twin_of
 
     lines = tuple(octave_grid(100.0, 2000.0, 6).tolist())
-    built = twin_of(store, url, TwinRequest(campaign=SHOTS, contact="hertz", frequency_hz=lines))
+    built = twin_of(store, url, TwinRequest(campaign=SHOTS, contact="prior", frequency_hz=lines))
     bullet = built.material("PLA")
     setting = built.setting(impactor_mass_kg=0.1428, tip=bullet, tip_radius_m=0.045, tank_pressure_pa=0.5e5)
     return built.twin.predict(setting), built.notes

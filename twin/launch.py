@@ -21,6 +21,8 @@ from .strikes import Extrapolation, Floats
 
 # Settings that are asked at once: K members each.
 _CHUNK = 2048
+# Where a smaller share of the guns fires the bullet, none does.
+_LEAST_LEAVING = 0.05
 # A pressure or a mass that is as near to the range of the shots is in it: they are read to no better.
 _SAME = 0.01
 
@@ -65,12 +67,13 @@ class GunStage:
         return 2 if self.unknown_effects else 1
 
     def velocities(self, settings: Sequence[Setting], sensors: SensorChain) -> Floats:
-        """The central true velocities of impact (n,), m/s: the medians of all guns; 0 for a bullet that does not leave
-        the barrel. Raises `ValueError` where eq. 2.16 gives more than the escape speed of the gas."""
+        """The central true velocities of impact (n,), m/s: medians of the guns whose bullet leaves the barrel; 0 where
+        fewer than one in twenty does. Raises `ValueError` where eq. 2.16 gives more than the escape speed of the gas.
+        """
         velocity = _given(settings)
         for rows, pressure, mass in self._fired_settings(settings, sensors):
             if self.unknown_effects:
-                velocity[rows] = np.median(np.exp(self._guns(pressure, mass, sensors)[0]), axis=0)
+                velocity[rows] = _central(self._guns(pressure, mass, sensors)[0])
             else:
                 velocity[rows] = self.fired(pressure, mass)
         return velocity
@@ -197,6 +200,17 @@ def _range(values: Floats, unit: str) -> str:
 @lru_cache(maxsize=16)
 def _posterior(prior: GunPrior, shots: VelocityShots, sensors: SensorChain) -> VelocityPosterior:
     return VelocityPosterior.of(prior, shots, sensors)
+
+
+def _central(log_velocity: Floats) -> Floats:
+    """Medians (n,) of the velocities that are finite, of logarithms (K, n); 0 where there are few."""
+    left = np.isfinite(log_velocity).sum(axis=0)
+    # Those that stay are the slowest: the median of the others lies above them by half of these.
+    ordered, last = np.sort(log_velocity, axis=0), len(log_velocity) - 1
+    middle = last - (left - 1) / 2
+    ends = (np.clip(end.astype(np.intp), 0, last)[None] for end in (np.floor(middle), np.ceil(middle)))
+    velocity = np.exp(np.stack([np.take_along_axis(ordered, end, axis=0)[0] for end in ends])).mean(axis=0)
+    return np.asarray(np.where(left < _LEAST_LEAVING * len(log_velocity), 0.0, velocity))
 
 
 def _given(settings: Sequence[Setting]) -> Floats:

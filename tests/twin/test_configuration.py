@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.configuration import UNSTATED, Source, TwinConfiguration, configuration_of
+from pyroshock.twin.contact.prior import PriorContact
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.nominal import muzzle_velocity
 from pyroshock.twin.launch import GunStage
@@ -145,3 +146,13 @@ def test_lines_in_no_order_have_no_configuration():
     twin = Twin(HalfSine(), GunStage(BENCH, 0.05), frequency_hz=np.array([100.0, 130.0, 1000.0]))
     with pytest.raises(ValueError, match="not so many to an octave"):
         configuration_of(twin)
+
+
+def test_a_twin_with_the_contacts_prior_reads_back_with_what_is_fixed_of_it():
+    """The contact itself is given by whoever has its measured shots; its label and its fixed effects are data."""
+    fixed = (effect("contact.plastic_yield", pressure_over_yield_strength=3.0),)
+    twin = Twin(PriorContact(fixed), GunStage(BENCH, 0.046), PlateStage({"aluminum": ringing_plate()}))
+    again = TwinConfiguration.from_json(json.loads(json.dumps(configuration_of(twin).as_json())))
+    assert again == configuration_of(twin)
+    assert again.contact == "prior of 3 effects + contact.plastic_yield" and again.effects == fixed
+    assert configuration_of(again.twin(PriorContact(fixed), twin.plate.plates)).as_json() == again.as_json()

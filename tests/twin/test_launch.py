@@ -101,9 +101,11 @@ def test_shots_that_no_gas_can_fire_are_named():
 
 
 def test_median_of_the_draws_is_the_central_velocity():
-    for pressure, mass in ((1e5, 0.2), (4e5, 1.0)):
+    for pressure, mass in ((0.4e5, 0.5), (1e5, 0.2), (4e5, 1.0)):  # at the first a third of the bullets stay
         asked = [setting(tank_pressure_pa=pressure, impactor_mass_kg=mass)]
-        assert np.median(every_gun(gun(), pressure, mass)) == pytest.approx(gun().velocities(asked, EXACT)[0], rel=1e-3)
+        drawn = every_gun(gun(), pressure, mass)
+        central = gun().velocities(asked, EXACT)[0]
+        assert np.median(drawn[drawn > 0]) == pytest.approx(central, rel=1e-3)
 
 
 def test_a_draw_is_one_gun_for_all_settings():
