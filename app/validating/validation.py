@@ -22,6 +22,7 @@ from ..finite import finite
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from ..twins.learning import MOST_SHOTS
 from ..twins.measured_shots import read_measured_shots, struck_plate
+from .tables import reason_lines
 from .unseen_contact import REFITTED, SEEN, UnseenContact
 
 if TYPE_CHECKING:
@@ -114,8 +115,8 @@ def validated(store: Store, db: str, request: ValidationRequest, step: Step = _s
     untaught = twin_of(store, db, replace(request.twin(), learn=False))
     shots, left_out = campaign_shots(store, request.campaign, untaught)
     if not len(shots):
-        reasons = f": {left_out[0]}" if left_out else ""
-        raise ValueError(f"campaign {request.campaign!r} has no measured shot to compare with{reasons}")
+        reasons = "; ".join(reason_lines(left_out)[:3]) or "it has no shots and no impacts"
+        raise ValueError(f"campaign {request.campaign!r} has no measured shot to compare with: {reasons}")
     contacts = _UnseenContacts(store, db)
     notes: list[str] = []
 

@@ -153,6 +153,14 @@ def test_velocity_band_is_the_log_normal_one():
     assert math.log(high / low) == pytest.approx(2 * 1.645 * 0.05, rel=0.03)
 
 
+def test_draws_are_those_behind_the_bands():
+    shot = twin().predict(setting(tank_pressure_pa=5e5), draws=16)
+    for name in ("velocity_m_s", "contact_time_s", "peak_force_n", "impulse_n_s"):
+        assert Quantity.of(getattr(shot.draws, name)) == getattr(shot, name)
+    assert Quantity.of(shot.draws.peak_acceleration_m_s2[:, 1]) == shot.peak_acceleration_m_s2("a2")
+    np.testing.assert_array_equal(Band.of(shot.draws.spectra_m_s2[:, 0]).upper, shot.spectra_m_s2["a1"].upper)
+
+
 def test_a_sure_twin_has_no_bands():
     sure = twin(gun=GunStage(BENCH, 0.0), contact=HalfSine(scatter=0.0))
     band = sure.predict(setting(tank_pressure_pa=5e5), draws=8).spectra_m_s2["a1"]

@@ -158,6 +158,15 @@ def test_unknown_campaign_is_named(db: str) -> None:
         validated(store, db, ValidationRequest("winter"))
 
 
+def test_campaign_without_a_shot_to_predict_says_why(db: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    reasons = tuple(f"run {run}, repetition 1: no mass of the impactor" for run in (1, 2))
+    monkeypatch.setattr(
+        "pyroshock.app.validating.validation.campaign_shots", lambda *_: (shots_of([1]).take([]), reasons)
+    )
+    with opened(db) as store, pytest.raises(ValueError, match=r"to compare with: no mass of the impactor \(2\)"):
+        validated(store, db, ValidationRequest("spring"))
+
+
 # --- registered models ---
 
 
