@@ -17,6 +17,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 #: What is asked for, by theme; memory is read where Linux shows it.
 WANTED = {
     "ingest", "memory", "pulses", "series", "querying", "listings", "growth", "start-up", "srs", "gun", "impacts",
+    "coupled",
     "plate", "prediction", "coregional", "genetic", "designs", "diagnosing",
 }  # fmt: skip
 
