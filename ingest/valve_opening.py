@@ -65,7 +65,7 @@ def valve_opening(pressure_pa: NDArray[Any], sampling_rate_hz: float) -> ValveOp
     stop, level = _end_of_fit(means, noise)
     first = max(0, stop - _MOST_BLOCKS)
     time = (np.arange(first, stop) + 0.5) * block / sampling_rate_hz
-    return _fitted(time, means[first:stop], noise, level, block / sampling_rate_hz)
+    return _fitted(time.astype(np.float64), means[first:stop], noise, level, block / sampling_rate_hz)
 
 
 def _end_of_fit(means: Floats, noise: float) -> tuple[int, float]:
