@@ -64,8 +64,8 @@ def valve_opening(pressure_pa: NDArray[Any], sampling_rate_hz: float) -> ValveOp
     noise = max(float(np.median(np.abs(np.diff(means, 2)))) * 1.4826 / math.sqrt(6), smallest)
     stop, level = _end_of_fit(means, noise)
     first = max(0, stop - _MOST_BLOCKS)
-    time = np.asarray((np.arange(first, stop) + 0.5) * block / sampling_rate_hz, dtype=np.float64)
-    return _fitted(time, means[first:stop], noise, level, block / sampling_rate_hz)
+    time = (np.arange(first, stop) + 0.5) * block / sampling_rate_hz
+    return _fitted(time.astype(np.float64), means[first:stop], noise, level, block / sampling_rate_hz)
 
 
 def _end_of_fit(means: Floats, noise: float) -> tuple[int, float]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from pyroshock.app.cli.simulate import _trigger
+from pyroshock.virtualbench.gun.channels import Trigger
 from support.stores.stores import pyroshock
 
 
@@ -67,3 +69,22 @@ def test_simulated_campaign_works_its_plan_off(url, tmp_path):
     assert (tmp_path / "c.sealed.json").is_file()
     done = pyroshock("ingest", out, "--db", url)
     assert "2 repetitions linked, 1 runs done" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("share", "before", "expected"),
+    [
+        (None, None, None),
+        ("10%", None, Trigger(0.1, 0.3)),
+        ("none", "500ms", Trigger(None, 0.5)),
+        (None, "0.2s", Trigger(0.05, 0.2)),
+    ],
+)
+def test_options_say_when_the_recorder_begins(share, before, expected):
+    assert _trigger(share, before) == expected
+
+
+@pytest.mark.parametrize("share", ["10", "0%", "x%", "100%"])
+def test_a_share_that_triggers_nothing_is_refused(share):
+    with pytest.raises(ValueError, match=r"--trigger is .* expected a share such as 5%, or none"):
+        _trigger(share, None)
