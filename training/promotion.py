@@ -45,7 +45,7 @@ def promote(
         _refuse_damaged(registry, candidate)
         champion = registry.champion(candidate.dataset.predictor_set)
         if champion is None or champion.label == candidate.label:
-            what = "there was no champion" if champion is None else "it was the champion already"
+            what = "no model was in use" if champion is None else "it was in use already"
             decision = _decision(candidate, champion, True, forced, _joined(reason, what), "nothing", 0, {})
         else:
             decision = _judged(registry, candidate, champion, read, other, forced, reason)
