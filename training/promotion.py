@@ -50,7 +50,7 @@ def promote(
         _refuse_damaged(registry, candidate)
         champion = registry.champion(candidate.dataset.predictor_set)
         if champion is not None and champion.label == candidate.label:
-            why = _joined(reason, "it was the champion already")
+            why = _joined(reason, "it was in use already")
             decision = _decision(candidate, champion, True, forced, why, "nothing", 0, {})
         else:
             decision = _judged(registry, candidate, champion, read, other, forced, reason)

@@ -120,7 +120,7 @@ class PromotePlace:
     def content(self) -> object:
         self.look()
         # A repeat after a kill that came too late to matter is told so, and kept as a decision of its own.
-        told = [(d.candidate, d.reason) for d in self.registry.decisions() if "champion already" not in d.reason]
+        told = [(d.candidate, d.reason) for d in self.registry.decisions() if "in use already" not in d.reason]
         with self.registry.connection.client() as client:
             aliases = {model.name: dict(model.aliases) for model in client.search_registered_models()}
             runs = client.search_runs([self.registry.connection.experiment])
