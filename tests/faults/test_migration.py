@@ -149,6 +149,7 @@ COMMAND_LINES = {
     "train": "train spring",
     "compare": "compare",
     "promote": "promote hybrid 1",
+    "validate": "validate spring",
     "predict": "predict --tank-pressure 5bar --bullet-mass 0.5kg --tip steel",
     "tune": "tune --target target.csv",
     "diagnose": "diagnose spring",
@@ -161,7 +162,7 @@ COMMAND_LINES = {
     "db": "db check",
 }
 #: These open no store, or one of their own.
-WITHOUT_STORE = {"models", "srs", "blind-check", "demo"}
+WITHOUT_STORE = {"calibrate", "models", "srs", "blind-check", "demo"}
 #: The rest of a group whose first command is above.
 OTHERS = (
     "campaigns deleted",

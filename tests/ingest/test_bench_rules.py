@@ -18,7 +18,7 @@ Refused = Callable[..., str]
 IMPOSSIBLE = [
     ("insulator-without-anvil", {"insulator": "polymeric", "anvil_material": "none"}, ("'polymeric'", "'none'")),
     ("insulator-without-anvil", {"insulator": "polymeric"}, ("'polymeric'", "anvil_material is not given")),
-    ("negative-size", {"chain_height_mm": -56}, ("'chain_height_mm'", "-56")),
+    ("negative-size", {"block_height_mm": -56}, ("'block_height_mm'", "-56")),
     ("pressure-above-regulator", {"tank_pressure_bar": 8.5}, ("8.5", "at most 8 bar")),
 ]
 
@@ -48,7 +48,7 @@ def test_what_is_confirmed_is_stored_and_told(gun_folder, sqlite_url, rule, cell
 
 
 def test_rule_is_confirmed_in_the_campaign_file(gun_folder, sqlite_url):
-    with_row(gun_folder, {"chain_height_mm": -56})
+    with_row(gun_folder, {"block_height_mm": -56})
     replace_in(gun_folder / "campaign.toml", "[bench.gun]", '[bench]\nconfirmed = ["negative-size"]\n\n[bench.gun]')
     assert "note: negative-size (1)" in ingested(sqlite_url, gun_folder).stderr
 
@@ -65,7 +65,7 @@ def test_unknown_confirmation_is_refused(gun_folder, refused: Refused, value):
         {"insulator": "polymeric", "anvil_material": "steel"},
         {"insulator": "none", "anvil_material": "none"},
         {"tank_pressure_bar": 8},  # the regulator's most (thesis, section 2.1.2)
-        {"chain_height_mm": 0},
+        {"block_height_mm": 0},
         {"temperature_c": -5},
         {"offset_x_mm": -20},
     ],

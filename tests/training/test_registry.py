@@ -264,7 +264,7 @@ def test_version_states_its_kinds_and_how_much_it_learned_from(registry):
     version = registry.record(trained(replace(ground, dataset=stated), "hann"))
     assert registry.versions()[0].dataset == version.dataset == stated
     assert registry.versions()[0].promoted_at == ""
-    promote(registry, "hann", 1, lambda _: ground.table)
+    promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="the only one")
     assert registry.versions()[0].promoted_at
     assert registry.load(version).shots == len(registry.held_out(version).trained_on) > 0
 
@@ -273,7 +273,7 @@ def test_other_kinds_of_velocity_are_not_judged_on_the_same_pulses(registry):
     ground = ground_in(registry)
     for model, kind in (("tree", "before contact"), ("hann", "integrated to the peak")):
         registry.record(trained(replace(ground, dataset=replace(ground.dataset, velocity_kind=kind)), model))
-    promote(registry, "tree", 1, lambda _: ground.table)
+    promote(registry, "tree", 1, lambda _: ground.table, forced=True, reason="the only one")
     with pytest.raises(
         ValueError, match="hann@1 velocities integrated to the peak and tree@1 velocities before contact"
     ):

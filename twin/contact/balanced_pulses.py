@@ -33,6 +33,8 @@ DISCREPANCIES = ("time", "restitution", "shape")
 _LEAST, _MOST = 0.03, 0.99
 #: Powers of the shape: from a pulse with a broad top to one with a narrow one.
 _POWERS = (0.2, 15.0)
+#: Halvings of the powers that a narrowed shape may have: to 0.02 of its power.
+_HALVINGS = 8
 #: Beyond this a discrepancy goes no further: 0.0005 to 0.9995 of a restitution.
 _FAR = 7.5
 #: Stands for a yield strength that is not known: such impacts do not yield.
@@ -98,8 +100,33 @@ def balanced_pulses(
     peak = natural.peak_force_n * np.exp(-np.clip(columns["time"], -_FAR, _FAR))
     power = np.exp(np.clip(columns["shape"], *np.log(_POWERS)))
     shape = (natural.force_n / natural.peak_force_n[:, None]) ** power[:, None]
-    time = impulse / (peak * np.trapezoid(shape, axis=1) / (shape.shape[1] - 1))
+    time = impulse / (peak * _mean_share(shape, np.ones(len(shape))))
     return Pulses(time, shape * peak[:, None], natural.compression_time_s * time / natural.contact_time_s)
+
+
+def narrowed_pulses(pulses: Pulses, mean: Pulses, share: float) -> Pulses:
+    """Random pulses whose ln contact time deviates from that of the `mean` ones by a share of what it did.
+
+    Peak and impulse stay. The shape gets the power with which they give the contact time, and the contact time is what
+    fulfils the impulse to rounding.
+    """
+    peak, impulse = pulses.peak_force_n, pulses.impulse_n_s
+    time = pulses.contact_time_s**share * mean.contact_time_s ** (1 - share)
+    shape = pulses.force_n / pulses.peak_force_n[:, None]
+    low, high = np.full(len(shape), np.log(_POWERS[0])), np.full(len(shape), np.log(_POWERS[1]))
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        broad = _mean_share(shape, np.exp(middle)) > impulse / (peak * time)
+        low, high = np.where(broad, middle, low), np.where(broad, high, middle)
+    power = np.exp((low + high) / 2)
+    time = impulse / (peak * _mean_share(shape, power))
+    force = shape ** power[:, None] * peak[:, None]
+    return Pulses(time, force, pulses.compression_time_s * time / pulses.contact_time_s)
+
+
+def _mean_share(shape: Floats, power: Floats) -> Floats:
+    """Mean force over peak (n,) of shapes (n, p) to powers (n,)."""
+    return np.asarray(np.trapezoid(shape ** power[:, None], axis=1) / (shape.shape[1] - 1))
 
 
 def _natural_pulses(

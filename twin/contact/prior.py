@@ -13,7 +13,7 @@ from ..effects import Effect, checked_effects
 from ..measured_shots import MeasuredShots
 from ..setting import Setting
 from ..strikes import Extrapolation, Outside, Pulses, Strikes
-from .balanced_pulses import PHASES, StruckBodies, balanced_pulses
+from .balanced_pulses import PHASES, StruckBodies, balanced_pulses, narrowed_pulses
 from .bodies import Floats
 from .coupled_solver import COUPLED_PHASES, ImpactSolver
 from .effect import ContactEffect
@@ -158,13 +158,18 @@ class PriorContact:
         solver: ImpactSolver | None = None,
     ) -> Pulses:
         mean, root = self._latent(strikes)
-        if z is not None:
-            if z.shape != (len(strikes), self.normals):
-                raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
-            mean = mean + np.einsum("nlk,nk->nl", root, z)
-        return balanced_pulses(
-            StruckBodies.of(strikes), self.names, mean, self._fixed, at_tip=at_tip, phases=phases, solver=solver
-        )
+        struck = StruckBodies.of(strikes)
+
+        def pulses(latent: Floats) -> Pulses:
+            return balanced_pulses(struck, self.names, latent, self._fixed, at_tip=at_tip, phases=phases, solver=solver)
+
+        if z is None:
+            return pulses(mean)
+        if z.shape != (len(strikes), self.normals):
+            raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
+        assert self.posterior is not None  # made with the stage
+        random, narrowing = pulses(mean + np.einsum("nlk,nk->nl", root, z)), self.posterior.narrowing
+        return random if narrowing == 1 else narrowed_pulses(random, pulses(mean), narrowing)
 
     def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
         """Nothing: yield, loss and layer are drawn."""

@@ -37,8 +37,10 @@ _SHARES = (0.1, 0.25, 0.35, 0.3)
 _SAMPLES, _ITERATIONS = 32, 9
 #: Share of the way to the next line's posterior: whole steps go to and fro between two regimes.
 _STEP = 0.5
-#: Half the width of a normal 90 % band; as many configurations as the prior of the widths weighs; the greatest width.
-_NORMAL_90, _DOUBT, _WIDEST = 1.645, 10.0, 2.5
+#: Half the width of a normal 90 % band, the least and the greatest factor on a width.
+_NORMAL_90, _NARROWEST, _WIDEST = 1.645, 0.3, 2.5
+#: As many configurations as the prior of the widths of peaks, contact times and impulses weighs.
+_DOUBT = (10.0, 7.0, 10.0)
 #: By how much bands of the peak are widened at least when configurations are many: then little is left but the error of
 #: the law and of its lines, which those that are left out share.
 _SHARED_ERROR = 0.15
@@ -93,6 +95,7 @@ class LatentPosterior:
     smooth: Floats  # (3,): standard deviations of the discrepancies
     shot: Floats
     widths: Floats  # (latents,): factors on standard deviations, from configurations that were left out
+    narrowing: float  # share of what draws of ln contact time deviate by, at most 1
 
     @classmethod
     def prior(cls, names: tuple[str, ...]) -> LatentPosterior:
@@ -101,7 +104,7 @@ class LatentPosterior:
         empty = np.zeros((0, len(names)))
         rows = np.zeros(0, dtype=np.intp)
         smooth, shot = SMOOTH * widening[:3], SHOT * widening[3:]
-        return cls(names, nothing, empty, rows, np.zeros(0), np.zeros((0, 0)), smooth, shot, np.ones(len(names)))
+        return cls(names, nothing, empty, rows, np.zeros(0), np.zeros((0, 0)), smooth, shot, np.ones(len(names)), 1.0)
 
     def at(self, features: ShotFeatures) -> tuple[Floats, Floats]:
         """Mean (n, latents) and covariance (n, latents, latents) of each of n new shots."""
@@ -280,16 +283,19 @@ class _Fit:
             self.precision,
             amplitudes[:3],
             widened[3:],
-            self._widths(configuration),
+            *self._widths(configuration),
         )
 
-    def _widths(self, configuration: NDArray[np.intp]) -> Floats:
-        """Factors on the latents' standard deviations (latents,), with which 90 % bands hold 90 % of what was left out.
+    def _widths(self, configuration: NDArray[np.intp]) -> tuple[Floats, float]:
+        """Factors on the latents' standard deviations (latents,), and on what contact times deviate by, with which 90 %
+        bands hold 90 % of what was left out.
 
         Each configuration is foretold by all others (block of the inverse covariance: Rasmussen and Williams, Gaussian
         Processes, 2006, eq. 5.12), and the mean error of its shots is standardized. The factor is the 90 % quantile
         of these over the normal one's, drawn towards 1 where configurations are few. Peaks set the factor of the
-        parameters and of the stretch, contact times the shape's, impulses the restitution's.
+        parameters and of the stretch, contact times the shape's, impulses the restitution's: these are 1 or more,
+        since those that are left out share errors of the law and of its lines. Parameters that are wide for the peak's
+        sake make contact times too wide: these are narrowed alone.
         """
         own = configuration[self.rows]
         numbers = np.unique(own)
@@ -301,16 +307,18 @@ class _Fit:
             for kind in np.unique(self.kinds[block]):
                 of_kind = self.kinds[block] == kind
                 errors[row, kind] = left[of_kind].sum() / np.sqrt(covariance[np.ix_(of_kind, of_kind)].sum())
-        factors = np.ones(3)
+        wanted = np.ones(3)
         for kind in range(3):
             sizes = np.abs(errors[np.isfinite(errors[:, kind]), kind])
             if sizes.size > 1:
                 quantile = float(np.quantile(sizes, 0.9, method="hazen")) / _NORMAL_90
-                weight = sizes.size / (sizes.size + _DOUBT)
-                least = 1 + _SHARED_ERROR * weight if kind == 0 else 1.0
-                factors[kind] = np.clip(quantile**weight, least, _WIDEST)
-        peak, time, impulse = factors
-        return np.array([*[peak] * (len(self.names) - 3), peak, impulse, time])
+                weight = sizes.size / (sizes.size + _DOUBT[kind])
+                least = 1 + _SHARED_ERROR * weight if kind == 0 else 0.0
+                wanted[kind] = np.clip(quantile**weight, least, _WIDEST)
+        peak, time, impulse = np.maximum(wanted, 1.0)
+        # Wider parameters widen contact times as they do peaks.
+        narrowing = float(np.clip(wanted[1] / peak, _NARROWEST, 1.0))
+        return np.array([*[peak] * (len(self.names) - 3), peak, impulse, time]), narrowing
 
 
 def _whitened(normals: Floats) -> Floats:

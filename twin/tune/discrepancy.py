@@ -106,7 +106,8 @@ class Discrepancy:
     def shot_covariance_db2(self) -> Floats:
         """(f, f) of what one shot has for itself: what remains when all that shots share is learned."""
         parts = (t.sd_db**2 * t.of_lines(self.octaves) for t in self.terms if isinstance(t.of_settings, EachShot))
-        return np.asarray(sum(parts, np.zeros((self.frequency_hz.size, self.frequency_hz.size))))
+        shared = sum(parts, np.zeros((self.frequency_hz.size, self.frequency_hz.size)))
+        return np.asarray(self.scales[:, None] * shared * self.scales)
 
     def after(self, settings: Sequence[Setting], residual_db: Floats) -> Learned:
         """Conditioned on measured - predicted levels (n, f) of n shots at their settings; none is fine."""
