@@ -10,6 +10,7 @@ priors, widened by their uncertainty.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -290,12 +291,12 @@ class _Fit:
         """Factors on the latents' standard deviations (latents,), and on what contact times deviate by, with which 90 %
         bands hold 90 % of what was left out.
 
-        Each configuration is foretold by all others (block of the inverse covariance: Rasmussen and Williams, Gaussian
+        Each configuration is predicted by all others (block of the inverse covariance: Rasmussen and Williams, Gaussian
         Processes, 2006, eq. 5.12), and the mean error of its shots is standardized. The factor is the 90 % quantile
-        of these over the normal one's, drawn towards 1 where configurations are few. Peaks set the factor of the
-        parameters and of the stretch, contact times the shape's, impulses the restitution's: these are 1 or more,
-        since those that are left out share errors of the law and of its lines. Parameters that are wide for the peak's
-        sake make contact times too wide: these are narrowed alone.
+        of these and one more (conformal prediction) over the normal one's, drawn towards 1 where configurations are
+        few. Peaks set the factor of the parameters and of the stretch, contact times the shape's, impulses the
+        restitution's: these are 1 or more, since those that are left out share errors of the law and of its lines.
+        Parameters that are wide for the peak's sake make contact times too wide: these are narrowed alone.
         """
         own = configuration[self.rows]
         numbers = np.unique(own)
@@ -311,7 +312,8 @@ class _Fit:
         for kind in range(3):
             sizes = np.abs(errors[np.isfinite(errors[:, kind]), kind])
             if sizes.size > 1:
-                quantile = float(np.quantile(sizes, 0.9, method="hazen")) / _NORMAL_90
+                last = min(math.ceil(0.9 * (sizes.size + 1)), sizes.size)
+                quantile = float(np.sort(sizes)[last - 1]) / _NORMAL_90
                 weight = sizes.size / (sizes.size + _DOUBT[kind])
                 least = 1 + _SHARED_ERROR * weight if kind == 0 else 0.0
                 wanted[kind] = np.clip(quantile**weight, least, _WIDEST)
