@@ -13,7 +13,7 @@ from ..schema.columns import parse_number
 from ..signals.calibration import Calibration, fit_line
 from .errors import IngestError
 from .tables import read_table
-from .texts import shown
+from .texts import shown, stated_day
 
 FILE = "campaign.toml"
 _KEYS = ("points", "file", "date", "reference_u", "reading_u_v", "common_u")
@@ -127,12 +127,7 @@ def _not_negative(table: Mapping[str, Any], key: str, where: str) -> float:
 
 
 def _date(table: Mapping[str, Any], where: str) -> dt.date:
-    value = table.get("date")
-    if isinstance(value, dt.datetime):
-        return value.date()
-    if isinstance(value, dt.date):
-        return value
     try:
-        return dt.date.fromisoformat(value if isinstance(value, str) else "")
+        return stated_day(table.get("date"), "the day of the calibration")
     except ValueError as error:
-        raise IngestError(f"{FILE}: {where}.date is {shown(value)}; expected the day of the calibration") from error
+        raise IngestError(f"{FILE}: {where}.date is {error}") from error

@@ -20,7 +20,7 @@ from .errors import Faults, IngestError
 from .force_source import ForceSource, force_source
 from .readers import ReadingOptions
 from .recording_options import reading_options
-from .texts import LONGEST_NAME, shown
+from .texts import LONGEST_NAME, shown, stated_day
 
 FILE = "campaign.toml"
 KINDS = ("hammer", "gun")
@@ -189,17 +189,10 @@ def _choice(table: Mapping[str, Any], key: str, where: str, known: tuple[str, ..
 
 
 def _date(campaign: Mapping[str, Any]) -> dt.date:
-    value = campaign.get("date")
-    if isinstance(value, dt.datetime):
-        return value.date()
-    if isinstance(value, dt.date):
-        return value
     try:
-        return dt.date.fromisoformat(value if isinstance(value, str) else "")
+        return stated_day(campaign.get("date"), "an ISO date such as 2026-11-01")
     except ValueError as error:
-        raise IngestError(
-            f"{FILE}: campaign.date is {shown(value)}; expected an ISO date such as 2026-11-01"
-        ) from error
+        raise IngestError(f"{FILE}: campaign.date is {error}") from error
 
 
 Rule = tuple[str, Callable[[float], bool]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime as dt
 from collections.abc import Sequence
 
 #: Longest name of a campaign, channel, factor or level: PostgreSQL indexes no text beyond 2.7 kB.
@@ -15,6 +16,18 @@ def shown(value: object) -> str:
     except ValueError:  # Python writes no whole number of more than 4300 digits
         return "a number of thousands of digits"
     return text if len(text) <= 100 else text[:100] + "…"
+
+
+def stated_day(value: object, expected: str) -> dt.date:
+    """A day that TOML holds as a date, a time or a text. Raises `ValueError` with the value and what was expected."""
+    if isinstance(value, dt.datetime):
+        return value.date()
+    if isinstance(value, dt.date):
+        return value
+    try:
+        return dt.date.fromisoformat(value if isinstance(value, str) else "")
+    except ValueError as error:
+        raise ValueError(f"{shown(value)}; expected {expected}") from error
 
 
 def difference(name: str, given: str | None, stored: str | None) -> str:
