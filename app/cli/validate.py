@@ -12,7 +12,7 @@ from .common import db_option, json_option, note, opened, print_table, write_jso
 
 @click.command()
 @click.argument("campaign")
-@click.option("--contact", metavar="LAW|registered|NAME@VERSION", default=None, help="[as of predict]")
+@click.option("--contact", metavar="LAW|prior|registered|NAME@VERSION", default=None, help="[as of predict]")
 @click.option("--folds", type=click.IntRange(2), default=5, show_default=True, help="Of configurations.")
 @click.option("--draws", type=click.IntRange(20), default=64, show_default=True, help="Random shots for the bands.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same answer.")
