@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...dataset.stored_bench import by_name, stored_materials
+from ...schema.columns import BY_COLUMN
 from ...schema.velocity_kinds import BEFORE_CONTACT
 from ...training.place import place_beside
 from ...twin.chain import Twin, default_lines
@@ -51,7 +52,8 @@ class TwinRequest:
 
     `adopted`: effects that diagnoses have left to the campaign's bench act, too. `learn`: the campaign's measured shots
     teach every stage, but for those of `without_configurations` (keys of the store), which the twin has then not seen.
-    `chain_height_m`: by which the plate hangs higher than its drawing has it, and is struck lower.
+    `chain_height_m`: by which the plate hangs higher than its drawing has it, and is struck lower; whole links of its
+    chain, else `ValueError`.
     `coupled`: contact and plate are solved together, which takes the prior or a law that is solved in time (hertz).
     """
 
@@ -70,6 +72,14 @@ class TwinRequest:
     without_configurations: frozenset[int] = frozenset()
     chain_height_m: float = 0.0
     coupled: bool = False
+
+    def __post_init__(self) -> None:
+        height = BY_COLUMN["chain_height_mm"]
+        if not height.allows(self.chain_height_m / height.scale):
+            raise ValueError(
+                f"chain height {1e3 * self.chain_height_m:g} mm: expected {height.expected_number}, for the plate "
+                f"hangs by links of {height.step:g} mm"
+            )
 
 
 @dataclass(frozen=True, eq=False)

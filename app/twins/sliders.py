@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
+from ...schema.columns import CHAIN_PITCH_M
+from ..predictions.given_factors import is_used
 from ..predictions.predicting import NONE, TANK_PRESSURE_PA, Shot
 from ..tuning.laboratory import LEAST_PRESSURE_PA
 
@@ -35,7 +38,9 @@ def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
     A number has `unit` (as shown), `scale` (shown = scale * SI), and in SI `low`, `high`, `step`, `default`, `levels`
     (what the lab owns; none for what goes without steps) and `domain`: from what to what the model has learned, None
     for a law, and for what the model is not asked. A choice has `options`, each a `name` with `known`: whether the
-    model has met it, and a `default`. `factors`: what the lab owns, else the shipped gun's. Raises `ValueError` for
+    model has met it, and a `default`; `boundary_conditions` is a choice where the contact model takes them.
+    `chain_heights_m`: by how much the plate of a gun can hang higher; none on other benches, and for a modal table,
+    which knows its points alone. `factors`: what the lab owns, else the shipped gun's. Raises `ValueError` for
     factors without tip radius or bullet mass.
     """
     from ...doe.limits.bench import read_limits
@@ -55,6 +60,7 @@ def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
     return {
         "numbers": {name: _number(name, *each[:-1], known.get(each[-1] or "")) for name, each in ends.items()},
         "choices": _choices(built, known),
+        "chain_heights_m": _chain_heights_m(built),
     }
 
 
@@ -82,17 +88,38 @@ def _number(
 
 
 def _choices(built: BuiltTwin, known: Known) -> dict[str, Any]:
-    from ...twin.setting import INSULATORS
+    from ...twin.setting import BOUNDARY_CONDITIONS, INSULATORS
 
     names = sorted({material.name for material in built.materials.values()}, key=str.lower)
     positions = built.twin.plate.ensemble(built.plate.name)[0].impact_points if built.twin.sensor_names else ("#1",)
     tip = Shot.tip_material if Shot.tip_material in names else names[0]
-    return {
+    choices = {
         "tip_material": _choice(names, tip, lambda name: _tip_known(built, known, name)),
         "anvil_material": _choice([NONE, *names], NONE, _level_known(known, "factor.anvil_material")),
         "insulator": _choice(INSULATORS, NONE, _level_known(known, "factor.insulator")),
         "impact_position": _choice(positions, positions[0], lambda _: True),
     }
+    if is_used(built, "boundary_conditions"):
+        is_known = _level_known(known, "factor.boundary_conditions")
+        choices["boundary_conditions"] = _choice(BOUNDARY_CONDITIONS, BOUNDARY_CONDITIONS[0], is_known)
+    return choices
+
+
+def _chain_heights_m(built: BuiltTwin) -> list[float]:
+    """Whole links, as long as every impact position lies on the plate; lowest first."""
+    if not built.bench.has_gun or built.bench.modes is not None:
+        return []
+    return [*reversed(_links_m(built, -1)), 0.0, *_links_m(built, 1)]
+
+
+def _links_m(built: BuiltTwin, direction: int) -> list[float]:
+    heights: list[float] = []
+    with suppress(ValueError):  # a point that is beyond the edge
+        while built.bench.drawing.impact_points:
+            height_m = round(direction * (len(heights) + 1) * CHAIN_PITCH_M, 6)
+            built.bench.drawing.raised(height_m)
+            heights.append(height_m)
+    return heights
 
 
 def _choice(names: Sequence[str], default: str, known: Callable[[str], bool]) -> dict[str, Any]:

@@ -37,6 +37,9 @@ class Question(BaseModel):
     q: Annotated[float, Field(gt=0.5, le=1000)] = 10.0
     adopted: bool = True
     coupled: bool = Field(False, description="contact law and plate solved together: thin plates, soft tips")
+    chain_height_m: Annotated[float, Field(ge=-10, le=10)] = Field(
+        0.0, description="by which the plate of a gun hangs higher: a multiple of 0.056, a link of its chain"
+    )
     tank_pressure_pa: Annotated[float, Field(ge=1, le=1e8)] | None = None
     impact_velocity_m_s: Annotated[float, Field(ge=1e-3, le=1e4)] | None = None
     bullet_mass_kg: Annotated[float, Field(ge=1e-4, le=1e3)] | None = Field(None, description="none: the bench's")
@@ -59,6 +62,7 @@ class Question(BaseModel):
             q=self.q,
             adopted=self.adopted,
             coupled=self.coupled,
+            chain_height_m=self.chain_height_m,
         )
 
     def shot(self) -> Shot:

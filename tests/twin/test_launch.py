@@ -143,6 +143,15 @@ def test_bullets_that_stay_are_counted_and_left_out_of_the_bands():
         Twin(HalfSine(), stage).predict(setting(tank_pressure_pa=100.0))
 
 
+def test_measured_shots_make_no_bullet_leave_that_stays():
+    """Far below its measured shots no gun fires 5 kg that fired less at more pressure: an empty tank fires nothing."""
+    learned = gun().updated(np.array([0.232, 0.265, 0.3, 0.4, 0.5]) * 1e5, [0.1428] * 5, [10.4, 11.9, 13.0, 16.0, 18.5])
+    at = [setting(tank_pressure_pa=p, impactor_mass_kg=5.0) for p in (1.0, 20.0, 500.0, 2e3, 5e3, 5e4, 4e5)]
+    probability = learned.leaving(at, NOMINAL)
+    assert np.all(np.diff(probability) >= 0) and probability[0] < 0.05 and probability[-1] > 0.95
+    assert learned.velocities(at[:1], NOMINAL)[0] == 0
+
+
 def test_stage_goes_between_processes():
     learned = gun().updated([1e5], [0.5], [12.0])
     again, asked = pickle.loads(pickle.dumps(learned)), [setting(tank_pressure_pa=2e5)]

@@ -167,7 +167,9 @@ class VelocityPosterior:
         for rows, gap, scatter, inverse in self._inverses:
             known = gap**2 * np.sum(kernel @ inverse * kernel, axis=1)
             variance[rows] = gap**2 * np.maximum(alone - known, 0.0) + scatter**2
-        return replace(members, log=moved), np.asarray(members.amplification * np.sqrt(variance))
+        # Far below the shots the gaps are a large factor, and of a bullet that stays no factor makes one that leaves.
+        log = np.where(x > members.least, moved, np.minimum(moved, x))
+        return replace(members, log=log), np.asarray(members.amplification * np.sqrt(variance))
 
 
 def _places(settings: _Settings, pressure_pa: Floats, mass_kg: Floats) -> Floats:

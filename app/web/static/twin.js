@@ -8,7 +8,7 @@ document.addEventListener("DOMContentLoaded", () => {
   const asked = () => {
     const query = new URLSearchParams();
     Object.entries(fixed).forEach(([key, value]) => value && query.set(key, value));
-    form.querySelectorAll("input, select").forEach((field) => query.set(field.name,
+    form.querySelectorAll("input, select").forEach((field) => field.value && query.set(field.name,
       field.dataset.scale ? Number((field.value / field.dataset.scale).toPrecision(9)) : field.value));
     return query;
   };
@@ -38,7 +38,7 @@ document.addEventListener("DOMContentLoaded", () => {
     of("rests-on").hidden = !prediction.rests_on.sentence;
     list(of("notes"), prediction.notes);
     list(of("warnings"), prediction.warnings);
-    form.querySelectorAll("input").forEach((field) => {
+    form.querySelectorAll("input[type=range]").forEach((field) => {
       const warning = of(`${field.id}-warning`);
       warning.textContent = answer.beside[field.id] || "";
       warning.hidden = !warning.textContent;
@@ -64,7 +64,10 @@ document.addEventListener("DOMContentLoaded", () => {
     } while (again);
     busy = false;
   };
+  // A text is asked for when it is whole, anything else while it moves.
+  form.addEventListener("change", (event) => { if (event.target.type === "text") ask(); });
   form.addEventListener("input", (event) => {
+    if (event.target.type === "text") return;
     const shown = of(`${event.target.id}-shown`);
     if (shown) shown.textContent = short(Number(event.target.value));
     ask();

@@ -32,7 +32,8 @@ def test_two_models_are_compared_on_pulses_in_common(browser, lab):
         assert means == pytest.approx({label: found[label]["metrics"]["force_nrmse"]["mean"] for label in heads})
 
 
-def test_better_one_is_promoted_and_worse_one_refused_with_their_reasons(browser, lab):
+def test_promotions_are_refused_or_forced_with_their_reasons(browser, lab):
+    """Models of one campaign's few shots are worse than the contact of which nothing was learned, and so refused."""
     costs = {each.label: each.metrics["cost"].mean for each in registry_of(lab.db).versions()}
     better, worse = sorted(costs, key=costs.__getitem__)
     assert in_use(lab) == []
@@ -40,6 +41,16 @@ def test_better_one_is_promoted_and_worse_one_refused_with_their_reasons(browser
         at(page, f"/models/{better.replace('@', '/')}")
         page.fill("#reason", "the best of the <b>rehearsal</b>")
         page.press("#reason", "Enter")
+        page.wait_for_selector("#decision")
+        refused = page.inner_text("#decision")
+        assert refused.startswith(
+            f"Refused: the prior of the contact predicts unseen configurations better than {better}"
+        )
+        assert in_use(lab) == []
+        at(page, f"/models/{better.replace('@', '/')}")
+        page.fill("#reason", "the best of the <b>rehearsal</b>")
+        page.check("#promote input[name=force]")
+        page.click("#promote button")
         page.wait_for_selector("#decision")
         assert page.inner_text("#decision").startswith("Promoted")
         assert page.locator("#in-use").count() == 1
@@ -53,7 +64,7 @@ def test_better_one_is_promoted_and_worse_one_refused_with_their_reasons(browser
         at(page, "/models")
         kept = page.locator("#promotions tbody tr").all_inner_texts()
     told = [(each.candidate, each.promoted, each.reason) for each in registry_of(lab.db).decisions()]
-    assert [each[:2] for each in told] == [(worse, False), (better, True)]  # the newest first
+    assert [each[:2] for each in told] == [(worse, False), (better, True), (better, False)]  # the newest first
     assert "the best of the <b>rehearsal</b>" in told[1][2] and "the best of the <b>rehearsal</b>" in kept[-1]
     assert "refused" in kept[0] and "for a try" in kept[0]
 

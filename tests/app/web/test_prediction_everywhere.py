@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from pyroshock.app.twins import building
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest
 from pyroshock.app.twins.sliders import VELOCITY_M_S
 from pyroshock.app.twins.warm import TwinShelf
@@ -17,6 +19,7 @@ from pyroshock.twin.prediction import Prediction, RestsOn
 from pyroshock.twin.strikes import Extrapolation
 from support.checks.well_formed import Page
 from support.processes.web_client import post_json
+from support.records.twin_parts import unsolved
 from support.stores.stores import pyroshock
 from support.stores.web_stores import GUN, HAMMER, Lab
 
@@ -24,6 +27,8 @@ from support.stores.web_stores import GUN, HAMMER, Lab
 pytestmark = pytest.mark.timeout(600)
 
 LOWEST_PA, HIGHEST_PA, HEAVIEST_KG = 0.5e5, 6.7e5, 0.8
+#: Of a valve: 0.1 s to open, 0.1 s to close.
+PROFILE = "0:0 0.1:1 0.3:1 0.4:0"
 SENTENCE = "The bands rest on 5 measured shots of first-shots."
 #: Options of the command, and the same question to the API and the page.
 SHOTS = {
@@ -43,6 +48,48 @@ SHOTS = {
     "registered model": (
         ("--velocity", "9m/s", "--contact", "linear@1", "--tip", "delrin", "--tip-radius", "30mm"),
         {"impact_velocity_m_s": 9.0, "contact": "linear@1", "tip_material": "delrin", "tip_radius_m": 0.03},
+    ),
+    "plate that hangs higher": (
+        ("--tank-pressure", "3bar", "--contact", "hertz", "--chain-height", "112mm"),
+        {"tank_pressure_pa": 3e5, "contact": "hertz", "chain_height_m": 0.112},
+    ),
+    "valve profile": (
+        ("--tank-pressure", "4bar", "--contact", "hertz", "--valve-profile", PROFILE),
+        {"tank_pressure_pa": 4e5, "contact": "hertz", "valve_profile": PROFILE},
+    ),
+    "coupled": (
+        ("--velocity", "8m/s", "--contact", "hertz", "--coupled"),
+        {"impact_velocity_m_s": 8.0, "contact": "hertz", "coupled": True},
+    ),
+    "hammer, held plate, registered model": (
+        (
+            "--campaign",
+            HAMMER,
+            "--velocity",
+            "1.5m/s",
+            "--contact",
+            "linear@1",
+            "--tip",
+            "delrin",
+            "--tip-radius",
+            "30mm",
+            "--anvil",
+            "steel",
+            "--insulator",
+            "polymeric",
+            "--boundary-conditions",
+            "fixed",
+        ),
+        {
+            "campaign": HAMMER,
+            "impact_velocity_m_s": 1.5,
+            "contact": "linear@1",
+            "tip_material": "delrin",
+            "tip_radius_m": 0.03,
+            "anvil_material": "steel",
+            "insulator": "polymeric",
+            "boundary_conditions": "fixed",
+        },
     ),
 }
 PARAMETERS = pytest.mark.parametrize("name", SHOTS)
@@ -210,3 +257,75 @@ def test_bench_without_a_gun_is_asked_by_its_velocity(filled: Lab, monkeypatch: 
     assert 'id="impact_velocity_m_s"' in html and 'id="tank_pressure_pa"' not in html
     answer = filled.client.get("/twin/answer", params={"campaign": HAMMER, "contact": "hertz"}).json()
     assert answer["prediction"]["velocity_m_s"]["mean"] == pytest.approx(VELOCITY_M_S)
+
+
+def peak_m_s2(answer: dict[str, Any]) -> float:
+    return float(answer["acceleration"]["acceleration_1"]["peak_m_s2"]["mean"])
+
+
+def test_plate_that_hangs_higher_is_another_plate_to_command_and_api(
+    filled: Lab, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A plate whose answer is as high as the place of impact: 112 mm lower of some 280 mm."""
+
+    def by_height(drawing: Any, *others: Any) -> Any:
+        plate = unsolved(drawing, *others)
+        heights = [drawing.impact_points[name][1] for name in plate.impact_points]
+        return replace(plate, shape_impact=np.array(heights)[:, None] * plate.shape_impact)
+
+    monkeypatch.setattr(building, "solved", by_height)
+    shot = {"impact_velocity_m_s": 8.0, "contact": "hertz", "q": 12.5, "seed": 3}
+    usual, higher = (
+        filled.client.get("/api/predict", params={**shot, "chain_height_m": height}).json() for height in (0.0, 0.112)
+    )
+    words = ("predict", "--velocity", "8m/s", "--contact", "hertz", "--q", "12.5", "--seed", "3", "--db", filled.db)
+    command = json.loads(pyroshock(*words, "--chain-height", "112mm", "--json").stdout)
+    (y,) = {y for name, (_, y) in of_bench(filled).drawing.impact_points.items() if name == "#1"}
+    assert peak_m_s2(higher) / peak_m_s2(usual) == pytest.approx((y - 0.112) / y, rel=1e-6)
+    assert command["srs"] == higher["srs"]
+
+
+def of_bench(filled: Lab) -> Any:
+    from pyroshock.app.twins.benches import bench_of_campaign
+
+    with filled.store.reading() as session:
+        return bench_of_campaign(session, None)
+
+
+def test_valve_and_held_plate_change_the_prediction(filled: Lab) -> None:
+    def told(name: str, without: str) -> tuple[dict[str, Any], dict[str, Any]]:
+        other = {key: value for key, value in question(name).items() if key != without}
+        return tuple(filled.client.get("/api/predict", params=params).json() for params in (question(name), other))
+
+    with_valve, open_tank = told("valve profile", "valve_profile")
+    assert with_valve["velocity_m_s"]["mean"] < open_tank["velocity_m_s"]["mean"] - 0.5
+    fixed, free = told("hammer, held plate, registered model", "boundary_conditions")
+    assert fixed["peak_force_n"]["mean"] != pytest.approx(free["peak_force_n"]["mean"], rel=1e-6)
+    coupled, rigid = told("coupled", "coupled")
+    assert coupled["impulse_n_s"]["mean"] != pytest.approx(rigid["impulse_n_s"]["mean"], rel=1e-6)
+
+
+def test_fields_stand_where_they_apply(filled: Lab) -> None:
+    def fields(**params: Any) -> set[str]:
+        html = filled.client.get("/twin", params=params).text
+        names = {"chain_height_m", "valve_profile", "boundary_conditions"}
+        return {name for name in names if re.search(rf'<(input|select) id="{name}"', html)}
+
+    assert fields(contact="hertz") == {"chain_height_m", "valve_profile"}
+    assert fields(contact="hertz", impact_velocity_m_s=8.0) == {"chain_height_m"}
+    assert fields(campaign=HAMMER, contact="hertz", impact_velocity_m_s=1.5) == set()
+    assert fields(campaign=HAMMER, contact="linear@1", impact_velocity_m_s=1.5) == {"boundary_conditions"}
+
+
+def test_fields_hold_what_is_asked(filled: Lab) -> None:
+    html = filled.client.get("/twin", params=question("plate that hangs higher")).text
+    assert re.search(r'<option value="0\.112" selected>112</option>', html)
+    assert filled.client.get("/twin", params=question("valve profile")).text.count(f'value="{PROFILE}"') == 1
+    html = filled.client.get("/twin", params=question("hammer, held plate, registered model")).text
+    assert '<option value="fixed" selected>' in html
+
+
+@pytest.mark.parametrize(("height_m", "words"), [(0.1, "expected a multiple of 56"), (0.56, "outside of the plate")])
+def test_height_that_the_plate_cannot_hang_at_is_refused(filled: Lab, height_m: float, words: str) -> None:
+    answer = filled.client.get("/api/predict", params={"contact": "hertz", "chain_height_m": height_m})
+    assert answer.status_code == 422 and words in answer.text
