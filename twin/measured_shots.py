@@ -63,7 +63,7 @@ class MeasuredShots:
         """Which shots (n,) are predicted from their measured force."""
         if self.given_force_n is None:
             return np.zeros(len(self), dtype=np.bool_)
-        return np.isfinite(self.given_force_n).all(axis=1)
+        return np.asarray(np.isfinite(self.given_force_n).all(axis=1))
 
     def given_force(self, row: int) -> MeasuredForce | None:
         """The measured force that a shot is predicted from; None where it is predicted from its setting."""
