@@ -143,26 +143,32 @@ class Twin:
         """Levels of measured shots that the nominal plate shows under their measured forces, without calibration, dB re
         1 m/s2: (n, sensors, 1 + lines), peaks first, as `SpectrumCalibration.of` takes them.
 
-        Pulses have the contact's shape, peak and impulse of the measured force. NaN for shots without a measured force
-        (where any has one), and on plates or at positions that this twin has not.
+        Pulses have the contact's shape, peak and impulse of the measured force, or are that force where shots are
+        predicted from it. NaN for shots without a measured force (where any has one), and on plates or at positions
+        that this twin has not.
         """
         out = np.full((len(shots), len(self.sensor_names), 1 + self.frequency_hz.size), np.nan)
-        velocity = shots.impact_velocity_m_s.copy()
         usable = np.array([self._has_place(setting) for setting in shots.settings], dtype=np.bool_)
         measured = np.isfinite(shots.peak_force_n) & np.isfinite(shots.impulse_n_s)
         usable &= measured if measured.any() else True
-        if (unknown := np.flatnonzero(usable & ~(velocity > 0))).size:
-            velocity[unknown] = self.velocities([shots.settings[row] for row in unknown])
-        for rows in self._chunks(np.where(usable, velocity, 0.0)):
-            settings = [shots.settings[row] for row in rows]
-            strikes = Strikes(settings, velocity[rows])
-            pulses = self.contact.pulses(strikes)
-            measured_force = shots.peak_force_n[rows], shots.impulse_n_s[rows]
-            pulses = stretched(self._on_plate(strikes, None, pulses), pulses, *measured_force)
-            shown = self.accelerations(settings, pulses)
+        for rows, pulses in self._replays(shots, usable):
+            shown = self.accelerations([shots.settings[row] for row in rows], pulses)
             out[rows, :, 0] = np.abs(shown).max(axis=-1)
             out[rows, :, 1:] = self._spectra_of(shown, pulses)
         return np.asarray(20 * np.log10(out))
+
+    def _replays(self, shots: MeasuredShots, usable: NDArray[np.bool_]) -> Iterator[tuple[_Members, Pulses]]:
+        """Rows of usable shots, in parts, and the pulses on the plate under their measured forces."""
+        by_setting, velocity = usable & ~shots.force_is_given, shots.impact_velocity_m_s.copy()
+        if (unknown := np.flatnonzero(by_setting & ~(velocity > 0))).size:
+            velocity[unknown] = self.velocities([shots.settings[row] for row in unknown])
+        for rows in self._chunks(np.where(by_setting, velocity, 0.0)):
+            strikes = Strikes([shots.settings[row] for row in rows], velocity[rows])
+            pulses = self.contact.pulses(strikes)
+            measured_force = shots.peak_force_n[rows], shots.impulse_n_s[rows]
+            yield rows, stretched(self._on_plate(strikes, None, pulses), pulses, *measured_force)
+        for rows in self._chunks(np.where(usable & shots.force_is_given, 1.0, 0.0)):
+            yield rows, shots.given_pulses(rows)
 
     def _on_plate(self, strikes: Strikes, z: Floats | None, pulses: Pulses) -> Pulses:
         return self.contact.plate_pulses(strikes, z, pulses) if isinstance(self.contact, AboveAnvil) else pulses

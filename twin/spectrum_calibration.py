@@ -202,8 +202,9 @@ class SpectrumCalibration:
 
 
 def at_velocities(settings: Sequence[Setting], velocity_m_s: Floats) -> list[Setting]:
-    """Settings with the velocities that their impacts have; 1 m/s where that is not known."""
-    known = np.where(velocity_m_s > 0, velocity_m_s, 1.0).tolist()
+    """Settings with the velocities that their impacts have; that of the setting, or 1 m/s, where that is not known."""
+    set_m_s = [setting.impact_velocity_m_s or 1.0 for setting in settings]
+    known = np.where(velocity_m_s > 0, velocity_m_s, set_m_s).tolist()
     return [
         replace(setting, tank_pressure_pa=None, valve_profile=None, impact_velocity_m_s=velocity)
         for setting, velocity in zip(settings, known, strict=True)

@@ -21,14 +21,17 @@ from ...schema.impacts import Impact, Pulse
 from ...schema.listings import get_campaign_id
 from ...schema.quality import QualityFinding
 from ...schema.recordings import RecordedChannel
+from ...schema.series import as_floats
 from ...schema.shots import Shot
 from ...schema.velocity_kinds import INTEGRATED, velocity_kind
+from ...twin.contact.hertz import impactor_of_pulse
 from ...twin.contact.impacts import plate_impedance
+from ...twin.contact.struck import bodies_of
 from ...twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
 from ...twin.materials import Material
 from ...twin.measured_shots import MeasuredShots
 from ...twin.setting import Setting
-from ...twin.strikes import Floats
+from ...twin.strikes import Floats, Strikes
 from .benches import Bench
 
 NONE = "none"
@@ -48,6 +51,8 @@ _SAMPLES_A_CYCLE = 10.0
 _UNSTATED_U = 0.01
 #: The tip of a shot of which nothing but the velocity was measured: the velocity does not depend on it.
 _UNSTATED_TIP: Mapping[str, str | float] = {"tip_material": "steel", "tip_radius": 0.045}
+#: Equal phases of a force that is given to the twin.
+_PHASES = 201
 #: Factors that a setting has fields for; others are a laboratory's own.
 _FIELDS = frozenset(field.name.removesuffix("_m") for field in fields(Setting)) | {
     "tip_material",
@@ -88,6 +93,19 @@ class _Hit:
     force_points_n: list[float] | None
 
 
+@dataclass(frozen=True, eq=False)
+class _Shot:
+    """A hit as a twin takes it: the velocity before contact (NaN: not known), the force (phases,) where that is given
+    to the twin, peak and spectrum of each sensor (sensors, 1 + lines)."""
+
+    hit: _Hit
+    setting: Setting
+    velocity_m_s: float
+    velocity_u_m_s: float
+    given_force_n: Floats | None
+    figures: Floats
+
+
 def read_measured_shots(
     session: Session,
     campaign: str,
@@ -104,8 +122,9 @@ def read_measured_shots(
     `material` knows materials by name and raises `LookupError` for others. Spectra are maximax (m/s2) of 0.1 s of each
     record from its contact on, or until the next hit, less the rest before it; `sensors` that have no usable record of
     a shot have NaN there. A hammer's impact is left out where a check rejects it; a gun's shot then has NaN for its
-    force, and keeps velocity and accelerations. Shots whose setting is not known are left out. Of more than `most`,
-    evenly picked ones are read. Raises `LookupError` for an unknown campaign.
+    force, and keeps velocity and accelerations. Shots without mass or velocity are predicted from their measured force
+    (`MeasuredShots.given_force`); those that have no force either, or whose setting is not known, are left out. Of more
+    than `most`, evenly picked ones are read. Raises `LookupError` for an unknown campaign.
     """
     key = get_campaign_id(session, campaign)
     hits, rejected = _hits(session, key), _rejected(session, key)
@@ -113,7 +132,7 @@ def read_measured_shots(
         hits = [hits[row] for row in np.linspace(0, len(hits) - 1, most).round().astype(np.intp)]
     words = configuration_factors(session, list({hit.configuration for hit in hits}))
     records = _Records(session, tuple(sensors), frequency_hz, q, _starts(session, key))
-    kept: list[tuple[Setting, _Hit, float, float, Floats]] = []
+    kept: list[_Shot] = []
     left_out: list[str] = []
     for hit in hits:
         where = f"run {hit.run}, repetition {hit.repetition}"
@@ -122,13 +141,18 @@ def read_measured_shots(
                 hit = _without_force(hit, rejected[hit.impact])
                 left_out.append(f"{where}: the check {rejected[hit.impact]} rejects its force")
             velocity, velocity_u = _velocity(hit, words[hit.configuration], material, plate)
+            force = _given_force(session, hit, velocity)
+            if force is not None:
+                hit, velocity = replace(hit, mass_kg=1.0, pressure_pa=None), 1.0  # until the bodies are known
             setting = _setting(hit, words[hit.configuration], velocity, material, plate)
+            if force is not None:
+                setting, velocity, velocity_u = _of_pulse(setting, hit), math.nan, math.nan
         except (ValueError, LookupError) as error:
             left_out.append(f"{where}: {error}")
             continue
         figures, reasons = records.figures(hit)
         left_out += [f"{where}: {reason}" for reason in reasons]
-        kept.append((setting, hit, velocity, velocity_u, figures))
+        kept.append(_Shot(hit, setting, velocity, velocity_u, force, figures))
     return _shots(kept, tuple(sensors), frequency_hz, q), tuple(left_out)
 
 
@@ -142,16 +166,18 @@ def struck_plate(bench: Bench) -> StruckPlate:
     return StruckPlate(bench.plate_material, bench.drawing.thickness_m, bench.drawing.area_m2)
 
 
-def _shots(
-    kept: Sequence[tuple[Setting, _Hit, float, float, Floats]], sensors: tuple[str, ...], lines: Floats, q: float
-) -> MeasuredShots:
-    figures = np.array([row[4] for row in kept]).reshape(len(kept), len(sensors), lines.size + 1)
-    hits = [row[1] for row in kept]
+def _shots(kept: Sequence[_Shot], sensors: tuple[str, ...], lines: Floats, q: float) -> MeasuredShots:
+    figures = np.array([shot.figures for shot in kept]).reshape(len(kept), len(sensors), lines.size + 1)
+    hits = [shot.hit for shot in kept]
+    forces = np.full((len(kept), _PHASES), np.nan)
+    for row, shot in enumerate(kept):
+        if shot.given_force_n is not None:
+            forces[row] = shot.given_force_n
     return MeasuredShots(
-        settings=tuple(row[0] for row in kept),
+        settings=tuple(shot.setting for shot in kept),
         configuration=np.array([hit.configuration for hit in hits], dtype=np.intp),
-        impact_velocity_m_s=np.array([row[2] for row in kept], dtype=np.float64),
-        impact_velocity_u_m_s=np.array([row[3] for row in kept], dtype=np.float64),
+        impact_velocity_m_s=np.array([shot.velocity_m_s for shot in kept], dtype=np.float64),
+        impact_velocity_u_m_s=np.array([shot.velocity_u_m_s for shot in kept], dtype=np.float64),
         contact_time_s=_column([hit.contact_time_s for hit in hits]),
         peak_force_n=_column([hit.peak_force_n for hit in hits]),
         impulse_n_s=_column([hit.impulse_n_s for hit in hits]),
@@ -160,6 +186,7 @@ def _shots(
         frequency_hz=lines,
         q=q,
         spectra_m_s2=figures[..., 1:],
+        given_force_n=forces,
     )
 
 
@@ -254,6 +281,27 @@ def _velocity(
     moments = PulseMoments.of(np.array([hit.force_points_n], dtype=np.float64))
     before, uncertainty = velocity_before_contact(np.array([velocity]), moments, motion, np.array([stated]))
     return float(before[0]), float(uncertainty[0])
+
+
+def _given_force(session: Session, hit: _Hit, velocity_m_s: float) -> Floats | None:
+    """The measured force (N) at equal phases of the contact, of a hit without mass or velocity; else None."""
+    by_setting = hit.mass_kg is not None and (hit.pressure_pa is not None or velocity_m_s > 0)
+    if by_setting or hit.contact_time_s is None:
+        return None
+    query = select(Pulse.fine_force_n, Pulse.fine_period_s).where(Pulse.impact_id == hit.impact, Pulse.current)
+    fine, period_s = session.execute(query).one()
+    recorded = as_floats(fine, f"the force of run {hit.run}, repetition {hit.repetition}")
+    time = np.linspace(0.0, hit.contact_time_s, _PHASES)
+    force = np.interp(time, np.arange(recorded.size) * period_s, recorded)
+    force[[0, -1]] = 0.0  # where contact begins and ends, at a threshold
+    return np.asarray(force)
+
+
+def _of_pulse(setting: Setting, hit: _Hit) -> Setting:
+    """With the mass and the velocity that Hertz' law needs for contact time and impulse of the measured force."""
+    stiffness = bodies_of(Strikes([setting], np.ones(1))).hertz_stiffness_n_m15
+    mass, velocity = impactor_of_pulse(_column([hit.contact_time_s]), _column([hit.impulse_n_s]), stiffness)
+    return replace(setting, impactor_mass_kg=float(mass[0]), impact_velocity_m_s=float(velocity[0]))
 
 
 def _plate_material(words: dict[str, str | float], material: Callable[[str], Material], plate: StruckPlate) -> Material:

@@ -139,7 +139,7 @@ def validated(store: Store, db: str, request: ValidationRequest, step: Step = _s
         failures=tuple(failure for comparison in comparisons for failure in comparison.failures(shots, rng)),
         verdict=verdict([comparison.score for comparison in comparisons]),
         folds=folds,
-        seen=f"{_folds_words(folds, shots)}; {contacts.words}" if contacts.words else _folds_words(folds, shots),
+        seen="; ".join(filter(None, (_folds_words(folds, shots), _force_words(shots), contacts.words))),
         left_out=(*left_out, *missing),
         notes=tuple(notes),
         seconds=time.perf_counter() - begun,
@@ -184,7 +184,9 @@ def predicted_folds(
                 if setting.plate.name not in twins:
                     twins[setting.plate.name] = twin_without(configurations, setting.plate.name)
                 twin = twins[setting.plate.name].twin
-                draws[row] = twin.predict(setting, draws=request.draws, rng=generators[row]).draws
+                force = shots.given_force(row)
+                prediction = twin.predict(setting, draws=request.draws, rng=generators[row], measured_force=force)
+                draws[row] = prediction.draws
             except (ValueError, LookupError) as error:
                 missing.append(f"shot {row + 1} is not predicted: {error}")
     step(len(shots), len(shots), "scoring")
@@ -228,6 +230,14 @@ def _model_words(seen: set[str]) -> str:
             "was tuned on all its pulses"
         )
     return "was not trained on these configurations"
+
+
+def _force_words(shots: MeasuredShots) -> str:
+    given = int(shots.force_is_given.sum())
+    which = "every shot" if given == len(shots) else f"{given} of {len(shots)} shots"
+    why = "since the mass or the velocity of the impactor is not known"
+    what = "and only the peak accelerations and spectra of these shots are compared"
+    return f"it was given the measured force of {which}, {why}, {what}" if given else ""
 
 
 def _folds_words(folds: int, shots: MeasuredShots) -> str:

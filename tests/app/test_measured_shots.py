@@ -18,11 +18,15 @@ from pyroshock.app.twins.measured_shots import StruckPlate, read_measured_shots,
 from pyroshock.app.twins.stamps import StampReader
 from pyroshock.dataset.stored_bench import stored_materials
 from pyroshock.ingest.stored import list_channels, read_channel
+from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.quality import QualityFinding
 from pyroshock.schema.shots import Shot
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
+from pyroshock.twin.contact.prior import PriorContact
+from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.materials import THESIS
+from pyroshock.twin.strikes import Strikes
 from pyroshock.virtualbench.campaigns import plates
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.simulate import simulate
@@ -136,6 +140,38 @@ def test_what_a_check_rejects_is_left_out(session):
     shots, left_out = read(session, "gun")
     assert left_out == ("run 1, repetition 1: the check saturation (reject) rejects its force",)
     assert math.isnan(shots.peak_force_n[0]) and shots.impact_velocity_m_s[0] > 0
+
+
+def test_hits_without_mass_have_their_measured_force(session):
+    """Their force is that of the store, and the setting is what Hertz' law needs for it; no contact learns from it."""
+    campaign = session.scalars(select(Campaign).where(Campaign.name == "hammer")).one()
+    campaign.hammer_id = None
+    session.flush()
+    shots, left_out = read(session, "hammer")
+    assert (len(shots), left_out) == (3, ())
+    assert shots.force_is_given.all() and np.isnan(shots.impact_velocity_m_s).all()
+    pulses = shots.given_pulses(np.arange(3))
+    assert pulses.contact_time_s == pytest.approx(shots.contact_time_s)
+    assert pulses.peak_force_n == pytest.approx(shots.peak_force_n, rel=2e-3)
+    assert pulses.impulse_n_s == pytest.approx(shots.impulse_n_s, rel=5e-3)
+    velocities = np.array([setting.impact_velocity_m_s for setting in shots.settings])
+    law = LawContact("hertz").pulses(Strikes(shots.settings, velocities))
+    assert law.contact_time_s == pytest.approx(shots.contact_time_s, rel=1e-3)
+    assert law.impulse_n_s == pytest.approx(shots.impulse_n_s, rel=1e-3)
+    assert PriorContact().updated(shots).shots == 0
+    plates_there = SimpleNamespace(twin=SimpleNamespace(plate=SimpleNamespace(plates={"aluminum": None})))
+    levels, others = _levels(shots, plates_there)  # the tuner knows no force
+    assert (len(levels), others) == (0, ["no mass or no velocity of the impactor"] * 3)
+
+
+def test_hits_without_mass_and_force_are_left_out(session):
+    session.scalars(select(Campaign).where(Campaign.name == "hammer")).one().hammer_id = None
+    for impact in session.scalars(select(Impact).where(Impact.run == 1)):
+        session.query(Pulse).filter(Pulse.impact_id == impact.id).update({"current": False})
+    session.flush()
+    shots, left_out = read(session, "hammer")
+    assert (len(shots), len(left_out)) == (0, 3)
+    assert left_out[0] == "run 1, repetition 1: no mass of the impactor"
 
 
 def test_of_many_shots_evenly_picked_ones_are_read(session):

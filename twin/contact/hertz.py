@@ -32,6 +32,16 @@ def contact_time(bodies: Bodies, law: str = "Hertz' impact") -> Floats:
     return np.asarray(_TIME * 1.25**0.4 * length_scale(bodies, law) / bodies.impact_velocity_m_s)
 
 
+def impactor_of_pulse(contact_time_s: Floats, impulse_n_s: Floats, stiffness_n_m15: Floats) -> tuple[Floats, Floats]:
+    """Mass (kg) and velocity (m/s) whose impact without loss has this contact time and impulse, (n,) each.
+
+    From the impulse 2 m u and `contact_time`: of a measured force they are what Hertz' law would have needed for it.
+    """
+    factor = _TIME * 1.25**0.4 * 2 / 4**0.4
+    mass = (contact_time_s * impulse_n_s**0.2 * stiffness_n_m15**0.4 / factor) ** (1 / 0.6)
+    return mass, impulse_n_s / (2 * mass)
+
+
 def hertz(bodies: Bodies) -> ContactPulse:
     """m x'' = -k x^1.5 from impact to rebound with -u; the impulse is 2 m u. Needs `impactor_mass_kg`.
 

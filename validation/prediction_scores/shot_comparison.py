@@ -56,8 +56,8 @@ def compared_shots(
 ) -> list[QuantityComparison]:
     """Each quantity that was measured, of the shots (rows of `shots`) that have draws.
 
-    A gun's velocity is compared, a velocity that was given to the twin is not. Draws of the velocity have the
-    uncertainty of its measurement added, from `rng`: a band is one of the measured value.
+    A gun's velocity is compared, a velocity or a force that was given to the twin is not. Draws of the velocity have
+    the uncertainty of its measurement added, from `rng`: a band is one of the measured value.
     """
     quantities = [(measure, _scalar(name, rng)) for name, measure in _SCALARS]
     sensors = [
@@ -103,6 +103,8 @@ def _scalar(name: str, rng: np.random.Generator) -> _Values:
     def values(shots: MeasuredShots, row: int, draws: ShotDraws) -> tuple[Floats, Floats]:
         if name == "velocity_m_s":
             return _velocity(shots, row, draws.velocity_m_s, rng)
+        if shots.force_is_given[row]:
+            return np.array([np.nan]), getattr(draws, name)[:, None]
         return getattr(shots, name)[[row]], getattr(draws, name)[:, None]
 
     return values
@@ -144,11 +146,18 @@ def _factors(shots: MeasuredShots) -> list[Factor]:
         ("bullet_mass" if fired else "impactor_mass", [s.impactor_mass_kg for s in settings], "kg", 1.0),
         ("tip_radius", [s.tip_radius_m for s in settings], "mm", 1e3),
     ]
-    if fired:
+    if shots.force_is_given.any():  # mass and velocity stand in for what is not known
+        numbers[0] = ("peak_force", shots.peak_force_n.tolist(), "N", 1.0)
+        numbers.append(("contact_time", shots.contact_time_s.tolist(), "ms", 1e3))
+    elif fired:
         numbers.append(("tank_pressure", [s.tank_pressure_pa or 0.0 for s in settings], "bar", 1e-5))
     else:
         numbers.append(("impact_velocity", shots.impact_velocity_m_s.tolist(), "m/s", 1.0))
-    factors += [Factor(name, np.array(values, dtype=np.float64), unit, shown) for name, values, unit, shown in numbers]
+    factors += [
+        Factor(name, np.array(values, dtype=np.float64), unit, shown)
+        for name, values, unit, shown in numbers
+        if np.isfinite(values).all()
+    ]
     return [factor for factor in factors if len(set(factor.values.tolist())) > 1]
 
 

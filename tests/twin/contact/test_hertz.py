@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.doe.limits.contact_force import Elastic, hertz_contact
-from pyroshock.twin.contact.hertz import contact_time, hertz
+from pyroshock.twin.contact.hertz import contact_time, hertz, impactor_of_pulse
 from scipy.integrate import solve_ivp
 from scipy.special import beta
 from support.records.contact_bodies import impacts, impulse
@@ -35,6 +35,13 @@ def test_peak_force_balances_energy() -> None:
 def test_impulse_turns_the_momentum_round() -> None:
     pulse = hertz(BODIES)
     assert impulse(pulse.contact_time_s, pulse.force_n(4001)) == pytest.approx(2 * MASS * VELOCITY, rel=1e-7)
+
+
+def test_mass_and_velocity_come_back_from_contact_time_and_impulse() -> None:
+    pulse = hertz(BODIES)
+    mass, velocity = impactor_of_pulse(pulse.contact_time_s, 2 * MASS * VELOCITY, BODIES.hertz_stiffness_n_m15)
+    assert mass == pytest.approx(MASS, rel=1e-9)
+    assert velocity == pytest.approx(VELOCITY, rel=1e-9)
 
 
 def test_force_follows_the_motion_in_si() -> None:
