@@ -5,6 +5,7 @@ from __future__ import annotations
 import getpass
 import socket
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -14,11 +15,19 @@ from .comparison import Comparison, compare
 from .judging import Judged, on_held_out, on_other
 from .listing import chosen
 from .metrics.errors import METRICS
-from .prior_pulses import PRIOR
+from .prior_pulses import UPDATED_LAW
 from .records import Decision, Version
 from .registry.registry import Registry
 from .tasks import rng_of
-from .unseen_configurations import QUANTITIES, PulseDraws, UnseenScores, prior_draws, unseen_draws, unseen_scores
+from .unseen_configurations import (
+    QUANTITIES,
+    PulseDraws,
+    UnseenScores,
+    prior_draws,
+    unseen_draws,
+    unseen_scores,
+    updated_law_draws,
+)
 
 Read = Callable[[str], PulseTable]
 
@@ -34,13 +43,14 @@ def promote(
     reason: str = "",
 ) -> Decision:
     """Make a version the champion of its predictor set where it predicts unseen configurations better than the present
-    champion, or refuse to. A first champion must predict them better than the contact of which nothing was learned.
+    champion, or refuse to. A first champion must predict them better than what answers without a model: the contact law
+    updated by the pulses that the candidate learned from.
 
     They are judged on the candidate's dataset, or on the `other` (name, pulses) of a campaign, by the mean CRPS of peak
-    force, contact time and impulse (`unseen_configurations`): each model is refitted without the configurations that it
-    predicts. Either way the decision is kept, with its figures. `forced` promotes the worse one too, for the `reason`
-    given. Raises `LookupError` for a version there is not, `ValueError` for one whose files are damaged, where there is
-    nothing to judge on, or where `forced` has no reason.
+    force, contact time and impulse (`unseen_configurations`): models and law learn anew, without the configurations
+    that they predict. Either way the decision is kept, with its figures. `forced` promotes the worse one too, for the
+    `reason` given. Raises `LookupError` for a version there is not, `ValueError` for one whose files are damaged, where
+    there is nothing to judge on, or where `forced` has no reason.
     """
     if forced and not reason.strip():
         raise ValueError("a forced promotion needs its reason: --reason TEXT")
@@ -51,7 +61,7 @@ def promote(
         champion = registry.champion(candidate.dataset.predictor_set)
         if champion is not None and champion.label == candidate.label:
             why = _joined(reason, "it was in use already")
-            decision = _decision(candidate, champion, True, forced, why, "nothing", 0, {})
+            decision = _decision(candidate, champion, True, forced, why)
         else:
             decision = _judged(registry, candidate, champion, read, other, forced, reason)
         registry.decide(decision, candidate)
@@ -74,14 +84,16 @@ def _judged(
         if not forced:
             raise ValueError(f"{candidate.label} cannot be judged on unseen configurations: {error}") from error
         why = _joined(reason, f"it could not be judged on unseen configurations ({error})")
-        return _decision(candidate, champion, True, forced, why, "nothing", 0, {})
+        return _decision(candidate, champion, True, forced, why)
     where = f"unseen configurations of {other[0] if other else candidate.dataset.name}"
     rng = rng_of("promote", candidate.dataset.hash, candidate.label, candidate.seed)
     figures = {**scores.figures(), "crps.p_value": scores.p_value(rng)}
     better = scores.first_is_better
     why = _reason(_words(scores, figures["crps.p_value"]), better, forced, reason)
     figures |= _pulse_errors(registry, candidate, champion, read, other)
-    return _decision(candidate, champion, forced or better, forced, why, where, len(scores.configuration), figures)
+    decision = _decision(candidate, champion, forced or better, forced, why)
+    pulses_judged = len(scores.configuration)
+    return replace(decision, judged_on=where, judged_against=scores.names[1], pulses=pulses_judged, figures=figures)
 
 
 def _reason(words: str, better: bool, forced: bool, given: str) -> str:
@@ -97,19 +109,25 @@ def _scores(
     registry: Registry, candidate: Version, champion: Version | None, read: Read, pulses: PulseTable
 ) -> UnseenScores:
     predictions = {candidate.label: _draws(registry, candidate, read)}
-    predictions |= (
-        {PRIOR: prior_draws(candidate.dataset.velocity_kind)}
-        if champion is None
-        else {champion.label: _draws(registry, champion, read)}
-    )
+    if champion is None:
+        kind = candidate.dataset.velocity_kind
+        law = updated_law_draws(_learned(registry, candidate, read), pulses, kind)
+        predictions |= {UPDATED_LAW: law, "the contact law before any shot": prior_draws(pulses, kind)}
+    else:
+        predictions |= {champion.label: _draws(registry, champion, read)}
     return unseen_scores(pulses, predictions, rng_of("folds", candidate.dataset.hash, "configurations", candidate.seed))
 
 
 def _draws(registry: Registry, version: Version, read: Read) -> PulseDraws:
-    """Of a registered model and the pulses that it was trained on."""
-    table = read(version.dataset.hash)
-    learned = table.take(np.isin(table.key, registry.held_out(version).trained_on))
+    """Of a registered model, refitted."""
+    learned = _learned(registry, version, read)
     return unseen_draws(registry.load(version).model, learned, version.dataset.velocity_kind)
+
+
+def _learned(registry: Registry, version: Version, read: Read) -> PulseTable:
+    """The pulses that a registered model was trained on."""
+    table = read(version.dataset.hash)
+    return table.take(np.isin(table.key, registry.held_out(version).trained_on))
 
 
 def _words(scores: UnseenScores, p_value: float) -> str:
@@ -122,8 +140,10 @@ def _words(scores: UnseenScores, p_value: float) -> str:
         for i, quantity in enumerate(QUANTITIES)
     ]
     sure = "" if p_value <= 0.05 else ", which may be chance"
+    without = "without a model " if better == UPDATED_LAW else ""
     return (
-        f"{better} predicts unseen configurations better than {worse}: mean CRPS {means[0]:.3f} against {means[1]:.3f} "
+        f"{without}{better} predicts unseen configurations better than {worse}: "
+        f"mean CRPS {means[0]:.3f} against {means[1]:.3f} "
         f"({', '.join(parts)}; p = {p_value:.2g} over {scores.configurations} configurations{sure})"
     )
 
@@ -176,10 +196,8 @@ def _decision(
     promoted: bool,
     forced: bool,
     reason: str,
-    judged_on: str,
-    pulses: int,
-    figures: dict[str, float],
 ) -> Decision:
+    """One that nothing was judged for."""
     return Decision(
         candidate=candidate.label,
         champion=champion.label if champion else None,
@@ -187,9 +205,10 @@ def _decision(
         promoted=promoted,
         forced=forced,
         reason=reason,
-        judged_on=judged_on,
-        pulses=pulses,
-        figures=figures,
+        judged_on="nothing",
+        judged_against="nothing",
+        pulses=0,
+        figures={},
         who=_who(),
         when=datetime.now(UTC),
     )

@@ -132,7 +132,9 @@ class RegisteredModel:
 class Decision:
     """A promotion, or its refusal: kept with who asked, when, and on which figures.
 
-    `figures` have the scores of both on `pulses` of unseen configurations ("crps.candidate", "crps.reference").
+    `figures` have the scores on `pulses` of unseen configurations: of the candidate ("crps.candidate"), of the model or
+    law that it was `judged_against` ("crps.reference"), and of a first candidate's contact law before any shot
+    ("crps.prior"). Decisions of older software do not say what they were judged against: "".
     """
 
     candidate: str
@@ -146,3 +148,4 @@ class Decision:
     figures: Mapping[str, float]
     who: str
     when: datetime
+    judged_against: str = ""

@@ -21,7 +21,7 @@ from .metrics.crps import ensemble_crps
 from .metrics.significance import sign_flip_p
 from .models.asked import momentum
 from .models.base import ContactModel
-from .prior_pulses import prior_pulses, velocity_before
+from .prior_pulses import prior_contact, prior_pulses, updated_contact, velocity_before
 from .tuning.folds import grouped_folds
 
 QUANTITIES = ("peak force", "contact time", "impulse")
@@ -37,10 +37,14 @@ PulseDraws = Callable[[PulseTable, int, np.random.Generator], list[Pulses]]
 
 @dataclass(frozen=True, eq=False)
 class UnseenScores:
-    """CRPS of n pulses, (n, 3) for `QUANTITIES` as natural logarithms, of two predictions by name."""
+    """CRPS of n pulses, (n, 3) for `QUANTITIES` as natural logarithms, of predictions by name.
 
-    names: tuple[str, str]
-    crps: tuple[Floats, Floats]
+    The first is the candidate, the second the reference that it is judged against; a third, the contact of which
+    nothing was learned, is further information.
+    """
+
+    names: tuple[str, ...]
+    crps: tuple[Floats, ...]
     configuration: NDArray[np.str_]
     folds: int
 
@@ -63,9 +67,9 @@ class UnseenScores:
         return float(sign_flip_p(clustered(difference, self.configuration), rng)[0])
 
     def figures(self) -> dict[str, float]:
-        """By metric names that MLflow takes: "crps.candidate", "crps.reference.peak_force"."""
+        """By metric names that MLflow takes: "crps.candidate", "crps.reference.peak_force", "crps.prior"."""
         figures = {}
-        for name, scores in zip(("candidate", "reference"), self.crps, strict=True):
+        for name, scores in zip(("candidate", "reference", "prior"), self.crps, strict=False):
             figures[f"crps.{name}"] = float(scores.mean())
             for quantity, mean in zip(QUANTITIES, scores.mean(axis=0).tolist(), strict=True):
                 figures[f"crps.{name}.{quantity.replace(' ', '_')}"] = mean
@@ -73,11 +77,11 @@ class UnseenScores:
 
 
 def unseen_scores(pulses: PulseTable, predictions: Mapping[str, PulseDraws], rng: np.random.Generator) -> UnseenScores:
-    """Score two predictions by name on the same pulses; each fold of configurations is predicted at once.
+    """Score predictions by name on the same pulses; each fold of configurations is predicted at once.
 
-    Raises `ValueError` where the pulses are of a single configuration, and what the predictions raise.
+    Raises `ValueError` where the pulses are of a single configuration or a prediction is not finite, and what the
+    predictions raise.
     """
-    first, second = predictions
     folds = grouped_folds(pulses.configuration, FOLDS, rng)
     chosen = _some_repetitions(pulses.configuration, rng)
     rows: list[NDArray[np.intp]] = []
@@ -89,9 +93,11 @@ def unseen_scores(pulses: PulseTable, predictions: Mapping[str, PulseDraws], rng
         measured = np.log(np.stack([unseen.peak_force_n, unseen.contact_time_s, unseen.impulse_n_s], axis=1))
         for name, draws in predictions.items():
             crps[name].append(_crps(draws(unseen, DRAWS, rng), measured))
+            if not np.isfinite(crps[name][-1]).all():
+                raise ValueError(f"{name} predicts no finite pulse of some configurations that it has not seen")
     order = np.concatenate(rows)
-    scores = np.concatenate(crps[first]), np.concatenate(crps[second])
-    return UnseenScores((first, second), scores, pulses.configuration[order], len(folds))
+    scores = tuple(np.concatenate(parts) for parts in crps.values())
+    return UnseenScores(tuple(predictions), scores, pulses.configuration[order], len(folds))
 
 
 def unseen_draws(model: ContactModel, learned: PulseTable, velocity_kind: str | None = None) -> PulseDraws:
@@ -102,7 +108,7 @@ def unseen_draws(model: ContactModel, learned: PulseTable, velocity_kind: str | 
         fitted = without_configurations(model, learned, unseen.configuration.tolist(), rng)
         prediction = fitted.predict(unseen.inputs)
         z = np.stack([stratified_normals(count, 2, rng) for _ in range(len(unseen))], axis=1)
-        before = momentum(unseen) * velocity_before(unseen, velocity_kind) / unseen.column("impact_velocity")
+        before = momentum(unseen) * velocity_before(unseen, velocity_kind)[0] / unseen.column("impact_velocity")
         return [random_pulses(prediction, z[draw], before) for draw in range(count)]
 
     return draws
@@ -121,9 +127,22 @@ def without_configurations(
     return model.refit(learned.take(~left_out), rng)
 
 
-def prior_draws(velocity_kind: str | None = None) -> PulseDraws:
-    """Of the contact before anything was learned."""
-    return lambda unseen, count, rng: prior_pulses(unseen, count, rng, velocity_kind)
+def updated_law_draws(learned: PulseTable, plates: PulseTable, velocity_kind: str | None = None) -> PulseDraws:
+    """Of what answers without a model: the contact law updated by `learned`, but for the pulses of the configurations
+    that it is asked for; velocities are of this kind. All judged pulses are `plates`: they tell what lies below anvils
+    (`prior_pulses.settings_of`)."""
+
+    def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[Pulses]:
+        others = learned.take(~np.isin(learned.configuration, unseen.configuration))
+        contact = updated_contact(others, velocity_kind, learned)
+        return prior_pulses(contact, unseen, count, rng, velocity_kind, plates)
+
+    return draws
+
+
+def prior_draws(plates: PulseTable, velocity_kind: str | None = None) -> PulseDraws:
+    """Of the contact before anything was learned; `plates` as in `updated_law_draws`."""
+    return lambda unseen, count, rng: prior_pulses(prior_contact(unseen), unseen, count, rng, velocity_kind, plates)
 
 
 def _crps(draws: Sequence[Pulses], measured: Floats) -> Floats:

@@ -90,6 +90,10 @@ class MeasuredShots:
         }
         return replace(self, settings=tuple(self.settings[row] for row in chosen), **arrays)
 
+    def evenly(self, most: int) -> Self:
+        """At most so many of the shots, evenly picked by their order."""
+        return self.take(np.linspace(0, len(self) - 1, min(len(self), most)).round().astype(np.intp))
+
     def without(self, configurations: Sequence[int] | NDArray[np.intp]) -> Self:
         """The shots of all other configurations."""
         return self.take(np.flatnonzero(~np.isin(self.configuration, configurations)))

@@ -98,6 +98,8 @@ def _tell_promotions(decisions: list[Any], json_to: str | None) -> None:
     if json_to is not None:
         write_json(rows, json_to)
         return
-    columns = ("when", "who", "candidate", "champion", "promoted", "forced", "judged_on", "pulses", "reason")
+    columns = (
+        "when", "who", "candidate", "champion", "promoted", "forced", "judged_on", "judged_against", "pulses", "reason",
+    )  # fmt: skip
     shown = ({name: row[name] for name in columns} | {"when": f"{row['when']:%Y-%m-%d %H:%M}"} for row in rows)
     print_table(shown, "nothing was promoted yet: pyroshock promote MODEL VERSION")

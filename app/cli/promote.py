@@ -27,9 +27,9 @@ def promote(
 
     The kind is that of the campaigns that the model's predictors are for. Of several predictor sets for one kind, the
     model that was promoted last is in use. It must predict configurations that it has not seen better than the model in
-    use, and the first model better than the contact of which nothing was learned: by the mean CRPS of peak force,
-    contact time and impulse. Else it is refused, with exit code 1. Refusals are kept too: pyroshock models
-    --promotions.
+    use, and the first model better than what answers without one: the contact law updated by the measured shots. The
+    measure is the mean CRPS of peak force, contact time and impulse. Else it is refused, with exit code 1. Refusals are
+    kept too: pyroshock models --promotions.
 
     \b
     Example:
@@ -70,8 +70,8 @@ def _words(decision: Decision) -> str:
     why = f": {decision.reason}" if decision.reason else ""
     judged = f" (judged on {decision.pulses} pulses, {decision.judged_on})" if decision.pulses else ""
     if not decision.promoted:
-        stays = f"{champion} stays in use" if champion else "none is in use"
-        return f"{candidate} is not put in use, {stays} for the {kind}{why}{judged}"
+        stays = f"{champion} stays in use" if champion else "no model is in use"
+        return f"{candidate} is refused, {stays} for the {kind}{why}{judged}"
     if champion == candidate:
         return f"{candidate} is in use for the {kind}, as before"
     before = f"{champion} before" if champion else "none before"

@@ -98,6 +98,7 @@ def _promotions(decisions: Sequence[Decision], versions: Sequence[Version]) -> T
             each.champion,
             ("forced" if each.forced else "promoted") if each.promoted else "refused",
             each.judged_on,
+            each.judged_against,
             each.pulses,
             each.reason,
             each.who,
@@ -105,5 +106,8 @@ def _promotions(decisions: Sequence[Decision], versions: Sequence[Version]) -> T
         for each in decisions
         if {each.candidate, each.champion} & labels
     ]
-    heads = ("when (UTC)", "candidate", "in use before", "decision", "judged on", "pulses", "reason", "who")
+    heads = (
+        *("when (UTC)", "candidate", "in use before", "decision"),
+        *("judged on", "judged against", "pulses", "reason", "who"),
+    )
     return Table("Promotions and refusals that it was part of.", heads, rows, "It was neither promoted nor refused.")

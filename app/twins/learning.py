@@ -11,7 +11,7 @@ from sqlalchemy import select
 
 from ...schema.listings import get_campaign_id
 from ...schema.shots import Shot
-from ...twin.contact.prior import PriorContact
+from ...twin.contact.prior import MOST_PULSES, PriorContact
 from ...twin.coupled_contact import CoupledContact
 from ...twin.gun.limits import beyond_energy
 from ...twin.launch import GunStage
@@ -27,9 +27,8 @@ if TYPE_CHECKING:
     from ...twin.strikes import ContactStage
 
 
-#: Shots whose records a twin reads, and pulses that its contact learns from: evenly picked ones of more. Each takes
-#: some seconds; the cost of the second grows faster than their number.
-MOST_SHOTS, MOST_PULSES = 400, 160
+#: Shots whose records a twin reads: evenly picked ones of more. That takes some seconds.
+MOST_SHOTS = 400
 
 
 @runtime_checkable
@@ -63,9 +62,7 @@ def taught_contact(contact: ContactStage, shots: MeasuredShots) -> ContactStage:
     """A prior of the contact after measured pulses; a law and a registered model stay what they are."""
     if not isinstance(contact, PriorContact) or not len(shots):
         return contact
-    return contact.updated(
-        shots.take(np.linspace(0, len(shots) - 1, min(len(shots), MOST_PULSES)).round().astype(np.intp))
-    )
+    return contact.updated(shots.evenly(MOST_PULSES))
 
 
 def calibrated(twin: Twin, shots: MeasuredShots, plate: Callable[[str], ModalPlate] | None) -> tuple[Twin, str]:

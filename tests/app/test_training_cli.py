@@ -159,12 +159,12 @@ def test_compare_needs_pulses_in_common(lab):
 
 def test_promotion_and_refusal(lab):
     done(lab("train", "spring", "--models", "kernel-ridge,hann", "--split", "repetitions"))
-    first = done(lab("promote", "kernel-ridge@1")).stderr
-    assert "kernel-ridge@1 is now in use for the hammer (none before): kernel-ridge@1 predicts unseen" in first
+    first = done(lab("promote", "kernel-ridge@1", "--force", "--reason", "a start")).stderr
+    assert "kernel-ridge@1 is now in use for the hammer (none before): a start" in first
     refused = lab("promote", "hann", "1", "--json")
     assert refused.exit_code == 1
     assert json.loads(refused.stdout)["promoted"] is False
-    stays = "hann@1 is not put in use, kernel-ridge@1 stays in use for the hammer: kernel-ridge@1 predicts unseen"
+    stays = "hann@1 is refused, kernel-ridge@1 stays in use for the hammer: kernel-ridge@1 predicts unseen"
     assert stays in refused.stderr
     assert lab("promote", "hann").exit_code == lab("promote", "hann@1", "1").exit_code == 2
     rows = json.loads(done(lab("models", "--json")).stdout)
@@ -178,7 +178,7 @@ def test_promotion_and_refusal(lab):
 
 def test_promotion_judged_on_another_dataset(lab):
     done(lab("train", "spring", "--models", "kernel-ridge,hann", "--split", "repetitions"))
-    done(lab("promote", "kernel-ridge", "1"))
+    done(lab("promote", "kernel-ridge", "1", "--force", "--reason", "a start"))
     refused = lab("promote", "hann", "1", "--on", "autumn")
     assert refused.exit_code == 1
     assert "judged on 120 pulses, unseen configurations of autumn" in refused.stderr
@@ -204,7 +204,11 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
     done(run(train, "all-of-spring", "--models", "linear,hertz", "--split", "repetitions"))
     refused = run(promote, "linear", "1")
     assert refused.exit_code == 1, "a line through four configurations was to predict the fifth"
-    assert "the prior of the contact predicts unseen configurations better than linear@1" in refused.stderr
+    assert "linear@1 is refused, no model is in use for the hammer: without a model the contact law updated" in (
+        refused.stderr
+    )
+    (row,) = json.loads(done(run(models, "--promotions", "--json")).stdout)
+    assert row["judged_against"] == "the contact law updated by the measured shots"
     done(run(promote, "linear", "1", "--force", "--reason", "the first one"))
     judged = run(promote, "hertz", "1", "--on", "autumn", "--force", "--reason", "a law for all")
     assert "judged on 20 pulses, unseen configurations of autumn" in done(judged).stderr

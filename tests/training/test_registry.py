@@ -169,15 +169,19 @@ def test_changed_file_is_refused(registry, tmp_path):
         registry.load(version)
 
 
-def test_first_model_that_beats_the_prior_is_promoted(registry):
-    ground = ground_in(registry)
+def test_first_model_that_beats_the_updated_law_is_promoted(registry):
+    """The supports change the force, of which the law knows nothing, and the model learns it."""
+    ground = ground_in(registry, _stronger(_two_repetitions(), "boundary_conditions", 4.0))
     registry.record(trained(ground, "kernel-ridge"))
     decision = promote(registry, "kernel-ridge", 1, lambda _: ground.table, reason="a start")
     assert decision.promoted
     assert decision.reason.startswith(
-        "a start; kernel-ridge@1 predicts unseen configurations better than the prior of the contact: mean CRPS "
+        "a start; kernel-ridge@1 predicts unseen configurations better than the contact law updated by the measured "
+        "shots: mean CRPS "
     )
     assert decision.figures["crps.candidate"] < decision.figures["crps.reference"]
+    assert decision.figures["crps.prior"] > 0
+    assert decision.judged_against == "the contact law updated by the measured shots"
     assert decision.judged_on == "unseen configurations of spring"
     assert registry.champion("hammer").label == "kernel-ridge@1"
     assert registry.champion("gun") is None
@@ -191,40 +195,56 @@ def test_first_model_that_learned_nothing_of_other_configurations_is_refused(reg
     registry.record(made)
     decision = promote(registry, "linear", 1, lambda _: ground.table)
     assert not decision.promoted
-    assert decision.reason.startswith("the prior of the contact predicts unseen configurations better than linear@1")
+    assert decision.reason.startswith("without a model the contact law updated by the measured shots predicts unseen ")
+    assert "configurations better than linear@1: mean CRPS" in decision.reason
     assert registry.champion("hammer") is None
+
+
+def _two_repetitions():
+    """Fewer pulses: the law learns from them in less time."""
+    return pulse_table(np.random.default_rng(1), repetitions=2)
 
 
 def _without_law(table):
     """Eight configurations with forces far from each other, whatever the predictors say."""
     few = table.take(np.isin(table.configuration, np.unique(table.configuration)[::8]))
-    factor = np.exp(3 * np.random.default_rng(3).normal(size=len(np.unique(few.configuration))))
-    factor = factor[np.unique(few.configuration, return_inverse=True)[1]]
+    factor = np.exp(np.random.default_rng(3).normal(size=len(np.unique(few.configuration))))
+    return _scaled(few, factor[np.unique(few.configuration, return_inverse=True)[1]])
+
+
+def _stronger(table, predictor, factor):
+    """Forces at the second level of a predictor times a factor."""
+    return _scaled(table, np.where(table.column(predictor) == 1, factor, 1.0))
+
+
+def _scaled(table, factor):
+    """Forces and impulses of each pulse times its factor (n,)."""
     figures = ("peak_force_n", "impulse_n_s", "compression_impulse_n_s")
-    scaled = {name: getattr(few, name) * factor for name in figures}
-    return replace(few, force_n=few.force_n * factor[:, None], **scaled)
+    scaled = {name: getattr(table, name) * factor for name in figures}
+    return replace(table, force_n=table.force_n * factor[:, None], **scaled)
 
 
 def test_worse_model_is_refused_and_the_refusal_kept(registry):
-    ground = ground_in(registry)
+    ground = ground_in(registry, _two_repetitions())
     registry.record(trained(ground, "kernel-ridge"))
     registry.record(trained(ground, "hann"))
-    promote(registry, "kernel-ridge", 1, lambda _: ground.table)
+    promote(registry, "kernel-ridge", 1, lambda _: ground.table, forced=True, reason="a start")
     decision = promote(registry, "hann", 1, lambda _: ground.table)
     assert not decision.promoted
     assert decision.reason.startswith("kernel-ridge@1 predicts unseen configurations better than hann@1")
     assert decision.figures["crps.candidate"] > decision.figures["crps.reference"]
     assert decision.figures["cost.candidate"] > decision.figures["cost.champion"]  # as further information
-    assert decision.pulses == 180
+    assert (decision.pulses, decision.judged_against) == (120, "kernel-ridge@1")
+    assert "crps.prior" not in decision.figures
     assert registry.champion("hammer").name == "kernel-ridge"
     assert [decision.promoted for decision in registry.decisions()] == [False, True]
 
 
 def test_force_needs_a_reason_and_dethrones(registry):
-    ground = ground_in(registry)
+    ground = ground_in(registry, _two_repetitions())
     registry.record(trained(ground, "kernel-ridge"))
     registry.record(trained(ground, "hann"))
-    promote(registry, "kernel-ridge", 1, lambda _: ground.table)
+    promote(registry, "kernel-ridge", 1, lambda _: ground.table, forced=True, reason="a start")
     with pytest.raises(ValueError, match="--reason"):
         promote(registry, "hann", 1, lambda _: ground.table, forced=True)
     decision = promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="to show it")
@@ -295,7 +315,7 @@ def test_other_campaign_judges_models_without_its_configurations(registry):
     ground = ground_in(registry)
     registry.record(trained(ground, "kernel-ridge"))
     registry.record(trained(ground, "hann"))
-    promote(registry, "kernel-ridge", 1, lambda _: ground.table)
+    promote(registry, "kernel-ridge", 1, lambda _: ground.table, forced=True, reason="a start")
     other = pulse_table(np.random.default_rng(2), repetitions=1, campaign="autumn")
     decision = promote(registry, "hann", 1, lambda _: ground.table, other=("autumn", other))
     judged = (False, "unseen configurations of autumn", 60)

@@ -4,21 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.dataset.table import PulseTable
+from pyroshock.dataset.table import POINTS, Predictor, PulseTable
 from pyroshock.schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED
 from pyroshock.training.models.analytic import Analytic
-from pyroshock.training.prior_pulses import prior_pulses, settings_of, velocity_before
+from pyroshock.training.prior_pulses import (
+    measured_shots,
+    prior_contact,
+    prior_pulses,
+    settings_of,
+    updated_contact,
+    velocity_before,
+)
 from pyroshock.training.unseen_configurations import (
     PulseDraws,
     prior_draws,
     unseen_draws,
     unseen_scores,
+    updated_law_draws,
     without_configurations,
 )
 from pyroshock.training.zoo import Making, entry_of
+from pyroshock.twin.contact.prior import MOST_PULSES
+from pyroshock.twin.materials import Material
 from pyroshock.twin.strikes import Pulses
 from scipy.stats import norm
-from support.records.pulse_tables import pulse_table
+from support.records.pulse_tables import PREDICTORS, pulse_table
+from support.records.virtual_pulses import gun_shots
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +91,7 @@ def test_no_model_sees_what_it_is_asked_for(table: PulseTable) -> None:
         asked.append(set(unseen.configuration.tolist()))
         return draws(unseen, count, rng)
 
-    unseen_scores(table, {"a": watched, "b": prior_draws()}, np.random.default_rng(0))
+    unseen_scores(table, {"a": watched, "b": prior_draws(table)}, np.random.default_rng(0))
     assert len(learned) == 5
     assert all(not known & unseen for known, unseen in zip(learned, asked, strict=True))
 
@@ -102,9 +113,17 @@ def test_settings_of_rows_are_those_of_the_table(table: PulseTable) -> None:
     assert (setting.anvil is not None, setting.insulator) == (True, "polymeric")
 
 
+def test_bare_plates_tell_what_lies_below_an_anvil(table: PulseTable) -> None:
+    on_steel = table.take(table.target_material == "steel")
+    (below,) = {(setting.plate.name, setting.plate.density_kg_m3) for setting in settings_of(on_steel, table)}
+    assert below == ("aluminum", 2700.0)
+    assert {setting.target.name for setting in settings_of(on_steel, table)} == {"steel"}
+    assert {setting.plate.name for setting in settings_of(on_steel)} == {"steel"}  # no row tells it
+
+
 def test_prior_pulses_scatter_about_a_contact(table: PulseTable) -> None:
     few = table.take(np.arange(4))
-    pulses = prior_pulses(few, 32, np.random.default_rng(0))
+    pulses = prior_pulses(prior_contact(few), few, 32, np.random.default_rng(0))
     peaks = np.log([each.peak_force_n for each in pulses])
     assert peaks.shape == (32, 4)
     assert (np.std(peaks, axis=0) > 0.1).all()
@@ -116,11 +135,96 @@ def test_prior_pulses_scatter_about_a_contact(table: PulseTable) -> None:
 def test_integrated_velocity_is_converted_to_that_before_contact(table: PulseTable) -> None:
     few = table.take(np.arange(0, 180, 9))
     velocity = few.column("impact_velocity")
-    np.testing.assert_array_equal(velocity_before(few, BEFORE_CONTACT), velocity)
-    assert (velocity_before(few, INTEGRATED) >= velocity).all()
-    faster = np.log([pulses.impulse_n_s for pulses in prior_pulses(few, 8, np.random.default_rng(0), INTEGRATED)])
-    slower = np.log([pulses.impulse_n_s for pulses in prior_pulses(few, 8, np.random.default_rng(0))])
+    np.testing.assert_array_equal(velocity_before(few, BEFORE_CONTACT)[0], velocity)
+    converted, uncertainty = velocity_before(few, INTEGRATED)
+    assert (converted >= velocity).all()
+    assert (uncertainty > 0).all()
+    contact = prior_contact(few)
+    before = prior_pulses(contact, few, 8, np.random.default_rng(0), INTEGRATED)
+    faster = np.log([pulses.impulse_n_s for pulses in before])
+    slower = np.log([pulses.impulse_n_s for pulses in prior_pulses(contact, few, 8, np.random.default_rng(0))])
     assert (faster.mean(axis=0) > slower.mean(axis=0)).all()
+
+
+def test_shots_of_rows_are_what_was_measured(table: PulseTable) -> None:
+    shots = measured_shots(table, INTEGRATED)
+    np.testing.assert_array_equal(shots.peak_force_n, table.peak_force_n)
+    np.testing.assert_array_equal(shots.contact_time_s, table.contact_time_s)
+    np.testing.assert_array_equal(shots.impulse_n_s, table.impulse_n_s)
+    np.testing.assert_array_equal(shots.impact_velocity_m_s, velocity_before(table, INTEGRATED)[0])
+    assert all(len(np.unique(table.configuration[shots.configuration == row])) == 1 for row in range(60))
+
+
+def test_updated_law_learns_from_at_most_so_many_pulses(table: PulseTable) -> None:
+    assert updated_contact(table).shots == MOST_PULSES < len(table)
+
+
+def test_updated_law_has_not_seen_what_it_is_asked_for(table: PulseTable) -> None:
+    """Draws with the unseen pulses in `learned` are those without them, to the bit."""
+    unseen = table.take(np.arange(0, 9))
+    others = table.take(~np.isin(table.configuration, unseen.configuration))
+    with_them, without = (
+        updated_law_draws(learned, table)(unseen, 4, np.random.default_rng(0)) for learned in (table, others)
+    )
+    for first, second in zip(with_them, without, strict=True):
+        np.testing.assert_array_equal(first.force_n, second.force_n)
+
+
+def test_updated_law_predicts_better_than_the_prior() -> None:
+    """Unseen configurations of the virtual bench's gun, whose laws are others than the twin's."""
+    table = gun_table(5)
+    predictions = {"far": scattered(2.0, 0.1), "law": updated_law_draws(table, table), "prior": prior_draws(table)}
+    scores = unseen_scores(table, predictions, np.random.default_rng(0))
+    far, law, prior = (crps.mean() for crps in scores.crps)
+    assert law < 0.8 * prior
+    assert not scores.first_is_better
+    figures = scores.figures()
+    assert (figures["crps.candidate"], figures["crps.reference"], figures["crps.prior"]) == (far, law, prior)
+
+
+def gun_table(seed: int) -> PulseTable:
+    """Measured pulses of 20 configurations, two each, as the dataset `gun` has them."""
+    shots, _ = gun_shots(seed, configurations=20, repetitions=2)
+    anvils, layers = ("none", "aluminum", "steel"), ("none", "polymeric")
+    rows = [
+        (
+            *(setting.tip_radius_m, *quantities(setting.tip), velocity, *quantities(setting.target)),
+            *(anvils.index(setting.anvil.name if setting.anvil else "none"), layers.index(setting.insulator)),
+            *(setting.impactor_mass_kg, 0.0003 * setting.plate.density_kg_m3),
+        )
+        for setting, velocity in zip(shots.settings, shots.impact_velocity_m_s, strict=True)
+    ]
+    hammer = [predictor for predictor in PREDICTORS if predictor.name != "boundary_conditions"]
+    n = len(shots)
+    half_sine = np.sin(np.pi * np.linspace(0.0, 1.0, POINTS))
+    names = np.array([f"{number}" for number in shots.configuration])
+    return PulseTable(
+        predictors=(*hammer, Predictor("bullet_mass", "kg"), Predictor("plate_mass", "kg")),
+        x=np.array(rows, dtype=np.float64),
+        impactor_mass_kg=np.array([setting.impactor_mass_kg for setting in shots.settings]),
+        plate_thickness_m=np.array([setting.plate_thickness_m for setting in shots.settings]),
+        force_n=shots.peak_force_n[:, None] * half_sine,
+        contact_time_s=shots.contact_time_s,
+        compression_time_s=shots.contact_time_s / 2,
+        peak_force_n=shots.peak_force_n,
+        impulse_n_s=shots.impulse_n_s,
+        compression_impulse_n_s=shots.impulse_n_s / 2,
+        configuration=names,
+        treatment=names,
+        tip_material=np.array([setting.tip.name for setting in shots.settings]),
+        target_material=np.array([setting.target.name for setting in shots.settings]),
+        campaign=np.full(n, "virtual"),
+        run=shots.configuration.astype(np.int64),
+        repetition=np.arange(n) % 2 + 1,
+        key=np.array([f"virtual-{row}" for row in range(n)]),
+        pulse_id=np.arange(1, n + 1),
+    )
+
+
+def quantities(material: Material) -> tuple[float, float, float, float]:
+    strength = material.yield_strength_pa
+    assert strength is not None
+    return material.youngs_modulus_pa, material.poisson_ratio, material.density_kg_m3, strength
 
 
 def test_dataset_without_a_mass_has_no_prior(table: PulseTable) -> None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from mlflow.entities import Run
 
 _NUMBER_TAG, _STAMP_TAG = PREFIX + "decision_number", PREFIX + "decision_stamp"
-_OF_RUN = ("candidate", "champion", "promoted", "forced", "reason", "judged_on", "who")
+_OF_RUN = ("candidate", "champion", "promoted", "forced", "reason", "judged_on", "judged_against", "who")
 
 
 def decide(client: MlflowClient, experiment: str, decision: Decision, candidate: Version) -> None:
