@@ -50,6 +50,21 @@ def test_slider_changes_the_numbers_to_those_of_the_api(browser, lab):
         screenshot(page, "twin", 1300)
 
 
+def test_valve_profile_that_is_typed_slows_the_bullet(browser, lab):
+    profile = "0:0 0.5:0.1 1:0.2"
+    with page_of(browser, lab) as page:
+        at(page, BULLET)
+        before = numbers(page)["impact velocity"]
+        page.fill("#valve_profile", profile)
+        page.press("#valve_profile", "Enter")
+        page.wait_for_selector("#shot[data-answers]")
+        api = asked(page, f"/api/predict?{page.url.split('?', 1)[1]}")
+        assert numbers(page)["impact velocity"] == pytest.approx(api["velocity_m_s"]["mean"], rel=1e-3)
+        assert numbers(page)["impact velocity"] < before
+        page.reload()
+        assert page.input_value("#valve_profile") == profile
+
+
 def test_twenty_moves_are_answered_in_under_200_ms(browser, lab):
     with page_of(browser, lab) as page:
         at(page, BULLET)
