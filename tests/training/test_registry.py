@@ -171,7 +171,7 @@ def test_changed_file_is_refused(registry, tmp_path):
 
 def test_first_model_that_beats_the_updated_law_is_promoted(registry):
     """The supports change the force, of which the law knows nothing, and the model learns it."""
-    ground = ground_in(registry, _stronger(_two_repetitions(), "boundary_conditions", 4.0))
+    ground = ground_in(registry, _stronger(_two_repetitions(), "boundary_conditions", 3.0))
     registry.record(trained(ground, "kernel-ridge"))
     decision = promote(registry, "kernel-ridge", 1, lambda _: ground.table, reason="a start")
     assert decision.promoted
@@ -208,7 +208,7 @@ def _two_repetitions():
 def _without_law(table):
     """Eight configurations with forces far from each other, whatever the predictors say."""
     few = table.take(np.isin(table.configuration, np.unique(table.configuration)[::8]))
-    factor = np.exp(np.random.default_rng(3).normal(size=len(np.unique(few.configuration))))
+    factor = np.exp(0.7 * np.random.default_rng(3).normal(size=len(np.unique(few.configuration))))
     return _scaled(few, factor[np.unique(few.configuration, return_inverse=True)[1]])
 
 
@@ -218,10 +218,9 @@ def _stronger(table, predictor, factor):
 
 
 def _scaled(table, factor):
-    """Forces and impulses of each pulse times its factor (n,)."""
-    figures = ("peak_force_n", "impulse_n_s", "compression_impulse_n_s")
-    scaled = {name: getattr(table, name) * factor for name in figures}
-    return replace(table, force_n=table.force_n * factor[:, None], **scaled)
+    """Forces of each pulse times its factor (n,), contact times by it: impulses stay what they are."""
+    times = {name: getattr(table, name) / factor for name in ("contact_time_s", "compression_time_s")}
+    return replace(table, force_n=table.force_n * factor[:, None], peak_force_n=table.peak_force_n * factor, **times)
 
 
 def test_worse_model_is_refused_and_the_refusal_kept(registry):
