@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..dataset.table import Floats, PulseTable
+from ..dataset.table import Floats, PulseTable, concatenate
 from ..twin.bands import stratified_normals
 from ..twin.strikes import Pulses
 from .contact_stage import random_pulses
@@ -130,12 +130,13 @@ def without_configurations(
 def updated_law_draws(learned: PulseTable, plates: PulseTable, velocity_kind: str | None = None) -> PulseDraws:
     """Of what answers without a model: the contact law updated by `learned`, but for the pulses of the configurations
     that it is asked for; velocities are of this kind. All judged pulses are `plates`: they tell what lies below anvils
-    (`prior_pulses.settings_of`)."""
+    (`prior_pulses.settings_of`), beside those of `learned`."""
+    bare = concatenate([plates, learned])
 
     def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[Pulses]:
         others = learned.take(~np.isin(learned.configuration, unseen.configuration))
-        contact = updated_contact(others, velocity_kind, learned)
-        return prior_pulses(contact, unseen, count, rng, velocity_kind, plates)
+        contact = updated_contact(others, velocity_kind, bare)
+        return prior_pulses(contact, unseen, count, rng, velocity_kind, bare)
 
     return draws
 

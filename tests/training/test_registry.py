@@ -169,25 +169,6 @@ def test_changed_file_is_refused(registry, tmp_path):
         registry.load(version)
 
 
-def test_first_model_that_beats_the_updated_law_is_promoted(registry):
-    """The supports change the force, of which the law knows nothing, and the model learns it."""
-    ground = ground_in(registry, _stronger(_two_repetitions(), "boundary_conditions", 4.0))
-    registry.record(trained(ground, "kernel-ridge"))
-    decision = promote(registry, "kernel-ridge", 1, lambda _: ground.table, reason="a start")
-    assert decision.promoted
-    assert decision.reason.startswith(
-        "a start; kernel-ridge@1 predicts unseen configurations better than the contact law updated by the measured "
-        "shots: mean CRPS "
-    )
-    assert decision.figures["crps.candidate"] < decision.figures["crps.reference"]
-    assert decision.figures["crps.prior"] > 0
-    assert decision.judged_against == "the contact law updated by the measured shots"
-    assert decision.judged_on == "unseen configurations of spring"
-    assert registry.champion("hammer").label == "kernel-ridge@1"
-    assert registry.champion("gun") is None
-    assert registry.decisions() == [decision]
-
-
 def test_first_model_that_learned_nothing_of_other_configurations_is_refused(registry):
     """Repetitions are predicted to some per cent, other configurations by chance: the defect that the gate is for."""
     ground = ground_in(registry, _without_law(ground_in(registry).table))
@@ -208,20 +189,14 @@ def _two_repetitions():
 def _without_law(table):
     """Eight configurations with forces far from each other, whatever the predictors say."""
     few = table.take(np.isin(table.configuration, np.unique(table.configuration)[::8]))
-    factor = np.exp(np.random.default_rng(3).normal(size=len(np.unique(few.configuration))))
+    factor = np.exp(0.7 * np.random.default_rng(3).normal(size=len(np.unique(few.configuration))))
     return _scaled(few, factor[np.unique(few.configuration, return_inverse=True)[1]])
 
 
-def _stronger(table, predictor, factor):
-    """Forces at the second level of a predictor times a factor."""
-    return _scaled(table, np.where(table.column(predictor) == 1, factor, 1.0))
-
-
 def _scaled(table, factor):
-    """Forces and impulses of each pulse times its factor (n,)."""
-    figures = ("peak_force_n", "impulse_n_s", "compression_impulse_n_s")
-    scaled = {name: getattr(table, name) * factor for name in figures}
-    return replace(table, force_n=table.force_n * factor[:, None], **scaled)
+    """Forces of each pulse times its factor (n,), contact times by it: impulses stay what they are."""
+    times = {name: getattr(table, name) / factor for name in ("contact_time_s", "compression_time_s")}
+    return replace(table, force_n=table.force_n * factor[:, None], peak_force_n=table.peak_force_n * factor, **times)
 
 
 def test_worse_model_is_refused_and_the_refusal_kept(registry):
