@@ -249,7 +249,7 @@ def test_each_predictor_set_has_its_champion(registry):
     gun = replace(ground, dataset=DatasetName("shots", "f" * 64, "gun"))
     registry.record(trained(gun, "kernel-ridge"))
     for version in (1, 2):
-        promote(registry, "kernel-ridge", version, lambda _: ground.table)
+        promote(registry, "kernel-ridge", version, lambda _: ground.table, forced=True, reason="one for each set")
     assert {v.version: v.champion_of for v in registry.versions()} == {1: "hammer", 2: "gun"}
 
 
