@@ -89,7 +89,7 @@ def test_promotions_have_their_reasons(lab: tuple[Registry, Read]) -> None:
     assert isinstance(table, Table)
     (row,) = table.rows
     assert row[1:4] == ["linear@1", "hann@1", "forced"]
-    assert str(row[-1]).startswith("to <i>try</i> it")
+    assert str(row[-2]).startswith("to <i>try</i> it")
     assert len(blocks(report(lab, "hann@1"), "Promotions")[0].rows) == 2
 
 
