@@ -33,7 +33,7 @@ def test_two_models_are_compared_on_pulses_in_common(browser, lab):
 
 
 def test_promotions_are_refused_or_forced_with_their_reasons(browser, lab):
-    """Models of one campaign's few shots are worse than the contact of which nothing was learned, and so refused."""
+    """Models of one campaign's few shots are worse than the contact law that they update, and so refused."""
     costs = {each.label: each.metrics["cost"].mean for each in registry_of(lab.db).versions()}
     better, worse = sorted(costs, key=costs.__getitem__)
     assert in_use(lab) == []
@@ -43,9 +43,8 @@ def test_promotions_are_refused_or_forced_with_their_reasons(browser, lab):
         page.press("#reason", "Enter")
         page.wait_for_selector("#decision")
         refused = page.inner_text("#decision")
-        assert refused.startswith(
-            f"Refused: the prior of the contact predicts unseen configurations better than {better}"
-        )
+        law = "without a model the contact law updated by the measured shots"
+        assert refused.startswith(f"Refused: {law} predicts unseen configurations better than {better}")
         assert in_use(lab) == []
         at(page, f"/models/{better.replace('@', '/')}")
         page.fill("#reason", "the best of the <b>rehearsal</b>")
