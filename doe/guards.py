@@ -239,15 +239,15 @@ def _shot(
 
 def _chain_height_m(row: Mapping[str, str], run: str) -> float:
     """Of the optional column; 0 without one."""
-    known = BY_COLUMN["chain_height_mm"]
-    text = row.get(known.column) or "0"
+    factor = BY_COLUMN["chain_height_mm"]
+    text = row.get(factor.column) or "0"
     try:
         cell = parse_number(text)
     except ValueError:
         cell = math.nan
-    if not (math.isfinite(cell) and known.allows(cell)):
-        raise ValueError(f"run {run}: {known.column} is {text!r}; expected {known.expected_number}")
-    return cell * known.scale
+    if not (math.isfinite(cell) and factor.allows(cell)):
+        raise ValueError(f"run {run}: {factor.column} is {text!r}; expected {factor.expected_number}")
+    return cell * factor.scale
 
 
 def _known(table: Mapping[K, V], key: K, what: str, run: str) -> V:

@@ -58,22 +58,22 @@ def _velocity(laser: Channel | None, length: float | None, length_u: float | Non
         return (None, None), [Finding("no-bullet-length", "warning", message, laser.name)]
     given = {} if length_u is None else {"length_u_m": length_u}
     try:
-        found = muzzle_velocity(laser.si, laser.sampling_rate_hz, length, **given)
+        opening = muzzle_velocity(laser.si, laser.sampling_rate_hz, length, **given)
     except (NoPassageError, ValueError) as error:
         return (None, None), [Finding("no-passage", "warning", str(error), laser.name)]
-    return (found.velocity_m_s, found.velocity_u_m_s), []
+    return (opening.velocity_m_s, opening.velocity_u_m_s), []
 
 
 def _pressure(channel: Channel | None) -> tuple[Pair, list[Finding]]:
     if channel is None:
         return (None, None), []
     try:
-        found = tank_pressure_before(channel.si)
+        opening = tank_pressure_before(channel.si)
     except (NoDropError, ValueError) as error:
         return (None, None), [Finding("no-pressure-drop", "note", str(error), channel.name)]
     # The calibration is common to all shots, and is not averaged out by them.
-    common_u = channel.sensor.calibration_u_si(found.pressure_pa)
-    return (found.pressure_pa, math.hypot(found.pressure_u_pa, common_u)), []
+    common_u = channel.sensor.calibration_u_si(opening.pressure_pa)
+    return (opening.pressure_pa, math.hypot(opening.pressure_u_pa, common_u)), []
 
 
 def _opening(channel: Channel | None) -> ValveOpening | None:
@@ -81,7 +81,7 @@ def _opening(channel: Channel | None) -> ValveOpening | None:
     if channel is None:
         return None
     try:
-        found = valve_opening(channel.si, channel.sampling_rate_hz)
+        opening = valve_opening(channel.si, channel.sampling_rate_hz)
     except (NoDropError, ValueError):
         return None
-    return replace(found, time_s=channel.start_s + found.time_s, seen_s=channel.start_s + found.seen_s)
+    return replace(opening, time_s=channel.start_s + opening.time_s, seen_s=channel.start_s + opening.seen_s)

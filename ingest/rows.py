@@ -109,15 +109,15 @@ def plate_mass(session: Session, part: PlatePart) -> float | None:
 def struck_plate(session: Session, part: PlatePart | None, row: RunRow) -> StruckPlate | None:
     """The plate that a row was struck on, of the row's own material or the bench's; None where it is not known."""
     levels = row.levels_by_factor
-    own = levels.get("plate_material")
-    name = own.label if own is not None else (part.material if part else None)
+    stated_plate = levels.get("plate_material")
+    name = stated_plate.label if stated_plate is not None else (part.material if part else None)
     if part is None or name is None or part.thickness_m is None:
         return None
-    found = session.scalars(select(Material).where(Material.name == name)).one_or_none()
+    stored = session.scalars(select(Material).where(Material.name == name)).one_or_none()
     anvil = levels.get("anvil_material")
-    if found is None:
+    if stored is None:
         return None
-    figures = (found.youngs_modulus_pa, found.poisson_ratio, found.density_kg_m3, part.thickness_m)
+    figures = (stored.youngs_modulus_pa, stored.poisson_ratio, stored.density_kg_m3, part.thickness_m)
     return StruckPlate(*figures, anvil=anvil is not None and anvil.label != NONE)
 
 

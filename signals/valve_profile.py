@@ -62,10 +62,10 @@ class ValveProfile:
         if not 0 < closing_start_s < math.inf:
             raise ValueError(f"closing_start_s = {closing_start_s!r}: expected a positive time")
         reached = min(closing_start_s / opening_time_s, 1.0)
-        way = [(0.0, 0.0), (closing_start_s, reached), (closing_start_s + reached * back_s, 0.0)]
+        points = [(0.0, 0.0), (closing_start_s, reached), (closing_start_s + reached * back_s, 0.0)]
         if closing_start_s > opening_time_s:
-            way.insert(1, (opening_time_s, 1.0))
-        return cls(*zip(*way, strict=True))
+            points.insert(1, (opening_time_s, 1.0))
+        return cls(*zip(*points, strict=True))
 
     @classmethod
     def parse(cls, text: str) -> Self:

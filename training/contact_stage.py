@@ -132,19 +132,19 @@ class RegisteredContact:
         fastest = np.zeros(len(settings))
         np.maximum.at(fastest, row, wanted)
         most = _MOST_SHARE[self.velocity_kind]
-        asked = fastest[:, None] * np.geomspace(_LEAST_SHARE, most, _VELOCITIES)
-        many = Strikes([setting for setting in settings.values() for _ in range(_VELOCITIES)], asked.ravel())
-        force = _pulses(self.registered.model.predict(self._inputs_at(many, asked.ravel()))).force_n
+        trial_velocity = fastest[:, None] * np.geomspace(_LEAST_SHARE, most, _VELOCITIES)
+        trials = Strikes([setting for setting in settings.values() for _ in range(_VELOCITIES)], trial_velocity.ravel())
+        force = _pulses(self.registered.model.predict(self._inputs_at(trials, trial_velocity.ravel()))).force_n
         moments = PulseMoments.of(force)
-        moments = PulseMoments(*(values.reshape(asked.shape)[row] for values in vars(moments).values()))
+        moments = PulseMoments(*(values.reshape(trial_velocity.shape)[row] for values in vars(moments).values()))
         likely = TargetMotion.of_strikes(strikes)
         motion = (likely if z is None else likely.drawn(z[:, 2:])).column
-        integrated = asked[row]
+        integrated = trial_velocity[row]
         if self.velocity_kind != INTEGRATED:
             integrated, _ = integrated_velocity(integrated, moments, likely.column)
         before, _ = velocity_before_contact(integrated, moments, motion)
         rising = np.log(np.maximum.accumulate(before, axis=1))
-        at = zip(np.log(wanted), rising, np.log(asked[row]), strict=True)
+        at = zip(np.log(wanted), rising, np.log(trial_velocity[row]), strict=True)
         velocity = np.exp(np.array([np.interp(*case) for case in at]))
         return np.asarray(np.clip(velocity, _LEAST_SHARE * wanted, most * wanted))
 

@@ -191,11 +191,11 @@ class Twin:
             return velocity, None, np.full(1, _NOMINAL)
         z, member = self._luck(draws, rng)
         velocity = self._velocity_draws([setting], z)[:, 0]
-        left = velocity > 0
-        if not left.any():
+        leaves = velocity > 0
+        if not leaves.any():
             raise ValueError(self._stays(setting))
-        normals = z[left, self._gun_normals :] if self.contact.normals else None
-        return velocity[left], normals, member[left]
+        normals = z[leaves, self._gun_normals :] if self.contact.normals else None
+        return velocity[leaves], normals, member[leaves]
 
     def _predicted(
         self,
@@ -252,8 +252,8 @@ class Twin:
         of_gun = () if self.gun is None else self.gun.extrapolation(nominal.settings)[0]
         of_contact = self.contact.extrapolation(nominal)[0] if isinstance(self.contact, Extrapolating) else ()
         same = {"impactor_mass_kg": "bullet_mass_kg"}  # the contact's name, and the gun's
-        known = {item.quantity for item in of_gun}
-        return (*of_gun, *(x for x in of_contact if same.get(x.quantity, x.quantity) not in known))
+        gun_quantities = {item.quantity for item in of_gun}
+        return (*of_gun, *(x for x in of_contact if same.get(x.quantity, x.quantity) not in gun_quantities))
 
     def _models(self, stay: int) -> dict[str, str]:
         """`models`, and of how many draws the bands say nothing."""

@@ -112,8 +112,10 @@ class GunStage:
         measured = np.atleast_1d(np.asarray(measured_m_s, dtype=np.float64))
         uncertainty = np.zeros(measured.size) if measured_u_m_s is None else measured_u_m_s
         given = (tank_pressure_pa, bullet_mass_kg, measured, uncertainty)
-        more = VelocityShots(*(np.atleast_1d(np.asarray(values, dtype=np.float64)) for values in given))
-        return replace(self, unknown_effects=True, shots=more if self.shots is None else self.shots.beside(more))
+        new_shots = VelocityShots(*(np.atleast_1d(np.asarray(values, dtype=np.float64)) for values in given))
+        return replace(
+            self, unknown_effects=True, shots=new_shots if self.shots is None else self.shots.beside(new_shots)
+        )
 
     def extrapolation(self, settings: Sequence[Setting]) -> list[tuple[Extrapolation, ...]]:
         """For each setting, which of tank pressure and bullet mass lie beyond those of the shots that were learned
@@ -214,13 +216,13 @@ def _posterior(prior: GunPrior, shots: VelocityShots, sensors: SensorChain) -> V
 
 def _central(log_velocity: Floats) -> Floats:
     """Medians (n,) of the velocities that are finite, of logarithms (K, n); 0 where there are few."""
-    left = np.isfinite(log_velocity).sum(axis=0)
+    leaving_guns = np.isfinite(log_velocity).sum(axis=0)
     # Those that stay are the slowest: the median of the others lies above them by half of these.
     ordered, last = np.sort(log_velocity, axis=0), len(log_velocity) - 1
-    middle = last - (left - 1) / 2
+    middle = last - (leaving_guns - 1) / 2
     ends = (np.clip(end.astype(np.intp), 0, last)[None] for end in (np.floor(middle), np.ceil(middle)))
     velocity = np.exp(np.stack([np.take_along_axis(ordered, end, axis=0)[0] for end in ends])).mean(axis=0)
-    return np.asarray(np.where(left < _LEAST_LEAVING * len(log_velocity), 0.0, velocity))
+    return np.asarray(np.where(leaving_guns < _LEAST_LEAVING * len(log_velocity), 0.0, velocity))
 
 
 def _given(settings: Sequence[Setting]) -> Floats:

@@ -204,10 +204,10 @@ class SpectrumCalibration:
 def at_velocities(settings: Sequence[Setting], velocity_m_s: Floats) -> list[Setting]:
     """Settings with the velocities that their impacts have; that of the setting, or 1 m/s, where that is not known."""
     set_m_s = [setting.impact_velocity_m_s or 1.0 for setting in settings]
-    known = np.where(velocity_m_s > 0, velocity_m_s, set_m_s).tolist()
+    usable = np.where(velocity_m_s > 0, velocity_m_s, set_m_s).tolist()
     return [
         replace(setting, tank_pressure_pa=None, valve_profile=None, impact_velocity_m_s=velocity)
-        for setting, velocity in zip(settings, known, strict=True)
+        for setting, velocity in zip(settings, usable, strict=True)
     ]
 
 
@@ -216,9 +216,9 @@ def stretched(pulses: Pulses, law: Pulses, peak_force_n: Floats, impulse_n_s: Fl
 
     `pulses` are the law's, or what of them acts on a plate. Those without a measured force stay as they are.
     """
-    known = np.isfinite(peak_force_n) & np.isfinite(impulse_n_s)
-    force = np.where(known, peak_force_n / law.peak_force_n, 1.0)
-    time = np.where(known, impulse_n_s / (law.impulse_n_s * force), 1.0)
+    usable = np.isfinite(peak_force_n) & np.isfinite(impulse_n_s)
+    force = np.where(usable, peak_force_n / law.peak_force_n, 1.0)
+    time = np.where(usable, impulse_n_s / (law.impulse_n_s * force), 1.0)
     return Pulses(pulses.contact_time_s * time, pulses.force_n * force[:, None], pulses.compression_time_s * time)
 
 

@@ -102,8 +102,8 @@ def foretell(
 
     twins: dict[tuple[str | None, float], BuiltTwin] = {}
     for plate, height in dict.fromkeys(row.twin for row in rows):
-        own = replace(request, plate=request.plate or plate, chain_height_m=height)
-        twins[plate, height] = twin_of(store, db, own)
+        twin_request = replace(request, plate=request.plate or plate, chain_height_m=height)
+        twins[plate, height] = twin_of(store, db, twin_request)
     mass = next(iter(twins.values())).bench.impactor_mass_kg
     for remark in dict.fromkeys(
         (*assumed(rows, mass), *(remark for built in twins.values() for remark in built.notes))

@@ -54,7 +54,7 @@ class Shot:
             bench = f"campaign {built.bench.campaign!r} is of kind {built.bench.kind!r}"
             raise ValueError(f"{bench} and has no gun: give the impact velocity, such as --velocity 1.5m/s")
         mass = built.bench.impactor_mass_kg if self.bullet_mass_kg is None else self.bullet_mass_kg
-        own = {name: value for name, value in self.factors.items() if name != STATED_PLATE_MASS}
+        lab_factors = {name: value for name, value in self.factors.items() if name != STATED_PLATE_MASS}
         plate = {STATED_PLATE_MASS: self.factors[STATED_PLATE_MASS]} if STATED_PLATE_MASS in self.factors else {}
         return built.setting(
             impactor_mass_kg=mass,
@@ -66,7 +66,7 @@ class Shot:
             insulator=self.insulator,
             impact_position=self.impact_position,
             boundary_conditions=self.boundary_conditions or "free",
-            factors=own,
+            factors=lab_factors,
             valve_profile=None if self.valve_profile is None else ValveProfile.parse(self.valve_profile),
             **plate,
         )

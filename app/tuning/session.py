@@ -133,11 +133,11 @@ def _measured(store: Store, built: BuiltTwin, ask: Ask) -> tuple[Measured, list[
 def _levels(shots: MeasuredShots, built: BuiltTwin) -> tuple[Measured, list[str]]:
     """Those with a spectrum, on plates that the twin has, and why others are left out."""
     plates = built.twin.plate.plates
-    given = shots.force_is_given
+    force_given = shots.force_is_given
     others = [f"no modes of its plate of {s.plate.name}" for s in shots.settings if s.plate.name not in plates]
-    others += ["no mass or no velocity of the impactor"] * int(given.sum())
+    others += ["no mass or no velocity of the impactor"] * int(force_given.sum())
     there = np.array([setting.plate.name in plates for setting in shots.settings], dtype=np.bool_)
-    rows = np.flatnonzero(np.isfinite(shots.spectra_m_s2).all(axis=(1, 2)) & there & ~given)
+    rows = np.flatnonzero(np.isfinite(shots.spectra_m_s2).all(axis=(1, 2)) & there & ~force_given)
     if not rows.size:
         return Measured(), others
     settings = tuple(shots.settings[row] for row in rows)

@@ -100,8 +100,8 @@ class BuiltTwin:
         """A setting on this twin's plate; `own` are the other fields of `Setting`."""
         drawing = self.bench.drawing
         mass = drawing.area_m2 * drawing.thickness_m * self.plate.density_kg_m3
-        given = {"plate_mass_kg": mass, **own}
-        return Setting(plate=self.plate, plate_thickness_m=drawing.thickness_m, **given)
+        fields_given = {"plate_mass_kg": mass, **own}
+        return Setting(plate=self.plate, plate_thickness_m=drawing.thickness_m, **fields_given)
 
 
 def twin_of(store: Store | None, db: str, request: TwinRequest, shots: MeasuredShots | None = None) -> BuiltTwin:

@@ -78,8 +78,8 @@ def calibrated(twin: Twin, shots: MeasuredShots, plate: Callable[[str], ModalPla
         return (twin if plate is None else replace(twin, calibration=untaught)), ""
     if plate is not None:
         others = {setting.plate.name for setting in shots.settings} - set(twin.plate.plates)
-        more = {name: plate(name) for name in sorted(others)}
-        twin = replace(twin, plate=replace(twin.plate, plates={**twin.plate.plates, **more}))
+        further_plates = {name: plate(name) for name in sorted(others)}
+        twin = replace(twin, plate=replace(twin.plate, plates={**twin.plate.plates, **further_plates}))
     calibration = SpectrumCalibration.of(shots, twin.replayed_db(shots))
     return replace(twin, calibration=calibration), f"spectra: learned from {calibration.shots} measured shots"
 

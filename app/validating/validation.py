@@ -233,11 +233,11 @@ def _model_words(seen: set[str]) -> str:
 
 
 def _force_words(shots: MeasuredShots) -> str:
-    given = int(shots.force_is_given.sum())
-    which = "every shot" if given == len(shots) else f"{given} of {len(shots)} shots"
+    given_shots = int(shots.force_is_given.sum())
+    which = "every shot" if given_shots == len(shots) else f"{given_shots} of {len(shots)} shots"
     why = "since the mass or the velocity of the impactor is not known"
     what = "and only the peak accelerations and spectra of these shots are compared"
-    return f"it was given the measured force of {which}, {why}, {what}" if given else ""
+    return f"it was given the measured force of {which}, {why}, {what}" if given_shots else ""
 
 
 def _folds_words(folds: int, shots: MeasuredShots) -> str:

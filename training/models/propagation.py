@@ -35,5 +35,5 @@ def correlation_with(jacobian: Floats, spread: Floats, correlation: Floats, outp
     variance = np.einsum("nm,nm->n", parts @ correlation, parts)
     together = parts @ correlation[:, output]
     width = np.sqrt(np.maximum(variance, 0.0))
-    known = (width > 0) & (spread[:, output] > 0)
-    return np.asarray(np.clip(np.divide(together, width, out=np.zeros_like(width), where=known), -1.0, 1.0))
+    scaled = (width > 0) & (spread[:, output] > 0)
+    return np.asarray(np.clip(np.divide(together, width, out=np.zeros_like(width), where=scaled), -1.0, 1.0))

@@ -119,10 +119,10 @@ def _groups(
     mobility = np.array([1 / point.impedance_n_s_m for point in points])
     on_plate = replace(impacts, plate_mobility_m_n_s=impacts.plate_mobility_m_n_s + mobility)
     length, _ = scales(impacts)
-    own = own_time(Numbers.of(on_plate)) * length / impacts.bodies.impact_velocity_m_s
-    slowness = impacts.mass_kg * on_plate.plate_mobility_m_n_s / own
+    contact_scale_s = own_time(Numbers.of(on_plate)) * length / impacts.bodies.impact_velocity_m_s
+    slowness = impacts.mass_kg * on_plate.plate_mobility_m_n_s / contact_scale_s
     doublings = np.clip(np.round(np.log2(np.maximum(slowness, 1.0))), 0, _DOUBLINGS).astype(np.intp)
-    grid = np.floor(_PER_OCTAVE * np.log2(own / steps)).astype(np.intp)
+    grid = np.floor(_PER_OCTAVE * np.log2(contact_scale_s / steps)).astype(np.intp)
     rows: dict[tuple[int, int, int], list[int]] = {}
     for row, (point, place, more) in enumerate(zip(points, grid, doublings, strict=True)):
         rows.setdefault((id(point), int(place), int(more)), []).append(row)

@@ -163,5 +163,5 @@ def _phi(x: Complexes) -> list[Complexes]:
 
 def _padded(rows: Floats) -> Floats:
     """Up to a whole number of blocks of modes, with modes that do nothing."""
-    more = -rows.shape[-1] % _BLOCK
-    return np.ascontiguousarray(np.pad(rows, [(0, 0)] * (rows.ndim - 1) + [(0, more)]))
+    padding = -rows.shape[-1] % _BLOCK
+    return np.ascontiguousarray(np.pad(rows, [(0, 0)] * (rows.ndim - 1) + [(0, padding)]))

@@ -217,8 +217,8 @@ class PriorContact:
         struck = StruckBodies.of(Strikes(learned.settings, learned.velocity_m_s))
 
         def logarithms(latent: Floats, log_velocity: Floats) -> Floats:
-            many = struck.repeated(len(latent) // len(learned), np.exp(log_velocity))
-            pulses = balanced_pulses(many, self.names, latent, self._fixed, at_tip=self.hand_held)
+            repeated = struck.repeated(len(latent) // len(learned), np.exp(log_velocity))
+            pulses = balanced_pulses(repeated, self.names, latent, self._fixed, at_tip=self.hand_held)
             return np.log(np.column_stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s]))
 
         return logarithms

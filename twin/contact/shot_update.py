@@ -60,8 +60,8 @@ class ShotFeatures:
     @property
     def scaled(self) -> Floats:
         """(n, 3) in units of the lengths over which discrepancies change."""
-        own = np.array([(s.impactor_mass_kg, s.tip_radius_m) for s in self.settings]).reshape(-1, 2)
-        return np.asarray(np.log(np.column_stack([own[:, 0], self.velocity_m_s, own[:, 1]])) / _LENGTHS)
+        body = np.array([(s.impactor_mass_kg, s.tip_radius_m) for s in self.settings]).reshape(-1, 2)
+        return np.asarray(np.log(np.column_stack([body[:, 0], self.velocity_m_s, body[:, 1]])) / _LENGTHS)
 
     @property
     def tip(self) -> NDArray[np.str_]:
@@ -213,8 +213,8 @@ class _Fit:
         centre = values.mean(axis=1)
         deviations = values - centre[:, None]
         slope = np.einsum("nso,sl->nol", deviations, self.normals) / _SAMPLES
-        left = deviations - np.einsum("nol,sl->nso", slope, self.normals)
-        noise = np.einsum("nso,nsp->nop", left, left) / max(_SAMPLES - self.latents - 1, 1)
+        remainder = deviations - np.einsum("nol,sl->nso", slope, self.normals)
+        noise = np.einsum("nso,nsp->nop", remainder, remainder) / max(_SAMPLES - self.latents - 1, 1)
         # A = slope / root, since x - mean = root z.
         derivative = np.linalg.solve(np.swapaxes(root, 1, 2), np.swapaxes(slope, 1, 2))
         derivative = np.swapaxes(derivative, 1, 2)
@@ -298,16 +298,16 @@ class _Fit:
         restitution's: these are 1 or more, since those that are left out share errors of the law and of its lines.
         Parameters that are wide for the peak's sake make contact times too wide: these are narrowed alone.
         """
-        own = configuration[self.rows]
-        numbers = np.unique(own)
+        body = configuration[self.rows]
+        numbers = np.unique(body)
         errors = np.full((len(numbers), 3), np.nan)
         for row, number in enumerate(numbers):
-            block = np.flatnonzero(own == number)
+            block = np.flatnonzero(body == number)
             covariance = np.linalg.inv(self.precision[np.ix_(block, block)])
-            left = covariance @ self.factor[block]
+            remainder = covariance @ self.factor[block]
             for kind in np.unique(self.kinds[block]):
                 of_kind = self.kinds[block] == kind
-                errors[row, kind] = left[of_kind].sum() / np.sqrt(covariance[np.ix_(of_kind, of_kind)].sum())
+                errors[row, kind] = remainder[of_kind].sum() / np.sqrt(covariance[np.ix_(of_kind, of_kind)].sum())
         wanted = np.ones(3)
         for kind in range(3):
             sizes = np.abs(errors[np.isfinite(errors[:, kind]), kind])

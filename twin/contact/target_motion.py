@@ -58,11 +58,11 @@ class TargetMotion:
         """Of plates without edges (`impacts.plate_impedance`), on some of which an `anvil` lies; both (n,)."""
         share = np.where(anvil, _SHARE * _ANVIL, _SHARE)
         share_u = np.where(anvil, _ANVIL_SHARE_U, _SHARE_U)
-        left = np.full(len(anvil), _UNRECOVERED)
+        unrecovered = np.full(len(anvil), _UNRECOVERED)
         return cls(
             share / plate_impedance_n_s_m,
             share_u / plate_impedance_n_s_m,
-            left,
+            unrecovered,
             np.full(len(anvil), _UNRECOVERED_U),
         )
 
@@ -78,8 +78,8 @@ class TargetMotion:
         none = np.zeros(len(z))
         about = np.sqrt(3) * (2 * ndtr(z) - 1)  # uniform, of mean 0 and deviation 1
         mobility = np.maximum(self.mobility_m_n_s + about[:, 0] * self.mobility_u_m_n_s, 0.0)
-        left = np.maximum(self.unrecovered + about[:, 1] * self.unrecovered_u, 0.0)
-        return type(self)(mobility, none, left, none)
+        unrecovered = np.maximum(self.unrecovered + about[:, 1] * self.unrecovered_u, 0.0)
+        return type(self)(mobility, none, unrecovered, none)
 
     @property
     def column(self) -> Self:
@@ -109,9 +109,9 @@ class PulseMoments:
         dense = np.maximum(dense, 0.0)
         until = np.concatenate([np.zeros((len(dense), 1)), (dense[:, 1:] + dense[:, :-1]).cumsum(axis=1)], axis=1)
         mean = np.trapezoid(dense, phase, axis=1)
-        left = np.trapezoid(dense * (1 - phase), phase, axis=1)
+        unrecovered = np.trapezoid(dense * (1 - phase), phase, axis=1)
         to_peak = until[np.arange(len(dense)), dense.argmax(axis=1)] * (phase[1] / 2)
-        return cls(left / to_peak, np.asarray(mean))
+        return cls(unrecovered / to_peak, np.asarray(mean))
 
 
 def velocity_before_contact(

@@ -143,9 +143,9 @@ class VelocityPosterior:
             noise = _noise(settings, kernel, gap, scatter)
             misfit = settings.y - x[members]
             if power < 1:
-                left = noise / (1 - power)
-                luck = rng.standard_normal(misfit.shape) @ np.linalg.cholesky(left).T
-                weight = np.linalg.solve(share + left, (misfit + luck).T) / (count - 1)
+                noise_left = noise / (1 - power)
+                luck = rng.standard_normal(misfit.shape) @ np.linalg.cholesky(noise_left).T
+                weight = np.linalg.solve(share + noise_left, (misfit + luck).T) / (count - 1)
                 moves[:, members] = anomalies @ weight
                 misfit = misfit - (anomalies @ weight).T @ anomalies
             inverse: Floats = np.asarray(np.linalg.inv(noise), dtype=np.float64)

@@ -221,8 +221,8 @@ def _unmeasured(evidence: Evidence) -> Obstacle:
 
     The sentence is about the line of it that is the least sure today.
     """
-    own = evidence.learned.prior.shot_covariance_db2()
-    without = [probability_met(p.level_db, own, evidence.goal, evidence.normals) for p in evidence.kept]
+    shot_covariance = evidence.learned.prior.shot_covariance_db2()
+    without = [probability_met(p.level_db, shot_covariance, evidence.goal, evidence.normals) for p in evidence.kept]
     place = max(range(len(without)), key=lambda i: (without[i], _decisive(evidence.kept[i].level_db, evidence.goal)[1]))
     best, margin = evidence.kept[place], evidence.goal.margin_db(evidence.kept[place].level_db)
     half_db = (best.upper_db - best.lower_db) / 2

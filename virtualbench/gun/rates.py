@@ -36,8 +36,10 @@ def figures_of(setting: Setting) -> Floats:
     values = [getattr(setting, name) for name in _NAMES]
     ambient = setting.ambient
     values[AMBIENT] = ambient.pressure
-    way = setting.valve_way
-    return np.array([*values, ambient.temperature, ambient.density, *way.moments_s, *way.positions], dtype=np.float64)
+    valve_way = setting.valve_way
+    return np.array(
+        [*values, ambient.temperature, ambient.density, *valve_way.moments_s, *valve_way.positions], dtype=np.float64
+    )
 
 
 @njit(cache=True)

@@ -100,5 +100,5 @@ class EchoHistory:
 
     def _prepare(self) -> None:
         steps = len(self._answers) + np.arange(_BLOCK)
-        more = [self._echoes.answer(steps * step) for step in self._step_s]
-        self._answers = np.concatenate([self._answers, np.stack(more, axis=1)])
+        answers = [self._echoes.answer(steps * step) for step in self._step_s]
+        self._answers = np.concatenate([self._answers, np.stack(answers, axis=1)])
