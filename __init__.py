@@ -1,3 +1,41 @@
-"""pyroshock: the memory and the foresight of a shock laboratory."""
+"""pyroshock: experiment database, models and digital twin for pyroshock testing.
+
+    import pyroshock as ps
+
+    store = ps.open("sqlite:///lab.db")
+
+The names below are the public interface (`__all__`); CONTRIBUTING.md tells how they may change. Each is imported when
+it is first used, so that `import pyroshock` costs nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .app.library.store import ExperimentStore
+    from .app.library.store import open_experiment_store as open
 
 __version__ = "0.1.0"
+
+#: Public name -> (module, name there).
+_PUBLIC = {
+    "ExperimentStore": (".app.library.store", "ExperimentStore"),
+    "open": (".app.library.store", "open_experiment_store"),
+}
+
+__all__ = ["ExperimentStore", "__version__", "open"]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PUBLIC:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module, attribute = _PUBLIC[name]
+    value = getattr(importlib.import_module(module, __name__), attribute)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(set(globals()) | set(_PUBLIC))

@@ -78,6 +78,7 @@ def fitted(
         metrics=summary(errors, held_out.configuration, rng),
         cost=Cost(meter.seconds, meter.peak_memory_mb),
         figures=_figures(task.model, held_out, prediction, errors),
+        fit_report=model.fit_report(),
     )
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from ..dataset.domain import Domain
 from ..dataset.limits import Outside
 from ..dataset.table import Inputs, Predictor
+from .fit_report import FitReport
 from .metrics.summary import Estimate
 from .models.base import ContactModel, ContactPrediction
 from .models.pack import Packed
@@ -65,6 +66,7 @@ class Trained:
     metrics: Mapping[str, Estimate]
     cost: Cost
     figures: Mapping[str, bytes]
+    fit_report: FitReport = field(default_factory=FitReport)
 
 
 @dataclass(frozen=True)

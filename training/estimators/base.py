@@ -9,6 +9,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..fit_report import FitReport
+
 Floats = NDArray[np.float64]
 #: Learned numbers by name and nothing else: written to disk, and read back without running any code of the file's.
 Arrays = dict[str, NDArray[Any]]
@@ -47,6 +49,10 @@ class Estimator(ABC):
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
         """A new one, learned from other rows with what this one tuned (kernel parameters, say) kept."""
         return type(self)(**self.settings()).fit(x, y, groups, rng)
+
+    def fit_report(self) -> FitReport:
+        """What `fit` searched and found. Histories of the search are known after `fit` only, not after `restore`."""
+        return FitReport()
 
     @abstractmethod
     def settings(self) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..fit_report import FitReport
 from .base import Arrays, Estimator, Floats, Gaussian, NotFittedError
 
 
@@ -50,6 +51,9 @@ class Turned(Estimator):
         back = np.linalg.inv(self.turn_)
         spread = None if turned.spread is None else np.sqrt(turned.spread**2 @ back**2)
         return Gaussian(turned.mean @ back, spread)
+
+    def fit_report(self) -> FitReport:
+        return self._learned().fit_report()
 
     def _learned(self) -> Estimator:
         if self.inner_ is None:

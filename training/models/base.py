@@ -10,6 +10,7 @@ import numpy as np
 
 from ...dataset.table import Floats, Inputs, PulseTable
 from ..estimators.base import Arrays
+from ..fit_report import FitReport
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +46,10 @@ class ContactModel(ABC):
     def refit(self, pulses: PulseTable, rng: np.random.Generator) -> Self:
         """A new one, learned from other pulses with what this one tuned kept; cheap where it can be."""
         return type(self)(**self.settings()).fit(pulses, rng)
+
+    def fit_report(self) -> FitReport:
+        """What `fit` searched and found, of all parts ("force.kernel", "time.noise")."""
+        return FitReport()
 
     @abstractmethod
     def settings(self) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...dataset.table import Floats, Inputs, PulseTable
 from ..estimators.base import Arrays, NotFittedError
+from ..fit_report import FitReport
 from ..tuning.folds import grouped_folds
 from .base import ContactModel, ContactPrediction
 from .difficulty import Difficulty, left_out, most_likely
@@ -99,6 +100,9 @@ class Calibrated(ContactModel):
             self.relative_[:-1] * _peak(prediction) if force is None else force,
             self.relative_[-1] * prediction.contact_time_s if time is None else time,
         )
+
+    def fit_report(self) -> FitReport:
+        return self._learned().fit_report()
 
     def _learned(self) -> ContactModel:
         if self.model_ is None:

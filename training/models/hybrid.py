@@ -9,6 +9,7 @@ import numpy as np
 
 from ...dataset.table import Inputs, PulseTable
 from ..estimators.base import Arrays, Estimator, NotFittedError
+from ..fit_report import FitReport
 from .asked import check_same_predictors, momentum, spelled
 from .base import ContactModel, ContactPrediction
 from .kinds import describe
@@ -81,6 +82,9 @@ class Hybrid(ContactModel):
         nominal = self.base_.predict(inputs)
         bound = 2 * momentum(inputs) * self.allowance_
         return Pulse.of(np.maximum(nominal.force_n, 0.0), nominal.contact_time_s, bound)
+
+    def fit_report(self) -> FitReport:
+        return self._learned().fit_report().under("process")
 
     def _learned(self) -> Estimator:
         if self.process_ is None:

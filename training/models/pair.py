@@ -9,6 +9,7 @@ import numpy as np
 
 from ...dataset.table import Floats, Inputs, PulseTable
 from ..estimators.base import Arrays, Estimator, Gaussian, NotFittedError
+from ..fit_report import FitReport
 from .asked import check_same_predictors, momentum, spelled
 from .base import ContactModel, ContactPrediction
 from .kinds import describe
@@ -91,6 +92,10 @@ class Pair(ContactModel):
 
     def _scale(self, inputs: Inputs, time: Floats) -> Floats:
         return SCALINGS[self.scaling](inputs, time)[:, None]
+
+    def fit_report(self) -> FitReport:
+        force, time = self._learned()
+        return force.fit_report().under("force").joined(time.fit_report().under("time"))
 
     def _learned(self) -> tuple[Estimator, Estimator]:
         if self.force_ is None or self.time_ is None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...dataset.table import POINTS, Floats, Inputs, PulseTable
 from ..estimators.base import Arrays, Estimator, NotFittedError
+from ..fit_report import FitReport
 from .asked import check_same_predictors, momentum, spelled
 from .base import ContactModel, ContactPrediction
 from .kinds import describe
@@ -75,6 +76,9 @@ class SinglePass(ContactModel):
         jacobian[:, points, points] = scale
         jacobian[:, :, POINTS] = -force
         return propagated(jacobian, spread, self._correlation)
+
+    def fit_report(self) -> FitReport:
+        return self._learned().fit_report().under("process")
 
     def _learned(self) -> Estimator:
         if self.process_ is None:
