@@ -14,6 +14,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .app.library.plans import PlannedDesign
     from .app.library.store import ExperimentStore
     from .app.library.store import open_experiment_store as open
 
@@ -22,10 +23,11 @@ __version__ = "0.1.0"
 #: Public name -> (module, name there).
 _PUBLIC = {
     "ExperimentStore": (".app.library.store", "ExperimentStore"),
+    "PlannedDesign": (".app.library.plans", "PlannedDesign"),
     "open": (".app.library.store", "open_experiment_store"),
 }
 
-__all__ = ["ExperimentStore", "__version__", "open"]
+__all__ = ["ExperimentStore", "PlannedDesign", "__version__", "open"]
 
 
 def __getattr__(name: str) -> Any:

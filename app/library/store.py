@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ...schema.session import Store, Writer, open_store
+
+if TYPE_CHECKING:
+    from .plans import PlanCollection
 
 
 class ExperimentStore:
@@ -19,6 +23,13 @@ class ExperimentStore:
     def __init__(self, store: Store, url: str) -> None:
         self.store = store
         self.url = url
+
+    @property
+    def plan(self) -> PlanCollection:
+        """The plans of campaigns, and the methods to make one: `store.plan.lhs("summer", runs=105)`."""
+        from .plans import PlanCollection
+
+        return PlanCollection(self.store)
 
     def close(self) -> None:
         """Release the connection to the database."""
