@@ -121,7 +121,7 @@ class Space:
         """The treatments (n, axes) as treatments of `stratified`. Raises as `checked` does."""
         rows = self.checked(treatments)
         sizes, strata = (np.array([getattr(axis, name) for axis in self.axes]) for name in ("size", "strata"))
-        return rows * strata // sizes
+        return np.asarray(rows * strata // sizes, dtype=np.int64)
 
     @property
     def columns(self) -> tuple[str, ...]:

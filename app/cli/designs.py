@@ -39,26 +39,16 @@ class DesignCommands(click.Group):
         return _method_command(cmd_name, METHODS[cmd_name]) if cmd_name in METHODS else None
 
 
-class _Range(click.ParamType):
-    """COLUMN=LOW:HIGH or COLUMN=LOW:HIGH:STEP."""
-
-    name = "range"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str, tuple[float, ...]]:
-        if isinstance(value, tuple):
-            return value
-        column, sign, limits = value.partition("=")
+def _ranges(_: click.Context, __: click.Parameter, given: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
+    """Column to low, high and step of each COLUMN=LOW:HIGH or COLUMN=LOW:HIGH:STEP."""
+    ranges = {}
+    for text in given:
+        column, _sign, limits = text.partition("=")
         try:
-            numbers = tuple(float(number) for number in limits.split(":"))
+            ranges[column] = tuple(float(number) for number in limits.split(":"))
         except ValueError:
-            numbers = ()
-        if not (sign and column and len(numbers) in (2, 3)):
-            self.fail(
-                f"{value!r}; expected such as tank_pressure_bar=0.8:6 or tank_pressure_bar=0.8:6:0.05", param, ctx
-            )
-        return column, numbers
+            raise click.BadParameter(f"{text!r}; expected such as tank_pressure_bar=0.8:6:0.05") from None
+    return ranges
 
 
 def _making(function: Function) -> Function:
@@ -80,7 +70,7 @@ def _making(function: Function) -> Function:
         click.option(
             "--range",
             "ranges",
-            type=_Range(),
+            callback=_ranges,
             multiple=True,
             metavar="COLUMN=LOW:HIGH[:STEP]",
             help="Make a factor continuous, in its column's unit; repeat it.",
@@ -135,7 +125,7 @@ def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]
         common = {key: given[key] for key in ("kind", "repetitions", "seed")}
         taken = {key: given[key] for key in ("runs", "table") if key in given}
         made = PlanCollection(store).make(
-            name, method=method, factors=factors, gun=given["bench"], ranges=dict(given["ranges"]), options=options,
+            name, method=method, factors=factors, gun=given["bench"], ranges=given["ranges"], options=options,
             **common, **taken,
         )  # fmt: skip
     stored = made.stored

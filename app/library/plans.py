@@ -35,12 +35,12 @@ class PlanSettings(TypedDict, total=False):
     """
 
     kind: Literal["gun", "hammer"]
-    factors: str | os.PathLike[str]
+    factors: str | os.PathLike[str] | None
     ranges: Mapping[str, Sequence[QuantityLike]]
     repetitions: int
-    seed: int
-    gun: str | os.PathLike[str]
-    description: str
+    seed: int | None
+    gun: str | os.PathLike[str] | None
+    description: str | None
 
 
 class PlanQuality:

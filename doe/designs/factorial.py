@@ -11,6 +11,7 @@ from .base import Design
 
 #: As many as a campaign of years fires.
 _MOST_RUNS = 1_000_000
+_MOST_LEVELS = 1000
 
 
 def factorial(space: Space, levels: int = 3) -> Design:
@@ -29,6 +30,8 @@ def subset(space: Space, reduction: int, levels: int = 3) -> Design:
     Factors of any number of levels, words included. Continuous factors as in `factorial`. Raises `ValueError` where the
     reduction is below 2 or too large for the levels.
     """
+    if not 2 <= reduction <= _MOST_LEVELS:
+        raise ValueError(f"reduction is {reduction}; expected 2 to {_MOST_LEVELS}")
     places = axis_places(space, levels)
     varied = [index for index, each in enumerate(places) if len(each) > 1]
     chosen = pydoe.generalized_subset([len(places[index]) for index in varied], reduction)
@@ -42,8 +45,8 @@ def axis_places(space: Space, levels: int) -> list[NDArray[np.int64]]:
 
     Raises `ValueError` for fewer than two `levels`, and for more than a million combinations.
     """
-    if levels < 2:
-        raise ValueError(f"levels is {levels}; expected 2 or more values of each continuous factor")
+    if not 2 <= levels <= _MOST_LEVELS:
+        raise ValueError(f"levels is {levels}; expected 2 to {_MOST_LEVELS} values of each continuous factor")
     places = [
         np.unique(np.rint(np.linspace(0, axis.size - 1, levels)).astype(np.int64))
         if axis.continuous

@@ -13,6 +13,7 @@ from .factorial import axis_places, combined
 
 #: Every exchange looks at all of them, one by one.
 _MOST_CANDIDATES = 5000
+_HIGHEST_DEGREE = 4
 
 
 def optimal(
@@ -32,8 +33,8 @@ def optimal(
     chance decides between equals. Raises `ValueError` for words, and for factors of too few levels, in a model beyond
     degree 1, for more than 5,000 candidates, and for fewer runs than the model has terms.
     """
-    if degree < 1:
-        raise ValueError(f"degree is {degree}; expected 1 (main effects), 2 (quadratic) or more")
+    if not 1 <= degree <= _HIGHEST_DEGREE:
+        raise ValueError(f"degree is {degree}; expected 1 (main effects), 2 (quadratic), at most {_HIGHEST_DEGREE}")
     places = axis_places(space, max(levels, degree + 1))
     count = int(np.prod([len(each) for each in places]))
     if not n <= count <= _MOST_CANDIDATES:

@@ -11,6 +11,8 @@ from . import pydoe
 from .base import Design
 from .coded import SurfaceWords, from_surface, ordered_axes
 
+_MOST_CENTRE_POINTS = 1000
+
 
 def central_composite(
     space: Space,
@@ -28,8 +30,7 @@ def central_composite(
     `alpha` times it. Raises `ValueError` where stars lie beyond the range, and as `coded.ordered_axes` and
     `coded.from_surface` do.
     """
-    if centre < 0:
-        raise ValueError(f"centre is {centre}; expected 0 or more centre points")
+    _check_centre(centre)
     if not 0 < cube <= 1:
         raise ValueError(f"cube is {cube:g}; expected a share of the range, above 0 and at most 1")
     ordered = ordered_axes(space, categorical)
@@ -44,8 +45,12 @@ def box_behnken(space: Space, *, centre: int | None = None, categorical: Surface
     No run has all factors at their ends. Raises `ValueError` for fewer than three factors with an order, and as
     `coded.ordered_axes` and `coded.from_surface` do.
     """
-    if centre is not None and centre < 0:
-        raise ValueError(f"centre is {centre}; expected 0 or more centre points")
+    _check_centre(centre or 0)
     ordered = ordered_axes(space, categorical)
     coded = pydoe.box_behnken(len(ordered), centre)
     return Design(space, from_surface(space, coded, ordered), "box-behnken", None)
+
+
+def _check_centre(count: int) -> None:
+    if not 0 <= count <= _MOST_CENTRE_POINTS:
+        raise ValueError(f"centre is {count}; expected 0 to {_MOST_CENTRE_POINTS} centre points")

@@ -14,6 +14,8 @@ from .base import Design
 from .coded import TwoLevelWords, from_two_levels, varied_axes
 
 _LETTERS = "abcdefghijklmnopqrst"
+#: 65,536 runs.
+_MOST_LETTERS = 16
 #: For more factors it takes long to find out that the same runs have no higher resolution.
 _MOST_IMPROVED = 10
 
@@ -29,11 +31,12 @@ def fractional_factorial(
     """
     names = [space.axes[index].name for index in varied_axes(space)]
     words = generators if generators is not None else smallest_generators(len(names), resolution)
+    given = words.split()
+    if len(given) != len(names):
+        raise ValueError(f"generators {words!r} give {len(given)} columns; expected {len(names)}: {', '.join(names)}")
+    if (letters := sum(len(word.strip("+-")) == 1 for word in given)) > _MOST_LETTERS:
+        raise ValueError(f"generators have {letters} letters, or 2^{letters} runs; expected {_MOST_LETTERS} at most")
     coded = pydoe.two_level(words)
-    if coded.shape[1] != len(names):
-        raise ValueError(
-            f"generators {words!r} give {coded.shape[1]} columns; expected {len(names)}: {', '.join(names)}"
-        )
     return Design(space, from_two_levels(space, coded, categorical), "fractional-factorial", None)
 
 

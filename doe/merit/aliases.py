@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..space import Space
 
 #: Beyond, a table of aliases is read by nobody.
-_MOST_AXES = 40
+_MOST_AXES, _MOST_RUNS = 40, 20_000
 _DIGITS = 1e-9
 
 
@@ -31,13 +31,14 @@ class Alias:
 def aliases(space: Space, treatments: NDArray[np.int64]) -> tuple[Alias, ...]:
     """Main effects with each other and with two-factor interactions, and these with each other, that correlate.
 
-    Empty for a design that has an axis at three levels or more. (Box, Hunter and Hunter, chapter 6; pyDOE3's
-    `fracfact_aliasing` gives the same groups, but neither opposite signs nor parts.) Raises as `Space.checked` does.
+    Empty for a design that has an axis at three levels or more, more than 40 axes, or more than 20,000 runs. (Box,
+    Hunter and Hunter, chapter 6; pyDOE3's `fracfact_aliasing` gives the same groups, but neither opposite signs nor
+    parts.) Raises as `Space.checked` does.
     """
     rows = space.checked(treatments)
     used = [np.unique(rows[:, index]) for index in range(rows.shape[1])]
     varied = [index for index, levels in enumerate(used) if len(levels) > 1]
-    if not 1 < len(varied) <= _MOST_AXES or any(len(used[index]) > 2 for index in varied):
+    if len(rows) > _MOST_RUNS or not 1 < len(varied) <= _MOST_AXES or any(len(used[index]) > 2 for index in varied):
         return ()
     signs = np.stack([np.where(rows[:, index] == used[index][1], 1.0, -1.0) for index in varied], axis=1)
     pairs = list(itertools.combinations(range(len(varied)), 2))

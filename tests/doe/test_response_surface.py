@@ -93,7 +93,8 @@ def test_surface_is_repeated_at_each_combination_of_words() -> None:
     [
         (surface_space(3), {"face": "ccc", "cube": 0.9}, "x0: a run lies at 1.64 times its range"),
         (surface_space(3), {"cube": 0}, "cube is 0; expected a share"),
-        (surface_space(3), {"centre": -1}, "centre is -1; expected 0 or more"),
+        (surface_space(3), {"centre": -1}, "centre is -1; expected 0 to 1000"),
+        (surface_space(3), {"centre": 10**9}, "centre is 1000000000; expected"),
         (surface_space(1), {}, "1 factor; expected two or more"),
         (
             surface_space(1, SPEEDS),
@@ -128,7 +129,7 @@ def test_d_optimal_runs_are_the_best_of_all_choices(exchange: str, runs: int) ->
     space = surface_space(2)
     everything = coded(space, factorial(space).treatments)
     best = max(information(everything[list(chosen)], 2) for chosen in itertools.combinations(range(9), runs))
-    made = optimal(space, runs, np.random.default_rng(1), degree=2, exchange=exchange)  # type: ignore[arg-type]
+    made = optimal(space, runs, np.random.default_rng(1), degree=2, exchange=exchange)
     assert information(coded(space, made.treatments), 2) == pytest.approx(best, rel=1e-9)
     assert information(everything, 2) == pytest.approx(0.46224, rel=1e-4)
     assert best > 0.9 * 0.46224
@@ -151,7 +152,7 @@ def test_criteria_serve_what_they_are_named_for(criterion: str, row: int) -> Non
     terms = build_design_matrix(coded(space, factorial(space).treatments), 2)
 
     def variances(name: str) -> tuple[float, float]:
-        made = optimal(space, 7, np.random.default_rng(1), degree=2, criterion=name)  # type: ignore[arg-type]
+        made = optimal(space, 7, np.random.default_rng(1), degree=2, criterion=name)
         chosen = build_design_matrix(coded(space, made.treatments), 2)
         inverse = np.linalg.inv(chosen.T @ chosen)
         return float(np.trace(inverse)), float(np.trace(inverse @ terms.T @ terms) / len(terms))
@@ -175,6 +176,8 @@ def test_words_have_main_effects_in_an_optimal_design() -> None:
     [
         ({"degree": 2}, "plate_material has words for levels; expected numbers for a model of degree 2"),
         ({"degree": 0}, "degree is 0"),
+        ({"degree": 99}, "degree is 99"),
+        ({"levels": 10**9}, "levels is 1000000000"),
         ({"n": 8}, "8 runs for a model of 11 terms; expected 11 or more"),
         ({"n": 811}, "810 candidates; expected 811"),
     ],

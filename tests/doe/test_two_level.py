@@ -129,9 +129,9 @@ def test_words_are_refused_by_name_or_taken_at_their_ends() -> None:
     [
         ("a b ab", "give 3 columns; expected 6: plate_material"),
         ("a b c d ab ab", "generators are"),
-        ("a b d", "a letter of its own"),
-        ("a b xy", "generators are"),
-        ("", "generators are"),
+        ("a b c d e g", "a letter of its own"),
+        ("a b c d e xy", "generators are"),
+        ("", "give 0 columns"),
     ],
 )
 def test_generators_that_do_not_fit_are_refused(generators: str, message: str) -> None:
