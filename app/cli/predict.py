@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..library.quantities import parse_quantity
 from .common import Function, db_option, json_option, note, opened_or_none, print_table, write_json
 from .crew import crew_options
 from .predict_many import MANY, Many, foretell, refuse_typed
-from .quantities import parse_quantity
 
 if TYPE_CHECKING:
     from ...compute.crew import Crew

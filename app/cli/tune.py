@@ -217,7 +217,7 @@ def _masses(text: str | None) -> Amount | None:
     if text is None:
         return None
     from ...twin.tune.space import Levels, Range
-    from .quantities import parse_quantity
+    from ..library.quantities import parse_quantity
 
     low, colon, high = text.partition(":")
     if not colon:
