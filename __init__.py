@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .app.library.spectra import srs
     from .app.library.store import ExperimentStore
     from .app.library.store import open_experiment_store as open
+    from .app.library.twin import shipped_twin as twin
 
 __version__ = "0.1.0"
 
@@ -30,6 +31,7 @@ _PUBLIC = {
     "StorageError": (".app.library.errors", "StorageError"),
     "open": (".app.library.store", "open_experiment_store"),
     "srs": (".app.library.spectra", "srs"),
+    "twin": (".app.library.twin", "shipped_twin"),
 }
 
 __all__ = [
@@ -41,6 +43,7 @@ __all__ = [
     "__version__",
     "open",
     "srs",
+    "twin",
 ]
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from sqlalchemy import Select, select
+from sqlalchemy import select
 
 from ...schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
 from ...schema.conditions import CHANNEL_COLUMNS, IMPACT_COLUMNS, IN_USE, LARGEST, listing_key, restricted
@@ -66,7 +66,7 @@ def impacts_frame(
     return with_units(pd.concat(parts, axis=1))
 
 
-def _read(session: Session, query: Select[Any]) -> pd.DataFrame:
+def _read(session: Session, query: Any) -> pd.DataFrame:
     import pandas as pd
 
     return pd.read_sql(query, session.connection())
@@ -104,7 +104,7 @@ def _quality(session: Session, rows: pd.DataFrame) -> pd.Series[str]:
     import pandas as pd
 
     doubts = SEVERITIES[1:]
-    query: Select[Any] = select(QualityFinding.recording_id, QualityFinding.impact_id, QualityFinding.severity)
+    query = select(QualityFinding.recording_id, QualityFinding.impact_id, QualityFinding.severity)
     findings = _read(session, query.where(QualityFinding.severity.in_(doubts)).distinct())
     rank = findings["severity"].map({severity: number for number, severity in enumerate(doubts, start=1)})
     whole = findings["impact_id"].isna()

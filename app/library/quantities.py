@@ -56,7 +56,7 @@ def si(value: Quantity, si_unit: str, name: str) -> float:
             raise ValueError(f"{name} is {value}; expected a unit such as {si_unit!r}") from error
     else:
         try:
-            number = float(value)  # type: ignore[arg-type]  # a float here, if the caller kept to the types
+            number = float(value)
         except (TypeError, ValueError):
             kinds = f"a number in {si_unit}, text with a unit or a pint quantity"
             raise TypeError(f"{name} is {value!r}; expected {kinds}") from None

@@ -54,7 +54,8 @@ class ForcePulse:
         import pandas as pd
 
         frame = pd.DataFrame({"time_s": self.time_s, "force_n": self.force_n})
-        frame.attrs = {"units": {"time_s": "s", "force_n": "N"}, "impact": self.impact, **self.figures}
+        frame.attrs["units"] = {"time_s": "s", "force_n": "N"}
+        frame.attrs |= {"impact": self.impact, "figures": dict(self.figures)}
         return frame
 
     def plot(self, ax: Axes | None = None) -> Axes:
@@ -154,7 +155,7 @@ class StoredChannel:
         if self.quantity != "acceleration":
             with library_errors():
                 raise ValueError(f"{self.name} is a channel of {self.quantity}; a spectrum needs an acceleration")
-        return srs(self.values, self.sampling_rate_hz, q=q, frequencies=frequencies)  # type: ignore[return-value]
+        return srs(self.values, self.sampling_rate_hz, q=q, frequencies=frequencies)
 
     def __repr__(self) -> str:
         return f"<{self.name}: {self.quantity} in {self.unit}, {self._samples} samples at {self.sampling_rate_hz:g} Hz>"

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...schema.session import Store, Writer, open_store
 from .errors import raises_library_errors
+from .progress import step_bar
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     import pandas as pd
 
+    from .diagnosis import GapDiagnosis
     from .ingestion import IngestedCampaign
+    from .quantities import Quantity
     from .recordings import ForcePulse, StoredRecording
     from .training import FrozenDataset, ModelComparison, PromotionDecision, TrainingRuns
+    from .twin import EffectLike, LaboratoryTwin
+    from .validation import TwinValidation
 
 #: What is held out for judging, unless a training says otherwise.
 SPLITS = ("repetitions", "configurations")
@@ -68,7 +72,7 @@ class ExperimentStore:
             _settings(ExtractionSettings, settings), jobs, plan, free_factors, confirmed, again, target_motion, dry_run
         )
         path = Path(folder)
-        with _progress(path.name, "recordings", progress) as step:
+        with step_bar(path.name, "recordings", progress) as step:
             return ingest_campaign(self.store, path, options, step)
 
     @raises_library_errors
@@ -100,7 +104,8 @@ class ExperimentStore:
 
         with self.store.reading() as session:
             frame = impacts_frame(session, campaign, where, limit if sort is None else None)
-        return chosen_columns(sorted_by(frame, sort).head(limit) if sort else frame, columns)
+        frame = sorted_by(frame, sort)
+        return chosen_columns(frame if limit is None else frame.head(limit), columns)
 
     @raises_library_errors
     def shots(
@@ -174,7 +179,7 @@ class ExperimentStore:
         if campaigns is None:
             return FrozenDataset(read_snapshot(self.store, name))
         chosen = predictors_named(predictors) if predictors else None
-        names = (campaigns,) if isinstance(campaigns, str) else tuple(campaigns)
+        names = _names(campaigns)
         return FrozenDataset(build_snapshot(self.store, name, names, chosen, quality, extraction, velocity).snapshot)
 
     @raises_library_errors
@@ -200,7 +205,7 @@ class ExperimentStore:
 
         if budget not in ("reduced", "full"):
             raise ValueError(f"budget is {budget!r}; expected 'reduced' or 'full'")
-        with _progress("training", "models", progress) as step:
+        with step_bar("training", "models", progress) as step:
             session, _ = train_models(
                 self.store,
                 self.url,
@@ -254,6 +259,111 @@ class ExperimentStore:
 
         return promote_version(self.store, self.url, model, on=on, force=force, reason=reason)
 
+    # --- twin and diagnosis
+
+    @raises_library_errors
+    def twin(
+        self,
+        *,
+        campaign: str | None = None,
+        bench: str | os.PathLike[str] | None = None,
+        modes: str | os.PathLike[str] | None = None,
+        contact: str | None = None,
+        effects: Iterable[EffectLike] = (),
+        plate: str | None = None,
+        impact_points: Sequence[tuple[float, float]] = (),
+        sensors: Sequence[tuple[float, float]] = (),
+        q: float = 10.0,
+        frequencies: str | Sequence[float] | None = None,
+        adopted: bool = True,
+        chain_height: Quantity = 0.0,
+        coupled: bool = False,
+    ) -> LaboratoryTwin:
+        """The twin of a campaign's bench (without one, the newest of a gun), taught by its measured shots.
+
+        `contact` is a law ("hertz"), "prior", "registered" or "hybrid@3"; without it the model in use. `effects` are
+        ids of the catalogue, with parameters in SI ("plate.damping:factor=2"), or effects of a diagnosis. `adopted`
+        takes those that diagnoses have left to the bench. `impact_points` and `sensors` are places on the plate in m,
+        `frequencies` lines in Hz or "100:10000:6".
+        """
+        from .twin import laboratory_twin
+
+        return laboratory_twin(
+            self.store,
+            self.url,
+            campaign=campaign,
+            bench=bench,
+            modes=modes,
+            contact=contact,
+            effects=effects,
+            plate=plate,
+            impact_points=impact_points,
+            sensors=sensors,
+            q=q,
+            frequencies=frequencies,
+            adopted=adopted,
+            chain_height=chain_height,
+            coupled=coupled,
+        )
+
+    @raises_library_errors
+    def validate(
+        self,
+        campaign: str,
+        *,
+        contact: str | None = None,
+        folds: int = 5,
+        draws: int = 64,
+        seed: int = 0,
+        progress: bool = True,
+    ) -> TwinValidation:
+        """Each measured shot of a campaign beside a prediction of the twin that had not seen it."""
+        from .validation import validate_twin
+
+        with step_bar("validate", "shots", progress) as step:
+            return validate_twin(self.store, self.url, campaign, contact, folds, draws, seed, step)
+
+    @raises_library_errors
+    def diagnose(
+        self,
+        campaign: str | os.PathLike[str],
+        *,
+        simulator: str | None = None,
+        with_effects: Sequence[str] = (),
+        without_effects: Sequence[str] = (),
+        tolerances: Mapping[str, float] | None = None,
+        uncertain: Mapping[str, float] | None = None,
+        modes: str | os.PathLike[str] | None = None,
+        bench: str | os.PathLike[str] | None = None,
+        adopt: str | None = None,
+        seed: int = 0,
+        progress: bool = True,
+    ) -> GapDiagnosis:
+        """Where the gap between measurement and twin lies, which effect causes it, and how far it shrinks with it.
+
+        A campaign of the store keeps its diagnosis; a folder is read into nothing that stays. `tolerances` by stage are
+        shares for gun and contact and dB for the plate; `uncertain` are standard deviations of nominal numbers in SI.
+        `adopt` is an effect ("gun.valve_flow") that predictions use from now on, or "none".
+        """
+        from .diagnosis import diagnose_campaign
+
+        with step_bar("diagnose", "steps", progress) as step:
+            return diagnose_campaign(
+                self.store,
+                self.url,
+                str(campaign),
+                step,
+                adopt=adopt,
+                simulator=simulator,
+                with_effects=_names(with_effects),
+                without_effects=_names(without_effects),
+                tolerances=tolerances or {},
+                uncertain=uncertain or {},
+                modes=None if modes is None else Path(modes),
+                bench=None if bench is None else Path(bench),
+                seed=seed,
+            )
+
     # --- the store itself
 
     def close(self) -> None:
@@ -293,20 +403,12 @@ def open_experiment_store(address: str | os.PathLike[str], *, create: bool = Tru
     return ExperimentStore(open_store(url, Writer("python", __version__), create=create), url)
 
 
+def _names(given: str | Sequence[str]) -> tuple[str, ...]:
+    return (given,) if isinstance(given, str) else tuple(given)
+
+
 def _settings(kind: Callable[..., Any], given: dict[str, Any]) -> Any:
     try:
         return kind(**given)
     except TypeError as error:
         raise ValueError(f"{', '.join(given)}: {error}; see `help(ExperimentStore.ingest)`") from error
-
-
-@contextmanager
-def _progress(label: str, unit: str, shown: bool) -> Iterator[Callable[[int, int, str], None]]:
-    """A bar that notebooks show, too; what `shown` is False for counts nothing."""
-    if not shown:
-        yield lambda _done, _total, _what: None
-        return
-    from ..progress import notebook_bar
-
-    with notebook_bar(label, unit) as step:
-        yield step
