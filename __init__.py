@@ -14,20 +14,40 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .app.library.errors import InvalidValueError, NotFoundError, PyroshockError, StorageError
     from .app.library.plans import PlannedDesign
+    from .app.library.spectra import srs
     from .app.library.store import ExperimentStore
     from .app.library.store import open_experiment_store as open
+    from .app.library.twin import shipped_twin as twin
 
 __version__ = "0.1.0"
 
 #: Public name -> (module, name there).
 _PUBLIC = {
     "ExperimentStore": (".app.library.store", "ExperimentStore"),
+    "InvalidValueError": (".app.library.errors", "InvalidValueError"),
+    "NotFoundError": (".app.library.errors", "NotFoundError"),
     "PlannedDesign": (".app.library.plans", "PlannedDesign"),
+    "PyroshockError": (".app.library.errors", "PyroshockError"),
+    "StorageError": (".app.library.errors", "StorageError"),
     "open": (".app.library.store", "open_experiment_store"),
+    "srs": (".app.library.spectra", "srs"),
+    "twin": (".app.library.twin", "shipped_twin"),
 }
 
-__all__ = ["ExperimentStore", "PlannedDesign", "__version__", "open"]
+__all__ = [
+    "ExperimentStore",
+    "InvalidValueError",
+    "NotFoundError",
+    "PlannedDesign",
+    "PyroshockError",
+    "StorageError",
+    "__version__",
+    "open",
+    "srs",
+    "twin",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 from ...doe.plans import StoredPlan, list_plans, read_plan
 from ...schema.columns import BY_COLUMN, BY_NAME
 from ...schema.session import Store
+from .displays import axes_or_new, titled_table
+from .errors import raises_library_errors
+from .frames import frame_of
+from .quantities import si
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -18,9 +23,7 @@ if TYPE_CHECKING:
     from ...doe.designs.coded import SurfaceWords, TwoLevelWords
     from ...doe.designs.pydoe import Alpha, Exchange, Face, LhsCriterion, OptimalCriterion
     from ...doe.merit.quality import Quality
-
-#: A number, a text with a unit, or a quantity of pint.
-QuantityLike = Any
+    from .quantities import Quantity
 
 
 class PlanSettings(TypedDict, total=False):
@@ -36,7 +39,7 @@ class PlanSettings(TypedDict, total=False):
 
     kind: Literal["gun", "hammer"]
     factors: str | os.PathLike[str] | None
-    ranges: Mapping[str, Sequence[QuantityLike]]
+    ranges: Mapping[str, Sequence[Quantity]]
     repetitions: int
     seed: int | None
     gun: str | os.PathLike[str] | None
@@ -73,7 +76,7 @@ class PlanQuality:
         """Runs at each pair of levels, above or below their share, on `ax` or on axes that are made."""
         from ...doe.plots import draw_pairs
 
-        ax = ax or _new_axes(6.5)
+        ax = axes_or_new(ax, 8.0, 6.5)
         picture = draw_pairs(ax, self._stored.space, self._treatments)
         ax.figure.colorbar(picture, ax=ax, label="runs above the share", shrink=0.8)
         return ax
@@ -83,7 +86,7 @@ class PlanQuality:
         return f"<PlanQuality of {self._stored.name!r}: {self.figures.runs} runs, {shown}>"
 
     def _repr_html_(self) -> str:
-        return str(self.to_frame()._repr_html_())  # type: ignore[operator]  # pandas types it as a private attribute
+        return titled_table(f"Quality of plan {self._stored.name}", self.to_frame(), 40)
 
 
 class PlannedDesign:
@@ -113,30 +116,22 @@ class PlannedDesign:
 
         Columns of quantities end in their unit ("tank_pressure_pa"); `.attrs["units"]` has the unit of each.
         """
-        import pandas as pd
-
         from ..plans.tables import settings_in_si
 
-        space, units = self.stored.space, {}
-        own = {factor.column: factor for factor in space.factors if factor.numbers is not None}
+        own = {f.column: str(f.unit) for f in self.stored.space.factors if f.numbers is not None}
         rows = []
         for run in self.stored.runs:
             cells: dict[str, Any] = {"run": run.run, "status": run.status, "repetitions": run.repetitions}
             for column, text in settings_in_si({**run.row, **{k: repr(v) for k, v in run.settings.items()}}).items():
                 cells[column] = float(text) if column in own else text
             rows.append(cells | {"recorded": run.recorded, "reason": run.reason})
-        for column in rows[0] if rows else ():
-            known = next((f for f in BY_NAME.values() if f.si_unit and column == f"{f.name}_{f.si_unit.lower()}"), None)
-            if known is not None:
-                units[column] = str(known.si_unit)
-            elif column in own:
-                units[column] = str(own[column].unit)
-        frame = pd.DataFrame(rows)
-        frame.attrs["units"] = units
+        frame = frame_of(rows)
+        frame.attrs["units"] |= {column: unit for column, unit in own.items() if column in frame}
         return frame
 
+    @raises_library_errors
     def quality(self) -> PlanQuality:
-        """Of the runs that are not discarded. Raises `ValueError` where none is left."""
+        """Of the runs that are not discarded. Raises `InvalidValueError` where none is left."""
         return PlanQuality(self.stored)
 
     def aliases(self) -> list[str]:
@@ -146,10 +141,11 @@ class PlannedDesign:
         treatments = self.stored.treatments("planned", "done")
         return alias_lines(aliases(self.stored.space, treatments)) if len(treatments) else []
 
+    @raises_library_errors
     def sheet(self, path: str | os.PathLike[str] | None = None) -> str | Path:
         """The run sheet: its text as CSV, or the path that it was written to, as .csv, .xlsx or .html by the suffix.
 
-        Raises `ValueError` for another suffix.
+        Raises `InvalidValueError` for another suffix.
         """
         from ...doe.sheet import sheet_text, write_sheet
 
@@ -162,7 +158,7 @@ class PlannedDesign:
         """The levels of every factor from run to run, on `ax` or on axes that are made."""
         from ...doe.plots import draw_runs
 
-        ax = ax or _new_axes(3.5)
+        ax = axes_or_new(ax, 8.0, 3.5)
         draw_runs(ax, self.stored.space, self.stored.treatments("planned", "done"))
         ax.set_title(f"{self.name}: {len(self)} runs")
         return ax
@@ -172,36 +168,32 @@ class PlannedDesign:
         return f"<PlannedDesign {self.name!r}: {len(self)} runs, {self.method}{seed}>"
 
     def _repr_html_(self) -> str:
-        from html import escape
-
-        table = str(self.to_frame()._repr_html_())  # type: ignore[operator]  # pandas types it as a private attribute
-        return f"<p>{escape(repr(self)[1:-1])}</p>{table}"
+        return titled_table(repr(self)[1:-1], self.to_frame())
 
 
 class PlanCollection:
     """The plans of a store, and the methods to make one. Each design is put in an order of run with few changeovers,
     gets its tank pressures, is held against the limits of the bench, and is stored under its name.
 
-    All methods raise `ValueError` for what the factors do not allow, `doe.plans.PlanExistsError` for a name in use and
-    `doe.guards.UnsafeRunError` for runs beyond the bench.
+    All methods raise `InvalidValueError` for what the factors do not allow, a name in use, and runs beyond the bench.
     """
 
     def __init__(self, store: Store) -> None:
         self._store = store
 
+    @raises_library_errors
     def list(self) -> pd.DataFrame:
         """A row for each plan, with its method and its counts of runs by state."""
-        import pandas as pd
-
         with self._store.reading() as session:
-            rows = list_plans(session)
-        return pd.DataFrame(rows, columns=["name", "kind", "method", "seed", "runs", "planned", "done", "discarded"])
+            return frame_of(list_plans(session), ("name", "kind", "method", "seed", "runs"))
 
+    @raises_library_errors
     def open(self, name: str) -> PlannedDesign:
-        """A stored plan. Raises `doe.plans.UnknownPlanError`, which names those there are."""
+        """A stored plan. Raises `NotFoundError`, which names those there are."""
         with self._store.reading() as session:
             return PlannedDesign(read_plan(session, name))
 
+    @raises_library_errors
     def make(
         self,
         name: str,
@@ -328,12 +320,6 @@ class PlanCollection:
             return self.make(name, method="import", table=path, **settings)
 
 
-def _new_axes(height: float) -> Axes:
-    from matplotlib import pyplot
-
-    return pyplot.subplots(figsize=(8, height), layout="constrained")[1]
-
-
 def _factors_text(factors: str | os.PathLike[str]) -> str:
     """The text of a factors file; a text with a line end or a sign of equality is one."""
     from ...schema.toml_text import read_toml_text
@@ -343,35 +329,15 @@ def _factors_text(factors: str | os.PathLike[str]) -> str:
     return read_toml_text(Path(factors))
 
 
-def _range_of(name: str, limits: Sequence[QuantityLike]) -> tuple[float, ...]:
+def _range_of(name: str, limits: Sequence[Quantity]) -> tuple[float, ...]:
     """Limits and step in the unit of the factor's column."""
     known = BY_NAME.get(name) or BY_COLUMN.get(name)
     if known is None or known.si_unit is None:
-        return tuple(_number(name, value, None) for value in limits)
-    scale = known.scale if name == known.name and name != known.column else 1.0
+        return tuple(si(value, "", f"range of {name}") for value in limits)
+    is_column = name == known.column and name != known.name
     return tuple(
-        _number(name, value, known.si_unit) / known.scale if not isinstance(value, int | float) else value / scale
+        float(value)
+        if is_column and isinstance(value, Real)
+        else si(value, known.si_unit, f"range of {name}") / known.scale
         for value in limits
     )
-
-
-def _number(name: str, value: QuantityLike, si_unit: str | None) -> float:
-    """A number as it is; a text or a quantity of pint in the SI unit. Raises `ValueError`."""
-    from pint.errors import PintError
-
-    from ...signals.units import registry, spelled
-
-    if isinstance(value, int | float):
-        return float(value)
-    if si_unit is None:
-        raise ValueError(f"range of {name} is {value!r}; expected a number in the unit of its column")
-    try:
-        quantity = registry().Quantity(*_split(value, spelled)) if isinstance(value, str) else value
-        return float(quantity.to(si_unit).magnitude)
-    except (PintError, AttributeError, TypeError, ValueError) as error:
-        raise ValueError(f"range of {name} is {value!r}; expected such as '1 {si_unit}'") from error
-
-
-def _split(text: str, spelled: Any) -> tuple[float, str]:
-    number, _, unit = text.strip().partition(" ")
-    return float(number), spelled(unit)

@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.cli.predict import parse_effect, predict
+from pyroshock.app.cli.predict import predict
 from pyroshock.app.demo import ingest_examples
 from pyroshock.app.twins import building as twins
+from pyroshock.app.twins.effect_text import parse_effect
 from pyroshock.dataset.domain import Domain
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version
@@ -235,7 +236,7 @@ def test_lines_are_checked(quick):
 
 
 def test_effects_are_parsed():
-    found = parse_effect("sensor.zero_shift:share=0.02,decay_time_s=0.1")
+    found = parse_effect("sensor.zero_shift:share=0.02,decay_time_s=0.1", "--effect")
     assert found.as_json() == {"id": "sensor.zero_shift", "share": 0.02, "decay_time_s": 0.1}
 
 

@@ -10,8 +10,6 @@ import pyroshock as ps
 import pytest
 from matplotlib.figure import Figure
 from pyroshock.doe.designs.methods import METHODS
-from pyroshock.doe.guards import UnsafeRunError
-from pyroshock.doe.plans import PlanExistsError, UnknownPlanError
 from pyroshock.signals.units import registry
 
 FEW = """
@@ -82,9 +80,9 @@ def test_plan_comes_back_from_the_store(store) -> None:
     made = store.plan.lhs("summer", runs=12, seed=1)
     assert store.plan.open("summer").to_frame().equals(made.to_frame())
     assert store.plan.list()[["name", "method", "runs", "planned"]].values.tolist() == [["summer", "lhs", 12, 12]]
-    with pytest.raises(PlanExistsError):
+    with pytest.raises(ps.InvalidValueError, match="in the store already"):
         store.plan.lhs("summer", runs=12)
-    with pytest.raises(UnknownPlanError, match="no plan 'winter' in the store; there: summer"):
+    with pytest.raises(ps.NotFoundError, match="no plan 'winter' in the store; there: summer"):
         store.plan.open("winter")
 
 
@@ -113,7 +111,7 @@ def test_sheet_is_text_or_a_file(store, tmp_path: Path) -> None:
         assert plan.sheet(path) == path
         assert path.stat().st_size > 500
     assert (tmp_path / "sheet.csv").read_text(encoding="utf-8-sig").split() == plan.sheet().split()
-    with pytest.raises(ValueError, match=r"known: \.html, \.csv, \.xlsx"):
+    with pytest.raises(ps.InvalidValueError, match=r"known: \.html, \.csv, \.xlsx"):
         plan.sheet(tmp_path / "sheet.pdf")
 
 
@@ -139,9 +137,9 @@ def test_numbers_of_a_column_are_in_its_unit(store) -> None:
     assert by_name["tip_radius"].limits == (30, 60)
 
 
-@pytest.mark.parametrize("value", ["5 apples", "5", "much", None, registry().Quantity(1, "m")])
+@pytest.mark.parametrize("value", ["5 apples", "5", "much", "nan Pa", registry().Quantity(1, "m")])
 def test_limit_that_is_no_pressure_is_refused(store, value) -> None:
-    with pytest.raises(ValueError, match=r"range of tank_pressure is .*; expected such as '1 Pa'"):
+    with pytest.raises(ps.InvalidValueError, match=r"range of tank_pressure is .*; expected"):
         store.plan.sobol("s", runs=8, ranges={"tank_pressure": (value, "6 bar")})
 
 
@@ -199,16 +197,16 @@ def test_table_is_a_file_or_a_frame(store, tmp_path: Path) -> None:
 
 
 def test_runs_beyond_the_bench_are_refused_at_their_pressure(store) -> None:
-    with pytest.raises(UnsafeRunError, match="tank pressure 900,000 Pa, allowed 800,000"):
+    with pytest.raises(ps.InvalidValueError, match="tank pressure 900,000 Pa, allowed 800,000"):
         store.plan.factorial("p", ranges={"tank_pressure_bar": (7, 9)}, levels=2)
-    with pytest.raises(ValueError, match=r"tank_pressure_bar is 0\.001, which drives no 0\.2 kg out"):
+    with pytest.raises(ps.InvalidValueError, match=r"tank_pressure_bar is 0\.001, which drives no .* out"):
         store.plan.factorial("p", ranges={"tank_pressure_bar": (0.001, 5.001)}, levels=2)
     assert store.plan.list().empty
 
 
 def test_velocity_levels_beside_a_pressure_contradict_it(store) -> None:
     both = FEW + '[[factors]]\nname = "velocity_level"\nkind = "ordered"\nlevels = ["low", "high"]\n'
-    with pytest.raises(ValueError, match="needs bullet_mass_kg, and either tank_pressure_bar, or velocity_level"):
+    with pytest.raises(ps.InvalidValueError, match="and either tank_pressure_bar, or velocity_level"):
         store.plan.lhs("p", runs=8, factors=both)
 
 
