@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
@@ -334,10 +333,11 @@ def _range_of(name: str, limits: Sequence[Quantity]) -> tuple[float, ...]:
     known = BY_NAME.get(name) or BY_COLUMN.get(name)
     if known is None or known.si_unit is None:
         return tuple(si(value, "", f"range of {name}") for value in limits)
-    is_column = name == known.column and name != known.name
-    return tuple(
-        float(value)
-        if is_column and isinstance(value, Real)
-        else si(value, known.si_unit, f"range of {name}") / known.scale
-        for value in limits
-    )
+    name_of_column = name == known.column and name != known.name
+
+    def in_column(value: Quantity) -> float:
+        has_unit = isinstance(value, str) or hasattr(value, "to")
+        number = si(value, str(known.si_unit), f"range of {name}")
+        return number if name_of_column and not has_unit else number / known.scale
+
+    return tuple(map(in_column, limits))

@@ -24,7 +24,7 @@ def factorial(space: Space, levels: int = 3) -> Design:
     return Design(space, combined(places, pydoe.full_factorial([len(each) for each in places])), "factorial", None)
 
 
-def subset(space: Space, reduction: int, levels: int = 3) -> Design:
+def subset(space: Space, reduction: int = 2, levels: int = 3) -> Design:
     """About one in `reduction` of all treatments, such that levels and pairs are balanced: a generalized subset design.
 
     Factors of any number of levels, words included. Continuous factors as in `factorial`. Raises `ValueError` where the

@@ -14,7 +14,14 @@ import numpy as np
 from ..space import Space
 from .base import Design
 from .coded import SurfaceWords, TwoLevelWords
+from .factorial import factorial, subset
+from .imported import read_table
+from .lhs import balanced
+from .optimal import optimal
 from .pydoe import Alpha, Exchange, Face, LhsCriterion, OptimalCriterion
+from .response_surface import box_behnken, central_composite
+from .space_filling import halton, latin_hypercube, sobol
+from .two_level import fractional_factorial, plackett_burman
 
 OptionValue = str | int | float
 
@@ -98,71 +105,21 @@ class DesignMethod:
         return replace(design, method=" ".join([design.method, *told]))
 
 
-def _lhs(space: Space, request: DesignRequest, criterion: str = "balance") -> Design:
-    from . import lhs, space_filling
-
-    if criterion == "balance":
-        return lhs.balanced(space, request.wanted_runs, request.rng)
-    return space_filling.latin_hypercube(space, request.wanted_runs, request.rng, criterion)  # type: ignore[arg-type]  # checked
+def _of_space(design: Callable[..., Design]) -> Callable[..., Design]:
+    """A function of the space and options, as a method's."""
+    return lambda space, _request, **options: design(space, **options)
 
 
-def _sobol(space: Space, request: DesignRequest) -> Design:
-    from .space_filling import sobol
-
-    return sobol(space, request.wanted_runs, request.rng)
-
-
-def _halton(space: Space, request: DesignRequest) -> Design:
-    from .space_filling import halton
-
-    return halton(space, request.wanted_runs, request.rng)
+def _of_runs(design: Callable[..., Design]) -> Callable[..., Design]:
+    """A function of the space, the number of runs, `rng` and options, as a method's."""
+    return lambda space, request, **options: design(space, request.wanted_runs, request.rng, **options)
 
 
-def _factorial(space: Space, _: DesignRequest, **options: Any) -> Design:
-    from .factorial import factorial
-
-    return factorial(space, **options)
-
-
-def _subset(space: Space, _: DesignRequest, reduction: int = 2, **options: Any) -> Design:
-    from .factorial import subset
-
-    return subset(space, reduction, **options)
-
-
-def _fractional_factorial(space: Space, _: DesignRequest, **options: Any) -> Design:
-    from .two_level import fractional_factorial
-
-    return fractional_factorial(space, **options)
-
-
-def _plackett_burman(space: Space, _: DesignRequest, **options: Any) -> Design:
-    from .two_level import plackett_burman
-
-    return plackett_burman(space, **options)
-
-
-def _central_composite(space: Space, _: DesignRequest, **options: Any) -> Design:
-    from .response_surface import central_composite
-
-    return central_composite(space, **options)
-
-
-def _box_behnken(space: Space, _: DesignRequest, **options: Any) -> Design:
-    from .response_surface import box_behnken
-
-    return box_behnken(space, **options)
-
-
-def _optimal(space: Space, request: DesignRequest, **options: Any) -> Design:
-    from .optimal import optimal
-
-    return optimal(space, request.wanted_runs, request.rng, **options)
+def _hypercube(space: Space, n: int, rng: np.random.Generator, criterion: str = "balance") -> Design:
+    return balanced(space, n, rng) if criterion == "balance" else latin_hypercube(space, n, rng, criterion)
 
 
 def _import(space: Space, request: DesignRequest) -> Design:
-    from .imported import read_table
-
     if request.table is None:
         raise ValueError("no table to import; expected a CSV file with a column per factor")
     return read_table(request.table, space)
@@ -186,7 +143,7 @@ METHODS: Mapping[str, DesignMethod] = {
     "lhs": DesignMethod(
         "Latin hypercube",
         "Latin hypercube: every level, and every pair of levels, as often as any other.",
-        _lhs,
+        _of_runs(_hypercube),
         ("runs",),
         [
             Option(
@@ -202,7 +159,7 @@ METHODS: Mapping[str, DesignMethod] = {
     "sobol": DesignMethod(
         "Sobol' sequence",
         "Points of a scrambled Sobol' sequence: for continuous factors; best in powers of two.",
-        _sobol,
+        _of_runs(sobol),
         ("runs",),
         repeats=True,
         example="plan sobol spring --runs 64 --range tank_pressure_bar=0.8:6 --seed 1",
@@ -210,7 +167,7 @@ METHODS: Mapping[str, DesignMethod] = {
     "halton": DesignMethod(
         "Halton sequence",
         "Points of a shifted Halton sequence: for continuous factors, any number of runs.",
-        _halton,
+        _of_runs(halton),
         ("runs",),
         repeats=True,
         example="plan halton spring --runs 50 --range tank_pressure_bar=0.8:6 --seed 1",
@@ -218,21 +175,21 @@ METHODS: Mapping[str, DesignMethod] = {
     "factorial": DesignMethod(
         "full factorial",
         "Every feasible treatment, in an order with few changeovers.",
-        _factorial,
+        _of_space(factorial),
         options=[_LEVELS],
         example="plan factorial hammer --kind hammer",
     ),
     "subset": DesignMethod(
         "generalized subset design",
         "A balanced part of all treatments, for factors of any number of levels.",
-        _subset,
+        _of_space(subset),
         options=[Option("reduction", "One in so many of all treatments.", 2, int), _LEVELS],
         example="plan subset spring --reduction 3",
     ),
     "fractional-factorial": DesignMethod(
         "two-level fractional factorial",
         "Two levels of each factor, and a part of their combinations: main effects of many factors in few runs.",
-        _fractional_factorial,
+        _of_space(fractional_factorial),
         options=[
             Option("generators", "A word for each factor: 'a b c ab ac'. [the fewest runs of the resolution]"),
             Option("resolution", "3: main effects aliased with pairs; 4: pairs with pairs; 5: neither.", 4, int),
@@ -243,14 +200,14 @@ METHODS: Mapping[str, DesignMethod] = {
     "plackett-burman": DesignMethod(
         "Plackett-Burman design",
         "Two levels of each factor, in the next multiple of four runs above the number of factors.",
-        _plackett_burman,
+        _of_space(plackett_burman),
         options=[_TWO_LEVEL_WORDS],
         example="plan plackett-burman screening --categorical first-last",
     ),
     "central-composite": DesignMethod(
         "central composite design",
         "Corners, stars and centre points, for a quadratic surface over ordered and continuous factors.",
-        _central_composite,
+        _of_space(central_composite),
         options=[
             Option(
                 "face",
@@ -276,7 +233,7 @@ METHODS: Mapping[str, DesignMethod] = {
     "box-behnken": DesignMethod(
         "Box-Behnken design",
         "Midpoints of edges and centre points, for a quadratic surface without runs at the corners of the range.",
-        _box_behnken,
+        _of_space(box_behnken),
         options=[Option("centre", "Centre points. [as many as are usual]", None, int), _SURFACE_WORDS],
         repeats=True,
         example="plan box-behnken surface --categorical cross",
@@ -284,7 +241,7 @@ METHODS: Mapping[str, DesignMethod] = {
     "optimal": DesignMethod(
         "optimal design",
         "The runs that serve a stated model best, chosen from all feasible treatments.",
-        _optimal,
+        _of_runs(optimal),
         ("runs",),
         [
             Option(

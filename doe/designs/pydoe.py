@@ -29,7 +29,7 @@ _DRAWS = 20
 _RIDGE = 1e-3
 
 
-def unit_lhs(n: int, axes: int, rng: np.random.Generator, criterion: LhsCriterion = "maximin") -> Floats:
+def unit_lhs(n: int, axes: int, rng: np.random.Generator, criterion: str = "maximin") -> Floats:
     """A Latin hypercube in the unit cube, (n, axes): one point in each n-th of each axis.
 
     (McKay, Beckman and Conover, Technometrics 21, 1979; maximin: Johnson, Moore and Ylvisaker, J. Stat. Plan.

@@ -14,7 +14,7 @@ from . import pydoe
 from .base import Design
 
 
-def latin_hypercube(space: Space, n: int, rng: np.random.Generator, criterion: pydoe.LhsCriterion) -> Design:
+def latin_hypercube(space: Space, n: int, rng: np.random.Generator, criterion: str) -> Design:
     """`n` runs of a Latin hypercube that is the best of several by `criterion`; raises as `pydoe.unit_lhs`."""
     return _rounded(space, pydoe.unit_lhs(n, len(space.axes), rng, criterion), "lhs")
 
