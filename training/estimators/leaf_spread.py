@@ -21,8 +21,9 @@ class TreeRegression(PipelineRegression):
 
     def _spread(self, x: Floats, mean: Floats) -> Floats:
         second, begin, trees = np.zeros_like(mean), 0, _trees(self._fitted())
+        rows = x.astype(np.float32)  # as scikit-learn rounds what its trees are asked
         for tree in trees:
-            leaf = tree.apply(x)
+            leaf = tree.tree_.apply(rows)
             second += self.spread_["leaf_variance"][begin + leaf] + tree.tree_.value[leaf, :, 0] ** 2
             begin += tree.tree_.node_count
         return np.asarray(np.sqrt(np.maximum(second / len(trees) - mean**2, 0.0)))

@@ -60,6 +60,7 @@ def test_errors_within_epsilon_support_nothing() -> None:
 def test_all_pulses_as_features_are_the_kernel() -> None:
     """As many as there are pulses, the inner product of the features is the kernel itself."""
     one = fitted(SupportVectorKernel(features=1000, gamma=0.1, cost=1.0))
+    assert isinstance(one, SupportVectorKernel)
     z, _, _ = standardised()
     features = one.regressor_[:-1].transform(known_law()[0].x)
     assert features.shape == (240, 240)

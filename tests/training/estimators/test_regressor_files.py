@@ -44,7 +44,7 @@ def touch_trap(columns: np.ndarray) -> np.ndarray:
     return columns
 
 
-class Payload(LinearRegression):
+class Payload(LinearRegression):  # type: ignore[misc]  # scikit-learn publishes no types
     def __setstate__(self, state: dict[str, Any]) -> None:
         Path("trap").touch()
         self.__dict__.update(state)

@@ -61,6 +61,7 @@ def test_spread_of_the_ensemble_covers_new_measurements() -> None:
 def test_nodes_that_make_no_tree_are_refused(node: int, field: str, value: int) -> None:
     """A child before its parent would be walked for ever; scikit-learn follows whatever index stands there."""
     one = fitted(DecisionTree(10))
+    assert isinstance(one, DecisionTree)
     tree = one.regressor_.tree_
     state = tree.__getstate__()
     state["nodes"] = state["nodes"].copy()
