@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .scikit_pipeline import PipelineRegression, scaled, scaled_outputs
+from .scikit_pipeline import PipelineRegression, scale_outputs, scaling_pipeline
 
 
 @dataclass(eq=False)
@@ -30,9 +30,9 @@ class KernelRidge(PipelineRegression):
         "alpha": np.geomspace(1e-4, 1.0, 5).tolist(),
     }
     folds: ClassVar[int] = 5
-    searched_outputs: ClassVar[int] = 20
+    search_outputs: ClassVar[int] = 20
 
     def pipeline(self, seed: int) -> Any:  # noqa: ARG002
         from sklearn.kernel_ridge import KernelRidge as Ridge
 
-        return scaled_outputs(scaled(Ridge(kernel="rbf")))
+        return scale_outputs(scaling_pipeline(Ridge(kernel="rbf")))

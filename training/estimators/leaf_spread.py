@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,11 +16,14 @@ class TreeRegression(PipelineRegression):
     without its quantiles.
     """
 
+    #: Its nodes are indices that scikit-learn follows without a check, and skops does not look at: `_check` does.
+    trusted: ClassVar = ("sklearn.tree._tree.Tree",)
+
     def _spread_arrays(self, x: Floats, y: Floats) -> Arrays:
-        return {"leaf_variance": np.concatenate([_leaf_variance(tree, x, y) for tree in _trees(self._fitted())])}
+        return {"leaf_variance": np.concatenate([_leaf_variance(tree, x, y) for tree in _trees(self._regressor())])}
 
     def _spread(self, x: Floats, mean: Floats) -> Floats:
-        second, begin, trees = np.zeros_like(mean), 0, _trees(self._fitted())
+        second, begin, trees = np.zeros_like(mean), 0, _trees(self._regressor())
         rows = x.astype(np.float32)  # as scikit-learn rounds what its trees are asked
         for tree in trees:
             leaf = tree.tree_.apply(rows)

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from .base import Arrays, Floats
-from .scikit_pipeline import PipelineRegression, scaled
+from .scikit_pipeline import PipelineRegression, scaling_pipeline
 
 
 @dataclass(eq=False)
@@ -23,19 +23,20 @@ class LinearPowers(PipelineRegression):
     powers: int = 3
 
     kind: ClassVar[str] = "linear"
+    trusted: ClassVar = ("pyroshock.training.estimators.linear.powers_of",)
 
     def pipeline(self, seed: int) -> Any:  # noqa: ARG002
         from sklearn.linear_model import LinearRegression
         from sklearn.preprocessing import FunctionTransformer
 
-        return scaled(FunctionTransformer(powers_of, kw_args={"highest": self.powers}), LinearRegression())
+        return scaling_pipeline(FunctionTransformer(powers_of, kw_args={"highest": self.powers}), LinearRegression())
 
     def _spread_arrays(self, x: Floats, y: Floats) -> Arrays:
         terms = self._terms(x)
         _, singular, right = np.linalg.svd(terms, full_matrices=False)
         kept = singular > singular[0] * max(terms.shape) * np.finfo(np.float64).eps
         freedom = max(len(x) - int(kept.sum()), 1)
-        variance = np.sum((y - self._fitted().predict(x)) ** 2, axis=0) / freedom
+        variance = np.sum((y - self._regressor().predict(x)) ** 2, axis=0) / freedom
         return {"leverage_root": right[kept].T / singular[kept], "variance": variance}
 
     def _spread(self, x: Floats, mean: Floats) -> Floats:  # noqa: ARG002
@@ -43,7 +44,7 @@ class LinearPowers(PipelineRegression):
         return np.asarray(np.sqrt((1 + leverage)[:, None] * self.spread_["variance"]))
 
     def _terms(self, x: Floats) -> Floats:
-        return np.column_stack([np.ones(len(x)), self._fitted()[:-1].transform(x)])
+        return np.column_stack([np.ones(len(x)), self._regressor()[:-1].transform(x)])
 
     def _check(self, regressor: Any, spread: Arrays) -> None:
         super()._check(regressor, {})

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from .base import Floats
-from .scikit_pipeline import PipelineRegression, scaled
+from .scikit_pipeline import PipelineRegression, scaling_pipeline
 
 
 @dataclass(eq=False)
@@ -27,17 +27,17 @@ class PartialLeastSquares(PipelineRegression):
     parameters: ClassVar = {"components": "plsregression__n_components"}
     grid: ClassVar = {"components": ()}
     folds: ClassVar[int] = 5
-    searched_outputs: ClassVar[int] = 20
+    search_outputs: ClassVar[int] = 20
 
     def pipeline(self, seed: int) -> Any:  # noqa: ARG002
         from sklearn.cross_decomposition import PLSRegression
 
-        return scaled(PLSRegression(sys.maxsize))
+        return scaling_pipeline(PLSRegression(sys.maxsize))
 
     def _candidates(self, regressor: Any) -> Mapping[str, Sequence[Any]]:
         return {"components": range(1, 1 + regressor.get_params()[self.parameters["components"]])}
 
-    def _limited(self, regressor: Any, x: Floats) -> Any:
+    def _limit(self, regressor: Any, x: Floats) -> Any:
         name = self.parameters["components"]
         components = regressor.get_params()[name]
         return regressor.set_params(**{name: min(components, _directions(regressor, x))})

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..fit_report import FitReport
 from ..tuning.folds import grouped_folds
 from .base import Arrays, Estimator, Floats, Gaussian, NotFittedError
-from .skops_file import RegressorFileError, read, written
+from .skops_file import RegressorFileError, regressor_bytes, regressor_from
 
 #: Arrays of every regressor; a family's spread may need more.
 _REGRESSOR, _VERSION = "regressor", "scikit_learn"
@@ -31,8 +31,10 @@ class PipelineRegression(Estimator):
     #: Setting -> values that are tried.
     grid: ClassVar[Mapping[str, Sequence[Any]]] = {}
     folds: ClassVar[int] = 3
+    #: Types in the regressor's file that skops does not trust by itself.
+    trusted: ClassVar[tuple[str, ...]] = ()
     #: How many outputs choose for all: neighbours on a pulse are too alike to be asked each.
-    searched_outputs: ClassVar[int] = 4
+    search_outputs: ClassVar[int] = 4
 
     regressor_: Any = None
     #: What the spread needs beside the regressor.
@@ -47,18 +49,18 @@ class PipelineRegression(Estimator):
         return {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
 
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:
-        regressor = self._unfitted(int(rng.integers(2**31)))
+        regressor = self._new_regressor(int(rng.integers(2**31)))
         if any(getattr(self, name) is None for name in self.grid):
-            regressor = self._searched(regressor, x, y, grouped_folds(groups, self.folds, rng))
+            regressor = self._search(regressor, x, y, grouped_folds(groups, self.folds, rng))
         return self._learn(regressor, x, y)
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
         from sklearn import clone
 
-        return type(self)(**self.settings())._learn(clone(self._fitted()), x, y)
+        return type(self)(**self.settings())._learn(clone(self._regressor()), x, y)
 
     def predict(self, x: Floats) -> Gaussian:
-        regressor = self._fitted()
+        regressor = self._regressor()
         rows = np.asarray(x, dtype=np.float64)
         predictors = int(regressor.n_features_in_)
         if rows.ndim != 2 or rows.shape[1] != predictors:
@@ -69,7 +71,7 @@ class PipelineRegression(Estimator):
         return Gaussian(mean, self._spread(rows, mean))
 
     def fit_report(self) -> FitReport:
-        values = self._fitted().get_params()
+        values = self._regressor().get_params()
         settings = self.settings() | {name: values[parameter] for name, parameter in self.parameters.items()}
         histories = {"search_error": self.search_errors_} if self.search_errors_ else {}
         return FitReport(settings=settings, histories=histories)
@@ -77,7 +79,7 @@ class PipelineRegression(Estimator):
     def arrays(self) -> Arrays:
         import sklearn
 
-        return {_REGRESSOR: written(self._fitted()), _VERSION: np.array(sklearn.__version__), **self.spread_}
+        return {_REGRESSOR: regressor_bytes(self._regressor()), _VERSION: np.array(sklearn.__version__), **self.spread_}
 
     def restore(self, arrays: Arrays) -> Self:
         if _REGRESSOR not in arrays or _VERSION not in arrays:
@@ -87,7 +89,7 @@ class PipelineRegression(Estimator):
             )
         self._refuse_other_version(str(arrays[_VERSION]))
         try:
-            regressor = read(arrays[_REGRESSOR])
+            regressor = regressor_from(arrays[_REGRESSOR], self.trusted)
         except RegressorFileError as error:
             raise RegressorFileError(f"{self.kind!r}: {error}") from error
         spread = {name: array for name, array in arrays.items() if name not in (_REGRESSOR, _VERSION)}
@@ -99,7 +101,7 @@ class PipelineRegression(Estimator):
         """`grid`; a family may narrow it to what the regressor is limited to."""
         return self.grid
 
-    def _limited(self, regressor: Any, x: Floats) -> Any:  # noqa: ARG002
+    def _limit(self, regressor: Any, x: Floats) -> Any:  # noqa: ARG002
         """The unfitted regressor with what the rows x (n x d) allow."""
         return regressor
 
@@ -113,9 +115,9 @@ class PipelineRegression(Estimator):
 
     def _check(self, regressor: Any, spread: Arrays) -> None:
         """Raises `ValueError` for a regressor or arrays that this family did not write."""
-        expected, got = _parts(self._unfitted(0)), _parts(regressor)
-        if got != expected or not hasattr(regressor, "n_features_in_"):
-            raise ValueError(f"{self.kind!r} is a fitted {expected}; the file holds {got}")
+        expected, actual = _parts(self._new_regressor(0)), _parts(regressor)
+        if actual != expected or not hasattr(regressor, "n_features_in_"):
+            raise ValueError(f"{self.kind!r} is a fitted {expected}; the file holds {actual}")
         if spread:
             raise ValueError(f"{self.kind!r} has no arrays {', '.join(sorted(spread))}")
 
@@ -129,38 +131,38 @@ class PipelineRegression(Estimator):
                 f"scikit-learn=={version}, or train it again (pyroshock train … --retrain)"
             )
 
-    def _unfitted(self, seed: int) -> Any:
+    def _new_regressor(self, seed: int) -> Any:
         given = {parameter: getattr(self, name) for name, parameter in self.parameters.items()}
         return self.pipeline(seed).set_params(**{name: value for name, value in given.items() if value is not None})
 
-    def _searched(self, regressor: Any, x: Floats, y: Floats, folds: Sequence[NDArray[np.bool_]]) -> Any:
+    def _search(self, regressor: Any, x: Floats, y: Floats, folds: Sequence[NDArray[np.bool_]]) -> Any:
         """The regressor with the settings that were left open, as they predict left-out configurations best."""
         from sklearn.model_selection import GridSearchCV
         from sklearn.preprocessing import StandardScaler
 
         for fold in folds:
-            regressor = self._limited(regressor, x[~fold])
+            regressor = self._limit(regressor, x[~fold])
         values = self._candidates(regressor)
-        tried = {self.parameters[name]: list(values[name]) for name in self.grid if getattr(self, name) is None}
-        outputs = np.unique(np.linspace(0, y.shape[1] - 1, self.searched_outputs + 2).astype(int)[1:-1])
+        candidates = {self.parameters[name]: list(values[name]) for name in self.grid if getattr(self, name) is None}
+        outputs = np.unique(np.linspace(0, y.shape[1] - 1, self.search_outputs + 2).astype(int)[1:-1])
         splits = [(np.flatnonzero(~fold), np.flatnonzero(fold)) for fold in folds]
-        search = GridSearchCV(regressor, tried, scoring="neg_mean_squared_error", cv=splits, refit=False)
+        search = GridSearchCV(regressor, candidates, scoring="neg_mean_squared_error", cv=splits, refit=False)
         search.fit(x, StandardScaler().fit_transform(y[:, outputs]))
         self.search_errors_ = tuple((-search.cv_results_["mean_test_score"]).tolist())
         return regressor.set_params(**search.best_params_)
 
     def _learn(self, regressor: Any, x: Floats, y: Floats) -> Self:
-        self.regressor_ = self._limited(regressor, x).fit(x, y)
+        self.regressor_ = self._limit(regressor, x).fit(x, y)
         self.spread_ = self._spread_arrays(x, y)
         return self
 
-    def _fitted(self) -> Any:
+    def _regressor(self) -> Any:
         if self.regressor_ is None:
             raise NotFittedError(f"{self.kind!r} has learned nothing yet: call fit, or restore")
         return self.regressor_
 
 
-def scaled(*steps: Any) -> Any:
+def scaling_pipeline(*steps: Any) -> Any:
     """A pipeline whose predictors are standardised before its other steps.
 
     A column that never varied is left out: nothing was learned about it, so nothing that is asked of it later may
@@ -173,7 +175,7 @@ def scaled(*steps: Any) -> Any:
     return make_pipeline(VarianceThreshold(), StandardScaler(), *steps)
 
 
-def scaled_outputs(regressor: Any) -> Any:
+def scale_outputs(regressor: Any) -> Any:
     """The regressor, learning standardised outputs."""
     from sklearn.compose import TransformedTargetRegressor
     from sklearn.preprocessing import StandardScaler
@@ -181,11 +183,11 @@ def scaled_outputs(regressor: Any) -> Any:
     return TransformedTargetRegressor(regressor, transformer=StandardScaler())
 
 
-def by_output(regressor: Any) -> Any:
+def regressor_per_output(regressor: Any) -> Any:
     """A regressor of one output as one of many: for each output one of its own, learning it standardised."""
     from sklearn.multioutput import MultiOutputRegressor
 
-    return MultiOutputRegressor(scaled_outputs(regressor))
+    return MultiOutputRegressor(scale_outputs(regressor))
 
 
 def _parts(regressor: Any) -> dict[str, str]:

@@ -1,49 +1,49 @@
 """A fitted scikit-learn regressor as an array of bytes, in the format of skops: read back without pickle.
 
 skops reads types by name and refuses those that it was not told to trust, before anything is made of them. It trusts
-scikit-learn's estimators; what else our regressors hold stands in `TRUSTED`.
+scikit-learn's estimators; what else a family needs, the family says (`PipelineRegression.trusted`).
 """
 
 from __future__ import annotations
 
 import io
 import json
+from collections.abc import Sequence
 from typing import Any
 from zipfile import BadZipFile, ZipFile, ZipInfo
 
 import numpy as np
 from numpy.typing import NDArray
 
-#: Beyond what skops trusts. The nodes of a tree are indices that scikit-learn follows without a check: `TreeRegression`
-#: looks at them before a row does.
-TRUSTED = ("sklearn.tree._tree.Tree", "pyroshock.training.estimators.linear.powers_of")
-
 
 class RegressorFileError(ValueError):
     """The bytes hold no regressor that may be read."""
 
 
-def written(regressor: Any) -> NDArray[np.uint8]:
+def regressor_bytes(regressor: Any) -> NDArray[np.uint8]:
     """The bytes (k,) of a fitted regressor: the same for the same regressor, whenever and wherever."""
     import skops.io
 
-    return np.frombuffer(_without_traces(skops.io.dumps(regressor)), dtype=np.uint8)
+    return np.frombuffer(_canonical(skops.io.dumps(regressor)), dtype=np.uint8)
 
 
-def read(content: NDArray[np.uint8]) -> Any:
-    """The regressor of what `written` gave. Raises `RegressorFileError`, with the names of types not trusted."""
+def regressor_from(content: NDArray[np.uint8], trusted: Sequence[str]) -> Any:
+    """The regressor of what `regressor_bytes` gave; `trusted` are names of types beyond those that skops trusts.
+
+    Raises `RegressorFileError`, with the names of the types that are not trusted.
+    """
     import skops.io
     from skops.io.exceptions import UntrustedTypesFoundException
 
     try:
-        return skops.io.loads(content.tobytes(), trusted=list(TRUSTED))
+        return skops.io.loads(content.tobytes(), trusted=trusted)
     except UntrustedTypesFoundException as error:
         raise RegressorFileError(f"refused before anything was made of it: {str(error).splitlines()[0]}") from error
     except (BadZipFile, EOFError, ImportError, LookupError, TypeError, ValueError, AttributeError) as error:
         raise RegressorFileError(f"no regressor can be read: {type(error).__name__}: {error}") from error
 
 
-def _without_traces(content: bytes) -> bytes:
+def _canonical(content: bytes) -> bytes:
     """Without what differs from run to run: addresses of objects, the time of writing, the gaps in a tree's nodes.
 
     Equal arrays stand once, whether or not they are one object.
@@ -56,7 +56,7 @@ def _without_traces(content: bytes) -> bytes:
         if not isinstance(node, dict):
             return node
         if isinstance(node.get("file"), str):
-            node["file"] = names.setdefault(_without_gaps(source.read(node["file"])), f"{len(names)}.npy")
+            node["file"] = names.setdefault(_zero_gaps(source.read(node["file"])), f"{len(names)}.npy")
         return {name: cleaned(value) for name, value in node.items() if name != "__id__"}
 
     target = io.BytesIO()
@@ -68,7 +68,7 @@ def _without_traces(content: bytes) -> bytes:
     return target.getvalue()
 
 
-def _without_gaps(content: bytes) -> bytes:
+def _zero_gaps(content: bytes) -> bytes:
     """An npy file whose bytes between the fields of a record are 0, not what lay in memory."""
     array = np.load(io.BytesIO(content), allow_pickle=False)
     if array.dtype.names is None:

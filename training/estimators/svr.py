@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from .scikit_pipeline import PipelineRegression, by_output, scaled
+from .scikit_pipeline import PipelineRegression, regressor_per_output, scaling_pipeline
 
 
 @dataclass(eq=False)
@@ -32,4 +32,4 @@ class SupportVectors(PipelineRegression):
     def pipeline(self, seed: int) -> Any:  # noqa: ARG002
         from sklearn.svm import SVR
 
-        return scaled(by_output(SVR(cache_size=500)))
+        return scaling_pipeline(regressor_per_output(SVR(cache_size=500)))

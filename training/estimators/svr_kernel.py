@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from .base import Floats
-from .scikit_pipeline import PipelineRegression, by_output, scaled
+from .scikit_pipeline import PipelineRegression, regressor_per_output, scaling_pipeline
 
 
 @dataclass(eq=False)
@@ -33,16 +33,16 @@ class SupportVectorKernel(PipelineRegression):
     }
     #: For standardised predictors and outputs.
     grid: ClassVar = {"gamma": (0.03, 0.1, 0.3), "cost": (1.0, 10.0, 100.0)}
-    searched_outputs: ClassVar[int] = 2
+    search_outputs: ClassVar[int] = 2
 
     def pipeline(self, seed: int) -> Any:
         from sklearn.kernel_approximation import Nystroem
         from sklearn.svm import LinearSVR
 
         machine = LinearSVR(loss="squared_epsilon_insensitive", dual=False)
-        return scaled(Nystroem(random_state=seed), by_output(machine))
+        return scaling_pipeline(Nystroem(random_state=seed), regressor_per_output(machine))
 
-    def _limited(self, regressor: Any, x: Floats) -> Any:
+    def _limit(self, regressor: Any, x: Floats) -> Any:
         """No more features than there are pulses."""
         name = self.parameters["features"]
         return regressor.set_params(**{name: min(regressor.get_params()[name], len(x))})

@@ -18,13 +18,14 @@ from pyroshock.training.estimators.kernel_ridge import KernelRidge
 from pyroshock.training.estimators.linear import LinearPowers
 from pyroshock.training.estimators.pls import PartialLeastSquares
 from pyroshock.training.estimators.scikit_pipeline import PipelineRegression
-from pyroshock.training.estimators.skops_file import TRUSTED, RegressorFileError, read, written
+from pyroshock.training.estimators.skops_file import RegressorFileError, regressor_bytes, regressor_from
 from pyroshock.training.estimators.svr import SupportVectors
 from pyroshock.training.estimators.svr_kernel import SupportVectorKernel
 from pyroshock.training.estimators.tree import DecisionTree
 from sklearn.linear_model import LinearRegression
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer
+from sklearn.tree import DecisionTreeRegressor
 from support.checks.estimator_checks import fitted
 
 FAMILIES: list[PipelineRegression] = [
@@ -50,14 +51,11 @@ class Payload(LinearRegression):  # type: ignore[misc]  # scikit-learn publishes
         self.__dict__.update(state)
 
 
-def test_trusted_types_are_those_that_are_needed() -> None:
-    """One that no family writes would be trusted for nothing."""
-    needed = {
-        name
-        for one in FAMILIES
-        for name in skops.io.get_untrusted_types(data=fitted(one).arrays()["regressor"].tobytes())
-    }
-    assert needed == set(TRUSTED)
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda one: one.kind)
+def test_trusted_types_are_those_that_are_needed(family: PipelineRegression) -> None:
+    """One that the family does not write would be trusted for nothing."""
+    content = fitted(family).arrays()["regressor"].tobytes()
+    assert skops.io.get_untrusted_types(data=content) == sorted(family.trusted)
 
 
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda one: one.kind)
@@ -71,13 +69,14 @@ def test_same_training_gives_the_same_bytes(family: PipelineRegression) -> None:
     [
         (Payload().fit(X, X), "test_regressor_files.Payload"),
         (make_pipeline(FunctionTransformer(touch_trap), LinearRegression()), "test_regressor_files.touch_trap"),
+        (DecisionTreeRegressor().fit(X, X), "sklearn.tree._tree.Tree"),  # nobody would look at its nodes
     ],
-    ids=["class", "function"],
+    ids=["class", "function", "tree"],
 )
 def test_untrusted_type_is_refused_by_name_and_does_not_run(
     regressor: Any, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    content = written(regressor)
+    content = regressor_bytes(regressor)
     monkeypatch.chdir(tmp_path)
     arrays = {**fitted(KernelRidge(0.05, 0.01)).arrays(), "regressor": content}
     with pytest.raises(RegressorFileError, match=name):
@@ -98,7 +97,7 @@ def test_function_put_into_a_file_is_refused(name: str) -> None:
         for entry in source.namelist():
             file.writestr(entry, edited if entry == "schema.json" else source.read(entry))
     with pytest.raises(RegressorFileError, match=name):
-        read(np.frombuffer(target.getvalue(), dtype=np.uint8))
+        regressor_from(np.frombuffer(target.getvalue(), dtype=np.uint8), LinearPowers.trusted)
 
 
 @pytest.mark.parametrize(
@@ -116,7 +115,7 @@ def test_schema_that_is_no_regressor_is_refused() -> None:
     with zipfile.ZipFile(target, "w") as file:
         file.writestr("schema.json", json.dumps({"protocol": 2}))
     with pytest.raises(RegressorFileError, match="no regressor can be read"):
-        read(np.frombuffer(target.getvalue(), dtype=np.uint8))
+        regressor_from(np.frombuffer(target.getvalue(), dtype=np.uint8), LinearPowers.trusted)
 
 
 @pytest.mark.parametrize(
@@ -125,7 +124,7 @@ def test_schema_that_is_no_regressor_is_refused() -> None:
 def test_regressor_of_another_family_is_refused(regressor: Any) -> None:
     arrays = fitted(KernelRidge(0.05, 0.01)).arrays()
     with pytest.raises(ValueError, match="'kernel-ridge' is a fitted"):
-        KernelRidge().restore({**arrays, "regressor": written(regressor)})
+        KernelRidge().restore({**arrays, "regressor": regressor_bytes(regressor)})
 
 
 def test_arrays_of_older_software_say_so() -> None:
