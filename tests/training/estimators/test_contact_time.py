@@ -39,7 +39,7 @@ def error_of(estimator: Estimator) -> float:
 
 @cache
 def searched() -> ContactTimeProcess:
-    estimator = fitted(SEARCHED, times()[0])
+    estimator = fitted(SEARCHED, times()[0], seed=6)
     assert isinstance(estimator, ContactTimeProcess)
     return estimator
 
@@ -88,7 +88,7 @@ def test_search_says_what_it_found() -> None:
 
 
 def test_same_seed_same_search() -> None:
-    again = fitted(SEARCHED, times()[0])
+    again = fitted(SEARCHED, times()[0], seed=6)
     assert again.tuned_ == searched().tuned_  # type: ignore[attr-defined]
 
 
