@@ -48,13 +48,20 @@ class Search:
 
 @dataclass(frozen=True)
 class Found:
-    """The best genes and their value; the best value after each generation; candidates asked for and evaluated."""
+    """The best genes and their value; best value and candidates evaluated so far, both after each generation.
+
+    `asked` counts the candidates of all generations, duplicates too.
+    """
 
     genes: Genes
     value: float
     best: tuple[float, ...]
     asked: int
-    evaluated: int
+    evaluated_by_generation: tuple[int, ...]
+
+    @property
+    def evaluated(self) -> int:
+        return self.evaluated_by_generation[-1]
 
     @property
     def saved(self) -> int:
@@ -76,7 +83,7 @@ def searched(
     A crew of this process works in `search.workers` threads; to another `evaluate` is sent, pickled.
     """
     population = _first(search, np.random.default_rng([seed, 0]))
-    best, seen, asked = [], set[Genes](), 0
+    best, evaluated, seen, asked = list[float](), list[int](), set[Genes](), 0
     for generation in range(search.generations + 1):
         if generation:
             values = [journal.values[genes] for genes in population]
@@ -89,12 +96,13 @@ def searched(
         asked += search.population if generation == 0 else search.population - search.elite
         leader = _ranked(seen, journal)
         best.append(journal.values[leader])
+        evaluated.append(len(seen))
         if progress:
             progress(
                 f"generation {generation} of {search.generations}: {best[-1]:.4f} with {show(leader)};"
                 f" {len(seen)} evaluated, {asked - len(seen)} duplicates saved"
             )
-    return Found(leader, best[-1], tuple(best), asked, len(seen))
+    return Found(leader, best[-1], tuple(best), asked, tuple(evaluated))
 
 
 def _ranked(seen: Iterable[Genes], journal: Journal) -> Genes:
