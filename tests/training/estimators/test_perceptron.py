@@ -55,7 +55,7 @@ def test_start_is_glorots() -> None:
     (weights, biases), _ = _layers(glorot_module((50, 70, 2), np.random.default_rng(0)))
     assert np.abs(weights).max() == pytest.approx(np.sqrt(6 / 120), rel=1e-2)
     assert weights.std() == pytest.approx(np.sqrt(2 / 120), rel=0.03)
-    assert not biases.any()
+    assert 0.9 * np.sqrt(6 / 120) < np.abs(biases).max() < np.sqrt(6 / 120)
 
 
 def test_start_needs_no_seed_of_pytorch() -> None:
@@ -77,7 +77,7 @@ def test_loss_is_recorded_and_falls() -> None:
 
 
 def test_training_ends_where_nothing_is_gained() -> None:
-    x = np.zeros((20, 4))
+    x = np.zeros((20, 4))  # only the last biases matter
     network = train_network(x, x[:, :3], (4, 6, 3), 0.0, 1000, np.random.default_rng(0))
     assert network.iterations < 30
 
