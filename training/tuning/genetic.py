@@ -4,7 +4,8 @@ Optuna's NSGA-II sampler with one objective is an elitist genetic search as well
 of its chance is not in its storage, so a study that was interrupted goes on differently; it fits duplicates again; and
 with workers its result depends on who finishes first. Here a generation is a function of the seed, its number and
 the values of the one before. So nothing is stored but values by genes (`Journal`): a search that resumes goes through
-its generations from the first again, and what was evaluated already costs nothing.
+its generations from the first again, and what was evaluated already costs nothing. PyGAD and pymoo can be replayed so
+too; docs/decisions/0022 tells what they were measured at.
 
 Operators (Eiben and Smith, Introduction to Evolutionary Computing, 2015): tournaments of two, each gene drawn anywhere
 between its parents' (whole arithmetic recombination with chance), creep mutation along the levels; the best survive.
