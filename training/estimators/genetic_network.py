@@ -18,7 +18,7 @@ from ..tuning.genetic import CREEP, CROSSED, MUTATED, Found, Genes, Search, sear
 from ..tuning.journal import Journal
 from .base import Arrays, Estimator, Floats, Gaussian, NotFittedError
 from .network import Network
-from .perceptron import one_thread, outputs_of, train_network
+from .perceptron import OPTIMISER, one_thread, outputs_of, train_network
 from .standard import Standard
 
 #: Hidden layers; neurons in each of them; lambda. Neurons and lambda in even steps of their logarithm.
@@ -132,7 +132,14 @@ class GeneticNetwork(Estimator):
         for array in (x, y, np.unique(groups, return_inverse=True)[1]):
             digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
         space = {"layers": LAYERS, "neurons": NEURONS, "penalties": PENALTIES}
-        return {"seed": seed, "data": digest.hexdigest(), "folds": self.folds, "iterations": self.iterations, **space}
+        return {
+            "seed": seed,
+            "data": digest.hexdigest(),
+            "folds": self.folds,
+            "iterations": self.iterations,
+            "optimiser": OPTIMISER,
+            **space,
+        }
 
 
 @dataclass(frozen=True, eq=False)
