@@ -20,7 +20,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.training.estimators.perceptron import answers, one_thread, started, trained
+from pyroshock.training.estimators.perceptron import one_thread, outputs_of, train_network
 from pyroshock.training.estimators.standard import Standard
 from pyroshock.training.tuning.folds import grouped_folds
 
@@ -66,9 +66,11 @@ def by_us(folds: Sequence[Fold], candidates: Sequence[tuple[int, ...]], start: i
 
     def evaluate(layers: tuple[int, ...]) -> list[Floats]:
         rng, sizes = np.random.default_rng(4 + start), (folds[0].x.shape[1], *layers, folds[0].y.shape[1])
-        rows = [(fold.x, fold.y) for fold in folds]
-        networks = trained(rows, [started(sizes, rng) for _ in rows], sizes, 0.0, STEPS)
-        return [fold.outputs.undo(answers(network, fold.asked)) for fold, network in zip(folds, networks, strict=True)]
+        networks = [train_network(fold.x, fold.y, sizes, 0.0, STEPS, rng) for fold in folds]
+        return [
+            fold.outputs.undo(outputs_of(network.layers, fold.asked))
+            for fold, network in zip(folds, networks, strict=True)
+        ]
 
     with one_thread(), ThreadPoolExecutor(CORES) as pool:
         # The dearest first, as the search does.

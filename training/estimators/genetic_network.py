@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compute.crew import HERE, Crew
+from ..fit_report import FitReport, SettingValue
 from ..tuning.folds import grouped_folds
-from ..tuning.genetic import Found, Genes, Search, searched
+from ..tuning.genetic import CREEP, CROSSED, MUTATED, Found, Genes, Search, searched
 from ..tuning.journal import Journal
 from .base import Arrays, Estimator, Floats, Gaussian, NotFittedError
 from .network import Network
-from .perceptron import answers, one_thread, started, trained
+from .perceptron import OPTIMISER, one_thread, outputs_of, train_network
 from .standard import Standard
 
 #: Hidden layers; neurons in each of them; lambda. Neurons and lambda in even steps of their logarithm.
@@ -92,6 +93,22 @@ class GeneticNetwork(Estimator):
         self.network_ = Network(layers.tolist(), float(penalty[0]), self.iterations).restore(rest)
         return self
 
+    def fit_report(self) -> FitReport:
+        """The search's settings, and what it had found and evaluated after each generation; the network's own loss."""
+        settings: dict[str, SettingValue] = {
+            "population": self.population,
+            "generations": self.generations,
+            "search_folds": self.folds,
+            "crossover_probability": CROSSED,
+            "mutation_probability": MUTATED,
+            "mutation_width": CREEP,
+        }
+        histories = dict[str, Sequence[float]]()
+        if self.found_ is not None:
+            settings |= {"search_best": self.found_.value, "candidates_evaluated": self.found_.evaluated}
+            histories = {"search_best": self.found_.best, "candidates_evaluated": self.found_.evaluated_by_generation}
+        return self._network().fit_report().joined(FitReport(settings, histories=histories))
+
     def _learn(
         self,
         layers: tuple[int, ...],
@@ -115,7 +132,14 @@ class GeneticNetwork(Estimator):
         for array in (x, y, np.unique(groups, return_inverse=True)[1]):
             digest.update(repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
         space = {"layers": LAYERS, "neurons": NEURONS, "penalties": PENALTIES}
-        return {"seed": seed, "data": digest.hexdigest(), "folds": self.folds, "iterations": self.iterations, **space}
+        return {
+            "seed": seed,
+            "data": digest.hexdigest(),
+            "folds": self.folds,
+            "iterations": self.iterations,
+            "optimiser": OPTIMISER,
+            **space,
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,13 +178,12 @@ def left_out_error(
     rng: np.random.Generator,
 ) -> float:
     """Mean over the rows of RMSE over range, each row predicted by the network that did not see its fold."""
-    scales = [(Standard.of(x[~fold]), Standard.of(y[~fold])) for fold in left_out]
-    rows = [(a.apply(x[~fold]), b.apply(y[~fold])) for fold, (a, b) in zip(left_out, scales, strict=True)]
-    sizes = (x.shape[1], *layers, y.shape[1])
-    networks = trained(rows, [started(sizes, rng) for _ in rows], sizes, penalty, iterations)
     wrong = np.empty_like(y)
-    for fold, (a, b), network in zip(left_out, scales, networks, strict=True):
-        wrong[fold] = b.undo(answers(network, a.apply(x[fold]))) - y[fold]
+    for fold in left_out:
+        inputs, outputs = Standard.of(x[~fold]), Standard.of(y[~fold])
+        sizes = (x.shape[1], *layers, y.shape[1])
+        network = train_network(inputs.apply(x[~fold]), outputs.apply(y[~fold]), sizes, penalty, iterations, rng)
+        wrong[fold] = outputs.undo(outputs_of(network.layers, inputs.apply(x[fold]))) - y[fold]
     ranges = np.ptp(y, axis=1) if y.shape[1] > 1 else np.full(len(y), np.ptp(y))
     return float(np.mean(np.sqrt(np.mean(wrong**2, axis=1)) / ranges))
 

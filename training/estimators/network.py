@@ -8,9 +8,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..fit_report import FitReport, SettingValue
 from .base import Arrays, Floats, Gaussian
 from .learned import LearnedArrays, Shape
-from .perceptron import Layer, answers, started, trained
+from .perceptron import OPTIMISER, Layer, outputs_of, train_network
 from .standard import Standard
 
 #: Hidden layers of MATLAB's presets, which Table 4.5 names.
@@ -26,11 +27,13 @@ PRESETS = {
 class Network(LearnedArrays):
     """Hidden layers of `layers` neurons; `penalty` is lambda for standardised rows (see `perceptron`).
 
-    At most `iterations` steps of L-BFGS over all rows, as MATLAB's `fitrnet`. No spread: the errors on the rows it
+    At most `iterations` of L-BFGS over all rows, as MATLAB's `fitrnet`. No spread: the errors on the rows it
     learned from flatter it, and nothing else in it tells how far it is off.
     """
 
     kind = "network"
+    losses_: tuple[float, ...] = ()
+    iterations_ = 0
 
     def __init__(self, layers: Sequence[int] = (10,), penalty: float = 0.0, iterations: int = 1000) -> None:
         if not layers or min(layers) < 1:
@@ -51,9 +54,21 @@ class Network(LearnedArrays):
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
         sizes = (x.shape[1], *self.layers, y.shape[1])
         inputs, outputs = Standard.of(x), Standard.of(y)
-        rows = [(inputs.apply(x), outputs.apply(y))]
-        (layers,) = trained(rows, [started(sizes, rng)], sizes, self.penalty, self.iterations)
-        return self.restore(_arrays(inputs, outputs, layers))
+        network = train_network(inputs.apply(x), outputs.apply(y), sizes, self.penalty, self.iterations, rng)
+        self.losses_, self.iterations_ = network.losses, network.iterations
+        return self.restore(_arrays(inputs, outputs, network.layers))
+
+    def fit_report(self) -> FitReport:
+        """The loss at the start, then after every 20 iterations and the last; of standardised rows."""
+        settings: dict[str, SettingValue] = {
+            "layers": len(self.layers),
+            "neurons": "-".join(map(str, self.layers)),
+            "activation": "relu",
+            "regularisation": self.penalty,
+            "optimiser": OPTIMISER,
+            "iterations": self.iterations_ or self.iterations,
+        }
+        return FitReport(settings, histories={"loss": self.losses_} if self.losses_ else {})
 
     def predict(self, x: Floats) -> Gaussian:
         learned = self._learned()
@@ -61,7 +76,7 @@ class Network(LearnedArrays):
         outputs = Standard(learned["y_mean"], learned["y_width"])
         layers = [(learned[f"weights_{i}"], learned[f"biases_{i}"]) for i in range(1, len(self.layers) + 2)]
         asked = inputs.apply(self._asked(x, len(inputs.mean)))
-        return Gaussian(outputs.undo(answers(layers, asked)), None)
+        return Gaussian(outputs.undo(outputs_of(layers, asked)), None)
 
 
 def _arrays(inputs: Standard, outputs: Standard, layers: Sequence[Layer]) -> Arrays:

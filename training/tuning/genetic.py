@@ -4,7 +4,8 @@ Optuna's NSGA-II sampler with one objective is an elitist genetic search as well
 of its chance is not in its storage, so a study that was interrupted goes on differently; it fits duplicates again; and
 with workers its result depends on who finishes first. Here a generation is a function of the seed, its number and
 the values of the one before. So nothing is stored but values by genes (`Journal`): a search that resumes goes through
-its generations from the first again, and what was evaluated already costs nothing.
+its generations from the first again, and what was evaluated already costs nothing. PyGAD and pymoo can be replayed so
+too; docs/decisions/0022 tells what they were measured at.
 
 Operators (Eiben and Smith, Introduction to Evolutionary Computing, 2015): tournaments of two, each gene drawn anywhere
 between its parents' (whole arithmetic recombination with chance), creep mutation along the levels; the best survive.
@@ -48,13 +49,20 @@ class Search:
 
 @dataclass(frozen=True)
 class Found:
-    """The best genes and their value; the best value after each generation; candidates asked for and evaluated."""
+    """The best genes and their value; best value and candidates evaluated so far, both after each generation.
+
+    `asked` counts the candidates of all generations, duplicates too.
+    """
 
     genes: Genes
     value: float
     best: tuple[float, ...]
     asked: int
-    evaluated: int
+    evaluated_by_generation: tuple[int, ...]
+
+    @property
+    def evaluated(self) -> int:
+        return self.evaluated_by_generation[-1]
 
     @property
     def saved(self) -> int:
@@ -76,7 +84,7 @@ def searched(
     A crew of this process works in `search.workers` threads; to another `evaluate` is sent, pickled.
     """
     population = _first(search, np.random.default_rng([seed, 0]))
-    best, seen, asked = [], set[Genes](), 0
+    best, evaluated, seen, asked = list[float](), list[int](), set[Genes](), 0
     for generation in range(search.generations + 1):
         if generation:
             values = [journal.values[genes] for genes in population]
@@ -89,12 +97,13 @@ def searched(
         asked += search.population if generation == 0 else search.population - search.elite
         leader = _ranked(seen, journal)
         best.append(journal.values[leader])
+        evaluated.append(len(seen))
         if progress:
             progress(
                 f"generation {generation} of {search.generations}: {best[-1]:.4f} with {show(leader)};"
                 f" {len(seen)} evaluated, {asked - len(seen)} duplicates saved"
             )
-    return Found(leader, best[-1], tuple(best), asked, len(seen))
+    return Found(leader, best[-1], tuple(best), asked, tuple(evaluated))
 
 
 def _ranked(seen: Iterable[Genes], journal: Journal) -> Genes:

@@ -114,3 +114,29 @@ def test_tells_progress() -> None:
     one.fit(rows.x, rows.y, rows.groups, np.random.default_rng(0))
     assert len(told) == SMALL["generations"] + 1
     assert "neurons" in told[0]
+
+
+def test_report_tells_the_search() -> None:
+    one = fitted(known_law()[0])
+    report = one.fit_report()
+    assert one.found_ is not None
+    layers, penalty = decoded(one.found_.genes)
+    assert report.settings["population"] == 4
+    assert report.settings["generations"] == 2
+    assert report.settings["neurons"] == "-".join(map(str, layers))
+    assert report.settings["regularisation"] == penalty
+    assert report.settings["search_best"] == one.found_.value
+    assert report.histories["search_best"] == one.found_.best
+    evaluated = report.histories["candidates_evaluated"]
+    assert evaluated[0] <= 4
+    assert list(evaluated) == sorted(evaluated)
+    assert evaluated[-1] == one.found_.evaluated
+    assert len(report.histories["loss"]) == 2
+
+
+def test_restored_report_has_no_search() -> None:
+    one = fitted(known_law()[0])
+    report = GeneticNetwork(**SMALL).restore(one.arrays()).fit_report()
+    assert report.settings["neurons"] == one.fit_report().settings["neurons"]
+    assert "search_best" not in report.settings
+    assert not report.histories

@@ -1,17 +1,23 @@
-"""Networks of rectified linear units against automatic differentiation, MLPRegressor and a law they can hold."""
+"""Networks of rectified linear units against formulas by hand, MLPRegressor and a law they can hold."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
 import warnings
-from itertools import pairwise
 
 import numpy as np
 import pytest
 import torch
 from pyroshock.training.estimators.network import PRESETS, Network
-from pyroshock.training.estimators.perceptron import _Errors, _layers, answers, one_thread, started, trained
+from pyroshock.training.estimators.perceptron import (
+    _layers,
+    glorot_module,
+    objective,
+    one_thread,
+    outputs_of,
+    train_network,
+)
 from sklearn.neural_network import MLPRegressor
 from support.checks.estimator_checks import fitted, known_law
 
@@ -24,50 +30,75 @@ def rows(n: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     return x, np.stack([np.sin(x[:, 0]), np.abs(x[:, 1]), x[:, 2] * x[:, 3]], axis=1)
 
 
-def test_gradient_is_that_of_autograd() -> None:
-    x, y = (torch.tensor(np.stack([part, part + 1])) for part in rows(30))
-    weight = torch.rand(2, 30, 1, dtype=torch.float64)
-    start = np.stack([started(SIZES, np.random.default_rng(seed)) for seed in (1, 2)]).astype(np.float64)
-    w = torch.tensor(start).requires_grad_()
-    expected = torch.zeros(2, dtype=torch.float64)
-    for network in range(2):
-        z, at = x[network], 0
-        for i, (a, b) in enumerate(pairwise(SIZES)):
-            weights = w[network, at : at + a * b].reshape(a, b)
-            z = z @ weights + w[network, at + a * b : at + a * b + b]
-            z = torch.relu(z) if i < 2 else z
-            expected[network] = expected[network] + 0.05 * (weights**2).sum()
-            at += a * b + b
-        expected[network] = expected[network] + 0.5 * (weight[network] * (z - y[network]) ** 2).sum()
-    (slope,) = torch.autograd.grad(expected.sum(), w)
-    value, gradient = _Errors(x, y, weight, SIZES, 0.1)(w.detach())
-    torch.testing.assert_close(value, expected.detach())
-    torch.testing.assert_close(gradient, slope)
+def standard_rows(n: int) -> tuple[np.ndarray, np.ndarray]:
+    x, y = rows(n)
+    return (x - x.mean(0)) / x.std(0), (y - y.mean(0)) / y.std(0)
 
 
-def test_numpy_answers_as_pytorch_does() -> None:
-    vector = started(SIZES, np.random.default_rng(3)).astype(np.float64)
-    (w1, b1), (w2, b2), (w3, b3) = (map(torch.tensor, layer) for layer in _layers(vector, SIZES))
-    z = torch.tensor(rows(9)[0])
-    expected = torch.relu(torch.relu(z @ w1 + b1) @ w2 + b2) @ w3 + b3
-    np.testing.assert_allclose(answers(_layers(vector, SIZES), z.numpy()), expected.numpy(), rtol=1e-12, atol=1e-12)
+def test_objective_is_half_the_mean_square_and_the_weights() -> None:
+    module = glorot_module((4, 2, 3), np.random.default_rng(1))
+    x, y = (torch.tensor(part, dtype=torch.float32) for part in rows(30))
+    (w1, b1), (w2, b2) = ((linear.weight, linear.bias) for linear in (module[0], module[2]))
+    error = torch.relu(x @ w1.T + b1) @ w2.T + b2 - y
+    expected = 0.5 * (error**2).mean() + 0.05 * ((w1**2).sum() + (w2**2).sum())
+    torch.testing.assert_close(objective(module, x, y, 0.1), expected)
+
+
+def test_numpy_predicts_as_the_module_does() -> None:
+    module = glorot_module(SIZES, np.random.default_rng(3)).double()
+    z = rows(9)[0]
+    expected = module(torch.tensor(z)).detach().numpy()
+    np.testing.assert_allclose(outputs_of(_layers(module), z), expected, rtol=1e-12, atol=1e-12)
 
 
 def test_start_is_glorots() -> None:
-    (weights, biases), _ = _layers(started((50, 70, 2), np.random.default_rng(0)).astype(float), (50, 70, 2))
+    (weights, biases), _ = _layers(glorot_module((50, 70, 2), np.random.default_rng(0)))
     assert np.abs(weights).max() == pytest.approx(np.sqrt(6 / 120), rel=1e-2)
     assert weights.std() == pytest.approx(np.sqrt(2 / 120), rel=0.03)
-    assert not biases.any()
+    assert 0.9 * np.sqrt(6 / 120) < np.abs(biases).max() < np.sqrt(6 / 120)
 
 
-def test_networks_side_by_side_do_not_touch() -> None:
-    """Also where one has fewer rows: what fills them up weighs nothing."""
-    first, second = rows(60, 1), rows(45, 2)
-    starts = [started(SIZES, np.random.default_rng(seed)) for seed in (1, 2)]
-    together = trained([first, second], starts, SIZES, 1e-3, 15)
-    for one, (own, start) in enumerate(zip((first, second), starts, strict=True)):
-        (alone,) = trained([own], [start], SIZES, 1e-3, 15)
-        np.testing.assert_allclose(answers(together[one], own[0]), answers(alone, own[0]), atol=2e-3)
+def test_start_needs_no_seed_of_pytorch() -> None:
+    torch.manual_seed(1)
+    state = torch.get_rng_state()
+    first = _layers(glorot_module(SIZES, np.random.default_rng(3)))
+    assert torch.equal(torch.get_rng_state(), state)
+    torch.manual_seed(2)
+    second = _layers(glorot_module(SIZES, np.random.default_rng(3)))
+    np.testing.assert_array_equal(first[0][0], second[0][0])
+
+
+def test_loss_is_recorded_and_falls() -> None:
+    network = train_network(*standard_rows(80), (4, 6, 3), 1e-3, 70, np.random.default_rng(0))
+    assert network.iterations == 70
+    assert len(network.losses) == 5  # at the start, after 20, 40, 60 and 70
+    assert list(network.losses) == sorted(network.losses, reverse=True)
+    assert network.losses[-1] < 0.5 * network.losses[0]
+
+
+def test_training_ends_where_nothing_is_gained() -> None:
+    x = np.zeros((20, 4))  # only the last biases matter
+    network = train_network(x, x[:, :3], (4, 6, 3), 0.0, 1000, np.random.default_rng(0))
+    assert network.iterations < 30
+
+
+def test_no_iteration_leaves_the_start() -> None:
+    network = train_network(*standard_rows(20), SIZES, 0.0, 0, np.random.default_rng(5))
+    np.testing.assert_array_equal(network.layers[0][0], _layers(glorot_module(SIZES, np.random.default_rng(5)))[0][0])
+
+
+def test_report_tells_sizes_and_losses() -> None:
+    network = fitted(Network((7, 5), 1e-3, iterations=30))
+    report = network.fit_report()
+    assert report.settings["layers"] == 2
+    assert report.settings["neurons"] == "7-5"
+    assert report.settings["activation"] == "relu"
+    assert report.settings["regularisation"] == 1e-3
+    assert report.settings["iterations"] == 30
+    assert len(report.histories["loss"]) == 3
+    restored = Network((7, 5), 1e-3, iterations=30).restore(network.arrays()).fit_report()
+    assert restored.settings["neurons"] == "7-5"
+    assert not restored.histories
 
 
 def test_holds_a_law_of_its_own_kind() -> None:
@@ -89,13 +120,11 @@ def test_penalty_shrinks_weights() -> None:
 
 def test_fits_as_well_as_mlp_regressor() -> None:
     """The same objective, size and number of steps; the median over five starts within a tenth."""
-    x, y = rows(300)
-    x, y = (x - x.mean(0)) / x.std(0), (y - y.mean(0)) / y.std(0)
+    x, y = standard_rows(300)
     ours, theirs = [], []
     for seed in range(5):
-        start = started((4, 20, 3), np.random.default_rng(seed))
-        (network,) = trained([(x, y)], [start], (4, 20, 3), 0.0, 150)
-        ours.append(np.mean((answers(network, x) - y) ** 2))
+        network = train_network(x, y, (4, 20, 3), 0.0, 150, np.random.default_rng(seed))
+        ours.append(np.mean((outputs_of(network.layers, x) - y) ** 2))
         peer = MLPRegressor(hidden_layer_sizes=(20,), solver="lbfgs", alpha=0.0, max_iter=150, random_state=seed)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # that it could have gone on
