@@ -6,8 +6,6 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-import pandas as pd
 import pint
 import pyroshock as ps
 import pytest
@@ -17,13 +15,11 @@ from pyroshock.app.tuning.session import Ask, session_of
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest
 from pyroshock.doe.space import read_space, shipped_factors
-from pyroshock.twin.srs.target_csv import read_target
 from pyroshock.twin.tune.space import Levels, Range
 from support.records.twin_parts import unsolved
 from support.stores.stores import opened
 
 SPEC = "frequency_hz,level_m_s2\n200,200\n800,3000\n"
-G = 9.80665
 
 
 @pytest.fixture(scope="module")
@@ -80,22 +76,6 @@ def test_settings_are_those_of_the_service(tuned: TunedSettings, store: ps.Exper
     assert spectra["expected_1"].tolist() == pytest.approx(tuned.to_json()[0]["expected_m_s2"])
     axes = tuned.plot()
     assert axes.get_xlabel() == "natural frequency (Hz)" and "m/s" in axes.get_ylabel()
-
-
-@pytest.mark.parametrize(
-    "given",
-    [
-        pd.Series([200.0, 3000.0], index=[200.0, 800.0]),
-        pd.DataFrame({"frequency_hz": [200.0, 800.0], "level_g": [200.0 / G, 3000.0 / G]}),
-        pd.DataFrame({"level_m_s2": [200.0, 3000.0]}, index=pd.Index([200.0, 800.0], name="frequency_hz")),
-        (np.array([200.0, 800.0]), [200.0, 3000.0]),
-    ],
-    ids=["series", "frame in g", "frame by index", "arrays"],
-)
-def test_target_is_taken_in_every_form(lab: Path, given: object) -> None:
-    found, expected = target_of(given), read_target(lab / "spec.csv")  # type: ignore[arg-type]
-    np.testing.assert_allclose(found.level_m_s2, expected.level_m_s2, rtol=1e-14)
-    np.testing.assert_array_equal(found.upper_db, expected.upper_db)
 
 
 def test_masses_are_one_several_or_a_range() -> None:

@@ -9,7 +9,6 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 import pandas as pd
-import pint
 import pyroshock as ps
 import pytest
 from click.testing import CliRunner
@@ -72,11 +71,6 @@ def printed(*words: str) -> dict:  # JSON
     return json.loads(result.stdout)
 
 
-def test_prediction_is_that_of_the_command_line(url: str, shot: ShotPrediction) -> None:
-    words = ("--campaign", "first-shots", "--tank-pressure", "0.5bar", "--bullet-mass", "0.5kg", "--db", url)
-    assert shot.to_json() == printed(*words)
-
-
 def test_twin_without_a_store_is_that_of_the_command_line() -> None:
     twin = ps.shipped_twin(frequencies=LINES, effects="plate.damping:factor=2")
     found = twin.predict(velocity="8 m/s", tip="delrin", draws=FEW).to_json()
@@ -87,12 +81,6 @@ def test_coupled_twin_at_given_places_is_that_of_the_command_line() -> None:
     twin = ps.shipped_twin(frequencies=LINES, contact="hertz", coupled=True, sensors=[(0.3, 0.3), (0.6, 0.3)], q=25)
     words = ("--contact", "hertz", "--coupled", "--sensor-at", "0.3,0.3", "--sensor-at", "0.6,0.3", "--q", "25")
     assert twin.predict(velocity=2.0, draws=FEW).to_json() == printed("--velocity", "2m/s", *words)
-
-
-@pytest.mark.parametrize("pressure", [5e4, "0.5 bar", "50kPa", pint.UnitRegistry().Quantity(0.5, "bar")])
-def test_units_are_converted(twin: LaboratoryTwin, shot: ShotPrediction, pressure: object) -> None:
-    found = twin.predict(tank_pressure=pressure, bullet_mass=0.5, draws=FEW)  # type: ignore[arg-type]
-    assert float(found.velocity) == pytest.approx(float(shot.velocity), rel=1e-12)
 
 
 def test_numbers_have_bands_and_units(shot: ShotPrediction) -> None:
