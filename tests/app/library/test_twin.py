@@ -16,6 +16,8 @@ from pyroshock.app.cli.diagnose import diagnose
 from pyroshock.app.cli.predict import predict
 from pyroshock.app.cli.validate import validate
 from pyroshock.app.library.tuning import target_of
+from pyroshock.app.twins import building
+from support.records.twin_parts import unsolved
 
 mpl.use("Agg")
 
@@ -99,7 +101,9 @@ def test_mistakes_are_named_as_python_spells_them(twin, arguments, words):
     assert "--" not in str(caught.value).partition(":")[0]
 
 
-def test_the_shipped_bench_needs_no_store():
+def test_the_shipped_bench_needs_no_store(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(building, "solved", unsolved)
     twin = ps.shipped_twin(contact="hertz")
     assert float(twin.predict(velocity="3 m/s", draws=0).velocity) == pytest.approx(3.0)
     with pytest.raises(ps.NotFoundError, match="effect"):
