@@ -23,7 +23,7 @@ def plot_prediction(prediction: Prediction, path: Path) -> None:
     figure = new_figure(8, 8 if prediction.sensors else 3)
     words = " ".join((prediction.rests_on.sentence, *warnings(prediction))).strip()
     figure.suptitle(fill(words, 110), fontsize="small", x=0.02, ha="left")
-    draw_prediction(figure.subplots(3 if prediction.sensors else 1, squeeze=False)[:, 0], prediction)
+    draw_prediction(list(figure.subplots(3 if prediction.sensors else 1, squeeze=False)[:, 0]), prediction)
     save(figure, path)
 
 

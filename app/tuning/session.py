@@ -114,7 +114,8 @@ def _without_double_counting(built: BuiltTwin, measured: Sequence[str]) -> Built
 
 def _measured(store: Store | None, built: BuiltTwin, ask: Ask) -> tuple[Measured, list[str]]:
     """Of all campaigns named, and what was left out of each. Raises `LookupError` for a campaign without a store."""
-    together, notes = Measured(), []
+    together = Measured()
+    notes: list[str] = []
     if store is None:
         if ask.measured:
             raise LookupError(f"no campaign {ask.measured[0]!r}: there is no store")
