@@ -1,9 +1,10 @@
-"""Shots as a DataFrame: its columns are arguments of `predict`, or those of a table of runs."""
+"""Shots as a DataFrame: its columns are arguments of `predict`, or those of a table of runs, in its units or in SI."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ...schema.columns import KNOWN_FACTORS, level_label
 from ..predictions.rows import ShotRow, rows_of_table
 from .twin import python_name, shot_of
 
@@ -15,6 +16,12 @@ _ARGUMENTS = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "
 #: Arguments that a table of runs has as columns of the same name.
 _COMMON = ("insulator", "impact_position", "boundary_conditions", "valve_profile")
 _LABELS = ("run", "repetition")
+#: Columns of the library's frames in SI -> that of a table of runs, and its unit in SI.
+_IN_SI = {
+    f"{factor.name}_{factor.si_unit.lower()}": (factor.column, factor.scale)
+    for factor in KNOWN_FACTORS
+    if factor.si_unit is not None and factor.scale != 1.0
+}
 
 
 def shot_rows(shots: pd.DataFrame) -> list[ShotRow]:
@@ -29,12 +36,18 @@ def shot_rows(shots: pd.DataFrame) -> list[ShotRow]:
         for row in shots.to_dict("records")
     ]
     if not set(_ARGUMENTS) & set(map(str, shots.columns)):
-        return rows_of_table([{name: str(value) for name, value in row.items()} for row in rows], "shots")
+        return rows_of_table([dict(_cell(name, value) for name, value in row.items()) for row in rows], "shots")
     known = (*_ARGUMENTS, *_COMMON, *_LABELS)
     unknown = [str(name) for name in shots.columns if name not in known]
     if unknown:
         raise ValueError(f"column {unknown[0]!r} of shots is no argument of predict; there are: {', '.join(known)}")
     return [_shot_row(row, number) for number, row in enumerate(rows, 1)]
+
+
+def _cell(name: str, value: Any) -> tuple[str, str]:
+    """Column and text as a table of runs has them."""
+    column, scale = _IN_SI.get(name, (name, None))
+    return column, str(value) if scale is None else level_label(float(value) / scale)
 
 
 def _shot_row(row: dict[str, Any], number: int) -> ShotRow:

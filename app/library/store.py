@@ -283,9 +283,9 @@ class ExperimentStore:
 
         `contact` is a law ("hertz"), "prior", "registered" or "hybrid@3"; without it the model in use. `effects` are
         ids of the catalogue, with parameters in SI ("plate.damping:factor=2"), or a diagnosis, whose likeliest cause
-        acts; one given here goes before an adopted one. `adopted`
-        takes those that diagnoses have left to the bench. `impact_points` and `sensors` are places on the plate in m,
-        `frequencies` lines in Hz or "100:10000:6".
+        acts; one given here goes before an adopted one of the same id. `adopted` takes those that diagnoses have left
+        to the bench. `impact_points` and `sensors` are places on the plate in m, `frequencies` lines in Hz or
+        "100:10000:6".
         """
         from .twin import laboratory_twin
 

@@ -121,8 +121,9 @@ class LaboratoryTwin:
         """`shots` with the predicted numbers of each row beside it: mean, lower and upper end of the 90 % bands, SI.
 
         The columns of `shots` are arguments of `predict` ("tank_pressure": "5 bar"), or those of a table of runs
-        ("tank_pressure_bar", "tip_radius_mm"), as a plan has them; an empty cell leaves the argument out. `jobs`
-        processes work at once. Each row is predicted as `predict` predicts it alone.
+        ("tank_pressure_bar") or of the store's frames ("tank_pressure_pa"), as `runs.csv` and plans have them; an empty
+        cell leaves the argument out. `jobs` processes work at once. Each row is predicted as `predict` predicts it
+        alone; `.attrs["notes"]` says what was assumed.
         """
         import pandas as pd
 
@@ -133,14 +134,16 @@ class LaboratoryTwin:
         from .shot_tables import shot_rows
 
         rows = shot_rows(shots)
-        bench, rows, _ = bench_of_rows(self._store, self._url, self.request, rows, draws, seed, self.built)
+        bench, rows, notes = bench_of_rows(self._store, self._url, self.request, rows, draws, seed, self.built)
         with step_bar("predicting", "shots", progress) as step:
             found = foretold(bench, rows, Crew(jobs=jobs), step)
         numbers = [
             {name: value for name, value in each.figures.items() if name not in row.labels}
             for each, row in zip(found, rows, strict=True)
         ]
-        return with_units(shots.reset_index(drop=True).join(pd.DataFrame(numbers)))
+        table = with_units(shots.reset_index(drop=True).join(pd.DataFrame(numbers)))
+        table.attrs["notes"] = [argument_names(note) for note in notes]
+        return table
 
     @raises_library_errors
     def tune(

@@ -171,6 +171,9 @@ def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(url: str, tw
     found, printed_table = twin.predict_many(table, draws=FEW, progress=False), pd.read_csv("out.csv")
     columns = [name for name in printed_table if name.startswith("predicted_")]
     assert columns and (found[columns] == printed_table[columns]).all(axis=None)
+    assert "no column tip_material: steel" in found.attrs["notes"]
+    in_si = pd.DataFrame({"tank_pressure_pa": [5e4, 1e5], "bullet_mass_kg": [0.5, 1.0], "tip_radius_m": 0.045})
+    assert (twin.predict_many(in_si, draws=FEW, progress=False)[columns] == found[columns]).all(axis=None)
 
 
 def test_effect_is_added_and_replaced(twin: LaboratoryTwin) -> None:
