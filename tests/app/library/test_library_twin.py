@@ -246,3 +246,15 @@ def test_no_public_name_is_a_package() -> None:
     """`import pyroshock.twin` would put the package in the place of a function `twin`."""
     root = Path(ps.__file__).parent
     assert not [name for name in ps.__all__ if (root / name).is_dir() or (root / f"{name}.py").is_file()]
+
+
+def test_plan_is_predicted_as_the_command_line_predicts_it(url: str, store: ps.ExperimentStore) -> None:
+    plan = store.plan.lhs("summer", runs=3, repetitions=1, seed=1).to_frame()
+    twin = store.twin(campaign="first-shots", frequencies="200:400:3")
+    words = ("--plan", "summer", "--campaign", "first-shots", "--db", url, "--frequencies", "200:400:3", "--draws", "4")
+    result = CliRunner().invoke(predict, [*words, "--json"])
+    assert result.exit_code == 0, result.stderr
+    expected = pd.DataFrame(json.loads(result.stdout))
+    found = twin.predict_many(plan, draws=4, progress=False)
+    columns = [name for name in expected if name.startswith("predicted_")]
+    np.testing.assert_allclose(found[columns], expected[columns], rtol=1e-9)
