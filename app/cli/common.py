@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from ..default_store import DEFAULT_DB
+
 if TYPE_CHECKING:
     from ...schema.session import Store
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-DEFAULT_DB = "sqlite:///pyroshock.db"
 
 #: An error shows the value that it is about, which in a damaged file may be pages long.
 LONGEST_LINE = 1000

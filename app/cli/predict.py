@@ -10,7 +10,7 @@ import click
 
 from .common import Function, db_option, json_option, note, opened_or_none, print_table, write_json
 from .crew import crew_options
-from .predict_many import MANY, Many, foretell, refuse_typed
+from .predict_many import MANY, Many, refuse_typed
 
 if TYPE_CHECKING:
     from ...compute.crew import Crew
@@ -145,8 +145,15 @@ def predict(
         many = Many(plan, shots, out, spectra)
         if many.asked:
             refuse_typed(*_SETTING, "plot")
+            from ..predictions.batch import bench_of_rows, foretold
+            from ..progress import progress_bar
+
             with models_extra():
-                found = foretell(store, db, _request(asked), many.rows(store), draws, seed, crew)
+                bench, rows, remarks = bench_of_rows(store, db, _request(asked), many.rows(store), draws, seed)
+                for remark in remarks:
+                    note(remark)
+                with progress_bar("predicting", "shots") as step:
+                    found = foretold(bench, rows, crew, step)
             many.tell(found, json_to)
             return
         from ..predictions.predicting import predicted, prediction_json

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,11 +12,9 @@ from click.core import ParameterSource
 from .common import note, print_table, write_json
 
 if TYPE_CHECKING:
-    from ...compute.crew import Crew
     from ...schema.session import Store
     from ..predictions.batch import Foretold
     from ..predictions.rows import ShotRow
-    from ..twins.building import BuiltTwin, TwinRequest
 
 MANY = (
     click.option("--plan", metavar="NAME", default=None, help="Every run of a plan in place of one shot."),
@@ -85,34 +83,6 @@ def refuse_typed(*names: str) -> None:
     typed = [f"--{name.replace('_', '-')}" for name in names if source(name) is ParameterSource.COMMANDLINE]
     if typed:
         raise ValueError(f"{', '.join(typed)}: of one shot; with --plan or --shots leave it out")
-
-
-def foretell(
-    store: Store | None, db: str, request: TwinRequest, rows: list[ShotRow], draws: int, seed: int, crew: Crew
-) -> list[Foretold]:
-    """Each row by the twin of its plate (`--plate`, where it is given, is every row's). What was assumed is told.
-
-    Raises as `twins.twin_of` and `batch.foretold`.
-    """
-    from ..predictions.batch import Bench, foretold
-    from ..predictions.given_factors import store_factors
-    from ..predictions.rows import assumed, with_factors
-    from ..progress import progress_bar
-    from ..twins.building import twin_of
-
-    twins: dict[tuple[str | None, float], BuiltTwin] = {}
-    for plate, height in dict.fromkeys(row.twin for row in rows):
-        twin_request = replace(request, plate=request.plate or plate, chain_height_m=height)
-        twins[plate, height] = twin_of(store, db, twin_request)
-    mass = next(iter(twins.values())).bench.impactor_mass_kg
-    for remark in dict.fromkeys(
-        (*assumed(rows, mass), *(remark for built in twins.values() for remark in built.notes))
-    ):
-        note(remark)
-    of_store = store_factors(store)
-    rows = [with_factors(row, twins[row.twin], of_store) for row in rows]
-    with progress_bar("predicting", "shots") as step:
-        return foretold(Bench(twins, draws, seed), rows, crew, step)
 
 
 def _short(each: Foretold) -> dict[str, object]:

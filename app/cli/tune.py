@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,6 @@ import click
 from .common import db_option, json_option, note, opened, print_table, write_json
 
 if TYPE_CHECKING:
-    from ...twin.tune.space import Amount
     from ..library.tuning import TunedSettings
 
 
@@ -110,10 +108,10 @@ def tune(
         pyroshock tune --target spec.csv --measured monday --avoid avoid.json --plot spec.png
     """
     with opened(db) as store:
-        from ...doe.space import read_space, shipped_factors, space_from_text
-        from ..library.tuning import search_settings, target_of
+        from ..library.tuning import factors_of, masses_of, search_settings, target_of
         from ..library.twin import twin_request
         from ..progress import progress_bar
+        from ..tuning.session import Ask
 
         request = twin_request(
             _option,
@@ -127,12 +125,11 @@ def tune(
             q=q,
             adopted=not no_adopted,
         )
-        owned = read_space(factors) if factors else space_from_text(shipped_factors("gun"))
+        masses = masses_of(bullet_mass, "--bullet-mass")
+        wanted = target_of(target, tolerance)
+        ask = Ask(wanted, request, factors_of(factors), measured, sensor, masses, share, extrapolate, seed, at_least)
         with progress_bar("tune", "settings") as step:
-            settings = search_settings(
-                store, db, request, target_of(target, tolerance), owned, measured, sensor, _masses(bullet_mass), share,
-                extrapolate, seed, at_least, step,
-            )  # fmt: skip
+            settings = search_settings(store, db, ask, step)
         tuned = settings.tuned
         for line in settings.notes:
             note(line)
@@ -154,7 +151,7 @@ def _option(argument: str) -> str:
 def _show(settings: TunedSettings, avoid: Path | None, json_to: str | None) -> None:
     from ..tuning.laboratory import avoid_json
 
-    tuned, sentence, rows = settings.tuned, settings.sentence, settings.to_json()
+    tuned, sentence, rows = settings.tuned, settings.tuned.attainability.sentence, settings.to_json()
     if avoid is not None:
         write_json([avoid_json(item) for item in tuned.avoid], str(avoid))
     if json_to is not None:
@@ -207,19 +204,3 @@ def _points(texts: tuple[str, ...], name: str) -> tuple[tuple[float, float], ...
             raise ValueError(f"{name} is {text!r}; expected two numbers in m, such as 0.47,0.28") from error
         found.append((x, y))
     return tuple(found)
-
-
-def _masses(text: str | None) -> Amount | None:
-    """Bullets that the lab has (`0.5kg`, `0.2kg,0.5kg`), or any between two (`0.2kg:1kg`)."""
-    if text is None:
-        return None
-    from ...twin.tune.space import Levels, Range
-    from ..library.quantities import parse_quantity
-
-    low, colon, high = text.partition(":")
-    if not colon:
-        return Levels(tuple(parse_quantity(mass, "kg", "--bullet-mass") for mass in text.split(",")))
-    ends = [parse_quantity(end, "kg", "--bullet-mass") for end in (low, high)]
-    if math.isclose(*ends):
-        return Levels((ends[0],))
-    return Range(min(ends), max(ends))

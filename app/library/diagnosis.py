@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from .displays import axes_or_new, titled_table
+from .errors import argument_names
 from .frames import frame_of
 
 if TYPE_CHECKING:
@@ -23,10 +24,12 @@ if TYPE_CHECKING:
 class GapDiagnosis:
     """Where the gap lies, what causes it, and how far it shrinks. `verdict` is the record behind it.
 
-    `version` is the version of the bench's twin that adopted an effect of it, None where none was adopted.
+    `number` is that of the diagnosis in the store, None for one of a folder. `version` is the version of the bench's
+    twin that adopted an effect of it, None where none was adopted.
     """
 
     verdict: Verdict
+    number: int | None = None
     version: TwinVersion | None = None
 
     @property
@@ -98,9 +101,33 @@ class GapDiagnosis:
         )
 
     @property
-    def fraction(self) -> float:
-        """The share of the reducible gap that is gone with all effects of the path; 0 where no effect was added."""
-        return float(self.verdict.path[-1].fraction) if self.verdict.path else 0.0
+    def fraction(self) -> float | None:
+        """The share of the reducible gap that is gone on configurations that the fit has not seen; None: not known."""
+        from ..diagnoses.summary import held_out_fraction
+
+        return held_out_fraction(self.verdict)
+
+    @property
+    def shrinkage(self) -> pd.DataFrame:
+        """How far the gap shrinks on configurations that the fit has not seen, a set of effects in each row."""
+        return frame_of(
+            (
+                {
+                    "effects": " or ".join(entry.effects),
+                    "held_out_by": entry.held_out_by,
+                    "before": entry.before,
+                    "after": entry.after,
+                    "fraction": entry.fraction,
+                }
+                for entry in self.verdict.shrinkage
+            ),
+            ("effects", "held_out_by", "before", "after", "fraction"),
+        )
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What the diagnosis assumed, in sentences."""
+        return tuple(map(argument_names, self.verdict.assumptions))
 
     @property
     def fitted(self) -> dict[str, tuple[Effect, ...]]:
@@ -161,4 +188,34 @@ def diagnose_campaign(
         adopting.check_adoptable(verdict, adopt)
     key = keep(store, verdict, asked) if store is not None and stored else None
     version = adopting.adopt(store, verdict, adopt, key) if store is not None and adopt is not None else None
-    return GapDiagnosis(verdict, version)
+    return GapDiagnosis(verdict, key, version)
+
+
+def adopt_effect(store: Store, diagnosis: GapDiagnosis, effect: str | None) -> GapDiagnosis:
+    """The diagnosis with the twin's version that adopted `effect` of it (None: what it says first).
+
+    Raises as `adopting.adopt`, and `ValueError` for a diagnosis that the store does not keep.
+    """
+    from ..twins import adopting
+
+    verdict = diagnosis.verdict
+    if diagnosis.number is None:
+        raise ValueError(f"the diagnosis of {verdict.campaign} is of a folder; ingest it, and diagnose the campaign")
+    wanted = verdict.first.effects[0] if effect is None else effect
+    return replace(diagnosis, version=adopting.adopt(store, verdict, wanted, diagnosis.number))
+
+
+def kept_diagnoses(store: Store, campaign: str | None) -> pd.DataFrame:
+    """Diagnoses that the store keeps, the newest first. Raises `LookupError` for an unknown campaign."""
+    from ..diagnoses.kept import list_diagnoses
+
+    with store.reading() as session:
+        return frame_of(list_diagnoses(session, campaign, limit=None), ("id", "diagnosed_at", "campaign", "first"))
+
+
+def kept_diagnosis(store: Store, number: int) -> GapDiagnosis:
+    """Diagnosis `number` as it was made. Raises as `kept.kept_verdict`."""
+    from ..diagnoses.kept import kept_verdict
+
+    with store.reading() as session:
+        return GapDiagnosis(kept_verdict(session, number), number)

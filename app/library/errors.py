@@ -6,6 +6,7 @@ Whatever a user can mend is a `PyroshockError`. Each is also the built-in error 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
@@ -34,6 +35,29 @@ class StorageError(PyroshockError, OSError):
     """The store, a file or a server cannot be read or written."""
 
 
+#: An option of the command line, or a whole command, whose options stay as they are.
+_OPTION = re.compile(r"pyroshock [a-z][^;)]*|(?<![\w-])--([a-z]+(?:-[a-z]+)*)")
+#: Options whose argument has another name.
+_ARGUMENTS = {
+    "effect": "effects",
+    "impact-at": "impact_points",
+    "no-adopted": "adopted=False",
+    "sensor-at": "sensors",
+    "with": "with_effects",
+    "without": "without_effects",
+}
+
+
+def argument_names(text: str) -> str:
+    """A message with options of the command line called as arguments: `--tank-pressure` is `tank_pressure`."""
+
+    def argument(match: re.Match[str]) -> str:
+        option = match[1]
+        return match[0] if option is None else _ARGUMENTS.get(option, option.replace("-", "_"))
+
+    return _OPTION.sub(argument, text)
+
+
 @contextmanager
 def library_errors() -> Iterator[None]:
     """Raise what a user can mend as one of the kinds above; other errors pass unchanged."""
@@ -48,7 +72,7 @@ def library_errors() -> Iterator[None]:
             raise
         kinds = ((LookupError, NotFoundError), (ValueError, InvalidValueError))
         kind = next((ours for builtin, ours in kinds if isinstance(error, builtin)), StorageError)
-        raise kind(words_of(error)) from error
+        raise kind(argument_names(words_of(error))) from error
 
 
 def raises_library_errors(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from ...twin.bands import Band, Quantity
 from ..predictions.predicting import prediction_json
 from ..predictions.warnings import warnings
 from .displays import axes_or_new, titled_table
-from .errors import library_errors
+from .errors import argument_names, library_errors
 from .frames import frame_of
 
 if TYPE_CHECKING:
@@ -120,7 +121,11 @@ class PredictedSeries:
 
 
 class SensorSeries(Mapping[str, PredictedSeries]):
-    """A predicted series for each sensor: `p.srs["acceleration_1"]`, or `p.srs` itself as that of the first sensor."""
+    """A predicted series for each sensor, by its name: `p.srs["acceleration_1"]`.
+
+    `x`, `mean`, `lower` and `upper` are those of the first sensor; they raise `NotFoundError` for a twin without a
+    plate.
+    """
 
     def __init__(self, series: Mapping[str, PredictedSeries]) -> None:
         self._series = dict(series)
@@ -137,24 +142,49 @@ class SensorSeries(Mapping[str, PredictedSeries]):
     def __len__(self) -> int:
         return len(self._series)
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_"):
-            raise AttributeError(name)
-        return getattr(self._first(), name)
+    @property
+    def x(self) -> Floats:
+        """Time (s) or frequency (Hz), common to all sensors: (n,)."""
+        return self._first().x
+
+    @property
+    def mean(self) -> Floats:
+        """Of the first sensor, (n,)."""
+        return self._first().mean
+
+    @property
+    def lower(self) -> Floats:
+        """Lower end of the first sensor's band, (n,)."""
+        return self._first().lower
+
+    @property
+    def upper(self) -> Floats:
+        """Upper end of the first sensor's band, (n,)."""
+        return self._first().upper
+
+    @property
+    def unit(self) -> str:
+        """Of mean, lower and upper."""
+        return self._first().unit
 
     def to_frame(self) -> pd.DataFrame:
         """Columns (sensor, mean | lower | upper) over the common index."""
         import pandas as pd
 
         frames = {sensor: series.to_frame() for sensor, series in self._series.items()}
-        return pd.concat(frames, axis=1, names=["sensor", "value"])
+        if not frames:
+            return pd.DataFrame()
+        frame = pd.concat(frames, axis=1, names=["sensor", "value"])
+        frame.attrs["units"] = self._first().to_frame().attrs["units"]
+        return frame
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """All sensors in one pair of axes."""
         axes = axes_or_new(ax)
         for sensor, series in self._series.items():
             series.plot(axes, label=sensor)
-        axes.legend(frameon=False)
+        if self._series:
+            axes.legend(frameon=False)
         return axes
 
     def __repr__(self) -> str:
@@ -193,6 +223,11 @@ class ShotPrediction:
         return PredictedNumber.of("contact time", self.prediction.contact_time_s, "s")
 
     @property
+    def compression_time(self) -> PredictedNumber:
+        """From first contact to the deepest indentation, s."""
+        return PredictedNumber.of("compression time", self.prediction.compression_time_s, "s")
+
+    @property
     def impulse(self) -> PredictedNumber:
         """The integral of the force, N s."""
         return PredictedNumber.of("impulse", self.prediction.impulse_n_s, "N s")
@@ -212,7 +247,7 @@ class ShotPrediction:
         """The force over the time since first contact, N."""
         return _series("force", self.prediction.time_s, self.prediction.force_n, "N", "time_s", "s")
 
-    @property
+    @cached_property
     def acceleration(self) -> SensorSeries:
         """The accelerations of the first 10 ms by sensor, m/s2."""
         series = {}
@@ -221,7 +256,7 @@ class ShotPrediction:
             series[sensor] = _series("acceleration", time, band, "m/s2", "time_s", "s")
         return SensorSeries(series)
 
-    @property
+    @cached_property
     def srs(self) -> SensorSeries:
         """The maximax shock response spectra by sensor, m/s2."""
         frequency = self.prediction.frequency_hz
@@ -235,7 +270,7 @@ class ShotPrediction:
     @property
     def warnings(self) -> tuple[str, ...]:
         """Where the twin was asked beyond what it knows, in sentences."""
-        return tuple(warnings(self.prediction))
+        return tuple(map(argument_names, warnings(self.prediction)))
 
     @property
     def rests_on(self) -> str:
@@ -244,14 +279,16 @@ class ShotPrediction:
 
     @property
     def extrapolation(self) -> pd.DataFrame:
-        """Quantities that lie beyond what was recorded, a row each."""
+        """Quantities that lie beyond what was recorded, a row each: the value asked and the range recorded, SI."""
         from dataclasses import asdict
 
-        return frame_of([asdict(row) for row in self.prediction.extrapolation], ("quantity", "value"))
+        rows = [asdict(row) for row in self.prediction.extrapolation]
+        return frame_of(rows, ("quantity", "asked", "low", "high"))
 
     def to_frame(self) -> pd.DataFrame:
         """The numbers, a row each: mean, lower, upper, unit."""
-        numbers = (self.velocity, self.contact_time, self.peak_force, self.impulse, *self.peak_acceleration.values())
+        contact = (self.contact_time, self.compression_time, self.peak_force, self.impulse)
+        numbers = (self.velocity, *contact, *self.peak_acceleration.values())
         return frame_of(number._row() for number in numbers).set_index("quantity")
 
     def to_json(self) -> dict[str, Any]:
@@ -262,12 +299,12 @@ class ShotPrediction:
         """Force, accelerations and spectra, one below the other."""
         import matplotlib.pyplot as plt
 
+        from ..predictions.plots import draw_prediction
+
         rows = 3 if self.prediction.sensors else 1
         axes = plt.subplots(rows, squeeze=False, figsize=(7.0, 0.8 + 2.6 * rows), layout="constrained")[1]
         drawn = list(axes[:, 0])
-        self.force.plot(drawn[0])
-        for below, series in zip(drawn[1:], (self.acceleration, self.srs), strict=False):
-            series.plot(below)
+        draw_prediction(drawn, self.prediction)
         return drawn
 
     def __repr__(self) -> str:

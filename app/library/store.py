@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .quantities import Quantity
     from .recordings import ForcePulse, StoredRecording
     from .training import FrozenDataset, ModelComparison, PromotionDecision, TrainingRuns
-    from .twin import EffectLike, LaboratoryTwin
+    from .twin import EffectsLike, LaboratoryTwin
     from .validation import TwinValidation
 
 #: What is held out for judging, unless a training says otherwise.
@@ -279,7 +279,7 @@ class ExperimentStore:
         bench: str | os.PathLike[str] | None = None,
         modes: str | os.PathLike[str] | None = None,
         contact: str | None = None,
-        effects: Iterable[EffectLike] = (),
+        effects: EffectsLike = (),
         plate: str | None = None,
         impact_points: Sequence[tuple[float, float]] = (),
         sensors: Sequence[tuple[float, float]] = (),
@@ -292,9 +292,10 @@ class ExperimentStore:
         """The twin of a campaign's bench (without one, the newest of a gun), taught by its measured shots.
 
         `contact` is a law ("hertz"), "prior", "registered" or "hybrid@3"; without it the model in use. `effects` are
-        ids of the catalogue, with parameters in SI ("plate.damping:factor=2"), or effects of a diagnosis. `adopted`
-        takes those that diagnoses have left to the bench. `impact_points` and `sensors` are places on the plate in m,
-        `frequencies` lines in Hz or "100:10000:6".
+        ids of the catalogue, with parameters in SI ("plate.damping:factor=2"), or a diagnosis, whose likeliest cause
+        acts; one given here goes before an adopted one of the same id. `adopted` takes those that diagnoses have left
+        to the bench. `impact_points` and `sensors` are places on the plate in m, `frequencies` lines in Hz or
+        "100:10000:6".
         """
         from .twin import laboratory_twin
 
@@ -373,6 +374,30 @@ class ExperimentStore:
                 bench=None if bench is None else Path(bench),
                 seed=seed,
             )
+
+    @raises_library_errors
+    def diagnoses(self, *, campaign: str | None = None) -> pd.DataFrame:
+        """Diagnoses that the store keeps, the newest first: first answer, gap, and whether an effect was adopted."""
+        from .diagnosis import kept_diagnoses
+
+        return kept_diagnoses(self.store, campaign)
+
+    @raises_library_errors
+    def diagnosis(self, number: int) -> GapDiagnosis:
+        """A diagnosis that the store keeps, by its `id` in `diagnoses()`."""
+        from .diagnosis import kept_diagnosis
+
+        return kept_diagnosis(self.store, number)
+
+    @raises_library_errors
+    def adopt(self, diagnosis: GapDiagnosis, *, effect: str | None = None) -> GapDiagnosis:
+        """Let predictions use an effect of a diagnosis from now on: "gun.valve_flow", "a+b", or "none" for no longer.
+
+        Without `effect` it is what the diagnosis says first. Its `version` is that of the bench's twin.
+        """
+        from .diagnosis import adopt_effect
+
+        return adopt_effect(self.store, diagnosis, effect)
 
     # --- the store itself
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .displays import axes_or_new, titled_table
+from .errors import argument_names, library_errors
 from .frames import frame_of
-from .progress import step_bar
 from .quantities import si
 
 if TYPE_CHECKING:
@@ -26,7 +27,8 @@ if TYPE_CHECKING:
     from ...twin.tune.goal import Goal
     from ...twin.tune.space import Amount
     from ...twin.tune.tuner import Tuned
-    from ..twins.building import TwinRequest
+    from ..progress import Step
+    from ..tuning.session import Ask
     from .quantities import Quantity
 
     #: A CSV file, a Series, a DataFrame, frequencies and levels, or a target of the twin.
@@ -50,12 +52,43 @@ class TunedSettings:
     @property
     def sentence(self) -> str:
         """Whether any setting meets the target, how likely, and what stands in the way where none does."""
-        return self.tuned.attainability.sentence
+        return argument_names(self.tuned.attainability.sentence)
 
     @property
     def attainable(self) -> bool:
         """Whether a setting meets the target with the probability that was asked for."""
         return self.tuned.attainability.obstacle is None
+
+    @property
+    def probability(self) -> float:
+        """Of the best setting, that it meets the target."""
+        return self.tuned.attainability.probability
+
+    @property
+    def spectra(self) -> pd.DataFrame:
+        """A line in each row: the target with the edges of its tolerance, and the expected spectrum of each setting
+        with its 90 % band, m/s2; settings are called by their rank."""
+        import pandas as pd
+
+        goal = self.goal
+        columns = {
+            "target": 10 ** (goal.level_db / 20),
+            "tolerance_lower": 10 ** ((goal.level_db - goal.lower_db) / 20),
+            "tolerance_upper": 10 ** ((goal.level_db + goal.upper_db) / 20),
+        }
+        for row in self.to_json():
+            for end in ("expected", "lower", "upper"):
+                columns[f"{end}_{row['rank']}"] = np.asarray(row[f"{end}_m_s2"])
+        frame = pd.DataFrame(columns, index=pd.Index(goal.frequency_hz, name="frequency_hz"))
+        frame.attrs["units"] = {"frequency_hz": "Hz", **dict.fromkeys(columns, "m/s2")}
+        return frame
+
+    @property
+    def alternatives(self) -> pd.DataFrame:
+        """Settings that promise the same as one of the table, whose `rank` they have."""
+        return frame_of(
+            ({"rank": row["rank"], **setting} for row in self.to_json() for setting in row["alternatives"]), ("rank",)
+        )
 
     def to_frame(self) -> pd.DataFrame:
         """A setting in each row, the best first: settings in SI, probabilities, worst margin and its frequency."""
@@ -65,6 +98,7 @@ class TunedSettings:
             rows.append({**listed, **row["settings"], "alternatives": len(row["alternatives"])})
         return frame_of(rows, ("rank",))
 
+    @property
     def avoid(self) -> pd.DataFrame:
         """Settings to avoid, with the reason."""
         from ..tuning.laboratory import avoid_json
@@ -85,7 +119,8 @@ class TunedSettings:
         from ..tuning.plots import draw_tuned
 
         if not self.tuned.proposals:
-            raise LookupError(f"there is no setting to draw: {self.sentence}")
+            with library_errors():
+                raise LookupError(f"there is no setting to draw: {self.sentence}")
         axes = axes_or_new(ax, 8.0, 5.0)
         draw_tuned(axes, self.tuned, self.goal)
         return axes
@@ -97,16 +132,20 @@ class TunedSettings:
         return titled_table(self.sentence, self.to_frame())
 
 
-def target_of(given: TargetLike, tolerance: str | None = None) -> Target:
-    """A prescribed spectrum in m/s2. Raises `ValueError` as `target_csv.read_target` and `Target`.
+def target_of(given: TargetLike, tolerance: str | float | None = None) -> Target:
+    """A prescribed spectrum in m/s2; a number is a tolerance in dB, either way.
 
-    Without a tolerance of its own or a given one, NASA-STD-7003's is taken.
+    Without a tolerance of its own or a given one, NASA-STD-7003's is taken. Raises `ValueError` as
+    `target_csv.read_target` and `Target`.
     """
     from ...twin.srs.target import Target
     from ...twin.srs.target_csv import read_target, target_of_csv
-    from ...twin.srs.tolerance import parse_tolerance
+    from ...twin.srs.tolerance import parse_tolerance, within_db
 
-    wanted = parse_tolerance(tolerance) if tolerance else None
+    if isinstance(tolerance, str):
+        wanted = parse_tolerance(tolerance) if tolerance else None
+    else:
+        wanted = None if tolerance is None else within_db(tolerance)
     if isinstance(given, Target):
         return given if wanted is None else given.with_tolerance(wanted)
     if isinstance(given, str | os.PathLike):
@@ -123,75 +162,38 @@ def target_of(given: TargetLike, tolerance: str | None = None) -> Target:
     return target_of_csv(table.to_csv(index=False).encode(), "target", wanted)
 
 
-def tuned_settings(
-    store: Store | None,
-    url: str,
-    request: TwinRequest,
-    target: TargetLike,
-    *,
-    tolerance: str | None = None,
-    measured: str | Sequence[str] = (),
-    sensor: str | None = None,
-    bullet_mass: Quantity | Iterable[Quantity] | None = None,
-    factors: str | os.PathLike[str] | None = None,
-    share: float = 1.0,
-    at_least: float = 0.5,
-    extrapolate: bool = False,
-    seed: int = 0,
-    progress: bool = True,
-) -> TunedSettings:
-    """Search the settings of a bench for a prescribed spectrum.
-
-    `bullet_mass` is one mass, or the masses that the laboratory owns; `factors` a plan's TOML file with all that it
-    owns; `measured` campaigns whose shots teach the search. A setting meets the target from the probability `at_least`
-    on, where the `share` of all lines lies within. Raises as `tuning.session.session_of`, and `LookupError` without a
-    store.
-    """
-    from ...doe.space import read_space, shipped_factors, space_from_text
-
-    if store is None:
-        raise LookupError("tune needs a store: open one with pyroshock.open(...), and take the twin of a campaign")
-    owned = read_space(Path(factors)) if factors else space_from_text(shipped_factors("gun"))
-    campaigns = (measured,) if isinstance(measured, str) else tuple(measured)
-    ask_target = target_of(target, tolerance)
-    with step_bar("tune", "settings", progress) as step:
-        return search_settings(
-            store, url, request, ask_target, owned, campaigns, sensor, _masses(bullet_mass), share, extrapolate, seed,
-            at_least, step,
-        )  # fmt: skip
-
-
-def search_settings(
-    store: Store,
-    url: str,
-    request: TwinRequest,
-    target: Target,
-    factors: Space,
-    measured: tuple[str, ...],
-    sensor: str | None,
-    masses: Amount | None,
-    share: float,
-    extrapolate: bool,
-    seed: int,
-    at_least: float,
-    step: Any,
-) -> TunedSettings:
-    """The search itself, of what was read. Raises as `tuning.session.session_of`."""
+def search_settings(store: Store | None, url: str, ask: Ask, step: Step) -> TunedSettings:
+    """The search for what is asked, at the lines of its target. Raises as `tuning.session.session_of`."""
     from ..models.training import models_extra
-    from ..tuning.session import Ask, session_of
+    from ..tuning.session import session_of
 
-    lined = replace(request, frequency_hz=tuple(target.lines().tolist()))
-    ask = Ask(target, lined, factors, measured, sensor, masses, share, extrapolate, seed, at_least)
+    lines = tuple(ask.target.lines().tolist())
     with models_extra():
-        session = session_of(store, url, ask)
+        session = session_of(store, url, replace(ask, request=replace(ask.request, frequency_hz=lines)))
     return TunedSettings(session.run(step), session.goal, session.notes)
 
 
-def _masses(given: Quantity | Iterable[Quantity] | None) -> Amount | None:
-    from ...twin.tune.space import Levels
+def factors_of(path: str | os.PathLike[str] | None) -> Space:
+    """What a laboratory owns: of a plan's TOML file, or the levels that ship with the software. Raises `ValueError`."""
+    from ...doe.space import read_space, shipped_factors, space_from_text
+
+    return space_from_text(shipped_factors("gun")) if path is None else read_space(Path(path))
+
+
+def masses_of(given: Quantity | Iterable[Quantity] | None, name: str) -> Amount | None:
+    """Masses that the laboratory owns: one, several ("0.2kg,0.5kg", or a list), or any between two ("0.2kg:1kg").
+
+    Raises `ValueError` that says `name`.
+    """
+    from ...twin.tune.space import Levels, Range
 
     if given is None:
         return None
-    several = isinstance(given, Iterable) and not isinstance(given, str) and not hasattr(given, "units")
+    if isinstance(given, str) and ":" in given:
+        low, high = sorted(si(end, "kg", name) for end in given.split(":", 1))
+        return Levels((low,)) if math.isclose(low, high) else Range(low, high)
+    if isinstance(given, str):
+        return Levels(tuple(si(mass, "kg", name) for mass in given.split(",")))
+    several = isinstance(given, Iterable) and not hasattr(given, "units")
     masses: Any = given if several else [given]
-    return Levels(tuple(si(mass, "kg", "bullet_mass") for mass in masses))
+    return Levels(tuple(si(mass, "kg", name) for mass in masses))

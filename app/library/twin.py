@@ -4,34 +4,38 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...twin.effects import Effect
 from ..predictions.predicting import DRAWS, NONE, Shot, predicted
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from .displays import facts_table
-from .errors import raises_library_errors
+from .errors import argument_names, raises_library_errors
 from .quantities import si
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from ...schema.session import Store
-    from ...twin.effects import Effect
+    from .diagnosis import GapDiagnosis
     from .prediction import ShotPrediction
     from .quantities import Quantity
     from .tuning import TargetLike, TunedSettings
 
     #: An effect of the catalogue: itself, its id, or "plate.damping:factor=2".
     EffectLike = Effect | str
+    #: One, several, or a diagnosis, whose likeliest cause it is.
+    EffectsLike = EffectLike | Iterable[EffectLike] | GapDiagnosis
 
 #: How an argument is called where it was given: as Python spells it, or as an option of the command line.
 Label = Callable[[str], str]
 
 
 def python_name(argument: str) -> str:
-    """Arguments are called as Python spells them."""
-    return argument
+    """Arguments are called as Python spells them; the option `--effect` is repeated, the argument takes several."""
+    return "effects" if argument == "effect" else argument
 
 
 class LaboratoryTwin:
@@ -49,7 +53,13 @@ class LaboratoryTwin:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was assumed, and what each stage rests on."""
-        return tuple(note for note in self.built.notes if note)
+        return tuple(argument_names(note) for note in self.built.notes if note)
+
+    @property
+    def rests_on(self) -> str:
+        """What the bands of its predictions rest on, in one sentence."""
+        rests_on = self.built.twin.rests_on
+        return "" if rests_on is None else rests_on.sentence
 
     @property
     def models(self) -> dict[str, str]:
@@ -86,6 +96,8 @@ class LaboratoryTwin:
         """
         from .prediction import ShotPrediction
 
+        if draws < 0:
+            raise ValueError(f"draws is {draws!r}; expected 0 (the nominal shot alone) or more")
         shot = shot_of(
             python_name,
             tank_pressure=tank_pressure,
@@ -98,42 +110,90 @@ class LaboratoryTwin:
             impact_position=impact_position,
             boundary_conditions=boundary_conditions,
             valve_profile=valve_profile,
-            factors=factors or {},
+            factors=factors,
         )
         return ShotPrediction(self.built, predicted(self.built, shot, draws=draws, seed=seed))
 
     @raises_library_errors
-    def predict_many(self, shots: pd.DataFrame, *, draws: int = DRAWS, seed: int = 0) -> pd.DataFrame:
-        """A row of predicted numbers for each row of `shots`, whose columns are the arguments of `predict`.
+    def predict_many(
+        self, shots: pd.DataFrame, *, draws: int = DRAWS, seed: int = 0, jobs: int = 1, progress: bool = True
+    ) -> pd.DataFrame:
+        """`shots` with the predicted numbers of each row beside it: mean, lower and upper end of the 90 % bands, SI.
 
-        The columns of the result are those of `shots`, then mean, lower and upper of each number.
+        The columns of `shots` are arguments of `predict` ("tank_pressure": "5 bar"), or those of a table of runs
+        ("tank_pressure_bar") or of the store's frames ("tank_pressure_pa"), as `runs.csv` and plans have them; an empty
+        cell leaves the argument out. `jobs` processes work at once. Each row is predicted as `predict` predicts it
+        alone; `.attrs["notes"]` says what was assumed.
         """
-        from .frames import with_units
-
-        rows = []
-        for arguments in shots.to_dict("records"):
-            given = {str(name): value for name, value in arguments.items() if value is not None and value == value}
-            numbers = self.predict(**given, draws=draws, seed=seed).to_frame()
-            row: dict[str, Any] = {}
-            for quantity, number in numbers.iterrows():
-                name = f"{str(quantity).replace(', ', '_').replace(' ', '_')}_{_SUFFIX[str(number['unit'])]}"
-                row |= {f"{name}_{end}": number[end] for end in ("mean", "lower", "upper")}
-            rows.append(row)
         import pandas as pd
 
-        return with_units(shots.reset_index(drop=True).join(pd.DataFrame(rows)))
+        from ...compute.crew import Crew
+        from ..predictions.batch import bench_of_rows, foretold
+        from .frames import with_units
+        from .progress import step_bar
+        from .shot_tables import shot_rows
+
+        rows = shot_rows(shots)
+        bench, rows, notes = bench_of_rows(self._store, self._url, self.request, rows, draws, seed, self.built)
+        with step_bar("predicting", "shots", progress) as step:
+            found = foretold(bench, rows, Crew(jobs=jobs), step)
+        numbers = [
+            {name: value for name, value in each.figures.items() if name not in row.labels}
+            for each, row in zip(found, rows, strict=True)
+        ]
+        table = with_units(shots.reset_index(drop=True).join(pd.DataFrame(numbers)))
+        table.attrs["notes"] = [argument_names(note) for note in notes]
+        return table
 
     @raises_library_errors
-    def tune(self, target: TargetLike, **options: Any) -> TunedSettings:
-        """Settings of the bench that give a prescribed spectrum, the best first; see `tuning.tuned_settings`.
+    def tune(
+        self,
+        target: TargetLike,
+        *,
+        tolerance: str | float | None = None,
+        measured: str | Sequence[str] = (),
+        sensor: str | None = None,
+        bullet_mass: Quantity | Iterable[Quantity] | None = None,
+        factors: str | os.PathLike[str] | None = None,
+        share: float = 1.0,
+        at_least: float = 0.5,
+        extrapolate: bool = False,
+        seed: int = 0,
+        progress: bool = True,
+    ) -> TunedSettings:
+        """Settings of the bench that give a prescribed spectrum, the best first.
 
         `target` is the path of a CSV file, a Series over the frequency in Hz (m/s2), a DataFrame with the columns
-        frequency_hz and level_m_s2 or level_g, or a pair of arrays. Options: `tolerance` ("6dB"), `measured` (campaigns
-        to learn from), `sensor`, `bullet_mass`, `factors`, `share`, `at_least`, `extrapolate`, `seed`, `progress`.
+        frequency_hz and level_m_s2 or level_g, or a pair of arrays (Hz, m/s2). `tolerance` is "6dB", "+9/-6dB" or a
+        number in dB; without one that of the target, else NASA-STD-7003's. `measured` are campaigns whose shots teach
+        the search, `bullet_mass` the masses that the laboratory owns ("0.2kg:1kg": any between them), `factors` a
+        plan's TOML file with all that it owns. A setting meets the target from the probability `at_least` on, where the
+        `share` of all lines lies within. `extrapolate` proposes settings outside of the model's domain, too.
         """
-        from .tuning import tuned_settings
+        from ..tuning.session import Ask
+        from .progress import step_bar
+        from .tuning import factors_of, masses_of, search_settings, target_of
 
-        return tuned_settings(self._store, self._url, self.request, target, **options)
+        campaigns = (measured,) if isinstance(measured, str) else tuple(measured)
+        masses = masses_of(bullet_mass, "bullet_mass")
+        wanted, owned = target_of(target, tolerance), factors_of(factors)
+        ask = Ask(wanted, self.request, owned, campaigns, sensor, masses, share, extrapolate, seed, at_least)
+        with step_bar("tune", "settings", progress) as step:
+            return search_settings(self._store, self._url, ask, step)
+
+    @raises_library_errors
+    def with_effects(self, effects: EffectsLike) -> LaboratoryTwin:
+        """The same twin with further effects, which take the place of those with the same id.
+
+        `effects` are ids ("plate.damping:factor=2"), effects of the catalogue, or a diagnosis, whose likeliest cause
+        acts then; `diagnosis.fitted` has its other fits. Raises `InvalidValueError` for a diagnosis whose likeliest
+        cause is none or unknown.
+        """
+        added = effects_of(effects, "effects")
+        own = {effect.id for effect in added}
+        others = tuple(effect for effect in self.request.effects if effect.id not in own)
+        request = replace(self.request, effects=(*others, *added))
+        return _built_twin(self._store, self._url, request)
 
     def __repr__(self) -> str:
         return f"<twin of {self._bench()}: {', '.join(f'{stage} {model}' for stage, model in self.models.items())}>"
@@ -141,16 +201,12 @@ class LaboratoryTwin:
     def _repr_html_(self) -> str:
         from html import escape
 
-        notes = "".join(f"<p>{escape(note)}</p>" for note in self.notes)
+        notes = "".join(f"<p>{escape(note)}</p>" for note in (self.rests_on, *self.notes) if note)
         return facts_table(f"twin of {self._bench()}", self.models) + notes
 
     def _bench(self) -> str:
         campaign = self.built.bench.campaign
         return f"campaign {campaign}" if campaign else "the bench that ships with the software"
-
-
-#: Unit -> end of a column's name.
-_SUFFIX = {"m/s": "m_s", "N": "n", "s": "s", "N s": "n_s", "m/s2": "m_s2"}
 
 
 def twin_request(
@@ -160,7 +216,7 @@ def twin_request(
     bench: str | os.PathLike[str] | None = None,
     modes: str | os.PathLike[str] | None = None,
     contact: str | None = None,
-    effects: Iterable[EffectLike] = (),
+    effects: EffectsLike = (),
     plate: str | None = None,
     impact_points: Sequence[tuple[float, float]] = (),
     sensors: Sequence[tuple[float, float]] = (),
@@ -171,22 +227,24 @@ def twin_request(
     coupled: bool = False,
 ) -> TwinRequest:
     """What a twin is made of. Raises `ValueError` and `LookupError` that call an argument as `label` does."""
-    from ..spectra.lines import parse_lines
-    from ..twins.effect_text import parse_effect
+    from ..spectra.lines import checked_lines, parse_lines
 
-    given = [effects] if isinstance(effects, str) else effects
-    lines = parse_lines(frequencies, label("frequencies")) if isinstance(frequencies, str) else frequencies
+    if not q > 0.5:
+        raise ValueError(f"{label('q')} is {q!r}; expected a number above 0.5")
+    name = label("frequencies")
+    given = () if frequencies is None else frequencies
+    lines = parse_lines(given, name) if isinstance(given, str) else checked_lines(given, name)
     return TwinRequest(
         campaign=campaign,
         modes=None if modes is None else Path(modes),
         bench=None if bench is None else Path(bench),
         contact=contact,
-        effects=tuple(parse_effect(effect, label("effect")) if isinstance(effect, str) else effect for effect in given),
+        effects=effects_of(effects, label("effect")),
         impact_points=tuple(impact_points),
         sensors=tuple(sensors),
         plate=plate,
         q=q,
-        frequency_hz=() if lines is None else tuple(float(line) for line in lines),
+        frequency_hz=tuple(lines.tolist()),
         adopted=adopted,
         chain_height_m=si(chain_height, "m", label("chain_height")),
         coupled=coupled,
@@ -196,17 +254,17 @@ def twin_request(
 def shot_of(
     label: Label,
     *,
-    tank_pressure: Quantity | None,
-    velocity: Quantity | None,
-    bullet_mass: Quantity | None,
-    tip: str,
-    tip_radius: Quantity,
-    anvil: str,
-    insulator: str,
-    impact_position: str,
-    boundary_conditions: str | None,
-    valve_profile: str | None,
-    factors: Mapping[str, float | str],
+    tank_pressure: Quantity | None = None,
+    velocity: Quantity | None = None,
+    bullet_mass: Quantity | None = None,
+    tip: str = "steel",
+    tip_radius: Quantity = 0.045,
+    anvil: str = NONE,
+    insulator: str = NONE,
+    impact_position: str = "#1",
+    boundary_conditions: str | None = None,
+    valve_profile: str | None = None,
+    factors: Mapping[str, float | str] | None = None,
 ) -> Shot:
     """A shot in SI. Raises `ValueError` that calls an argument as `label` does."""
 
@@ -225,7 +283,7 @@ def shot_of(
         insulator=insulator,
         impact_position=impact_position,
         boundary_conditions=boundary_conditions,
-        factors=dict(factors),
+        factors=dict(factors or {}),
         valve_profile=_profile(valve_profile),
     )
 
@@ -239,20 +297,69 @@ def _profile(text: str | None) -> str | None:
     return str(ValveProfile.parse(text) if ":" in text and not Path(text).exists() else ValveProfile.read(Path(text)))
 
 
-#: Models registered beside the command line's default store answer there, too.
-_NO_STORE = "sqlite:///pyroshock.db"
+def effects_of(given: EffectsLike, name: str) -> tuple[Effect, ...]:
+    """Effects as objects. Raises as `parse_effect`, and `ValueError` for a diagnosis that names no effect."""
+    from ..twins.effect_text import parse_effect
+    from .diagnosis import GapDiagnosis
+
+    if isinstance(given, GapDiagnosis):
+        verdict = given.verdict
+        if not verdict.first.fitted:
+            first, fits = " or ".join(verdict.first.effects), ", ".join(given.fitted) or "nothing"
+            raise ValueError(
+                f"the likeliest cause in the diagnosis of {verdict.campaign} is {first}, which has no effect to add; "
+                f"its attribute `fitted` has: {fits}"
+            )
+        return verdict.first.fitted
+    listed = [given] if isinstance(given, str | Effect) else given
+    return tuple(parse_effect(effect, name) if isinstance(effect, str) else effect for effect in listed)
 
 
 @raises_library_errors
-def shipped_twin(**arguments: Any) -> LaboratoryTwin:
-    """The twin of the bench that ships with the software, without a store. Arguments as `ExperimentStore.twin`."""
-    return laboratory_twin(None, _NO_STORE, **arguments)
+def shipped_twin(
+    *,
+    bench: str | os.PathLike[str] | None = None,
+    modes: str | os.PathLike[str] | None = None,
+    contact: str | None = None,
+    effects: EffectsLike = (),
+    plate: str | None = None,
+    impact_points: Sequence[tuple[float, float]] = (),
+    sensors: Sequence[tuple[float, float]] = (),
+    q: float = 10.0,
+    frequencies: str | Sequence[float] | None = None,
+    chain_height: Quantity = 0.0,
+    coupled: bool = False,
+) -> LaboratoryTwin:
+    """The twin of the bench that ships with the software, without a store. Arguments as `ExperimentStore.twin`.
+
+    Solved plates are kept below the current folder, as `pyroshock predict` keeps them.
+    """
+    from ..default_store import DEFAULT_DB
+
+    return laboratory_twin(
+        None,
+        DEFAULT_DB,
+        bench=bench,
+        modes=modes,
+        contact=contact,
+        effects=effects,
+        plate=plate,
+        impact_points=impact_points,
+        sensors=sensors,
+        q=q,
+        frequencies=frequencies,
+        chain_height=chain_height,
+        coupled=coupled,
+    )
 
 
 def laboratory_twin(store: Store | None, url: str, **arguments: Any) -> LaboratoryTwin:
     """The twin of a campaign's bench. `arguments` are those of `twin_request`. Raises as `building.twin_of`."""
+    return _built_twin(store, url, twin_request(python_name, **arguments))
+
+
+def _built_twin(store: Store | None, url: str, request: TwinRequest) -> LaboratoryTwin:
     from ..models.training import models_extra
 
-    request = twin_request(python_name, **arguments)
     with models_extra():
         return LaboratoryTwin(twin_of(store, url, request), store, url, request)

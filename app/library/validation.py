@@ -35,19 +35,32 @@ class TwinValidation:
 
     def to_frame(self) -> pd.DataFrame:
         """A quantity in each row: shots, shares inside the 50 % and 90 % bands, errors (natural logarithms or dB)."""
-        rows = []
+        rows: list[dict[str, Any]] = []
         for row in self.to_json()["quantities"]:
-            low, high = row.pop("coverage90_ci95")
-            rows.append({**row, "coverage90_low": low, "coverage90_high": high})
+            rows.append({name: value for name, value in row.items() if not isinstance(value, list)})
+            for band in ("coverage50", "coverage90"):
+                rows[-1][f"{band}_low"], rows[-1][f"{band}_high"] = row[f"{band}_ci95"]
         return frame_of(rows).set_index("name")
 
-    def shots(self) -> pd.DataFrame:
-        """A measured shot and quantity in each row, beside its prediction."""
-        return frame_of(self.to_json()["shots"])
+    @property
+    def scores(self) -> pd.DataFrame:
+        """As `to_frame`."""
+        return self.to_frame()
 
-    def failures(self) -> list[str]:
+    @property
+    def shots(self) -> pd.DataFrame:
+        """A measured shot and quantity in each row: measured and predicted value, 90 % band (SI), rank among draws."""
+        rows = (
+            {"shot": shot["shot"], "configuration": shot["configuration"], "quantity": name, **values}
+            for shot in self.to_json()["shots"]
+            for name, values in shot["quantities"].items()
+        )
+        return frame_of(rows, ("shot", "configuration", "quantity", "measured", "predicted", "low90", "high90", "rank"))
+
+    @property
+    def failures(self) -> tuple[str, ...]:
         """Where the predictions fail, in sentences."""
-        return [failure["sentence"] for failure in self.to_json()["failures"]]
+        return tuple(failure.sentence for failure in self.validation.failures)
 
     def to_json(self) -> dict[str, Any]:
         """As `pyroshock validate --json` prints it."""

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...compute.crew import Crew
 from ...compute.mapping import mapped
 from ..export import write_batches
+from ..twins.building import BuiltTwin, TwinRequest, twin_of
+from .given_factors import store_factors
 from .predicting import predicted
-from .rows import ShotRow
+from .rows import ShotRow, assumed, with_factors
 from .warnings import extrapolation_text, extrapolations
 
 if TYPE_CHECKING:
+    from ...schema.session import Store
     from ...twin.prediction import Prediction
     from ...twin.strikes import Outside
-    from ..twins.building import BuiltTwin
 
 Row = dict[str, Any]
 Step = Callable[[int, int, str], None]
@@ -39,6 +41,33 @@ class Bench:
     twins: Mapping[tuple[str | None, float], BuiltTwin]
     draws: int
     seed: int
+
+
+def bench_of_rows(
+    store: Store | None,
+    db: str,
+    request: TwinRequest,
+    rows: Sequence[ShotRow],
+    draws: int,
+    seed: int,
+    built: BuiltTwin | None = None,
+) -> tuple[Bench, list[ShotRow], tuple[str, ...]]:
+    """What `foretold` takes for rows of a table: the twin of each plate (`request.plate`, where it is given, is every
+    row's), the rows with the factors that the contact model asks for; and what was assumed, for the user.
+
+    `built` is the twin of `request` where it is there already.
+
+    Raises as `twins.building.twin_of` and `rows.with_factors`.
+    """
+    twins: dict[tuple[str | None, float], BuiltTwin] = {}
+    for plate, height in dict.fromkeys(row.twin for row in rows):
+        own = replace(request, plate=request.plate or plate, chain_height_m=height)
+        twins[plate, height] = built if built is not None and own == request else twin_of(store, db, own)
+    mass = next(iter(twins.values())).bench.impactor_mass_kg
+    notes = (*assumed(rows, mass), *(note for built in twins.values() for note in built.notes))
+    of_store = store_factors(store)
+    rows = [with_factors(row, twins[row.twin], of_store) for row in rows]
+    return Bench(twins, draws, seed), rows, tuple(dict.fromkeys(notes))
 
 
 def foretold(bench: Bench, rows: Sequence[ShotRow], crew: Crew, step: Step) -> list[Foretold]:

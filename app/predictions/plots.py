@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -22,13 +23,17 @@ def plot_prediction(prediction: Prediction, path: Path) -> None:
     figure = new_figure(8, 8 if prediction.sensors else 3)
     words = " ".join((prediction.rests_on.sentence, *warnings(prediction))).strip()
     figure.suptitle(fill(words, 110), fontsize="small", x=0.02, ha="left")
-    rows = figure.subplots(3 if prediction.sensors else 1, squeeze=False)[:, 0]
+    draw_prediction(list(figure.subplots(3 if prediction.sensors else 1, squeeze=False)[:, 0]), prediction)
+    save(figure, path)
+
+
+def draw_prediction(rows: Sequence[Any], prediction: Prediction) -> None:
+    """Force, accelerations and spectra with their bands on three axes; on one, the force alone."""
     _band(rows[0], prediction.time_s * 1e3, prediction.force_n, "force", MEASURED, 1e-3)
     rows[0].set(xlabel="time since first contact (ms)", ylabel="force (kN)")
     for axes, draw in zip(rows[1:], (_accelerations, _spectra), strict=False):
         draw(axes, prediction)
         axes.legend(frameon=False)
-    save(figure, path)
 
 
 def _accelerations(axes: Any, prediction: Prediction) -> None:

@@ -58,12 +58,12 @@ class ShotRow:
 
 def rows_of_plan(store: Store, plan: str) -> list[ShotRow]:
     """The runs of a plan that are not discarded. Raises as `rows_of`, and `ValueError` as `rows_of_table`."""
-    return _shots(rows_of(store, plan)[1], f"plan {plan!r}")
+    return rows_of_table(rows_of(store, plan)[1], f"plan {plan!r}")
 
 
 def rows_of_file(path: Path) -> list[ShotRow]:
     """A CSV table with the columns of `runs.csv`. Raises `IngestError`, `OSError`, `ValueError`."""
-    return _shots([row for _, row in read_table(path, path.name)[1]], path.name)
+    return rows_of_table([row for _, row in read_table(path, path.name)[1]], path.name)
 
 
 def assumed(rows: Sequence[ShotRow], impactor_mass_kg: float) -> list[str]:
@@ -95,7 +95,12 @@ def with_factors(row: ShotRow, built: BuiltTwin, of_store: Collection[str]) -> S
     return replace(row, shot=replace(row.shot, factors=used))
 
 
-def _shots(rows: Sequence[Mapping[str, str]], name: str) -> list[ShotRow]:
+def rows_of_table(rows: Sequence[Mapping[str, str]], name: str) -> list[ShotRow]:
+    """Rows with the columns of `runs.csv`; an empty cell says nothing. `name` is the table's, for errors.
+
+    Raises `ValueError` for a table without rows, for a row with both pressure and velocity or neither, and for a cell
+    that is no number.
+    """
     if not rows:
         raise ValueError(f"{name} has no row to predict")
     return [_shot(row, f"{name}, run {row.get('run', number)}") for number, row in enumerate(rows, 1)]

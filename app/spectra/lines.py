@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ...signals.srs.grid import octave_grid
 
@@ -23,6 +23,12 @@ def parse_lines(text: str, name: str) -> NDArray[np.float64]:
         raise ValueError(
             f"{name} is {text!r}{said}; expected Hz as 100,200,500 or low:high:per_octave as 100:10000:6"
         ) from error
-    if not np.all(np.isfinite(lines) & (lines > 0)):
-        raise ValueError(f"{name} is {text!r}; expected positive numbers, in Hz")
-    return np.unique(lines)
+    return checked_lines(lines, name)
+
+
+def checked_lines(lines: ArrayLike, name: str) -> NDArray[np.float64]:
+    """The lines in Hz, rising, each once. Raises `ValueError` that says `name` for what is not positive."""
+    values = np.asarray(lines, dtype=np.float64)
+    if values.ndim != 1 or not np.all(np.isfinite(values) & (values > 0)):
+        raise ValueError(f"{name} is {values.tolist()}; expected positive numbers, in Hz")
+    return np.unique(values)

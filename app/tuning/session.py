@@ -42,6 +42,11 @@ class Ask:
     seed: int = 0
     at_least: float = AT_LEAST
 
+    def __post_init__(self) -> None:
+        for name in ("share", "at_least"):
+            if not 0 < getattr(self, name) <= 1:
+                raise ValueError(f"{name} is {getattr(self, name)!r}; expected a number above 0, up to 1")
+
 
 @dataclass(frozen=True, eq=False)
 class TuningSession:
@@ -72,7 +77,7 @@ class TuningSession:
         )
 
 
-def session_of(store: Store, db: str, ask: Ask) -> TuningSession:
+def session_of(store: Store | None, db: str, ask: Ask) -> TuningSession:
     """Raises `LookupError` and `ValueError` for what there is not, in one line."""
     built = _without_double_counting(twin_of(store, db, ask.request), ask.measured)
     if not built.bench.has_gun:
@@ -107,9 +112,14 @@ def _without_double_counting(built: BuiltTwin, measured: Sequence[str]) -> Built
     return replace(built, twin=replace(built.twin, calibration=None))
 
 
-def _measured(store: Store, built: BuiltTwin, ask: Ask) -> tuple[Measured, list[str]]:
-    """Of all campaigns named, and what was left out of each."""
-    together, notes = Measured(), []
+def _measured(store: Store | None, built: BuiltTwin, ask: Ask) -> tuple[Measured, list[str]]:
+    """Of all campaigns named, and what was left out of each. Raises `LookupError` for a campaign without a store."""
+    together = Measured()
+    notes: list[str] = []
+    if store is None:
+        if ask.measured:
+            raise LookupError(f"no campaign {ask.measured[0]!r}: there is no store")
+        return together, notes
     sensor = ask.sensor or built.twin.sensor_names[0]
     with store.reading() as session:
         for name in ask.measured:

@@ -59,7 +59,12 @@ def test_a_typed_project_passes_mypy_strict(tmp_path):
                     decision = store.promote(runs.labels[0], reason="first")
                     assert decision.promoted and len(spectrum) > 0
                     shot = store.twin(campaign=report.campaign).predict(tank_pressure="5 bar", bullet_mass=0.5)
-                    print(float(shot.velocity), shot.force.to_frame(), store.diagnose(report.campaign).effects)
+                    print(float(shot.velocity), shot.force.to_frame(), shot.srs.mean.max())
+                    diagnosis = store.diagnose(report.campaign)
+                    twin = store.twin(campaign=report.campaign).with_effects(diagnosis)
+                    tuned = twin.tune("spec.csv", tolerance="6 dB", bullet_mass=[0.5])
+                    print(tuned.to_frame(), diagnosis.effects, twin.predict_many(steel, jobs=2).attrs["units"])
+                    print(store.validate(report.campaign).scores, store.adopt(diagnosis).version)
                     return steel
 
 

@@ -1,0 +1,133 @@
+"""Diagnosis from Python: the report of `pyroshock diagnose --json` as frames, and its effects in the twin."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pyroshock as ps
+import pytest
+from pyroshock.app.diagnoses import diagnosing
+from pyroshock.app.library.diagnosis import GapDiagnosis
+from pyroshock.app.twins import building as twins
+from pyroshock.diagnosis.verdict import Cause, EffectShare, PathStep, Unexplained, Verdict
+from support.records import verdicts
+from support.records.campaigns import gun_campaign
+from support.records.twin_parts import unsolved
+from support.stores.stores import ingested, pyroshock
+
+
+@pytest.fixture(scope="module")
+def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A store with the gun campaign "spring"."""
+    place = tmp_path_factory.mktemp("filled")
+    ingested(f"sqlite:///{place / 'lab.db'}", gun_campaign(place / "folder", name="spring"))
+    return place
+
+
+@pytest.fixture
+def store(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ps.ExperimentStore]:
+    """A copy of the store; every diagnosis is a made-up one."""
+    import shutil
+
+    import matplotlib
+    import matplotlib.pyplot as plt
+
+    matplotlib.use("agg")
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    monkeypatch.setattr(twins, "solved", unsolved)
+    monkeypatch.setattr(diagnosing, "diagnosed", lambda store, db, asked, progress=None: made_up())
+    shutil.copy(filled / "lab.db", tmp_path)
+    with ps.open(tmp_path / "lab.db", create=False) as store:
+        yield store
+    plt.close("all")
+
+
+def made_up() -> Verdict:
+    return verdicts.verdict(
+        effects=(
+            EffectShare("contact.layer_compliance", 0.98, 0.9, (0.8, 0.95), 0.9, 1, named=True),
+            EffectShare("gun.valve_flow", 0.1, 0.05, (0.0, 0.1), 0.0),
+        ),
+        unexplained=Unexplained(0.05, (0.0, 0.1)),
+        path=(PathStep("contact.layer_compliance", 0.011, 0.94),),
+    )
+
+
+@pytest.fixture
+def report(store: ps.ExperimentStore) -> GapDiagnosis:
+    return store.diagnose("spring", progress=False)
+
+
+def test_report_is_that_of_the_command_line(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
+    result = pyroshock("diagnose", "spring", "--db", store.url, "--json")
+    assert report.to_json() == json.loads(result.stdout)
+    assert report.gap == report.to_json()["gap"]
+
+
+def test_parts_are_frames(report: GapDiagnosis) -> None:
+    effects = report.effects
+    assert effects["effect"].tolist() == ["contact.layer_compliance", "gun.valve_flow"]
+    assert effects.loc[0, ["probability", "share", "share_low", "share_high"]].tolist() == [0.98, 0.9, 0.8, 0.95]
+    assert report.stages["share"].tolist() == [0.97, 0.03]
+    assert report.path["fraction"].tolist() == [0.94] and report.fraction == 0.94
+    assert report.shrinkage["after"].tolist() == [0.011, 0.02]
+    assert report.causes["probability"].sum() == pytest.approx(1.0)
+    assert report.sentence.startswith("The model error is 4.1 times the tolerance")
+    assert report.sentence in report._repr_html_()
+    assert report.fitted["contact.layer_compliance"] == (verdicts.LAYER,)
+
+
+def test_fraction_without_a_path_is_that_of_the_cause() -> None:
+    assert GapDiagnosis(verdicts.verdict()).fraction == 0.94
+    assert GapDiagnosis(verdicts.verdict(shrinkage=())).fraction is None
+
+
+def test_plot_names_effects_and_axis(report: GapDiagnosis) -> None:
+    axes = report.plot()
+    assert {label.get_text() for label in axes.get_yticklabels()} == set(report.effects["effect"])
+    assert axes.get_xlabel().startswith("share of the squared gap")
+
+
+def test_diagnosis_is_kept_and_read_back(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
+    table = store.diagnoses(campaign="spring")
+    assert table["id"].tolist() == [report.number] and not table["restricted"].any()
+    assert report.number is not None
+    assert store.diagnosis(report.number).to_json() == report.to_json()
+    with pytest.raises(ps.NotFoundError, match="no diagnosis 99"):
+        store.diagnosis(99)
+
+
+def test_diagnosed_effect_acts_in_the_twin(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
+    nominal = store.twin(campaign="spring", contact="hertz", frequencies="200:400:3")
+    soft = nominal.with_effects(report)
+    also = store.twin(campaign="spring", contact="hertz", frequencies="200:400:3", effects=report)
+    peaks = [twin.predict(velocity=5.0, draws=0).peak_force.mean for twin in (nominal, soft, also)]
+    assert peaks[1] == peaks[2] < peaks[0]  # a compliant layer below the tip
+    assert soft.request.effects == report.fitted["contact.layer_compliance"]
+
+
+def test_adopted_effect_acts_from_now_on(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
+    before = store.twin(campaign="spring", contact="hertz", frequencies="200:400:3")
+    adopted = store.adopt(report, effect="contact.layer_compliance")
+    assert adopted.version is not None and adopted.version.version == 1
+    after = store.twin(campaign="spring", contact="hertz", frequencies="200:400:3")
+    without = store.twin(campaign="spring", contact="hertz", frequencies="200:400:3", adopted=False)
+    peaks = [twin.predict(velocity=5.0, draws=0).peak_force.mean for twin in (before, after, without)]
+    assert peaks[1] < peaks[0] == peaks[2]
+    assert store.diagnoses()["adopted"].tolist() == ["version 1: contact.layer_compliance"]
+
+
+def test_what_cannot_be_adopted_is_refused(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
+    with pytest.raises(ps.NotFoundError, match=r"no fit of 'gun\.blow_by'; it has: contact"):
+        store.adopt(report, effect="gun.blow_by")
+    with pytest.raises(ps.InvalidValueError, match="ingest it"):
+        store.adopt(replace(report, number=None))
+
+
+def test_diagnosis_without_an_effect_adds_none(store: ps.ExperimentStore, report: GapDiagnosis) -> None:
+    unknown = replace(report, verdict=verdicts.verdict(causes=(Cause(("unknown",), 1.0),)))
+    with pytest.raises(ps.InvalidValueError, match="is unknown, which has no effect to add"):
+        store.twin(campaign="spring", frequencies="200:400:3", effects=unknown)

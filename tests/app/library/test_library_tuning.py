@@ -1,0 +1,111 @@
+"""Settings for a spectrum from Python: the verdict first, targets in every form, and errors by argument."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import pint
+import pyroshock as ps
+import pytest
+from pyroshock.app.library.tuning import TunedSettings, masses_of, target_of
+from pyroshock.app.tuning.laboratory import proposal_json
+from pyroshock.app.tuning.session import Ask, session_of
+from pyroshock.app.twins import building as twins
+from pyroshock.app.twins.building import TwinRequest
+from pyroshock.doe.space import read_space, shipped_factors
+from pyroshock.twin.tune.space import Levels, Range
+from support.records.twin_parts import unsolved
+from support.stores.stores import opened
+
+SPEC = "frequency_hz,level_m_s2\n200,200\n800,3000\n"
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An empty store, a target, and a laboratory that owns two tips and two radii."""
+    folder = tmp_path_factory.mktemp("lab")
+    with opened(f"sqlite:///{folder / 'lab.db'}", create=True):
+        pass
+    (folder / "spec.csv").write_text(SPEC)
+    text = shipped_factors("gun").replace('levels = ["PLA", "aluminum", "steel"]', 'levels = ["PLA", "steel"]')
+    (folder / "own.toml").write_text(text.replace("levels = [30, 45, 60]", "levels = [30, 60]"))
+    return folder
+
+
+@pytest.fixture
+def store(lab: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ps.ExperimentStore]:
+    import matplotlib
+    import matplotlib.pyplot as plt
+
+    matplotlib.use("agg")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MLFLOW_TRACKING_URI", raising=False)
+    monkeypatch.setattr(twins, "solved", partial(unsolved, points=1))
+    with ps.open(lab / "lab.db", create=False) as store:
+        yield store
+    plt.close("all")
+
+
+@pytest.fixture
+def tuned(store: ps.ExperimentStore, lab: Path) -> TunedSettings:
+    twin = store.twin(contact="hertz")
+    return twin.tune(lab / "spec.csv", tolerance=20, factors=lab / "own.toml", at_least=0.01, progress=False)
+
+
+def test_settings_are_those_of_the_service(tuned: TunedSettings, store: ps.ExperimentStore, lab: Path) -> None:
+    target = target_of(lab / "spec.csv", "20dB")
+    request = TwinRequest(contact="hertz", frequency_hz=tuple(target.lines().tolist()))
+    session = session_of(store.store, store.url, Ask(target, request, read_space(lab / "own.toml"), at_least=0.01))
+    expected = session.run()
+    assert tuned.to_json() == [proposal_json(each, rank) for rank, each in enumerate(expected.proposals[:10], 1)]
+    assert tuned.sentence == expected.attainability.sentence
+    assert tuned.attainable and tuned.probability == expected.proposals[0].probability_met
+
+    table = tuned.to_frame()
+    assert table["rank"].tolist() == list(range(1, len(table) + 1))
+    assert table["probability_within"].tolist() == [row["probability_within"] for row in tuned.to_json()]
+    assert table.attrs["units"]["tank_pressure_pa"] == "Pa"
+    assert len(tuned.alternatives) == table["alternatives"].sum()
+    assert tuned._repr_html_().startswith(f"<p><b>{tuned.sentence}")
+
+    spectra = tuned.spectra
+    assert spectra.loc[200.0, "target"] == pytest.approx(200.0)
+    assert spectra.loc[200.0, "tolerance_upper"] == pytest.approx(2000.0)
+    assert spectra["expected_1"].tolist() == pytest.approx(tuned.to_json()[0]["expected_m_s2"])
+    axes = tuned.plot()
+    assert axes.get_xlabel() == "natural frequency (Hz)" and "m/s" in axes.get_ylabel()
+
+
+def test_masses_are_one_several_or_a_range() -> None:
+    half = pint.UnitRegistry().Quantity(500, "g")
+    for one in (0.5, "0.5 kg", "0.5kg:0.5kg", half):
+        assert masses_of(one, "bullet_mass") == Levels((0.5,))
+    for several in ("0.2kg,0.5kg", [0.2, half]):
+        assert masses_of(several, "bullet_mass") == Levels((0.2, 0.5))
+    assert masses_of("1kg:0.2kg", "bullet_mass") == Range(0.2, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"share": 0.0}, "share is 0.0; expected"),
+        ({"at_least": 1.5}, "at_least is 1.5; expected"),
+        ({"bullet_mass": "5 bar"}, "bullet_mass is '5 bar'"),
+        ({"tolerance": "6"}, "tolerance is '6'"),
+        ({"sensor": "nose"}, "no sensor 'nose'"),
+        ({"measured": "autumn"}, "autumn"),
+    ],
+)
+def test_error_names_the_argument(
+    store: ps.ExperimentStore, lab: Path, options: dict[str, object], message: str
+) -> None:
+    with pytest.raises(ps.PyroshockError) as caught:
+        store.twin(contact="hertz").tune(lab / "spec.csv", progress=False, **options)  # type: ignore[arg-type]
+    assert message in str(caught.value)
+
+
+def test_shipped_twin_has_no_campaign_to_learn_from(store: ps.ExperimentStore, lab: Path) -> None:
+    with pytest.raises(ps.NotFoundError, match="no campaign 'spring': there is no store"):
+        ps.shipped_twin(contact="hertz").tune(lab / "spec.csv", measured="spring", progress=False)

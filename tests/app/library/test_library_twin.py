@@ -1,0 +1,260 @@
+"""The twin from Python: what `pyroshock predict --json` says, with units, tables and plots."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pandas as pd
+import pyroshock as ps
+import pytest
+from click.testing import CliRunner
+from pyroshock.app.cli.predict import predict
+from pyroshock.app.demo import ingest_examples
+from pyroshock.app.library.errors import argument_names
+from pyroshock.app.library.prediction import ShotPrediction
+from pyroshock.app.library.twin import LaboratoryTwin
+from pyroshock.app.twins import building as twins
+from support.records.twin_parts import unsolved
+from support.stores.stores import opened
+
+LINES = "200:4000:3"
+SHOT = {"tank_pressure": "0.5 bar", "bullet_mass": "0.5 kg", "tip": "steel"}
+FEW = 8
+
+
+@pytest.fixture(scope="module")
+def url(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A store with the five shots that ship with the software."""
+    url = f"sqlite:///{tmp_path_factory.mktemp('lab') / 'lab.db'}"
+    with opened(url, create=True) as store:
+        ingest_examples(store)
+    return url
+
+
+@pytest.fixture(autouse=True)
+def quick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Plates need no solution, no figure opens a window, and none stays."""
+    import matplotlib.pyplot as plt
+
+    monkeypatch.chdir(tmp_path)
+    for name in ("MLFLOW_TRACKING_URI", "PYROSHOCK_DB"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(twins, "solved", unsolved)
+    matplotlib.use("agg")
+    yield
+    plt.close("all")
+
+
+@pytest.fixture
+def store(url: str) -> Iterator[ps.ExperimentStore]:
+    with ps.open(url, create=False) as store:
+        yield store
+
+
+@pytest.fixture
+def twin(store: ps.ExperimentStore) -> LaboratoryTwin:
+    return store.twin(campaign="first-shots", frequencies=LINES)
+
+
+@pytest.fixture
+def shot(twin: LaboratoryTwin) -> ShotPrediction:
+    return twin.predict(tank_pressure="0.5 bar", bullet_mass="0.5 kg", draws=FEW)
+
+
+def printed(*words: str) -> dict:  # JSON
+    result = CliRunner().invoke(predict, [*words, "--frequencies", LINES, "--draws", str(FEW), "--json"])
+    assert result.exit_code == 0, result.stderr
+    return json.loads(result.stdout)
+
+
+def test_twin_without_a_store_is_that_of_the_command_line() -> None:
+    twin = ps.shipped_twin(frequencies=LINES, effects="plate.damping:factor=2")
+    found = twin.predict(velocity="8 m/s", tip="delrin", draws=FEW).to_json()
+    assert found == printed("--velocity", "8m/s", "--tip", "delrin", "--effect", "plate.damping:factor=2")
+
+
+def test_coupled_twin_at_given_places_is_that_of_the_command_line() -> None:
+    twin = ps.shipped_twin(frequencies=LINES, contact="hertz", coupled=True, sensors=[(0.3, 0.3), (0.6, 0.3)], q=25)
+    words = ("--contact", "hertz", "--coupled", "--sensor-at", "0.3,0.3", "--sensor-at", "0.6,0.3", "--q", "25")
+    assert twin.predict(velocity=2.0, draws=FEW).to_json() == printed("--velocity", "2m/s", *words)
+
+
+def test_numbers_have_bands_and_units(shot: ShotPrediction) -> None:
+    units = {"velocity": "m/s", "peak_force": "N", "contact_time": "s", "compression_time": "s", "impulse": "N s"}
+    for name, unit in units.items():
+        number = getattr(shot, name)
+        assert number.unit == unit and number.ci90 == (number.lower, number.upper)
+        assert number.lower <= float(number) <= number.upper
+        assert unit in repr(number)
+    frame = shot.to_frame()
+    assert frame.loc["velocity", ["mean", "unit"]].tolist() == [float(shot.velocity), "m/s"]
+
+
+def test_series_are_frames_with_units(shot: ShotPrediction) -> None:
+    told = shot.to_json()
+    frame = shot.srs["acceleration_1"].to_frame()
+    assert frame["mean"].tolist() == told["srs"]["acceleration_1"]["mean"]
+    assert frame.index.tolist() == told["srs"]["frequency_hz"]
+    assert frame.attrs["units"] == {"frequency_hz": "Hz", "mean": "m/s2", "lower": "m/s2", "upper": "m/s2"}
+    assert shot.force.to_frame()["upper"].tolist() == told["force"]["upper"]
+    both = shot.srs.to_frame()
+    assert list(both.columns.get_level_values("sensor").unique()) == list(shot.srs)
+    np.testing.assert_array_equal(shot.srs.mean, frame["mean"])
+
+
+def test_plots_name_their_axes_with_units(shot: ShotPrediction) -> None:
+    spectrum, force = shot.srs.plot(), shot.force.plot()
+    assert (spectrum.get_xscale(), spectrum.get_yscale()) == ("log", "log")
+    assert spectrum.get_xlabel() == "frequency (Hz)" and spectrum.get_ylabel() == "maximax SRS (m/s2)"
+    assert len(spectrum.collections) == len(shot.srs)  # the bands
+    assert force.get_xlabel() == "time (s)" and force.get_ylabel() == "force (N)"
+    panel = shot.plot()
+    assert [axes.get_ylabel().rpartition(" ")[2] for axes in panel] == ["(kN)", "(m/s2)", "(m/s2)"]
+
+
+def test_axes_that_are_given_are_drawn_on(shot: ShotPrediction) -> None:
+    import matplotlib.pyplot as plt
+
+    axes = plt.figure().subplots()
+    count = len(plt.get_fignums())
+    assert shot.srs["acceleration_2"].plot(axes) is axes and shot.velocity.plot(axes) is axes
+    assert len(plt.get_fignums()) == count
+
+
+def test_notebook_shows_numbers_and_what_they_rest_on(twin: LaboratoryTwin, shot: ShotPrediction) -> None:
+    assert "peak force" in shot._repr_html_() and shot.rests_on in shot._repr_html_()
+    assert "first-shots" in twin._repr_html_() and twin.models["contact"] in twin._repr_html_()
+    assert twin.rests_on == shot.rests_on
+
+
+def test_shot_beyond_the_measured_ones_is_told(twin: LaboratoryTwin) -> None:
+    found = twin.predict(tank_pressure="7 bar", bullet_mass="0.5 kg", draws=FEW)
+    row = found.extrapolation.set_index("quantity").loc["tank_pressure_pa"]
+    assert row["asked"] == 7e5 and row["high"] < 7e5
+    assert any("Tank pressure 7 bar is beyond" in line for line in found.warnings)
+
+
+ROWS = pd.DataFrame(
+    {"run": [1, 2, 3], "tip": ["steel", "aluminum", "PLA"], "tank_pressure": ["0.5 bar", 1e5, None],
+     "velocity": [None, None, "3 m/s"], "bullet_mass": [0.5, 1.0, 0.5]}
+)  # fmt: skip
+
+
+def test_many_shots_are_each_as_alone(twin: LaboratoryTwin) -> None:
+    found = twin.predict_many(ROWS, draws=FEW, progress=False)
+    assert found["tip"].tolist() == ROWS["tip"].tolist()
+    for row, arguments in zip(
+        found.to_dict("records"),
+        ({"tank_pressure": "0.5 bar"}, {"tank_pressure": 1e5, "tip": "aluminum", "bullet_mass": 1.0},
+         {"velocity": 3.0, "tip": "PLA"}),
+        strict=True,
+    ):  # fmt: skip
+        alone = twin.predict(**{"bullet_mass": 0.5, **arguments}, draws=FEW)  # type: ignore[arg-type]
+        assert row["predicted_peak_force_n"] == alone.peak_force.mean
+        assert row["predicted_velocity_m_s_high"] == alone.velocity.upper
+    assert found.attrs["units"]["predicted_peak_force_n"] == "N"
+
+
+def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(url: str, twin: LaboratoryTwin) -> None:
+    table = pd.DataFrame({"run": [1, 2], "tank_pressure_bar": [0.5, 1.0], "bullet_mass_kg": [0.5, 1.0]})
+    table.assign(tip_material="steel", tip_radius_mm=45).to_csv("shots.csv", index=False)
+    result = CliRunner().invoke(
+        predict,
+        ["--shots", "shots.csv", "--campaign", "first-shots", "--db", url, "--out", "out.csv", "--draws", str(FEW),
+         "--frequencies", LINES],
+    )  # fmt: skip
+    assert result.exit_code == 0, result.stderr
+    found, printed_table = twin.predict_many(table, draws=FEW, progress=False), pd.read_csv("out.csv")
+    columns = [name for name in printed_table if name.startswith("predicted_")]
+    assert columns and (found[columns] == printed_table[columns]).all(axis=None)
+    assert "no column tip_material: steel" in found.attrs["notes"]
+    in_si = pd.DataFrame({"tank_pressure_pa": [5e4, 1e5], "bullet_mass_kg": [0.5, 1.0], "tip_radius_m": 0.045})
+    assert (twin.predict_many(in_si, draws=FEW, progress=False)[columns] == found[columns]).all(axis=None)
+
+
+def test_effect_is_added_and_replaced(twin: LaboratoryTwin) -> None:
+    nominal = twin.predict(velocity=8.0, draws=0)
+    damped = twin.with_effects("plate.damping:factor=10")
+    twice = damped.with_effects(["plate.damping:factor=2"])
+    assert damped.predict(velocity=8.0, draws=0).srs.mean.sum() < nominal.srs.mean.sum()
+    assert [effect.as_json()["factor"] for effect in twice.request.effects] == [2.0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"tank_pressure": "5 kg"}, "tank_pressure is '5 kg'; expected a unit such as 'Pa'"),
+        ({"tank_pressure": "5"}, "tank_pressure is '5'; expected a number with a unit"),
+        ({"tank_pressure": 1e5, "velocity": 2.0}, "velocity and tank_pressure: expected one of them"),
+        ({"tip": "cheese"}, "no material 'cheese'; there are: "),
+        ({"draws": -1}, "draws is -1; expected 0"),
+        ({"factors": {"colour": "red"}}, "colour = red: no stage of this twin uses it; the contact is the law"),
+    ],
+)
+def test_error_names_the_argument(twin: LaboratoryTwin, arguments: dict[str, object], message: str) -> None:
+    with pytest.raises(ps.PyroshockError) as caught:
+        twin.predict(**arguments)  # type: ignore[arg-type]
+    assert message in str(caught.value) and "--" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"q": 0.5}, "q is 0.5; expected"),
+        ({"frequencies": [100.0, -1.0]}, "frequencies is [100.0, -1.0]; expected positive numbers"),
+        ({"effects": "plate.damping:factor=much"}, "effects 'plate.damping:factor=much'"),
+        ({"coupled": True, "contact": "hann"}, "coupled with the contact 'hann'"),
+        ({"campaign": "autumn"}, "autumn"),
+        ({"chain_height": "10 mm"}, "chain height 10 mm"),
+    ],
+)
+def test_error_of_a_twin_names_the_argument(
+    store: ps.ExperimentStore, arguments: dict[str, object], message: str
+) -> None:
+    with pytest.raises(ps.PyroshockError) as caught:
+        store.twin(**arguments)  # type: ignore[arg-type]
+    assert message in str(caught.value) and "--" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"tank_pressure": [1e5], "colour": ["red"]}, "column 'colour' of shots is no argument of predict"),
+        ({"tank_pressure": [1e5, "5 kg"]}, "shots, row 2: tank_pressure is '5 kg'"),
+        ({"run": [7], "bullet_mass_kg": [1.0]}, "shots, run 7: expected tank_pressure_bar or impact_velocity_m_s"),
+        ({"tank_pressure": []}, "shots has no row to predict"),
+    ],
+)
+def test_error_of_a_table_names_row_and_column(
+    twin: LaboratoryTwin, table: dict[str, list[object]], message: str
+) -> None:
+    with pytest.raises(ps.InvalidValueError) as caught:
+        twin.predict_many(pd.DataFrame(table), progress=False)
+    assert message in str(caught.value)
+
+
+def test_commands_keep_their_options() -> None:
+    text = "give --tank-pressure, or --impact-at; else: pyroshock promote hybrid@3 --force"
+    assert argument_names(text) == "give tank_pressure, or impact_points; else: pyroshock promote hybrid@3 --force"
+
+
+def test_no_public_name_is_a_package() -> None:
+    """`import pyroshock.twin` would put the package in the place of a function `twin`."""
+    root = Path(ps.__file__).parent
+    assert not [name for name in ps.__all__ if (root / name).is_dir() or (root / f"{name}.py").is_file()]
+
+
+def test_plan_is_predicted_as_the_command_line_predicts_it(url: str, store: ps.ExperimentStore) -> None:
+    plan = store.plan.lhs("summer", runs=3, repetitions=1, seed=1).to_frame()
+    twin = store.twin(campaign="first-shots", frequencies="200:400:3")
+    words = ("--plan", "summer", "--campaign", "first-shots", "--db", url, "--frequencies", "200:400:3", "--draws", "4")
+    result = CliRunner().invoke(predict, [*words, "--json"])
+    assert result.exit_code == 0, result.stderr
+    expected = pd.DataFrame(json.loads(result.stdout))
+    found = twin.predict_many(plan, draws=4, progress=False)
+    columns = [name for name in expected if name.startswith("predicted_")]
+    np.testing.assert_allclose(found[columns], expected[columns], rtol=1e-9)
