@@ -53,6 +53,9 @@ def impacts_frame(
     query = query.outerjoin(Pulse, IN_USE).outerjoin(ChannelFigures, LARGEST)
     query, _ = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, conditions)
     rows = _read(session, query.order_by(Impact.id).limit(limit))
+    # Where no impact has a figure, pandas would make a column of objects.
+    figures = ("impact_velocity_m_s", *_FIGURES, *CHANNEL_COLUMNS)
+    rows = rows.astype(dict.fromkeys(figures, "float64"))
     factors = _factors(session, np.unique(rows["configuration"].to_numpy()))
     kinds = {source: velocity_kind(source) for source in rows["source"].dropna().unique()}
     quality = _quality(session, rows)
