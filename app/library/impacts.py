@@ -33,13 +33,11 @@ def impacts_frame(
 ) -> pd.DataFrame:
     """The rows of `pyroshock impacts`, in order of their key; a factor that an impact does not have is missing there.
 
-    Raises as `schema.listings.iter_impacts`, and `ValueError` for a limit below 1.
+    Raises as `schema.listings.iter_impacts`.
     """
     import numpy as np
     import pandas as pd
 
-    if limit is not None and limit < 1:
-        raise ValueError(f"limit is {limit!r}; expected 1 or more rows")
     conditions = parse_where((where,) if isinstance(where, str) else tuple(where))
     columns = {
         "campaign": Campaign.name,
@@ -67,6 +65,15 @@ def impacts_frame(
         rows[list(CHANNEL_COLUMNS)],
     ]
     return with_units(pd.concat(parts, axis=1))
+
+
+def with_absent_factors(session: Session, frame: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
+    """The frame with an empty column for each of `names` that is a factor of the store but of none of its impacts."""
+    missing = set(names) - set(frame.columns)
+    if not missing:
+        return frame
+    known = {listing_key(name, si_unit) for name, si_unit in session.execute(select(Factor.name, Factor.si_unit))}
+    return frame.assign(**dict.fromkeys(sorted(missing & known), float("nan")))
 
 
 def _read(session: Session, query: Any) -> pd.DataFrame:

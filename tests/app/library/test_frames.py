@@ -34,6 +34,24 @@ def test_many_impacts_are_those_of_the_listing(crowded):
         assert frame[name].tolist() == [row[name] for row in listed]
 
 
+def test_a_factor_of_no_impact_that_is_listed_is_an_empty_column(crowded):
+    frame = crowded.impacts(where="peak_force_n > 1e12", columns=["id", "tip_material"], sort="tip_radius_m")
+    assert frame.empty and list(frame.columns) == ["id", "tip_material"]
+    with pytest.raises(ps.NotFoundError, match="no column 'tip_colour'"):
+        crowded.impacts(columns=["tip_colour"])
+
+
+def test_no_shots_have_the_columns_of_shots(crowded):
+    frame = crowded.shots(columns=["tank_pressure_pa", "predicted_velocity_m_s"])
+    assert frame.empty and frame.attrs["units"]["tank_pressure_pa"] == "Pa"
+
+
+@pytest.mark.parametrize("listing", ["impacts", "shots"])
+def test_a_limit_counts_at_least_one_row(crowded, listing):
+    with pytest.raises(ps.InvalidValueError, match="limit is 0; expected 1 or more"):
+        getattr(crowded, listing)(limit=0, sort="run")
+
+
 def test_the_measurement_beside_pandas_compares_the_same_rows(crowded):
     assert frame_figure(crowded, 1).value.median > 0
 
