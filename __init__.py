@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .app.library.spectra import srs
     from .app.library.store import ExperimentStore
     from .app.library.store import open_experiment_store as open
-    from .app.library.twin import shipped_twin as twin
+    from .app.library.twin import shipped_twin
 
 __version__ = "0.1.0"
 
@@ -30,8 +30,8 @@ _PUBLIC = {
     "PyroshockError": (".app.library.errors", "PyroshockError"),
     "StorageError": (".app.library.errors", "StorageError"),
     "open": (".app.library.store", "open_experiment_store"),
+    "shipped_twin": (".app.library.twin", "shipped_twin"),
     "srs": (".app.library.spectra", "srs"),
-    "twin": (".app.library.twin", "shipped_twin"),
 }
 
 __all__ = [
@@ -42,8 +42,8 @@ __all__ = [
     "StorageError",
     "__version__",
     "open",
+    "shipped_twin",
     "srs",
-    "twin",
 ]
 
 

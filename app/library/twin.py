@@ -239,10 +239,14 @@ def _profile(text: str | None) -> str | None:
     return str(ValveProfile.parse(text) if ":" in text and not Path(text).exists() else ValveProfile.read(Path(text)))
 
 
+#: Models registered beside the command line's default store answer there, too.
+_NO_STORE = "sqlite:///pyroshock.db"
+
+
 @raises_library_errors
 def shipped_twin(**arguments: Any) -> LaboratoryTwin:
     """The twin of the bench that ships with the software, without a store. Arguments as `ExperimentStore.twin`."""
-    return laboratory_twin(None, "no store", **arguments)
+    return laboratory_twin(None, _NO_STORE, **arguments)
 
 
 def laboratory_twin(store: Store | None, url: str, **arguments: Any) -> LaboratoryTwin:

@@ -231,8 +231,8 @@ def test_sensors_of_the_shipped_bench_feel_different_things(tmp_path, monkeypatc
 
 
 def test_lines_are_checked(quick):
-    result = CliRunner().invoke(predict, ["--frequencies", "1:2"])
-    assert result.exit_code == 2 and "expected LOW:HIGH:PER_OCTAVE" in result.stderr
+    result = CliRunner().invoke(predict, ["--frequencies", "1:2:3:4"])
+    assert result.exit_code == 2 and "expected Hz as 100,200,500 or low:high:per_octave" in result.stderr
 
 
 def test_effects_are_parsed():
