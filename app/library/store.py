@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from .contact_model import StoredModel
     from .diagnosis import GapDiagnosis
     from .ingestion import IngestedCampaign
     from .quantities import Quantity
@@ -237,6 +238,14 @@ class ExperimentStore:
             versions = registry_of(self.url).versions()
             versions = versions if dataset is None else of_dataset(versions, dataset)
             return versions_frame(version for version in versions if split in (None, version.split))
+
+    @raises_library_errors
+    def model(self, name: str, *, split: str | None = None) -> StoredModel:
+        """A registered model that predicts the pulses of a DataFrame: "hybrid@3", "hybrid@champion", or "hybrid" for
+        the newest one (judged on `split`)."""
+        from .contact_model import read_model
+
+        return read_model(self.url, name, split)
 
     @raises_library_errors
     def compare(
