@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from .app.library.errors import InvalidValueError, NotFoundError, PyroshockError, StorageError
+    from .app.library.plans import PlannedDesign
     from .app.library.spectra import srs
     from .app.library.store import ExperimentStore
     from .app.library.store import open_experiment_store as open
@@ -27,6 +28,7 @@ _PUBLIC = {
     "ExperimentStore": (".app.library.store", "ExperimentStore"),
     "InvalidValueError": (".app.library.errors", "InvalidValueError"),
     "NotFoundError": (".app.library.errors", "NotFoundError"),
+    "PlannedDesign": (".app.library.plans", "PlannedDesign"),
     "PyroshockError": (".app.library.errors", "PyroshockError"),
     "StorageError": (".app.library.errors", "StorageError"),
     "open": (".app.library.store", "open_experiment_store"),
@@ -38,6 +40,7 @@ __all__ = [
     "ExperimentStore",
     "InvalidValueError",
     "NotFoundError",
+    "PlannedDesign",
     "PyroshockError",
     "StorageError",
     "__version__",

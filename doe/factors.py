@@ -1,7 +1,8 @@
 """What a campaign varies: factors with their levels, and the rules by which some levels need others.
 
 Glossary: a level is one setting of a factor; a combination holds one level for each of several factors; a treatment
-is a combination of all factors of a space.
+is a combination of all factors of a space. The levels of a continuous factor are all values from its lowest to its
+highest in steps of what the bench can set.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ _RESERVED = (
 _LONGEST_LEVEL = 200
 #: Combinations of connected factors are listed one by one, before any rule thins them out.
 _MOST_COMBINATIONS = 100_000
+#: No instrument of the bench is read more finely than this part of its range.
+_MOST_VALUES = 2001
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,7 @@ class Factor:
     change: int  #: work to change it: 0 for easy, the higher the more
     unit: str | None = None  #: of `numbers`, or of `values`
     values: tuple[float, ...] | None = None  #: what ordered words stand for (a velocity level's m/s), rising
+    continuous: bool = False  #: the levels are a range in equal steps
 
     def __post_init__(self) -> None:
         for key, value in (("name", self.name), ("column", self.column)):
@@ -63,6 +67,26 @@ class Factor:
     def has_order(self) -> bool:
         return self.ordered or self.numbers is not None
 
+    @property
+    def step(self) -> float:
+        """The distance of two values of a continuous factor, in `unit`."""
+        low, high = self.limits
+        return (high - low) / (len(self.levels) - 1)
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """The lowest and the highest number, in `unit`. Raises `ValueError` for a factor of words."""
+        if self.numbers is None:
+            raise ValueError(f"factor {self.name!r} has words for levels; expected numbers")
+        return self.numbers[0], self.numbers[-1]
+
+    @property
+    def level_text(self) -> str:
+        """The levels as a message or a page names them: "steel, PLA", "0.8 to 6 bar in steps of 0.05"."""
+        if not self.continuous:
+            return ", ".join(self.levels)
+        return f"{self.levels[0]} to {self.levels[-1]} {self.unit} in steps of {number_label(self.step)}"
+
     def index(self, text: str) -> int:
         """Index of the level that a cell names; a number may be written otherwise ("30.0", "30", "0,5").
 
@@ -74,8 +98,38 @@ class Factor:
         labels = [number_label(number) for number in self.numbers or ()]
         label = _label_of(cell)
         if label is None or label not in labels:
-            raise ValueError(f"{self.column} is {text[:_LONGEST_LEVEL]!r}; expected one of {', '.join(self.levels)}")
+            expected = self.level_text if self.continuous else f"one of {self.level_text}"
+            raise ValueError(f"{self.column} is {text[:_LONGEST_LEVEL]!r}; expected {expected}")
         return labels.index(label)
+
+
+def continuous_levels(low: float, high: float, step: float | None) -> tuple[str, ...]:
+    """The values of a continuous factor as a table writes them: from `low` to `high`, both included.
+
+    Without a `step` it is the largest of 1, 2 or 5 times a power of ten that divides the range into fifty parts or
+    more. Raises `ValueError` for limits that do not rise, a step that does not divide the range, and more than 2001
+    values.
+    """
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        raise ValueError(f"low is {low:g} and high {high:g}; expected finite numbers, low below high")
+    span = high - low
+    if step is None:
+        decades = range(math.floor(math.log10(span)) - 1, math.floor(math.log10(span)) - 5, -1)
+        steps = [digit * 10.0**decade for decade in decades for digit in (5, 2, 1)]
+        step = next((each for each in steps if span / each >= 49.5 and _divides(each, span)), None)
+        if step is None:
+            raise ValueError(f"low is {low:g} and high {high:g}; expected a step that divides the range")
+    if not (math.isfinite(step) and step > 0 and _divides(step, span)):
+        raise ValueError(f"step is {step:g}; expected a part of the range from {low:g} to {high:g}")
+    count = round(span / step) + 1
+    if count > _MOST_VALUES:
+        raise ValueError(f"step is {step:g}, which gives {count} values; expected {_MOST_VALUES} at most")
+    return tuple(number_label(low + index * span / (count - 1)) for index in range(count))
+
+
+def _divides(step: float, span: float) -> bool:
+    parts = span / step
+    return round(parts) >= 1 and abs(parts - round(parts)) < 1e-6
 
 
 @dataclass(frozen=True)
@@ -176,6 +230,8 @@ def _check_rules(factors: Sequence[Factor], rules: Sequence[Rule]) -> None:
         for name in rule.factors:
             if name not in known:
                 raise ValueError(f"rule '{rule}': factor {name!r} is unknown; expected one of {', '.join(known)}")
+            if known[name].continuous:
+                raise ValueError(f"rule '{rule}': factor {name!r} is continuous; expected factors with levels")
         for name, level in rule.mentions:
             if level not in known[name].levels:
                 expected = ", ".join(known[name].levels)
@@ -191,8 +247,9 @@ def _check_levels(factor: Factor) -> None:
                 f"factor {factor.name!r}: level {level[:_LONGEST_LEVEL]!r}; expected printable text without blanks "
                 f"around it, at most {_LONGEST_LEVEL} characters"
             )
-        if factor.levels.count(level) > 1:
-            raise ValueError(f"factor {factor.name!r}: level {level!r} stands twice; expected different ones")
+    if len(set(factor.levels)) < len(factor.levels):
+        level = next(level for level in factor.levels if factor.levels.count(level) > 1)
+        raise ValueError(f"factor {factor.name!r}: level {level!r} stands twice; expected different ones")
 
 
 def _check_numbers(factor: Factor, numbers: tuple[float, ...]) -> None:
@@ -200,6 +257,8 @@ def _check_numbers(factor: Factor, numbers: tuple[float, ...]) -> None:
         raise ValueError(
             f"factor {factor.name!r}: {len(numbers)} numbers; expected {len(factor.levels)}, one per level"
         )
+    if factor.continuous and len(numbers) < 2:
+        raise ValueError(f"factor {factor.name!r}: one value; expected a range")
     if not all(map(math.isfinite, numbers)) or any(low >= high for low, high in itertools.pairwise(numbers)):
         raise ValueError(f"factor {factor.name!r}: levels are {numbers}; expected finite numbers in rising order")
 

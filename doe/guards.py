@@ -17,6 +17,8 @@ from .limits.bench import BenchLimits
 from .limits.contact_force import Elastic, hertz_contact, raised_sine_peak_force
 from .limits.suspension import Swing
 
+TANK_PRESSURE = "tank_pressure_bar"
+
 K = TypeVar("K")
 V = TypeVar("V")
 
@@ -147,14 +149,17 @@ def planned_shots(
     levels_m_s: Mapping[str, float],
     pressures_pa: Mapping[tuple[str, float], float],
     materials: Mapping[str, Elastic],
+    velocity_for: Callable[[float, float], float] | None = None,
 ) -> list[PlannedShot]:
     """Shots of a gun plan's rows (columns of Table A.1; `run` counted from 1 where absent), with Hertz's contact.
 
-    The bullet meets the anvil where there is one, else the plate. An insulator is left out, which errs on the safe
-    side. Raises `ValueError` naming the run and the material, the level or the mass that is not known.
+    A row with `tank_pressure_bar` in place of a velocity level has the velocity (m/s) that `velocity_for` gives for its
+    gauge pressure (Pa) and mass (kg). The bullet meets the anvil where there is one, else the plate. An insulator is
+    left out, which errs on the safe side. Raises `ValueError` naming the run and the material, the level or the mass
+    that is not known.
     """
     return [
-        _shot(row, row.get("run", str(number)), levels_m_s, pressures_pa, materials)
+        _shot(row, row.get("run", str(number)), levels_m_s, pressures_pa, materials, velocity_for)
         for number, row in enumerate(rows, 1)
     ]
 
@@ -219,9 +224,18 @@ def _shot(
     levels_m_s: Mapping[str, float],
     pressures_pa: Mapping[tuple[str, float], float],
     materials: Mapping[str, Elastic],
+    velocity_for: Callable[[float, float], float] | None,
 ) -> PlannedShot:
-    mass, level = _number(row, "bullet_mass_kg", run), _text(row, "velocity_level", run)
-    velocity = _known(levels_m_s, level, "velocity level", run)
+    mass = _number(row, "bullet_mass_kg", run)
+    if velocity_for is not None and TANK_PRESSURE in row:
+        pressure = _number(row, TANK_PRESSURE, run) * BY_COLUMN[TANK_PRESSURE].scale
+        velocity = velocity_for(pressure, mass)
+        if not velocity > 0:
+            raise ValueError(f"run {run}: {TANK_PRESSURE} is {row[TANK_PRESSURE]}, which drives no {mass:g} kg out")
+    else:
+        level = _text(row, "velocity_level", run)
+        velocity = _known(levels_m_s, level, "velocity level", run)
+        pressure = _known(pressures_pa, (level, mass), "pressure of level and mass", run)
     plate, anvil, tip = (_text(row, f"{part}_material", run) for part in ("plate", "anvil", "tip"))
     contact = hertz_contact(
         _known(materials, tip, "material", run),
@@ -230,7 +244,6 @@ def _shot(
         bullet_mass_kg=mass,
         impact_velocity_m_s=velocity,
     )
-    pressure = _known(pressures_pa, (level, mass), "pressure of level and mass", run)
     height = _chain_height_m(row, run)
     return PlannedShot(
         run, pressure, mass, velocity, plate, anvil, contact.peak_force_n, contact.contact_time_s, height

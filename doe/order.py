@@ -13,11 +13,11 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .changeovers import changeovers, factor_levels
+from .changeovers import changeovers
 from .space import Axis, Space
 
 Levels = NDArray[np.int64]
-Costs = list[list[int]]
+Costs = dict[int, dict[int, int]]
 
 #: All paths are tried up to here, 720 of them; beyond, the nearest next one is taken.
 _MOST_TRIED = 6
@@ -37,7 +37,7 @@ def order(space: Space, treatments: Levels, rng: np.random.Generator) -> Levels:
     weights = _weights(space, len(rows))
     hard = [index for index, axis in enumerate(space.axes) if axis.change > 0]
     hard.sort(key=lambda index: -space.axes[index].change)
-    paths = [(index, _costs(space.axes[index], weights)) for index in hard]
+    paths = [(index, _costs(space.axes[index], np.unique(rows[:, index]), weights)) for index in hard]
     drawn = [_nested(rows, np.arange(len(rows)), paths, {}, rng) for _ in range(_DRAWS if hard else 1)]
     return min(drawn, key=lambda one: _work(space, rows[one], weights))
 
@@ -47,9 +47,9 @@ def time_confounding(space: Space, ordered: Levels) -> dict[str, float]:
 
     It is the share of the variance of the run's position that the axis's levels explain: 1 would be all of it. In
     random order k levels have (k - 1) / (n - 1) on average. A linear drift disturbs an axis's effects by that share.
-    Raises `ValueError` for rows that are no treatments.
+    A continuous factor is taken by the parts of its range. Raises `ValueError` for rows that are no treatments.
     """
-    rows = space.checked(ordered)
+    rows = space.in_strata(ordered)
     return {axis.name: _correlation_ratio(rows[:, index]) for index, axis in enumerate(space.axes)}
 
 
@@ -72,13 +72,14 @@ def _work(space: Space, rows: Levels, weights: dict[str, int]) -> int:
     return sum(weights[name] * count for name, count in changeovers(space, rows).items())
 
 
-def _costs(axis: Axis, weights: dict[str, int]) -> Costs:
-    """Of going from one combination to another."""
-    levels, each = factor_levels(axis).tolist(), [weights[factor.name] for factor in axis.factors]
-    return [
-        [sum(w for w, x, y in zip(each, a, b, strict=True) if x != y) for b in levels]
-        for a in levels
-    ]  # fmt: skip
+def _costs(axis: Axis, used: Levels, weights: dict[str, int]) -> Costs:
+    """Of going from one combination in use to another."""
+    levels = {index: axis.combinations[index] for index in used.tolist()}
+    work = [weights[factor.name] for factor in axis.factors]
+    return {
+        here: {there: sum(w for w, x, y in zip(work, a, b, strict=True) if x != y) for there, b in levels.items()}
+        for here, a in levels.items()
+    }
 
 
 def _nested(

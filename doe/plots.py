@@ -29,28 +29,31 @@ def draw_quality(figure: Figure, space: Space, designs: Mapping[str, Levels]) ->
     """
     if not designs:
         raise ValueError("designs is empty; expected at least one to draw")
-    checked = {name: space.checked(treatments) for name, treatments in designs.items()}
+    checked = {name: space.in_strata(treatments) for name, treatments in designs.items()}
     for name, rows in checked.items():
         if not len(rows):
             raise ValueError(f"design {name!r}: no run; expected at least one")
-    sizes = [axis.size for axis in space.axes]
-    scale = max(worst_deviation(rows, sizes, order) for rows in checked.values() for order in (1, 2)) or 1.0
+    sizes = [axis.strata for axis in space.axes]
+    scale = max(_largest_deviation(rows, sizes) for rows in checked.values())
     reach = max(worst_deviation(rows, sizes, 3) for rows in checked.values()) or 1.0
     panels = figure.subplots(3, len(checked), squeeze=False, height_ratios=(5, 2, 2))
     for column, (name, rows) in enumerate(checked.items()):
-        picture = _draw_pairs(panels[0, column], space, rows, scale)
+        picture = draw_pairs(panels[0, column], space, designs[name], scale)
         panels[0, column].set_title(f"{name}: {len(rows)} runs")
         _draw_triples(panels[1, column], sizes, rows, reach)
-        _draw_runs(panels[2, column], space, rows)
+        draw_runs(panels[2, column], space, designs[name])
     top = max(axes.get_ylim()[1] for axes in panels[1])
     for axes in panels[1]:
         axes.set_ylim(0.7, top)
     figure.colorbar(picture, ax=panels[0].tolist(), label="runs above the share", shrink=0.8)
 
 
-def pair_matrix(space: Space, rows: Levels) -> Floats:
-    """Count minus share of each pair of levels, (levels, levels) of all axes in turn; NaN where levels exclude."""
-    sizes = [axis.size for axis in space.axes]
+def pair_matrix(space: Space, treatments: Levels) -> Floats:
+    """Count minus share of each pair of levels, (levels, levels) of all axes in turn; NaN where levels exclude.
+
+    A continuous factor has the parts of its range for levels.
+    """
+    rows, sizes = space.in_strata(treatments), [axis.strata for axis in space.axes]
     starts = np.cumsum([0, *sizes])
     result = np.full((starts[-1], starts[-1]), np.nan)
     for a, _ in enumerate(sizes):
@@ -64,8 +67,16 @@ def pair_matrix(space: Space, rows: Levels) -> Floats:
     return result
 
 
-def _draw_pairs(axes: Any, space: Space, rows: Levels, scale: float) -> Any:
-    picture = axes.imshow(pair_matrix(space, rows), cmap=MAP, vmin=-scale, vmax=scale)
+def _largest_deviation(cells: Levels, sizes: list[int]) -> float:
+    """Of levels and pairs from their share; 1 where all are even."""
+    return max(worst_deviation(cells, sizes, order) for order in (1, 2)) or 1.0
+
+
+def draw_pairs(axes: Any, space: Space, treatments: Levels, scale: float | None = None) -> Any:
+    """`pair_matrix` of treatments (n, axes) as a picture, which is returned; `scale` (runs) ends its colours."""
+    scale = scale or _largest_deviation(space.in_strata(treatments), [axis.strata for axis in space.axes])
+    picture = axes.imshow(pair_matrix(space, treatments), cmap=MAP, vmin=-scale, vmax=scale)
+    space = space.stratified
     axes.set_facecolor(QUIET)  # where levels of one axis exclude each other
     for edge in np.cumsum([axis.size for axis in space.axes])[:-1] - 0.5:
         axes.axhline(edge, color="black", lw=0.5)
@@ -87,8 +98,9 @@ def _draw_triples(axes: Any, sizes: list[int], rows: Levels, reach: float) -> No
     axes.set_ylabel("cells")
 
 
-def _draw_runs(axes: Any, space: Space, rows: Levels) -> None:
-    shares = rows / np.maximum(1, [axis.size - 1 for axis in space.axes])
+def draw_runs(axes: Any, space: Space, treatments: Levels) -> None:
+    """The level of each axis from run to run, lowest to highest, of treatments (n, axes)."""
+    shares = space.checked(treatments) / np.maximum(1, [axis.size - 1 for axis in space.axes])
     axes.imshow(shares.T, cmap=LEVELS_MAP, aspect="auto", interpolation="nearest", vmin=0, vmax=1)
     axes.set_yticks(range(len(space.axes)), [axis.name for axis in space.axes], fontsize=6)
     axes.set_xlabel("run")

@@ -96,11 +96,21 @@ def _cells(space: Space, settings: Sequence[str], run: StoredRun, changes: Seque
     )
 
 
+def sheet_text(plan: StoredPlan) -> str:
+    """The sheet as CSV."""
+    return _csv_text(sheet_of(plan))
+
+
+def _csv_text(sheet: Sheet) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text)
+    writer.writerow(sheet.header)
+    writer.writerows(row.cells for row in sheet.rows)
+    return text.getvalue()
+
+
 def _write_csv(sheet: Sheet, path: Path) -> None:
-    with path.open("w", newline="", encoding="utf-8-sig") as file:  # the mark tells spreadsheets that it is UTF-8
-        writer = csv.writer(file)
-        writer.writerow(sheet.header)
-        writer.writerows(row.cells for row in sheet.rows)
+    path.write_bytes(_csv_text(sheet).encode("utf-8-sig"))  # the mark tells spreadsheets that it is UTF-8
 
 
 _STYLE = """

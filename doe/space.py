@@ -6,9 +6,10 @@ independent: every row of axis-level indices is a feasible treatment, so no desi
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, cast, get_args
@@ -22,6 +23,8 @@ from .toml_space import parse
 
 Kind = Literal["hammer", "gun"]
 
+#: Parts into which figures of balance cut the range of a continuous factor.
+STRATA = 5
 #: All treatments are listed only up to here.
 _MOST_TREATMENTS = 1_000_000
 _DATA = Path(__file__).resolve().parent / "data"
@@ -51,6 +54,16 @@ class Axis:
     def ordered(self) -> bool:
         """Whether the combinations run from low to high: those of one ordered factor."""
         return len(self.factors) == 1 and self.factors[0].has_order
+
+    @property
+    def continuous(self) -> bool:
+        """Whether it is one continuous factor; rules do not connect continuous factors with others."""
+        return len(self.factors) == 1 and self.factors[0].continuous
+
+    @property
+    def strata(self) -> int:
+        """Cells by which its balance is judged: combinations, or parts of a continuous factor's range."""
+        return min(STRATA, self.size) if self.continuous else self.size
 
     @property
     def change(self) -> int:
@@ -94,6 +107,21 @@ class Space:
     def size(self) -> int:
         """Number of feasible treatments."""
         return math.prod(axis.size for axis in self.axes)
+
+    @cached_property
+    def stratified(self) -> Space:
+        """The space with the range of each continuous factor cut into `STRATA` ordered levels."""
+        if not any(axis.continuous for axis in self.axes):
+            return self
+        axes = tuple(_stratified(axis) if axis.continuous else axis for axis in self.axes)
+        by_name = {factor.name: factor for axis in axes for factor in axis.factors}
+        return replace(self, factors=tuple(by_name[factor.name] for factor in self.factors), axes=axes)
+
+    def in_strata(self, treatments: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The treatments (n, axes) as treatments of `stratified`. Raises as `checked` does."""
+        rows = self.checked(treatments)
+        sizes, strata = (np.array([getattr(axis, name) for axis in self.axes]) for name in ("size", "strata"))
+        return np.asarray(rows * strata // sizes, dtype=np.int64)
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -172,6 +200,15 @@ class Space:
     def _places(self) -> tuple[dict[tuple[int, ...], int], ...]:
         """Per axis, the index of each combination."""
         return tuple({levels: index for index, levels in enumerate(axis.combinations)} for axis in self.axes)
+
+
+def _stratified(axis: Axis) -> Axis:
+    """A continuous axis with a level per part of its range; the text is that of the part's lowest and highest value."""
+    (factor,) = axis.factors
+    starts = [-(-stratum * axis.size // axis.strata) for stratum in range(axis.strata + 1)]
+    labels = tuple(f"{factor.levels[a]} to {factor.levels[b - 1]}" for a, b in itertools.pairwise(starts))
+    parts = replace(factor, levels=labels, numbers=None, unit=None, ordered=True, continuous=False)
+    return Axis(axis.name, (parts,), tuple((index,) for index in range(axis.strata)))
 
 
 def _place(axis: Axis, places: Mapping[tuple[int, ...], int], levels: tuple[int, ...]) -> int:

@@ -12,6 +12,15 @@ levels = [30, 45, 60]               # rising
 change = 0                          # work to change it: 0 for easy (the default), the higher the more
 
 [[factors]]
+name = "tank_pressure"
+column = "tank_pressure_bar"
+kind = "continuous"                 # any value of a range, in steps of what the bench can set
+unit = "bar"
+low = 0.8
+high = 6
+step = 0.05                         # left out: 1, 2 or 5 times a power of ten, fifty steps or more
+
+[[factors]]
 name = "velocity_level"
 kind = "ordered"
 levels = ["low", "high"]
@@ -39,12 +48,14 @@ from typing import Any
 
 from ..schema.columns import BY_COLUMN, BY_NAME
 from ..schema.toml_text import toml_table
-from .factors import Factor, Requirement, Rule, Tie, number_label
+from .factors import Factor, Requirement, Rule, Tie, continuous_levels, number_label
 
-_KINDS = ("numeric", "ordered", "categorical")
+_KINDS = ("numeric", "continuous", "ordered", "categorical")
+_NUMBERS = ("numeric", "continuous")
 #: Required and optional keys of each table.
 _TOP = ({"name", "kind", "factors"}, {"requires", "tied", "bench"})
 _FACTOR = ({"name", "kind", "levels"}, {"column", "unit", "values", "change"})
+_CONTINUOUS = ({"name", "kind", "low", "high"}, {"column", "unit", "step", "change"})
 _REQUIRES = ({"factor", "level", "needs", "levels"}, set[str]())
 _TIED = ({"factors", "combinations"}, set[str]())
 
@@ -76,31 +87,48 @@ def parse(text: str) -> SpaceFile:
 
 
 def _factor(entry: dict[str, Any], where: str) -> Factor:
-    _check_keys(entry, _FACTOR, where)
+    _check_keys(entry, _CONTINUOUS if entry.get("kind") == "continuous" else _FACTOR, where)
     name, kind = _text(entry, "name", where), _text(entry, "kind", where)
     if kind not in _KINDS:
         raise ValueError(f"{where}: kind is {kind!r}; expected one of {', '.join(_KINDS)}")
-    measured = kind == "numeric" or (kind == "ordered" and "values" in entry)
+    is_number = kind in _NUMBERS
+    measured = is_number or (kind == "ordered" and "values" in entry)
     if measured != ("unit" in entry):
-        raise ValueError(f"{where}: unit is {entry.get('unit')!r}; expected one for a numeric factor, or with values")
+        raise ValueError(
+            f"{where}: unit is {entry.get('unit')!r}; expected one for a factor of numbers, or with values"
+        )
     if "values" in entry and kind != "ordered":
         raise ValueError(f"{where}: values are given; expected them for an ordered factor, whose levels are words")
     change = entry.get("change", 0)
     if not isinstance(change, int) or isinstance(change, bool):
         raise ValueError(f"{where}: change is {change!r}; expected a whole number")
     column = _text(entry, "column", where) if "column" in entry else name
-    levels = tuple(_level(level, where, numeric=kind == "numeric") for level in _list(entry, "levels", where))
+    levels = _range(entry, where) if kind == "continuous" else _listed(entry, where, numeric=is_number)
     _check_known(name, column, kind, levels, where)
     return Factor(
         name=name,
         column=column,
         levels=levels,
-        numbers=tuple(map(float, levels)) if kind == "numeric" else None,
+        numbers=tuple(map(float, levels)) if is_number else None,
         ordered=kind != "categorical",
         change=change,
         unit=_text(entry, "unit", where) if measured else None,
         values=_values(entry, where) if "values" in entry else None,
+        continuous=kind == "continuous",
     )
+
+
+def _listed(entry: dict[str, Any], where: str, *, numeric: bool) -> tuple[str, ...]:
+    return tuple(_level(level, where, numeric=numeric) for level in _list(entry, "levels", where))
+
+
+def _range(entry: dict[str, Any], where: str) -> tuple[str, ...]:
+    low, high = (float(_level(entry[key], where, numeric=True)) for key in ("low", "high"))
+    step = float(_level(entry["step"], where, numeric=True)) if "step" in entry else None
+    try:
+        return continuous_levels(low, high, step)
+    except ValueError as error:
+        raise ValueError(f"{where}: {error}") from None
 
 
 def _values(entry: dict[str, Any], where: str) -> tuple[float, ...]:
@@ -113,7 +141,7 @@ def _check_known(name: str, column: str, kind: str, levels: tuple[str, ...], whe
     known = BY_COLUMN.get(column) or BY_NAME.get(name)
     if known is None:
         return
-    if (name, column, kind == "numeric") != (known.name, known.column, known.is_number):
+    if (name, column, kind in _NUMBERS) != (known.name, known.column, known.is_number):
         expected = f"{known.name!r} in {known.column!r}, {'numeric' if known.is_number else 'words'}"
         raise ValueError(f"{where}: {kind} {name!r} in column {column!r}; tables of runs know {expected}")
     for level in levels:

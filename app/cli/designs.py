@@ -1,4 +1,4 @@
-"""`plan lhs`, `plan factorial`, `plan import`, `plan augment`: ways to make a plan, each with its own options."""
+"""Commands that make a plan: one for each method of `doe.designs.methods`, and `plan augment`."""
 
 from __future__ import annotations
 
@@ -13,9 +13,42 @@ from .common import db_option, json_option, note, opened
 from .made_plan import tell_plan
 
 if TYPE_CHECKING:
+    from ...doe.designs.methods import DesignMethod, Option
     from ...doe.plans import StoredPlan
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class DesignCommands(click.Group):
+    """The group `plan`: what is no command of its own is a method of design, made a command when it is asked for.
+
+    The methods know NumPy, which `--help` of another command does not pay for.
+    """
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        from ...doe.designs.methods import METHODS
+
+        return sorted({*super().list_commands(ctx), *METHODS})
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        command = super().get_command(ctx, cmd_name)
+        if command is not None:
+            return command
+        from ...doe.designs.methods import METHODS
+
+        return _method_command(cmd_name, METHODS[cmd_name]) if cmd_name in METHODS else None
+
+
+def _ranges(_: click.Context, __: click.Parameter, given: tuple[str, ...]) -> dict[str, tuple[float, ...]]:
+    """Column to low, high and step of each COLUMN=LOW:HIGH or COLUMN=LOW:HIGH:STEP."""
+    ranges = {}
+    for text in given:
+        column, _sign, limits = text.partition("=")
+        try:
+            ranges[column] = tuple(float(number) for number in limits.split(":"))
+        except ValueError:
+            raise click.BadParameter(f"{text!r}; expected such as tank_pressure_bar=0.8:6:0.05") from None
+    return ranges
 
 
 def _making(function: Function) -> Function:
@@ -34,51 +67,42 @@ def _making(function: Function) -> Function:
             "--kind", type=click.Choice(["gun", "hammer"]), default="gun", show_default=True, help="Whose factors."
         ),
         click.option("--factors", type=click.Path(path_type=Path), help="Your own factors, a TOML file."),
+        click.option(
+            "--range",
+            "ranges",
+            callback=_ranges,
+            multiple=True,
+            metavar="COLUMN=LOW:HIGH[:STEP]",
+            help="Make a factor continuous, in its column's unit; repeat it.",
+        ),
         click.option("--gun", "bench", type=click.Path(path_type=Path), help="A campaign folder whose gun fires it."),
     ):
         function = option(function)
     return function
 
 
-@click.command()
-@click.argument("name")
-@click.option("--runs", type=click.IntRange(1), required=True, help="How many treatments.")
-@_making
-def lhs(name: str, runs: int, **given: Any) -> None:
-    """Balanced Latin hypercube: every level, and every pair of levels, as often as any other.
+def _method_command(name: str, method: DesignMethod) -> click.Command:
+    """The command of a method: its own options, then those that all have."""
 
-    \b
-    Example:
-        pyroshock plan lhs spring --runs 105 --seed 1 --out spring.csv
-    """
-    _make(name, "lhs", given, runs=runs)
+    def make(**given: Any) -> None:
+        own = {option.name: given.pop(option.name) for option in method.options}
+        _make(given.pop("name"), name, given, own)
 
-
-@click.command()
-@click.argument("name")
-@_making
-def factorial(name: str, **given: Any) -> None:
-    """Every feasible treatment, in an order with few changeovers.
-
-    \b
-    Example:
-        pyroshock plan factorial hammer --kind hammer
-    """
-    _make(name, "factorial", given)
+    command = _making(make)
+    for option in reversed(method.options):
+        command = click.option(f"--{option.name}", **_of_option(option))(command)
+    if "runs" in method.takes:
+        command = click.option("--runs", type=click.IntRange(1), required=True, help="How many treatments.")(command)
+    if "table" in method.takes:
+        command = click.argument("table", type=click.Path(path_type=Path))(command)
+    command = click.argument("name")(command)
+    example = f"\n\n\b\nExample:\n    pyroshock {method.example}" if method.example else ""
+    return click.command(name, help=f"{method.help}{example}")(command)
 
 
-@click.command("import")
-@click.argument("name")
-@click.argument("table", type=click.Path(path_type=Path))
-@_making
-def import_(name: str, table: Path, **given: Any) -> None:
-    """A design that somebody else has made: a CSV table, kept in its order.
-
-    \b
-    Example:
-        pyroshock plan import thesis table_a1_lhs_105_runs.csv
-    """
-    _make(name, "import", given, table=table)
+def _of_option(option: Option) -> dict[str, Any]:
+    kind = click.Choice(option.choices) if option.choices else option.kind
+    return {"type": kind, "default": option.default, "show_default": option.default is not None, "help": option.help}
 
 
 def _factors(path: Path) -> str:
@@ -93,15 +117,22 @@ def _factors(path: Path) -> str:
     return text
 
 
-def _make(name: str, method: str, given: dict[str, Any], **own: Any) -> None:
-    from ..plans.planning import make_plan
+def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]) -> None:
+    from ..library.plans import PlanCollection
 
     with opened(given["db"], create=True) as store:
         factors = _factors(given["factors"]) if given["factors"] else None
         common = {key: given[key] for key in ("kind", "repetitions", "seed")}
-        stored = make_plan(store, method, name, factors=factors, gun=given["bench"], **common, **own)
+        taken = {key: given[key] for key in ("runs", "table") if key in given}
+        made = PlanCollection(store).make(
+            name, method=method, factors=factors, gun=given["bench"], ranges=given["ranges"], options=options,
+            **common, **taken,
+        )  # fmt: skip
+    stored = made.stored
     told = f", seed {stored.seed}" if stored.seed is not None else ""
     note(f"plan {name}: {len(stored.runs)} runs of {given['repetitions']} repetitions, {stored.method}{told}")
+    for line in made.aliases():
+        note(f"aliased: {line}")
     _tell(stored, given["json_to"], given["out"])
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 import click
 
 from .common import db_option, json_option, note, opened, print_table, write_json
-from .designs import augment, factorial, import_, lhs
+from .designs import DesignCommands, augment
 from .discriminate import discriminate
 
 
-@click.group(invoke_without_command=True)
+@click.group(cls=DesignCommands, invoke_without_command=True)
 @db_option
 @json_option
 @click.pass_context
@@ -132,5 +132,5 @@ def sheet(name: str, out: Path, db: str) -> None:
     note(f"written: {out}")
 
 
-for command in (lhs, factorial, import_, augment, discriminate):
+for command in (augment, discriminate):
     plan.add_command(command)

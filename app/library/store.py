@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from .contact_model import StoredModel
     from .diagnosis import GapDiagnosis
     from .ingestion import IngestedCampaign
+    from .plans import PlanCollection
     from .quantities import Quantity
     from .recordings import ForcePulse, StoredRecording
     from .training import FrozenDataset, ModelComparison, PromotionDecision, TrainingRuns
@@ -41,6 +42,15 @@ class ExperimentStore:
     def __init__(self, store: Store, url: str) -> None:
         self.store = store
         self.url = url
+
+    # --- plans
+
+    @property
+    def plan(self) -> PlanCollection:
+        """The plans of campaigns, and the methods to make one: `store.plan.lhs("summer", runs=105)`."""
+        from .plans import PlanCollection
+
+        return PlanCollection(self.store)
 
     # --- campaigns, impacts, recordings
 

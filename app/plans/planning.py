@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast, get_args
 
 from ...doe.designs.base import Design
-from ...doe.designs.methods import Wanted, way_of
+from ...doe.designs.methods import DesignRequest, get_method
 from ...doe.plans import StoredPlan, add_plan, extend_plan, read_plan
+from ...doe.ranges import with_ranges
 from ...doe.space import Kind, Space, shipped_factors, space_from_text
 from ...schema.session import Store
 from ...twin.gun.nominal import GunBench
@@ -49,19 +50,22 @@ def draft_plan(
     seed: int | None = None,
     gun: Path | None = None,
     description: str | None = None,
+    options: Mapping[str, Any] | None = None,
+    ranges: Mapping[str, Sequence[float]] | None = None,
 ) -> Draft:
     """Make a design, to be stored as plan `name`. The search for a balanced one takes seconds to minutes.
 
-    `method` is one of `doe.designs.methods.METHODS`: "lhs" takes the number of `runs`, "import" a CSV `table`.
-    `factors` is the text of a factors file, else the shipped one of `kind`; `gun` a campaign folder whose gun fires the
+    `method` is one of `doe.designs.methods.METHODS`: "lhs" takes the number of `runs`, "import" a CSV `table`;
+    `options` are those of the method. `factors` is the text of a factors file, else the shipped one of `kind`;
+    `ranges` makes factors of it continuous (`doe.ranges.with_ranges`); `gun` is a campaign folder whose gun fires the
     plan. Without a `seed` one is drawn, which the plan keeps. Raises `ValueError` for what the method lacks.
     """
     if not name.strip():
         raise ValueError("the plan has no name; expected one")
     if repetitions < 1:
         raise ValueError(f"repetitions is {repetitions}; expected 1 or more")
-    text = factors if factors is not None else shipped_factors(_kind(kind))
-    design, numbers = _design(method, space_from_text(text), runs, table, seed)
+    text = with_ranges(factors if factors is not None else shipped_factors(_kind(kind)), ranges or {})
+    design, numbers = _design(method, space_from_text(text), runs, table, seed, options or {})
     return Draft(name, text, design, gun_bench(gun), repetitions, numbers, description)
 
 
@@ -88,7 +92,7 @@ def _kind(text: str) -> Kind:
 
 
 def _design(
-    method: str, space: Space, runs: int | None, table: Path | None, seed: int | None
+    method: str, space: Space, runs: int | None, table: Path | None, seed: int | None, options: Mapping[str, Any]
 ) -> tuple[Design, Sequence[int] | None]:
     """The design, and the numbers of its runs where a table tells them."""
     import secrets
@@ -101,7 +105,7 @@ def _design(
     if drawn < 0:
         raise ValueError(f"seed is {drawn}; expected 0 or more")
     rng = np.random.default_rng(drawn)
-    made = way_of(method).make(space, Wanted(runs, table, rng))
+    made = get_method(method).make(space, DesignRequest(runs, table, rng, options))
     return (made, made.runs) if isinstance(made, ImportedDesign) else (in_order(made, rng, drawn), None)
 
 

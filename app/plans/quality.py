@@ -59,7 +59,7 @@ def tables(space: Space, designs: Designs) -> Iterator[list[dict[str, Any]]]:
     yield [
         {"axis": axis.name, "level": label}
         | {name: one.level_counts[axis.name][label] for name, one in zip(names, judged, strict=True)}
-        for axis in space.axes
+        for axis in space.stratified.axes
         for label in axis.labels
     ]
 
@@ -98,7 +98,7 @@ def plan_page(plan: StoredPlan) -> dict[str, Any]:
                 "share": len(rows) / axis.size,
                 "levels": [{"level": label, "runs": judged.level_counts[axis.name][label]} for label in axis.labels],
             }
-            for axis in plan.space.axes
+            for axis in plan.space.stratified.axes
         ],
         "changes": [
             {"factor": name, "changes": count, "work": work[name]} for name, count in judged.changeovers.items()

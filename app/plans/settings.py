@@ -7,7 +7,7 @@ from pathlib import Path
 
 from sqlalchemy import select
 
-from ...doe.guards import planned_shots, pressures_for_levels, refuse_unsafe
+from ...doe.guards import TANK_PRESSURE, planned_shots, pressures_for_levels, refuse_unsafe
 from ...doe.limits.bench import read_limits
 from ...doe.limits.contact_force import Elastic
 from ...doe.space import Space
@@ -15,7 +15,7 @@ from ...ingest.folder import read_campaign_file
 from ...schema.columns import BY_COLUMN, parse_number
 from ...schema.materials import Material, material_names
 from ...schema.session import Store
-from ...twin.gun.nominal import GunBench, tank_pressure_for
+from ...twin.gun.nominal import GunBench, muzzle_velocity, tank_pressure_for
 
 #: The bench of the shipped shots: the thesis's gun.
 SHIPPED_BENCH = Path(__file__).resolve().parents[2] / "examples" / "first-shots"
@@ -33,19 +33,23 @@ def gun_bench(folder: Path | None) -> GunBench:
 
 
 def run_settings(store: Store, space: Space, rows: Rows, gun: GunBench) -> list[dict[str, float]]:
-    """What follows from each treatment: a gun's tank pressure. Every run is held against the bench.
+    """What follows from each treatment: a gun's tank pressure, unless it is a factor. Every run is held against the
+    bench.
 
     Raises `doe.guards.UnsafeRunError` with the numbers where a run is beyond it, and `ValueError` for a gun's factors
-    without velocity levels, or without a mass.
+    without a mass, and without either velocity levels or a tank pressure.
     """
     if space.kind != "gun":
         return [{} for _ in rows]
     velocities = _velocities(space)
     masses = sorted({parse_number(row[MASS]) for row in rows})
     pressures = pressures_for_levels(velocities, masses, lambda v, m: float(tank_pressure_for(gun, v, m)))
-    shots = planned_shots(rows, velocities, pressures, _elastic(store, space))
+    materials = _elastic(store, space)
+    shots = planned_shots(rows, velocities, pressures, materials, lambda p, m: float(muzzle_velocity(gun, p, m)))
     refuse_unsafe(shots, read_limits(space.bench))
-    return [{"tank_pressure_bar": float(f"{shot.tank_pressure_pa / 1e5:.4g}")} for shot in shots]
+    if not velocities:  # the pressure is a factor
+        return [{} for _ in rows]
+    return [{TANK_PRESSURE: float(f"{shot.tank_pressure_pa / 1e5:.4g}")} for shot in shots]
 
 
 def numbered(rows: Rows, numbers: Sequence[int]) -> list[dict[str, str]]:
@@ -54,13 +58,17 @@ def numbered(rows: Rows, numbers: Sequence[int]) -> list[dict[str, str]]:
 
 
 def _velocities(space: Space) -> dict[str, float]:
+    """What the velocity levels stand for; none where the tank pressure is a factor in their place."""
     by_column = {factor.column: factor for factor in space.factors}
     level = by_column.get(VELOCITY_LEVEL)
-    if level is None or level.values is None or MASS not in by_column:
+    has_pressure = TANK_PRESSURE in by_column
+    if MASS not in by_column or (level is not None) == has_pressure or (level is not None and level.values is None):
         raise ValueError(
-            f"factors {space.name!r}: a gun's plan needs {MASS}, and {VELOCITY_LEVEL} as an ordered factor with values "
-            "in m/s"
+            f"factors {space.name!r}: a gun's plan needs {MASS}, and either {TANK_PRESSURE}, or {VELOCITY_LEVEL} as an "
+            "ordered factor with values in m/s"
         )
+    if level is None or level.values is None:
+        return {}
     return dict(zip(level.levels, level.values, strict=True))
 
 

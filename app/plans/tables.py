@@ -26,7 +26,7 @@ def plan_as_json(plan: StoredPlan) -> dict[str, Any]:
                 "status": run.status,
                 "repetitions": run.repetitions,
                 "recorded": run.recorded,
-                **_in_si({**run.row, **{key: repr(value) for key, value in run.settings.items()}}),
+                **settings_in_si({**run.row, **{key: repr(value) for key, value in run.settings.items()}}),
                 **({"reason": run.reason} if run.reason else {}),
             }
             for run in plan.runs
@@ -34,7 +34,8 @@ def plan_as_json(plan: StoredPlan) -> dict[str, Any]:
     }
 
 
-def _in_si(row: Mapping[str, str]) -> dict[str, Any]:
+def settings_in_si(row: Mapping[str, str]) -> dict[str, Any]:
+    """Column to cell: numbers that recordings know in SI with the unit in the key, all else as the table has it."""
     cells: dict[str, Any] = {}
     for column, text in row.items():
         known = BY_COLUMN.get(column)

@@ -31,11 +31,15 @@ def status_counts(plan: StoredPlan) -> dict[str, int]:
 
 
 def level_counts(plan: StoredPlan) -> dict[tuple[str, str], dict[str, int]]:
-    """(column, level) as the plan's table writes them -> runs by state; a level without runs has its row too."""
-    counts = {(f.column, level): dict.fromkeys(STATUSES, 0) for f in plan.space.factors for level in f.levels}
-    for run in plan.runs:
-        for column, level in run.row.items():
-            counts.setdefault((column, level), dict.fromkeys(STATUSES, 0))[run.status] += 1
+    """(column, level) as the plan's table writes them -> runs by state; a level without runs has its row too.
+
+    A continuous factor has the parts of its range for levels.
+    """
+    space = plan.space.stratified
+    counts = {(f.column, level): dict.fromkeys(STATUSES, 0) for f in space.factors for level in f.levels}
+    for run, row in zip(plan.runs, space.rows(plan.space.in_strata(plan.treatments())), strict=True):
+        for column, level in row.items():
+            counts[column, level][run.status] += 1
     return counts
 
 

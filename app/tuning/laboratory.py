@@ -28,6 +28,8 @@ from ...twin.tune.space import Amount, Levels, Range, TuningSpace
 #: The regulator holds no less (gauge).
 LEAST_PRESSURE_PA = 0.2e5
 NONE = "none"
+#: Tips of a continuous radius that are tried.
+_MOST_RADII = 9
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +79,12 @@ def tuning_space(
         plate_thickness_m=plate_thickness_m,
         plate_mass_kg=plate_mass_kg,
         tips=tuple(material(word) for word in _words(of.get("tip_material"), ())),
-        tip_radii_m=tuple(1e-3 * number for number in _numbers(of, "tip_radius")),
+        tip_radii_m=tuple(1e-3 * number for number in _numbers(of, "tip_radius", _MOST_RADII)),
         anvils=tuple(None if word == NONE else material(word) for word in anvils),
         insulators=_words(of.get("insulator"), (NONE,)),
         impact_positions=tuple(positions),
         tank_pressure_pa=Range(LEAST_PRESSURE_PA, highest),
-        impactor_mass_kg=mass_kg or Levels(_numbers(of, "bullet_mass")),
+        impactor_mass_kg=mass_kg or _masses(of),
     )
 
 
@@ -90,11 +92,21 @@ def _words(factor: Factor | None, otherwise: tuple[str, ...]) -> tuple[str, ...]
     return factor.levels if factor is not None else otherwise
 
 
-def _numbers(factors: Mapping[str, Factor], name: str) -> tuple[float, ...]:
+def _numbers(factors: Mapping[str, Factor], name: str, most: int | None = None) -> tuple[float, ...]:
+    """The numbers of a factor; of a continuous one `most` of them, at equal distances, its ends included."""
     factor = factors.get(name)
     if factor is None or factor.numbers is None:
         raise ValueError(f"the factors have no numbers of {name}; there are: {', '.join(factors)}")
-    return factor.numbers
+    if most is None or not factor.continuous or len(factor.numbers) <= most:
+        return factor.numbers
+    return tuple(factor.numbers[place] for place in np.linspace(0, len(factor.numbers) - 1, most).round().astype(int))
+
+
+def _masses(factors: Mapping[str, Factor]) -> Amount:
+    factor = factors.get("bullet_mass")
+    if factor is not None and factor.continuous:
+        return Range(*factor.limits)
+    return Levels(_numbers(factors, "bullet_mass"))
 
 
 def bench_refusals(twin: Twin, limits: BenchLimits) -> Refusals:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from sqlalchemy import select
 
+from ...doe.designs.methods import get_method
 from ...doe.plans import PlanExistsError
 from ...doe.space import space_from_form
 from ...schema.plans import Plan
@@ -35,6 +36,7 @@ def _check(store: Store, wanted: PlanArguments) -> None:
         raise ValueError(f"{wanted.runs} runs; expected 1 to {MOST_RUNS}")
     if wanted.seed is not None and not 0 <= wanted.seed < 2**31:
         raise ValueError(f"seed is {wanted.seed}; expected 0 to {2**31 - 1}, or none to draw one")
+    get_method(wanted.method).checked(wanted.options)
     if wanted.factors:
         space_from_form(wanted.factors)
     with store.reading() as session:

@@ -1,14 +1,64 @@
-"""Every feasible treatment once: nothing is confounded, where the campaign can afford it (Montgomery, chapter 5)."""
+"""Every feasible treatment, or a balanced part of them (Montgomery, Design and Analysis of Experiments, chapter 5)."""
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ..space import Space
+from . import pydoe
 from .base import Design
 
+#: As many as a campaign of years fires.
+_MOST_RUNS = 1_000_000
+_MOST_LEVELS = 1000
 
-def factorial(space: Space) -> Design:
+
+def factorial(space: Space, levels: int = 3) -> Design:
     """All treatments, the last axis fastest: an order to run them in is another function's work.
 
-    Raises `ValueError` for a space of more than a million treatments.
+    Of a continuous factor `levels` values at equal distances are taken, its ends included. Raises `ValueError` for more
+    than a million runs.
     """
-    return Design(space, space.all_treatments(), "factorial", None)
+    places = axis_places(space, levels)
+    return Design(space, combined(places, pydoe.full_factorial([len(each) for each in places])), "factorial", None)
+
+
+def subset(space: Space, reduction: int = 2, levels: int = 3) -> Design:
+    """About one in `reduction` of all treatments, such that levels and pairs are balanced: a generalized subset design.
+
+    Factors of any number of levels, words included. Continuous factors as in `factorial`. Raises `ValueError` where the
+    reduction is below 2 or too large for the levels.
+    """
+    if not 2 <= reduction <= _MOST_LEVELS:
+        raise ValueError(f"reduction is {reduction}; expected 2 to {_MOST_LEVELS}")
+    places = axis_places(space, levels)
+    varied = [index for index, each in enumerate(places) if len(each) > 1]
+    chosen = pydoe.generalized_subset([len(places[index]) for index in varied], reduction)
+    rows = np.zeros((len(chosen), len(places)), dtype=np.int64)
+    rows[:, varied] = chosen
+    return Design(space, combined(places, rows), "subset", None)
+
+
+def axis_places(space: Space, levels: int) -> list[NDArray[np.int64]]:
+    """Per axis, the indices that a factorial takes: all levels, and `levels` values of a continuous factor.
+
+    Raises `ValueError` for fewer than two `levels`, and for more than a million combinations.
+    """
+    if not 2 <= levels <= _MOST_LEVELS:
+        raise ValueError(f"levels is {levels}; expected 2 to {_MOST_LEVELS} values of each continuous factor")
+    places = [
+        np.unique(np.rint(np.linspace(0, axis.size - 1, levels)).astype(np.int64))
+        if axis.continuous
+        else np.arange(axis.size)
+        for axis in space.axes
+    ]
+    runs = float(np.prod([float(len(each)) for each in places]))
+    if runs > _MOST_RUNS:
+        raise ValueError(f"space {space.name!r}: {runs:.0f} treatments; expected at most {_MOST_RUNS} to list")
+    return places
+
+
+def combined(places: list[NDArray[np.int64]], rows: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Rows (n, axes) of indices into the places of each axis, as treatments (n, axes)."""
+    return np.stack([each[rows[:, axis]] for axis, each in enumerate(places)], axis=1)

@@ -2,7 +2,8 @@
 
 The thesis (chapter 3) took MATLAB's `lhsdesign` and rounded it to levels, which repeats treatments and leaves levels
 and pairs out of balance (Table A.1). Here the hypercube is the start: its ranks are cut into exactly balanced levels,
-and swaps of levels between runs, which keep that balance, even out pairs, triples and discrepancy.
+and swaps of levels between runs, which keep that balance, even out pairs, triples and discrepancy. Continuous factors
+are balanced by the parts of their ranges, and each run has a value of its own within its part (`strata`).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from .base import Design
 from .criterion import Kernel, Weights
 from .exchange import DirectSurface, Landscape, anneal, anneal_tabulated
 from .shares import cut_hypercube, level_counts, repaired
+from .strata import valued
 
 Floats = NDArray[np.float64]
 Ids = NDArray[np.int64]
@@ -72,6 +74,9 @@ def balanced(
             raise ValueError(f"{name} is {value!r}; expected at least 1")
     recorded = space.checked(np.zeros((0, len(space.axes)), dtype=np.int64) if fixed is None else fixed)
     weights = weights or Weights()
+    if space.stratified is not space:
+        parts = balanced(space.stratified, n, rng, fixed=space.in_strata(recorded), weights=weights, steps=steps)
+        return Design(space, valued(space, parts.treatments, recorded, rng), "lhs", None)
     if space.size > MOST_TABULATED:
         chosen = _choose_directly(space, n, recorded, weights, steps, rng)
     else:

@@ -1,72 +1,275 @@
-"""Every way in which a plan's design is made: its title, and the function that makes it. A new one is an entry here."""
+"""Every method by which a plan's design is made. A new one is a function and its entry here: the command line, the
+pages, the JSON API, jobs and the Python API offer what stands in `METHODS`, with the options that stand beside it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, get_args
 
 import numpy as np
 
 from ..space import Space
 from .base import Design
+from .coded import SurfaceWords, TwoLevelWords
+from .factorial import factorial, subset
+from .imported import read_table
+from .lhs import balanced
+from .optimal import optimal
+from .pydoe import Alpha, Exchange, Face, LhsCriterion, OptimalCriterion
+from .response_surface import box_behnken, central_composite
+from .space_filling import halton, latin_hypercube, sobol
+from .two_level import fractional_factorial, plackett_burman
 
-Method = Literal["lhs", "factorial", "import"]
+OptionValue = str | int | float
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """What may be asked of a design. Each way takes of it what it needs, and refuses where that is missing.
+class Option:
+    """A setting of one method. `kind` is the type of its value; `default` None: the method decides."""
 
-    `runs`: how many; `table`: a CSV file with a column per factor.
+    name: str
+    help: str
+    default: OptionValue | None = None
+    kind: type[str] | type[int] | type[float] = str
+    choices: tuple[str, ...] = ()
+
+    def value(self, given: object) -> OptionValue:
+        """The value in the option's type. Raises `ValueError` naming the option, the value and what was expected."""
+        try:
+            value = self.kind(str(given).strip())
+        except ValueError:
+            expected = "a whole number" if self.kind is int else "a number"
+            raise ValueError(f"{self.name} is {given!r}; expected {expected}") from None
+        if self.choices and value not in self.choices:
+            raise ValueError(f"{self.name} is {given!r}; expected one of {', '.join(self.choices)}")
+        return value
+
+
+@dataclass(frozen=True)
+class DesignRequest:
+    """What may be asked of a design; each method takes of it what it needs.
+
+    `runs`: how many; `table`: a CSV file with a column per factor; `options`: those of the method, by name.
     """
 
     runs: int | None
     table: Path | None
     rng: np.random.Generator
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def wanted_runs(self) -> int:
+        """Raises `ValueError` where none are wanted."""
+        if self.runs is None or self.runs < 1:
+            raise ValueError(f"runs is {self.runs}; expected 1 or more")
+        return self.runs
 
 
 @dataclass(frozen=True)
-class Way:
-    """`make` raises `ValueError` for what it lacks; an `imported.ImportedDesign` keeps its own order and numbers."""
+class DesignMethod:
+    """`function` takes the space, the request and the options as keywords. `takes` is what it needs of the request."""
 
     title: str
-    make: Callable[[Space, Wanted], Design]
+    help: str
+    function: Callable[..., Design]
+    takes: tuple[str, ...] = ()  #: "runs", "table"
+    options: Sequence[Option] = ()
+    repeats: bool = False  #: treatments may come twice: centre points, or levels that points are rounded to
+    example: str = ""  #: of the command line
+
+    def checked(self, given: Mapping[str, Any]) -> dict[str, OptionValue]:
+        """Options with their values in their types, those without a value left out.
+
+        Raises `ValueError` for one that the method has not, naming those that it has.
+        """
+        known = {option.name: option for option in self.options}
+        for name in given:
+            if name not in known:
+                expected = ", ".join(known) or "none"
+                raise ValueError(f"unknown option {name!r}; the method has: {expected}")
+        return {name: known[name].value(value) for name, value in given.items() if value is not None and value != ""}
+
+    def make(self, space: Space, request: DesignRequest) -> Design:
+        """The design, not yet in order of run. Its `method` names the options that are not the usual ones.
+
+        Raises `ValueError` for what the method lacks and for what it cannot do; an `imported.ImportedDesign` keeps its
+        own order and numbers.
+        """
+        options = self.checked(request.options)
+        design = self.function(space, request, **options)
+        usual = {option.name: option.default for option in self.options}
+        told = [f"{name}={value}" for name, value in options.items() if value != usual[name]]
+        return replace(design, method=" ".join([design.method, *told]))
 
 
-def _lhs(space: Space, wanted: Wanted) -> Design:
-    from .lhs import balanced
-
-    if wanted.runs is None or wanted.runs < 1:
-        raise ValueError(f"runs of a Latin hypercube is {wanted.runs}; expected 1 or more")
-    return balanced(space, wanted.runs, wanted.rng)
+def _of_space(design: Callable[..., Design]) -> Callable[..., Design]:
+    """A function of the space and options, as a method's."""
+    return lambda space, _request, **options: design(space, **options)
 
 
-def _factorial(space: Space, _: Wanted) -> Design:
-    from .factorial import factorial
+def _of_runs(design: Callable[..., Design]) -> Callable[..., Design]:
+    """A function of the space, the number of runs, `rng` and options, as a method's."""
+    return lambda space, request, **options: design(space, request.wanted_runs, request.rng, **options)
 
-    return factorial(space)
+
+def _hypercube(space: Space, n: int, rng: np.random.Generator, criterion: str = "balance") -> Design:
+    return balanced(space, n, rng) if criterion == "balance" else latin_hypercube(space, n, rng, criterion)
 
 
-def _import(space: Space, wanted: Wanted) -> Design:
-    from .imported import read_table
-
-    if wanted.table is None:
+def _import(space: Space, request: DesignRequest) -> Design:
+    if request.table is None:
         raise ValueError("no table to import; expected a CSV file with a column per factor")
-    return read_table(wanted.table, space)
+    return read_table(request.table, space)
 
 
-METHODS: Mapping[Method, Way] = {
-    "lhs": Way("balanced Latin hypercube", _lhs),
-    "factorial": Way("full factorial", _factorial),
-    "import": Way("a table of your own", _import),
+_LEVELS = Option("levels", "Values of each continuous factor, at equal distances.", 3, int)
+_TWO_LEVEL_WORDS = Option(
+    "categorical",
+    "What three or more words without order are to a design of two levels: refused, or the first and the last.",
+    "refuse",
+    choices=get_args(TwoLevelWords),
+)
+_SURFACE_WORDS = Option(
+    "categorical",
+    "What words without order are to a surface: refused, or the whole design at each of them.",
+    "refuse",
+    choices=get_args(SurfaceWords),
+)
+
+METHODS: Mapping[str, DesignMethod] = {
+    "lhs": DesignMethod(
+        "Latin hypercube",
+        "Latin hypercube: every level, and every pair of levels, as often as any other.",
+        _of_runs(_hypercube),
+        ("runs",),
+        [
+            Option(
+                "criterion",
+                "What the hypercube is chosen by: balance of levels, pairs and triples, or one of pyDOE3's criteria.",
+                "balance",
+                choices=("balance", *get_args(LhsCriterion)),
+            )
+        ],
+        repeats=True,
+        example="plan lhs spring --runs 105 --seed 1 --out spring.csv",
+    ),
+    "sobol": DesignMethod(
+        "Sobol' sequence",
+        "Points of a scrambled Sobol' sequence: for continuous factors; best in powers of two.",
+        _of_runs(sobol),
+        ("runs",),
+        repeats=True,
+        example="plan sobol spring --runs 64 --range tank_pressure_bar=0.8:6 --seed 1",
+    ),
+    "halton": DesignMethod(
+        "Halton sequence",
+        "Points of a shifted Halton sequence: for continuous factors, any number of runs.",
+        _of_runs(halton),
+        ("runs",),
+        repeats=True,
+        example="plan halton spring --runs 50 --range tank_pressure_bar=0.8:6 --seed 1",
+    ),
+    "factorial": DesignMethod(
+        "full factorial",
+        "Every feasible treatment, in an order with few changeovers.",
+        _of_space(factorial),
+        options=[_LEVELS],
+        example="plan factorial hammer --kind hammer",
+    ),
+    "subset": DesignMethod(
+        "generalized subset design",
+        "A balanced part of all treatments, for factors of any number of levels.",
+        _of_space(subset),
+        options=[Option("reduction", "One in so many of all treatments.", 2, int), _LEVELS],
+        example="plan subset spring --reduction 3",
+    ),
+    "fractional-factorial": DesignMethod(
+        "two-level fractional factorial",
+        "Two levels of each factor, and a part of their combinations: main effects of many factors in few runs.",
+        _of_space(fractional_factorial),
+        options=[
+            Option("generators", "A word for each factor: 'a b c ab ac'. [the fewest runs of the resolution]"),
+            Option("resolution", "3: main effects aliased with pairs; 4: pairs with pairs; 5: neither.", 4, int),
+            _TWO_LEVEL_WORDS,
+        ],
+        example="plan fractional-factorial screening --resolution 4 --categorical first-last",
+    ),
+    "plackett-burman": DesignMethod(
+        "Plackett-Burman design",
+        "Two levels of each factor, in the next multiple of four runs above the number of factors.",
+        _of_space(plackett_burman),
+        options=[_TWO_LEVEL_WORDS],
+        example="plan plackett-burman screening --categorical first-last",
+    ),
+    "central-composite": DesignMethod(
+        "central composite design",
+        "Corners, stars and centre points, for a quadratic surface over ordered and continuous factors.",
+        _of_space(central_composite),
+        options=[
+            Option(
+                "face",
+                "Stars on the faces of the range (ccf), at its ends beside a smaller cube (cci), or at alpha times a "
+                "cube of your own (ccc).",
+                "ccf",
+                choices=get_args(Face),
+            ),
+            Option(
+                "alpha",
+                "Distance of the stars: for orthogonal blocks, or for equal variance in all directions.",
+                "orthogonal",
+                choices=get_args(Alpha),
+            ),
+            Option("centre", "Centre points beside the cube, and as many beside the stars.", 4, int),
+            Option("cube", "Of face ccc: the share of the range that the cube has.", 0.5, float),
+            _SURFACE_WORDS,
+        ],
+        repeats=True,
+        example="plan central-composite surface --range tank_pressure_bar=1:6 --range bullet_mass_kg=0.2:0.6 "
+        "--categorical cross",
+    ),
+    "box-behnken": DesignMethod(
+        "Box-Behnken design",
+        "Midpoints of edges and centre points, for a quadratic surface without runs at the corners of the range.",
+        _of_space(box_behnken),
+        options=[Option("centre", "Centre points. [as many as are usual]", None, int), _SURFACE_WORDS],
+        repeats=True,
+        example="plan box-behnken surface --categorical cross",
+    ),
+    "optimal": DesignMethod(
+        "optimal design",
+        "The runs that serve a stated model best, chosen from all feasible treatments.",
+        _of_runs(optimal),
+        ("runs",),
+        [
+            Option(
+                "criterion",
+                "D: the determinant of the information; A: the variance of coefficients; I: that of predictions.",
+                "D",
+                choices=get_args(OptimalCriterion),
+            ),
+            Option("degree", "Of the model: 1 for main effects, 2 with squares and interactions.", 1, int),
+            Option("exchange", "pyDOE3's way of exchanging runs.", "detmax", choices=get_args(Exchange)),
+            _LEVELS,
+        ],
+        example="plan optimal spring --runs 24 --seed 1",
+    ),
+    "import": DesignMethod(
+        "a table of your own",
+        "A design that somebody else has made: a CSV table, kept in its order.",
+        _import,
+        ("table",),
+        repeats=True,
+        example="plan import thesis table_a1_lhs_105_runs.csv",
+    ),
 }
 
 
-def way_of(method: str) -> Way:
+def get_method(name: str) -> DesignMethod:
     """Raises `ValueError` that names those there are."""
-    for known, way in METHODS.items():
-        if known == method:
-            return way
-    raise ValueError(f"method is {method!r}; expected one of {', '.join(METHODS)}")
+    for known, method in METHODS.items():
+        if known == name:
+            return method
+    raise ValueError(f"method is {name!r}; expected one of {', '.join(METHODS)}")

@@ -19,7 +19,11 @@ Sense = Literal["less", "more", "neither"]
 
 @dataclass(frozen=True)
 class Quality:
-    """Figures of one design; deviations are counts minus balanced shares, in runs."""
+    """Figures of one design; deviations are counts minus balanced shares, in runs.
+
+    Balance and correlation take a continuous factor by the `doe.space.STRATA` parts of its range, spread and distance
+    by its values, and D-efficiency by its linear effect.
+    """
 
     runs: int  #: of the design
     distinct: int  #: different treatments among them
@@ -34,7 +38,7 @@ class Quality:
     minimum_distance: float  #: in the unit cube; 0 with repeats, infinite for one run
     fewest_differences: int  #: axes in which the two most similar runs differ
     largest_correlation: float  #: canonical, between two axes
-    d_efficiency: float  #: main effects in effect coding
+    d_efficiency: float  #: main effects, those of levels in effect coding
     d_efficiency_limit: float  #: what a balanced orthogonal design would have
     changeovers: Mapping[str, int]  #: factor to the times it is changed, in the order given
 
@@ -47,23 +51,26 @@ def quality(space: Space, treatments: NDArray[np.int64]) -> Quality:
     rows = space.checked(treatments)
     if not len(rows):
         raise ValueError("treatments: no run; expected at least one")
-    sizes, points = [axis.size for axis in space.axes], centres(space, rows)
+    cells, points = space.in_strata(rows), centres(space, rows)
+    sizes = [axis.strata for axis in space.axes]
+    values = [axis.size for axis in space.axes]
+    linear = [index for index, axis in enumerate(space.axes) if axis.continuous]
     return Quality(
         runs=len(rows),
         distinct=balance.distinct(rows),
-        level_counts=_level_counts(space, rows),
-        worst_level=balance.worst_deviation(rows, sizes, 1),
-        worst_pair=balance.worst_deviation(rows, sizes, 2),
-        worst_triple=balance.worst_deviation(rows, sizes, 3),
-        rms_triple=balance.rms_deviation(rows, sizes, 3),
-        uneven_triples=balance.beyond_one(rows, sizes, 3),
+        level_counts=_level_counts(space.stratified, cells),
+        worst_level=balance.worst_deviation(cells, sizes, 1),
+        worst_pair=balance.worst_deviation(cells, sizes, 2),
+        worst_triple=balance.worst_deviation(cells, sizes, 3),
+        rms_triple=balance.rms_deviation(cells, sizes, 3),
+        uneven_triples=balance.beyond_one(cells, sizes, 3),
         centred_discrepancy=spread.discrepancy(points, "CD"),
         wrap_around_discrepancy=spread.discrepancy(points, "WD"),
         minimum_distance=spread.minimum_distance(points),
         fewest_differences=spread.fewest_differences(rows),
-        largest_correlation=spread.largest_correlation(rows, sizes),
-        d_efficiency=spread.d_efficiency(rows, sizes),
-        d_efficiency_limit=spread.d_efficiency_limit(sizes),
+        largest_correlation=spread.largest_correlation(cells, sizes),
+        d_efficiency=spread.d_efficiency(rows, values, linear),
+        d_efficiency_limit=spread.d_efficiency_limit(values, linear),
         changeovers=changeovers(space, rows),
     )
 

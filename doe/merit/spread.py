@@ -59,31 +59,38 @@ def _canonical(counts: Levels) -> float:
     return min(1.0, float(np.linalg.svd(standardised, compute_uv=False)[0]))
 
 
-def main_effects(treatments: Levels, sizes: Sequence[int]) -> Floats:
+def main_effects(treatments: Levels, sizes: Sequence[int], linear: Sequence[int] = ()) -> Floats:
     """Model matrix (n, 1 + sum of (levels - 1)): a constant and main effects in effect coding.
 
-    A level has a column of its own (1), and -1 in all columns of its axis for the last level.
+    A level has a column of its own (1), and -1 in all columns of its axis for the last level. Each of the axes `linear`
+    has one column instead, from -1 at its first level to 1 at its last.
     """
     columns = [np.ones((len(treatments), 1))]
     for axis, size in enumerate(sizes):
         coding = np.vstack([np.eye(size - 1), -np.ones((1, size - 1))])
+        if axis in linear:
+            coding = np.linspace(-1.0, 1.0, size)[:, None]
         columns.append(coding[treatments[:, axis]])
     return np.hstack(columns)
 
 
-def d_efficiency(treatments: Levels, sizes: Sequence[int]) -> float:
+def d_efficiency(treatments: Levels, sizes: Sequence[int], linear: Sequence[int] = ()) -> float:
     """|X'X / n|^(1/p) of `main_effects`; 0 where they cannot be estimated (Montgomery, section 11.4).
 
     With effect coding a balanced orthogonal design has `d_efficiency_limit`, not 1.
     """
-    x = main_effects(treatments, sizes)
+    x = main_effects(treatments, sizes, linear)
     sign, log_determinant = np.linalg.slogdet(x.T @ x / len(x))
     if sign <= 0 or np.linalg.matrix_rank(x) < x.shape[1]:
         return 0.0
     return float(np.exp(log_determinant / x.shape[1]))
 
 
-def d_efficiency_limit(sizes: Sequence[int]) -> float:
-    """`d_efficiency` of a balanced orthogonal design: an axis of k levels has |X'X / n| = k^(2 - k)."""
-    parameters = 1 + sum(size - 1 for size in sizes)
-    return float(np.exp(sum((2 - size) * np.log(size) for size in sizes) / parameters))
+def d_efficiency_limit(sizes: Sequence[int], linear: Sequence[int] = ()) -> float:
+    """`d_efficiency` of a balanced orthogonal design: an axis of k levels has |X'X / n| = k^(2 - k).
+
+    A linear axis whose runs all stand at its ends has 1, as one of two levels.
+    """
+    counts = [2 if axis in linear else size for axis, size in enumerate(sizes)]
+    parameters = 1 + sum(size - 1 for size in counts)
+    return float(np.exp(sum((2 - size) * np.log(size) for size in counts) / parameters))

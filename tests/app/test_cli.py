@@ -77,7 +77,7 @@ def test_json_goes_to_a_file(filled, tmp_path):
     [
         (("plann",), "No such command 'plann'; did you mean plan?"),
         (("qqq",), "No such command 'qqq'; pyroshock --help lists them"),
-        (("plan", "show"), "No such command 'show'; augment, discard, discriminate, factorial, import, lhs,"),
+        (("plan", "show"), "No such command 'show'; augment, box-behnken, central-composite, discard, discriminate,"),
     ],
 )
 def test_unknown_command_is_told_which_there_are(words, said):

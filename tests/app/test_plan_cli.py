@@ -96,6 +96,38 @@ def test_lab_adds_its_own_factor(url, tmp_path):
     assert {run["operator"] for run in runs} == {"Ada", "Emil"}
 
 
+def test_pressure_over_its_range_is_a_factor(url, tmp_path):
+    made = as_json("lhs", "p", "--runs", "10", "--range", "tank_pressure_bar=1:6:0.1", "--seed", "1", "--db", url)
+    pressures = sorted(run["tank_pressure_pa"] for run in made["runs"])
+    assert [int(pressure // 5.001e4) for pressure in pressures] == sorted({int(p // 5.001e4) for p in pressures})
+    assert 1e5 <= pressures[0] < 1.5e5 and 5.5e5 < pressures[-1] <= 6e5
+    assert not any("velocity_level" in run for run in made["runs"])
+    out = tmp_path / "out.csv"
+    ranges = ("--range", "tank_pressure_bar=1:6:0.1")
+    done("lhs", "q", "--runs", "10", *ranges, "--seed", "1", "--db", url, "--out", out)
+    done("import", "r", out, *ranges, "--db", url)
+    assert "better" in done("quality", "r", "--against", "q", "--db", url).stdout
+    assert "1 to 2" in done("quality", "r", "--db", url).stdout
+
+
+@pytest.mark.parametrize("text", ["tank_pressure_bar", "tank_pressure_bar=low:high", "tank_pressure_bar=1"])
+def test_range_that_is_none_is_refused(url, text):
+    result = plan("lhs", "p", "--runs", "10", "--range", text, "--db", url)
+    assert result.exit_code == 2
+    assert "tank_pressure_bar" in result.stderr
+
+
+def test_aliases_of_a_screening_plan_are_told(url):
+    given = ("--generators", "a b c d abc abd", "--categorical", "first-last", "--db", url)
+    result = done("fractional-factorial", "p", *given)
+    assert "aliased: plate_material*tip_radius = " in result.stderr
+    assert "generators=a b c d abc abd" in result.stderr
+    refused = plan("fractional-factorial", "q", "--db", url)
+    assert refused.exit_code == 2
+    assert "(anvil_material+insulator)" in result.stderr
+    assert "categorical=first-last" in refused.stderr
+
+
 def test_hammer_factorial_has_180_configurations(url):
     made = as_json("factorial", "h", "--db", url, "--kind", "hammer", "--seed", "3")
     treatments = {json.dumps({k: v for k, v in run.items() if k not in ("run", "position")}) for run in made["runs"]}

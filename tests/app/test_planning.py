@@ -57,11 +57,14 @@ def test_table_keeps_its_numbers(store, tmp_path):
     ("method", "own", "said"),
     [
         ("magic", {}, f"method is 'magic'; expected one of {', '.join(METHODS)}"),
-        ("lhs", {}, "runs of a Latin hypercube is None; expected 1 or more"),
+        ("lhs", {}, "runs is None; expected 1 or more"),
         ("lhs", {"runs": 3, "seed": -1}, "seed is -1; expected 0 or more"),
         ("lhs", {"runs": 3, "repetitions": 0}, "repetitions is 0; expected 1 or more"),
         ("lhs", {"runs": 3, "kind": "sling"}, "kind is 'sling'; expected one of hammer, gun"),
         ("import", {}, "no table to import"),
+        ("lhs", {"runs": 3, "options": {"face": "ccf"}}, "unknown option 'face'; the method has: criterion"),
+        ("lhs", {"runs": 3, "ranges": {"humidity": (1, 2)}}, "no factor 'humidity'"),
+        ("plackett-burman", {}, "anvil_material\\+insulator has 5 levels without order"),
     ],
 )
 def test_what_cannot_be_planned_stores_nothing(store, method, own, said):

@@ -9,6 +9,7 @@ import click
 import pytest
 from pyroshock.dataset import predictors
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
+from pyroshock.doe.designs.methods import METHODS
 from pyroshock.ingest.readers import READERS
 from pyroshock.schema.tables import metadata
 from pyroshock.signals.checks import CHECKS, SPECTRUM_CHECKS
@@ -110,11 +111,19 @@ def test_a_check_has_its_limits_with_reasons() -> None:
     assert re.search(r"^\| `MIN_SHARE` \| `0\.05` \| A second peak counts from this share", words, re.MULTILINE)
 
 
+def test_methods_of_design_have_their_options() -> None:
+    for name, method in METHODS.items():
+        words = section("designs", name)
+        assert escaped(method.help) in words
+        for option in method.options:
+            assert f"| `{option.name}` |" in words
+
+
 def test_designs_are_those_of_the_folder() -> None:
-    found = {function.__module__.rpartition(".")[2] for function in designs.functions()}
-    assert found == {"augment", "factorial", "imported", "lhs"}
+    found = {function.__name__ for function in designs.functions()}
+    assert {"augment", "balanced", "read_table", "factorial", "subset", "plackett_burman", "optimal"} < found
     for function in designs.functions():
-        words = section("designs", function.__module__.rpartition(".")[2])
+        words = section("designs", f"{function.__module__.rpartition('.')[2]}.{function.__name__}")
         assert escaped(first_line(function.__doc__)) in words
 
 

@@ -167,8 +167,11 @@ def test_column_is_the_name_unless_said(tmp_path: Path) -> None:
         (HEAD + FACTOR + "weight = 3\n", "[[factors]] 1: unknown key 'weight'; expected change, column"),
         (HEAD + FACTOR + FACTOR, "name 'anvil' stands twice"),
         (HEAD + FACTOR + FACTOR.replace('"anvil"', '"base"\ncolumn = "anvil"'), "column 'anvil' stands twice"),
-        (HEAD + FACTOR.replace("categorical", "number"), "kind is 'number'; expected one of numeric, ordered"),
-        (HEAD + FACTOR + 'unit = "m"\n', "[[factors]] 1: unit is 'm'; expected one for a numeric factor"),
+        (
+            HEAD + FACTOR.replace("categorical", "number"),
+            "kind is 'number'; expected one of numeric, continuous, ordered",
+        ),
+        (HEAD + FACTOR + 'unit = "m"\n', "[[factors]] 1: unit is 'm'; expected one for a factor of numbers"),
         (HEAD + RADII.replace('unit = "mm"', ""), "unit is None"),
         (HEAD + SPEEDS.replace('unit = "m/s"', ""), "unit is None"),
         (HEAD + SPEEDS.replace("7, 22", "22"), "factor 'speed': 1 numbers; expected 2, one per level"),

@@ -11,6 +11,7 @@ from typing import Any
 
 from pyroshock.doe import designs
 from pyroshock.doe.designs.base import Design
+from pyroshock.doe.designs.methods import METHODS, DesignMethod, Option
 from pyroshock.doe.factors import Factor
 from pyroshock.doe.merit import Quality
 from pyroshock.doe.space import Space, gun_space, hammer_space
@@ -31,9 +32,10 @@ def functions() -> Iterator[Callable[..., Any]]:
 
 
 def page() -> str:
-    """A section a design; then factors and figures."""
+    """A section a method, and one for each function behind them; then factors and figures."""
     gun, hammer = gun_space(), hammer_space()
     return joined(
+        *(_method(name, method) for name, method in METHODS.items()),
         *(_section(function) for function in functions()),
         _space("Factors of the gun", gun),
         _space("Factors of the hammer", hammer),
@@ -41,9 +43,23 @@ def page() -> str:
     )
 
 
+def _method(name: str, method: DesignMethod) -> str:
+    rows = [(code(option.name), _values(option), _default(option), escaped(option.help)) for option in method.options]
+    options = table(["option", "values", "default", "what it is"], rows) if rows else ""
+    return joined(f"## {name}", escaped(method.help), f"```sh\npyroshock {method.example}\n```", options)
+
+
+def _values(option: Option) -> str:
+    return escaped(", ".join(option.choices) or {str: "text", int: "whole number", float: "number"}[option.kind])
+
+
+def _default(option: Option) -> str:
+    return "" if option.default is None else code(str(option.default))
+
+
 def _section(function: Callable[..., Any]) -> str:
     module = import_module(function.__module__)
-    title = function.__module__.rpartition(".")[2]
+    title = f"{function.__module__.rpartition('.')[2]}.{function.__name__}"
     call = f"from {function.__module__} import {function.__name__}\n\n{function.__name__}{inspect.signature(function)}"
     called = call.replace("'", "").replace(", /", "")
     return joined(f"## {title}", prose(module.__doc__), f"```python\n{called}\n```", prose(function.__doc__))
@@ -57,7 +73,7 @@ def _space(title: str, space: Space) -> str:
 
 
 def _levels(factor: Factor) -> str:
-    words = ", ".join(factor.levels)
+    words = factor.level_text
     if factor.values:
         words += f" ({', '.join(f'{value:g}' for value in factor.values)})"
     return escaped(f"{words} {factor.unit or ''}".strip())

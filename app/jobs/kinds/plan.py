@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlanArguments:
-    """What a plan is made of; `factors` is a TOML text (empty: the shipped ones), `table` a CSV to import.
+    """What a plan is made of; `factors` is a TOML text (empty: the shipped ones), `table` a CSV to import, `options`
+    those of the method.
 
     The seed is drawn when a plan is asked for: whoever makes it makes the same one.
     """
@@ -32,6 +34,7 @@ class PlanArguments:
     factors: str = ""
     table: str = ""
     description: str = ""
+    options: Mapping[str, str | int | float] = field(default_factory=dict)
 
     def draft(self) -> Draft:
         """The design. Raises as `planning.draft_plan`."""
@@ -50,6 +53,7 @@ class PlanArguments:
                 repetitions=self.repetitions,
                 seed=self.seed,
                 description=self.description or None,
+                options=self.options,
             )
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
-from ....doe.designs.methods import Method
+from ....doe.designs.methods import METHODS
 from ....doe.plans import list_plans, read_plan, tick_run
 from ...jobs.kinds.plan import PlanArguments
 from ...plans.quality import plan_page
@@ -19,10 +19,13 @@ router = APIRouter(tags=["plans"])
 
 
 class NewPlan(BaseModel):
-    """`factors`: text of a factors file in TOML; `table`: text of a CSV to import. Empty: the shipped ones."""
+    """`factors`: text of a factors file in TOML; `table`: text of a CSV to import. Empty: the shipped ones.
+
+    `options` are those of the method, such as {"criterion": "maximin"} of "lhs".
+    """
 
     name: Text = Field(min_length=1, max_length=200)
-    method: Method = "lhs"
+    method: Annotated[str, Field(json_schema_extra={"enum": [*METHODS]})] = "lhs"
     kind: Literal["gun", "hammer"] = "gun"
     runs: Annotated[int, Field(ge=1, le=MOST_RUNS)] = 105
     repetitions: Annotated[int, Field(ge=1, le=1000)] = 10
@@ -30,6 +33,7 @@ class NewPlan(BaseModel):
     factors: Text = Field("", max_length=200_000)
     table: Text = Field("", max_length=800_000)
     description: Text = Field("", max_length=10_000)
+    options: Annotated[dict[Text, Text | int | float], Field(max_length=20)] = {}
 
 
 class Tick(BaseModel):

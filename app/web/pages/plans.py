@@ -6,11 +6,11 @@ import tempfile
 from pathlib import Path
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Form, HTTPException
+from fastapi import APIRouter, Depends, Form, HTTPException
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
-from ....doe.designs.methods import METHODS, Method
+from ....doe.designs.methods import METHODS
 from ....doe.plans import StoredPlan, list_plans, read_plan, tick_run
 from ....doe.sheet import sheet_of, write_sheet
 from ....doe.space import shipped_factors
@@ -41,8 +41,14 @@ def plans(request: Request, store: OpenStore) -> Response:
 
 @router.get("/plans/new")
 def new(request: Request, kind: Literal["gun", "hammer"] = "gun") -> Response:
-    titles = [(name, way.title) for name, way in METHODS.items()]
-    return page(request, "plan_new.html", kind=kind, factors=shipped_factors(kind), methods=titles)
+    return page(request, "plan_new.html", kind=kind, factors=shipped_factors(kind), methods=METHODS)
+
+
+async def _options(request: Request) -> dict[str, str]:
+    """What the form says of the method's options: fields such as "lhs.criterion"."""
+    form = await request.form()
+    prefix = f"{form.get('method', 'lhs')}."
+    return {name.removeprefix(prefix): str(value) for name, value in form.items() if name.startswith(prefix) and value}
 
 
 @router.post("/plans")
@@ -50,7 +56,8 @@ def make(
     store: OpenStore,
     jobs: Running,
     name: Annotated[str, Form(min_length=1, max_length=200)],
-    method: Annotated[Method, Form()] = "lhs",
+    options: Annotated[dict[str, str], Depends(_options)],
+    method: Annotated[str, Form(max_length=60)] = "lhs",
     kind: Annotated[Literal["gun", "hammer"], Form()] = "gun",
     runs: Annotated[int, Form(ge=1)] = 105,
     repetitions: Annotated[int, Form(ge=1, le=1000)] = 10,
@@ -62,7 +69,7 @@ def make(
     if seed and not seed.isdecimal():
         raise ValueError(f"seed {seed!r} is no whole number; leave it empty to draw one")
     wanted = PlanArguments(
-        name.strip(), method, kind, runs, repetitions, int(seed) if seed else None, factors, table, description
+        name.strip(), method, kind, runs, repetitions, int(seed) if seed else None, factors, table, description, options
     )
     return followed(plan_job(jobs, store, wanted))
 

@@ -115,6 +115,13 @@ def test_every_level_of_the_plan_has_its_row(planned: str) -> None:
     assert sum(states["done"] for states in of_mass) == FIRED
 
 
+def test_range_of_the_plan_has_a_row_for_each_part(tmp_path: Path) -> None:
+    with opened(f"sqlite:///{tmp_path / 'lab.db'}", create=True) as store:
+        plan = make_plan(store, "lhs", "ranged", runs=10, seed=1, ranges={"tank_pressure_bar": (1, 6, 0.1)})
+    counts = {level: sum(c.values()) for (column, level), c in level_counts(plan).items() if "pressure" in column}
+    assert counts == dict.fromkeys(["1 to 2", "2.1 to 3", "3.1 to 4", "4.1 to 5", "5.1 to 6"], 2)
+
+
 def test_achieved_settings_are_off_as_they_were_made(planned: str) -> None:
     with opened(planned) as store:
         with store.writing() as session:

@@ -13,7 +13,10 @@ from urllib.parse import quote
 import pytest
 from pyroshock.app.diagnoses.diagnosing import keep
 from pyroshock.app.plans.planning import make_plan
+from pyroshock.doe.designs.methods import METHODS
 from pyroshock.doe.plans import read_plan
+from pyroshock.doe.ranges import with_ranges
+from pyroshock.doe.space import shipped_factors
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.schema.campaigns import Campaign, Factor, FactorLevel
 from pyroshock.schema.diagnoses import Diagnosis
@@ -271,6 +274,10 @@ def test_the_list_links_to_the_campaign(evil: tuple[Any, Any]) -> None:
     assert all(link.startswith(("/", "#")) for link in page.links)
 
 
+#: Three levels of the bullet's mass, and a range of pressures.
+FACED = with_ranges(shipped_factors("gun"), {"tank_pressure_bar": (1, 6), "tip_radius_mm": (30, 60)})
+
+
 def test_a_plan_made_here_may_have_any_name(evil: tuple[Any, Any]) -> None:
     client, store = evil
     form = {"name": SHORT, "method": "factorial", "kind": "hammer", "factors": FACTORS, "description": NAME}
@@ -282,6 +289,21 @@ def test_a_plan_made_here_may_have_any_name(evil: tuple[Any, Any]) -> None:
     checked(client, "/jobs")
     with store.reading() as session:
         assert session.scalar(select(Plan.description).where(Plan.name == SHORT)) == NAME
+
+
+def test_a_plan_is_made_with_the_options_of_its_method(evil: tuple[Any, Any]) -> None:
+    """Fields of other methods, which the form sends too, are left alone."""
+    client, store = evil
+    form = {"name": "faced", "method": "central-composite", "central-composite.categorical": "cross", "kind": "gun"}
+    form |= {"central-composite.centre": "1", "lhs.criterion": "maximin", "factors": FACED, "repetitions": "1"}
+    job = ended(client, post(client, "/plans", form))
+    assert (job["state"], job["error"]) == ("done", None)
+    with store.reading() as session:
+        assert session.scalar(select(Plan.method).where(Plan.name == "faced")) == (
+            "central-composite categorical=cross centre=1"
+        )
+    for method in METHODS.values():
+        assert all(f'.{option.name}"' in client.get("/plans/new").text for option in method.options)
 
 
 def test_file_names_of_an_upload_are_words(evil: tuple[Any, Any], tmp_path: Path) -> None:

@@ -174,6 +174,12 @@ def test_a_bad_address_is_answered_in_words(filled: Lab, address: str, status: i
         ("/plans", {"name": "x", "description": "\x07"}, 422, "description"),
         ("/plans", {"name": PLAN}, 422, "in the store already"),
         ("/plans", {"name": "x", "method": "guess"}, 422, "guess"),
+        (
+            "/plans",
+            {"name": "x", "lhs.criterion": "guess"},
+            422,
+            "expected one of balance, random",
+        ),
         (f"/plans/{AT}/runs/1", {"status": "lost"}, 422, "lost"),
         (f"/plans/{AT}/runs/1", {"status": "discarded"}, 422, "reason"),
         (f"/plans/{AT}/runs/9", {"status": "done"}, 422, "no run 9"),
