@@ -29,6 +29,7 @@ SLOW = {
     "docs/how-to/ingest.md",
     "docs/how-to/plan.md",
     "docs/plans.md",
+    "docs/python.md",
     "docs/registry.md",
     "docs/start.md",
     "docs/studies.md",
