@@ -146,7 +146,7 @@ def _values(predictor: Predictor, column: pd.Series[Any]) -> Floats:
     if len(unknown):
         levels = ", ".join(predictor.levels)
         raise ValueError(f"{column.name} is {unknown.iloc[0]!r} in row {unknown.index[0]!r}; expected one of {levels}")
-    return codes.to_numpy(dtype="float64")
+    return _numbers(codes)
 
 
 def _numbers(column: pd.Series[Any]) -> Floats:
