@@ -45,12 +45,13 @@ CONTINUOUS = space_from_text(
     """
 )
 SPACES = {"gun": gun_space(), "hammer": hammer_space(), "continuous": CONTINUOUS}
-#: What lets a method take words without order.
+#: What lets a method take words without order, and not look at 810 candidates for long.
 OPTIONS: dict[str, dict[str, Any]] = {
     "fractional-factorial": {"categorical": "first-last"},
     "plackett-burman": {"categorical": "first-last"},
     "central-composite": {"categorical": "cross"},
     "box-behnken": {"categorical": "cross"},
+    "optimal": {"exchange": "simple_exchange"},
 }
 #: The hammer has no ordered factor beside its two speeds: no surface is fitted there.
 IMPOSSIBLE = {("central-composite", "hammer"), ("box-behnken", "hammer")}

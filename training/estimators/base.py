@@ -23,6 +23,9 @@ class Gaussian:
     mean: Floats
     spread: Floats | None
 
+    def take(self, rows: slice) -> Gaussian:
+        return Gaussian(self.mean[rows], None if self.spread is None else self.spread[rows])
+
 
 class NotFittedError(ValueError):
     """A regression is asked before it has learned anything."""

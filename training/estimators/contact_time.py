@@ -8,6 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..fit_report import FitReport
 from ..gp.one_core import one_core
 from ..tuning.bayesian import Between, OneOf, Space, bayesian_minimum
 from ..tuning.folds import grouped_folds
@@ -72,6 +73,9 @@ class ContactTimeProcess(LearnedArrays):
 
     #: What was found, as JSON holds it: the settings, `lengthscales`, `signal`, `noise_level` and the search's `error`.
     tuned_: dict[str, Any] | None = None
+    #: Errors of the settings that were tried, and losses of the last fit, in turn; not kept on disk.
+    search_errors_: tuple[float, ...] = ()
+    losses_: list[float] | None = None
 
     def settings(self) -> dict[str, Any]:
         return {
@@ -103,7 +107,8 @@ class ContactTimeProcess(LearnedArrays):
             with one_core():
                 choice, error = self._searched(x, y, groups, rng)
                 rows = np.sort(rng.permutation(len(x))[: self.fit_rows])
-                tuned = {**choice, **fitted(x[rows], y[rows], choice, 30), "error": error}
+                parameters, self.losses_ = fitted(x[rows], y[rows], choice, 30)
+                tuned = {**choice, **parameters, "error": error}
         return self.restore(_as_arrays(x, y, tuned))
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
@@ -145,10 +150,26 @@ class ContactTimeProcess(LearnedArrays):
             return left_out_error(x[rows], y[rows], {**fixed, **settings}, folds)
 
         if not space:
-            return dict(fixed), error_of({})
+            error = error_of({})
+            self.search_errors_ = (error,)
+            return dict(fixed), error
         first = {name: THESIS[name] for name in space}
         found = bayesian_minimum(error_of, space, self.iterations, rng, first)
+        self.search_errors_ = found.history
         return {**fixed, **found.settings}, found.value
+
+    def fit_report(self) -> FitReport:
+        tuned = self._tuned()
+        settings = {name: tuned[name] for name in SPACE}
+        own_scales = tuned["lengthscales"] if tuned["ard"] else tuned["lengthscales"][:1]
+        learned = {"signal": tuned["signal"], "noise_level": tuned["noise_level"], "search_error": tuned["error"]}
+        common = {} if tuned["ard"] else {"lengthscale": float(own_scales[0])}
+        histories = {"search_error": list(self.search_errors_), "loss": self.losses_ or []}
+        return FitReport(
+            {**settings, **learned, **common, "search_iterations": self.iterations},
+            {"lengthscale": list(own_scales)} if tuned["ard"] else {},
+            {name: history for name, history in histories.items() if history},
+        )
 
 
 def _as_arrays(x: Floats, y: Floats, tuned: Mapping[str, Any]) -> Arrays:

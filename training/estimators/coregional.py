@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gp.kernels import kernel_named
+from ..fit_report import FitReport
+from ..gp.covariance import Covariance
 from ..gp.one_core import one_core
-from ..gp.parameters import Parameters, started
 from ..gp.posterior import Posterior, posterior
-from ..gp.search import Found, search
 from .base import Arrays, Floats, Gaussian
 from .components import principal, unturned
+from .input_kernel import InputKernel
 from .learned import LearnedArrays, Shape
 from .standard import Standard
 
-_POSTERIOR: dict[str, Shape] = {
-    "pivots": ("r", "d"),
+if TYPE_CHECKING:
+    from gpytorch.kernels import Kernel
+
+    from ..gp.maximise import Maximisation
+
+POSTERIOR: dict[str, Shape] = {
+    "pivots": ("r", "k"),
     "projection": ("r", "r"),
     "weights": ("r", "m"),
     "s": ("p",),
@@ -28,79 +32,115 @@ _POSTERIOR: dict[str, Shape] = {
     "mixing": ("p", "m"),
     "noise": ("m",),
 }
+STANDARDS: dict[str, Shape] = {"x_mean": ("d",), "x_width": ("d",), "y_mean": ("m",), "y_width": ("m",)}
 
 
 class Coregional(LearnedArrays):
-    """Covariance B (x) K + D (x) I: K of a `kernel` with a lengthscale for each predictor, B = W W' + diag(kappa), W of
-    `rank` columns (never more than outputs), D the noise of each. Trained exactly, in float64, by at most `iterations`
-    steps; nothing is left to chance.
+    """Covariance B (x) K + D (x) I: K of a `kernel`, B = W W' + diag(kappa), W of `rank` columns (never more than
+    outputs), D the noise of each: a `CoregionalModel` of GPyTorch in float64, trained by its exact marginal likelihood
+    and priors in at most `iterations` steps; nothing is left to chance.
 
-    B and D are those of the p principal `components`, where D is a noise correlated between outputs; without, they are
-    the outputs' own, as in the thesis. `found_` is the search: its losses, whether it converged; not kept on disk.
+    `kernel` is "rbf", "matern32", "matern52" or "rational-quadratic", with a lengthscale for each predictor and its
+    prior, or a kernel of `gpytorch.kernels` with priors of your own, over standardised predictors. B and D are those of
+    the p principal `components`, where D is a noise correlated between outputs; without, they are the outputs' own, as
+    in the thesis. `maximisation_` is the search: its losses, whether it converged; not kept on disk.
     """
 
     kind = "coregional"
 
-    def __init__(self, kernel: str = "rbf", rank: int = 6, iterations: int = 400, components: bool = True) -> None:
-        kernel_named(kernel)
+    def __init__(
+        self, kernel: str | Mapping[str, Any] | Kernel = "rbf", rank: int = 6, iterations: int = 400,
+        components: bool = True,
+    ) -> None:  # fmt: skip
         if rank < 1:
             raise ValueError(f"rank {rank}: the outputs share at least 1 process")
-        self.kernel, self.rank, self.iterations, self.components = kernel, rank, iterations, components
-        self.found_: Found | None = None
+        self.input_kernel = InputKernel(kernel)
+        self.rank, self.iterations, self.components = rank, iterations, components
+        self.maximisation_: Maximisation | None = None
 
     def settings(self) -> dict[str, Any]:
         return {
-            "kernel": self.kernel,
+            "kernel": self.input_kernel.description,
             "rank": self.rank,
             "iterations": self.iterations,
             "components": self.components,
         }
 
     def shapes(self) -> Mapping[str, Shape]:
-        standards: dict[str, Shape] = {"x_mean": ("d",), "x_width": ("d",), "y_mean": ("m",), "y_width": ("m",)}
-        tuned: dict[str, Shape] = {"turn": ("p", "m"), "log_lengthscales": ("d",), "loadings": ("p", "q")}
-        return standards | tuned | {"log_kappa": ("p",), "log_noise": ("p",)} | _POSTERIOR
+        tuned: dict[str, Shape] = {"turn": ("p", "m"), "loadings": ("p", "q"), "log_kappa": ("p",), "log_noise": ("p",)}
+        return STANDARDS | tuned | self.input_kernel.shapes() | POSTERIOR
 
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
+        from ..gp.marginal_likelihood import KroneckerMarginalLogLikelihood
+        from ..gp.maximise import maximise
+        from ..gp.multitask import CoregionalModel
+
         inputs, outputs = Standard.of(x), Standard.of(y)
         z, standard = inputs.apply(x), outputs.apply(y)
         with one_core():
             turn = principal(standard) if self.components else np.eye(y.shape[1])
-            start = started(z.shape[1], len(turn), self.rank)
-            self.found_ = search(self.kernel, z, unturned(standard, turn), start, self.iterations)
-            self._solve(x, y, {**_arrays("x", inputs), **_arrays("y", outputs), "turn": turn}, self.found_.parameters)
+            model = CoregionalModel(z, unturned(standard, turn), self.input_kernel.made(z.shape[1]), self.rank)
+            self.maximisation_ = maximise(KroneckerMarginalLogLikelihood(model.likelihood, model), self.iterations)
+            tuned = {
+                "turn": turn,
+                "loadings": model.loadings,
+                "log_kappa": np.log(model.kappa),
+                "log_noise": np.log(model.noise),
+                **self.input_kernel.numbers(model.kernel),
+            }
+            self._solve(x, y, {**standard_arrays("x", inputs), **standard_arrays("y", outputs), **tuned})
         return self
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
         """Keeps the kernel's parameters and the standardisation they belong to; only solves."""
-        learned, other = self._learned(), type(self)(**self.settings())
-        tuned = Parameters(**{f.name: learned[f.name] for f in fields(Parameters)})
+        other = type(self)(**self.settings())
         with one_core():
-            kept = {name: learned[name] for name in ("x_mean", "x_width", "y_mean", "y_width", "turn")}
-            other._solve(x, y, kept, tuned)
+            other._solve(x, y, {name: array for name, array in self._learned().items() if name not in POSTERIOR})
         return other
 
     def predict(self, x: Floats) -> Gaussian:
         learned = self._learned()
-        inputs, outputs = _standard(learned, "x"), _standard(learned, "y")
-        a = inputs.apply(self._asked(x, len(inputs.mean))) / np.exp(learned["log_lengthscales"])
-        frozen = Posterior(**{name: learned[name] for name in _POSTERIOR})
-        mean, spread = frozen.predict(self.kernel, a)
+        inputs, outputs = standard_of(learned, "x"), standard_of(learned, "y")
+        frozen = Posterior(**{name: learned[name] for name in POSTERIOR})
+        z = inputs.apply(self._asked(x, len(inputs.mean)))
+        mean, spread = frozen.predict(self._covariance(), self.input_kernel.scaled(learned, z))
         return Gaussian(outputs.undo(mean), spread * outputs.width)
 
-    def _solve(self, x: Floats, y: Floats, kept: Arrays, tuned: Parameters) -> None:
-        scores = unturned(_standard(kept, "y").apply(y), kept["turn"])
-        frozen = posterior(self.kernel, _standard(kept, "x").apply(x), scores, tuned).turned(kept["turn"])
-        self.learned_ = {
-            **kept,
-            **{f.name: getattr(tuned, f.name) for f in fields(tuned)},
-            **{name: getattr(frozen, name) for name in _POSTERIOR},
-        }
+    def fit_report(self) -> FitReport:
+        learned = self._learned()
+        settings, by_predictor = self.input_kernel.report(learned)
+        search = self.maximisation_
+        found = {} if search is None else {"converged": search.converged, "evaluations": len(search.losses)}
+        return FitReport(
+            {
+                **settings,
+                "rank": self.rank,
+                "noise": float(np.median(np.exp(0.5 * learned["log_noise"]))),
+                "components": len(learned["turn"]) if self.components else 0,
+                "iterations": self.iterations,
+                **found,
+            },
+            by_predictor,
+            {} if search is None else {"loss": search.losses.tolist()},
+        )
+
+    def _covariance(self) -> Covariance:
+        return self.input_kernel.scaled_covariance(self._learned())
+
+    def _solve(self, x: Floats, y: Floats, tuned: Arrays) -> None:
+        scores = unturned(standard_of(tuned, "y").apply(y), tuned["turn"])
+        z = self.input_kernel.scaled(tuned, standard_of(tuned, "x").apply(x))
+        b = tuned["loadings"] @ tuned["loadings"].T + np.diag(np.exp(tuned["log_kappa"]))
+        covariance = self.input_kernel.scaled_covariance(tuned)
+        frozen = posterior(covariance, z, scores, b, np.exp(tuned["log_noise"])).turned(tuned["turn"])
+        self.learned_ = {**tuned, **{name: getattr(frozen, name) for name in POSTERIOR}}
 
 
-def _arrays(axis: str, standard: Standard) -> Arrays:
+def standard_arrays(axis: str, standard: Standard) -> Arrays:
+    """Mean and width under names that `standard_of` reads."""
     return {f"{axis}_mean": standard.mean, f"{axis}_width": standard.width}
 
 
-def _standard(arrays: Arrays, axis: str) -> Standard:
+def standard_of(arrays: Arrays, axis: str) -> Standard:
+    """The standardisation of the predictors ("x") or the outputs ("y")."""
     return Standard(arrays[f"{axis}_mean"], arrays[f"{axis}_width"])

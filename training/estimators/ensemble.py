@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
 
 from .base import Floats
-from .nodes import GrownTrees, arrays_of
+from .leaf_spread import TreeRegression
 
 
-class TreeEnsemble(GrownTrees):
+@dataclass(eq=False)
+class TreeEnsemble(TreeRegression):
     """`trees` trees on bootstrap samples of the pulses, every predictor asked at each split (Breiman, 1996).
 
     MATLAB's `fitrensemble` boosts by default (LSBoost) and offers bags, with 5 pulses to a leaf, beside it;
@@ -19,20 +18,16 @@ class TreeEnsemble(GrownTrees):
     spread, which boosting on squared errors does not have.
     """
 
-    kind = "ensemble"
+    trees: int = 100
+    min_leaf: int = 5
 
-    def __init__(self, trees: int = 100, min_leaf: int = 5) -> None:
-        self.trees = trees
-        self.min_leaf = min_leaf
+    kind: ClassVar[str] = "ensemble"
+    parameters: ClassVar = {"trees": "n_estimators", "min_leaf": "min_samples_leaf"}
 
-    def settings(self) -> dict[str, Any]:
-        return {"trees": self.trees, "min_leaf": self.min_leaf}
-
-    def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
+    def pipeline(self, seed: int) -> Any:
         from sklearn.ensemble import RandomForestRegressor
 
-        seed = int(rng.integers(2**31))
-        forest = RandomForestRegressor(self.trees, min_samples_leaf=self.min_leaf, max_features=1.0, random_state=seed)
-        # One output must come as a column's values, or scikit-learn warns.
-        grown = forest.fit(x, y[:, 0] if y.shape[1] == 1 else y).estimators_
-        return self.restore(arrays_of(grown, x, y))
+        return RandomForestRegressor(random_state=seed)
+
+    def _learn(self, regressor: Any, x: Floats, y: Floats) -> Self:
+        return super()._learn(regressor, x, y[:, 0] if y.shape[1] == 1 else y)  # scikit-learn warns of one column

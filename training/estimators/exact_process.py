@@ -1,4 +1,4 @@
-"""One output's Gaussian process, exact: covariance, marginal likelihood with gradient, leave-fold-out means.
+"""One output's Gaussian process with a basis in its mean: covariance, training by GPyTorch, leave-fold-out means.
 
 The mean is a basis h(x) times coefficients with a wide normal prior, so it is part of the covariance (Rasmussen and
 Williams 2006, section 2.7): K = signal^2 k(z, z') + PRIOR h h' + noise^2 I.
@@ -14,14 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gp.kernels import kernel_and_slope, kernel_matrix, lengthscale_gradient
+from ..gp.kernels import kernel_matrix
 from .base import Floats
 
 #: Prior variance of a coefficient of the basis; the output's own is 1.
 PRIOR = 10.0
-
-#: How far a lengthscale may go from where it starts, as a factor: down, up.
-_REACH = (np.exp(-5.0), np.exp(7.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,17 +36,14 @@ class Process:
         return np.asarray(self.signal**2 * k + PRIOR * h @ other_h.T)
 
     def factor(self, z: Floats, h: Floats) -> Floats:
-        """Lower Cholesky factor (n x n) of the measurements' covariance."""
+        """Lower Cholesky factor (n x n) of the measurements' covariance. Raises `ValueError` where there is none."""
         k = self.between(z, h, z, h)
         k.flat[:: len(k) + 1] += self.noise**2
-        return _cholesky(k, self.kernel)
-
-
-def _cholesky(k: Floats, kernel: str) -> Floats:
-    try:
-        return np.asarray(np.linalg.cholesky(k), dtype=np.float64)
-    except np.linalg.LinAlgError:
-        raise ValueError(f"the covariance of kernel {kernel!r} is not positive definite: raise the noise") from None
+        try:
+            return np.asarray(np.linalg.cholesky(k), dtype=np.float64)
+        except np.linalg.LinAlgError:
+            name = self.kernel
+            raise ValueError(f"the covariance of kernel {name!r} is not positive definite: raise the noise") from None
 
 
 def inverse(lower: Floats) -> Floats:
@@ -70,46 +64,22 @@ def leave_folds_out(inverted: Floats, y: Floats, folds: Sequence[NDArray[np.bool
     return means
 
 
-def likelihood(process: Process, z: Floats, h: Floats, y: Floats) -> tuple[float, Floats]:
-    """Negative logarithm of the marginal likelihood without its constant, and its derivatives (d + 2,) by the
-    logarithms of lengthscales, signal and noise.
-    """
-    scaled = z / process.lengthscales
-    k, slope = kernel_and_slope(process.kernel, scaled)
-    covariance = process.signal**2 * k + PRIOR * h @ h.T
-    covariance.flat[:: len(y) + 1] += process.noise**2
-    lower = _cholesky(covariance, process.kernel)
-    by_k = inverse(lower)
-    weights = by_k @ y
-    value = 0.5 * float(y @ weights) + float(np.log(lower.diagonal()).sum())
-    by_k -= np.outer(weights, weights)
-    by_k *= 0.5 * process.signal**2
-    by_noise = 2.0 * process.noise**2 / process.signal**2 * float(by_k.trace())
-    by_signal = 2.0 * float((by_k * k).sum())
-    return value, np.array([*lengthscale_gradient(scaled, by_k * slope), by_signal, by_noise])
-
-
 def most_likely(
     start: Process, z: Floats, h: Floats, y: Floats, ard: bool, noise_floor: float, iterations: int
-) -> Process:
-    """The process of greatest marginal likelihood near `start` (L-BFGS-B); without `ard`, lengthscales stay equal."""
-    from scipy.optimize import minimize
+) -> tuple[Process, Floats]:
+    """The process of greatest marginal likelihood near `start`, and the losses of the search per row.
 
-    d = z.shape[1]
-    free = d if ard else 1
+    Without `ard`, lengthscales stay equal; the noise's standard deviation keeps above `noise_floor`.
+    """
+    from gpytorch.mlls import ExactMarginalLogLikelihood
 
-    def process_at(theta: Floats) -> Process:
-        lengthscales = np.exp(theta[:free]) if ard else np.full(d, np.exp(theta[0]))
-        return Process(start.kernel, lengthscales, float(np.exp(theta[-2])), float(np.exp(theta[-1])))
+    from ..gp.basis_process import BasisProcess
+    from ..gp.maximise import maximise
 
-    def loss(theta: Floats) -> tuple[float, Floats]:
-        value, slopes = likelihood(process_at(theta), z, h, y)
-        lengths = slopes[:d] if ard else slopes[:d].sum(keepdims=True)
-        return value / len(y), np.concatenate([lengths, slopes[d:]]) / len(y)
-
-    first = np.log([*start.lengthscales[:free], start.signal, max(start.noise, noise_floor)])
-    low, high = np.log(_REACH)
-    bounds = [(float(value + low), float(value + high)) for value in first[:free]]
-    bounds += [(np.log(1e-2), np.log(1e2)), (np.log(noise_floor), np.log(2.0))]
-    found = minimize(loss, first, jac=True, bounds=bounds, method="L-BFGS-B", options={"maxiter": iterations})
-    return process_at(found.x)
+    model = BasisProcess(
+        z, h, y, start.kernel, start.lengthscales if ard else start.lengthscales[:1], start.signal,
+        max(start.noise, noise_floor), noise_floor, PRIOR,
+    )  # fmt: skip
+    search = maximise(ExactMarginalLogLikelihood(model.likelihood, model), iterations, change=2.2e-9, gradient=1e-5)
+    lengthscales = np.broadcast_to(model.lengthscales, z.shape[1]).copy()
+    return Process(start.kernel, lengthscales, model.signal, model.noise), search.losses

@@ -1,7 +1,7 @@
 """A regression whose learned state is a handful of plain arrays of declared shapes.
 
-scikit-learn fits several of ours, but none of its objects is kept: what they learned is small enough to evaluate here,
-so nothing on disk can carry code, and a model of today predicts with tomorrow's scikit-learn.
+What they learned is small enough to evaluate here, so nothing on disk can carry code. Regressions of scikit-learn are
+kept as its own objects (`scikit_pipeline`).
 """
 
 from __future__ import annotations

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Self
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .base import Floats, Gaussian
-from .learned import LearnedArrays, Shape
-from .standard import Standard
+from .base import Arrays, Floats
+from .scikit_pipeline import PipelineRegression, scaling_pipeline
 
 
-class LinearPowers(LearnedArrays):
+@dataclass(eq=False)
+class LinearPowers(PipelineRegression):
     """Least squares on 1, x, x^2 .. x^`powers` of each standardised predictor; no products of two.
 
     A material's properties rise and fall together, so most columns repeat others: of all coefficients that fit equally
@@ -21,54 +20,42 @@ class LinearPowers(LearnedArrays):
     each output: s^2 (1 + h), h the row's leverage.
     """
 
-    kind = "linear"
+    powers: int = 3
 
-    def __init__(self, powers: int = 3) -> None:
-        self.powers = powers
+    kind: ClassVar[str] = "linear"
+    trusted: ClassVar = ("pyroshock.training.estimators.linear.powers_of",)
 
-    def settings(self) -> dict[str, Any]:
-        return {"powers": self.powers}
+    def pipeline(self, seed: int) -> Any:  # noqa: ARG002
+        from sklearn.linear_model import LinearRegression
+        from sklearn.preprocessing import FunctionTransformer
 
-    def shapes(self) -> Mapping[str, Shape]:
-        return {
-            "x_mean": ("d",),
-            "x_width": ("d",),
-            "coefficients": ("p", "m"),
-            "leverage_root": ("p", "r"),
-            "variance": ("m",),
-        }
+        return scaling_pipeline(FunctionTransformer(powers_of, kw_args={"highest": self.powers}), LinearRegression())
 
-    def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
-        scale = Standard.of(x)
-        terms = self._terms(scale.apply(x))
-        left, singular, right = np.linalg.svd(terms, full_matrices=False)
+    def _spread_arrays(self, x: Floats, y: Floats) -> Arrays:
+        terms = self._terms(x)
+        _, singular, right = np.linalg.svd(terms, full_matrices=False)
         kept = singular > singular[0] * max(terms.shape) * np.finfo(np.float64).eps
-        root = right[kept].T / singular[kept]  # p x r: the pseudo-inverse is root @ left.T
-        coefficients = root @ (left[:, kept].T @ y)
         freedom = max(len(x) - int(kept.sum()), 1)
-        variance = np.sum((y - terms @ coefficients) ** 2, axis=0) / freedom
-        return self.restore(
-            {
-                "x_mean": scale.mean,
-                "x_width": scale.width,
-                "coefficients": coefficients,
-                "leverage_root": root,
-                "variance": variance,
-            }
-        )
+        variance = np.sum((y - self._regressor().predict(x)) ** 2, axis=0) / freedom
+        return {"leverage_root": right[kept].T / singular[kept], "variance": variance}
 
-    def predict(self, x: Floats) -> Gaussian:
-        learned = self._learned()
-        scale = Standard(learned["x_mean"], learned["x_width"])
-        terms = self._terms(scale.apply(self._asked(x, len(scale.mean))))
-        leverage = np.sum((terms @ learned["leverage_root"]) ** 2, axis=1)
-        return Gaussian(terms @ learned["coefficients"], np.sqrt((1 + leverage)[:, None] * learned["variance"]))
+    def _spread(self, x: Floats, mean: Floats) -> Floats:  # noqa: ARG002
+        leverage = np.sum((self._terms(x) @ self.spread_["leverage_root"]) ** 2, axis=1)
+        return np.asarray(np.sqrt((1 + leverage)[:, None] * self.spread_["variance"]))
 
-    def _terms(self, z: Floats) -> Floats:
-        return np.concatenate([np.ones((len(z), 1)), *(z**power for power in range(1, self.powers + 1))], axis=1)
+    def _terms(self, x: Floats) -> Floats:
+        return np.column_stack([np.ones(len(x)), self._regressor()[:-1].transform(x)])
 
-    def _check(self, arrays: dict[str, NDArray[Any]]) -> dict[str, int]:
-        lengths = super()._check(arrays)
-        if lengths["p"] != 1 + self.powers * lengths["d"]:
-            raise ValueError(f"{self.kind!r}: {lengths['p']} terms are not those of {self.powers} powers")
-        return lengths
+    def _check(self, regressor: Any, spread: Arrays) -> None:
+        super()._check(regressor, {})
+        outputs, terms = regressor[-1].coef_.shape
+        root, variance = spread.get("leverage_root", np.zeros(0)), spread.get("variance", np.zeros(0))
+        if root.shape[:1] != (terms + 1,) or root.ndim != 2 or variance.shape != (outputs,):
+            raise ValueError(
+                f"{self.kind!r}: 'leverage_root' and 'variance' are not of {terms} terms, {outputs} outputs"
+            )
+
+
+def powers_of(columns: Floats, highest: int) -> Floats:
+    """n x d to n x (d times `highest`); its name stands in the files of models."""
+    return np.concatenate([columns**power for power in range(1, highest + 1)], axis=1)

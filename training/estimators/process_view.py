@@ -54,7 +54,7 @@ class View:
         return Gaussian(time, time * spread)
 
 
-def _most_likely(view: View, x: Floats, settings: Settings, iterations: int) -> Process:
+def _most_likely(view: View, x: Floats, settings: Settings, iterations: int) -> tuple[Process, Floats]:
     floor = settings["noise"] / 10
     return most_likely(view.start(), *view.inputs(x), view.output, settings["ard"], floor, iterations)
 
@@ -62,20 +62,18 @@ def _most_likely(view: View, x: Floats, settings: Settings, iterations: int) -> 
 def left_out_error(x: Floats, y: Floats, settings: Settings, folds: Sequence[NDArray[np.bool_]]) -> float:
     """Eq. 4.7 over folds left out, with kernel parameters from all rows: one inverse serves all folds."""
     view = View(x, y, settings)
-    process = _most_likely(view, x, settings, 25)
+    process, _ = _most_likely(view, x, settings, 25)
     inverted = inverse(process.factor(*view.inputs(x)))
     left_out = leave_folds_out(inverted, view.output, folds)
     predicted = view.undo(left_out, np.zeros_like(left_out)).mean
     return float(np.mean(np.abs(predicted - y) / np.abs(y)))
 
 
-def fitted(x: Floats, y: Floats, settings: Settings, iterations: int) -> dict[str, Any]:
-    process = _most_likely(View(x, y, settings), x, settings, iterations)
-    return {
-        "lengthscales": process.lengthscales.tolist(),
-        "signal": process.signal,
-        "noise_level": process.noise,
-    }
+def fitted(x: Floats, y: Floats, settings: Settings, iterations: int) -> tuple[dict[str, Any], list[float]]:
+    """Kernel parameters of greatest likelihood, and the losses of the search per row."""
+    process, losses = _most_likely(View(x, y, settings), x, settings, iterations)
+    tuned = {"lengthscales": process.lengthscales.tolist(), "signal": process.signal, "noise_level": process.noise}
+    return tuned, losses.tolist()
 
 
 class Solution:

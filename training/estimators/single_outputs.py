@@ -3,60 +3,71 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..gp.kernels import kernel_named
+from ..fit_report import FitReport
 from ..gp.one_core import one_core
-from ..gp.parameters import Parameters, started
 from ..gp.posterior import Posterior, posterior
-from ..gp.search import search
 from .base import Arrays, Floats, Gaussian
+from .coregional import STANDARDS, standard_arrays, standard_of
+from .input_kernel import InputKernel
 from .learned import LearnedArrays, Shape
 from .standard import Standard
 
+if TYPE_CHECKING:
+    from gpytorch.kernels import Kernel
+
 
 class SingleOutputs(LearnedArrays):
-    """m exact processes with their own lengthscales (one for each predictor), variance and noise.
+    """m exact processes with their own kernel parameters, variance and noise: each a `CoregionalModel` of one output.
 
-    Each is tuned on the same `tuning_rows` random rows (all, where there are no more) and predicts from all rows. What
-    is kept is the rows and the parameters: m frozen posteriors would be 50 times as large; `restore` solves again.
+    Each is trained on the same `tuning_rows` random rows (all, where there are no more) and predicts from all rows.
+    What is kept is the rows and the parameters: m frozen posteriors would be 50 times as large; `restore` solves again.
+    `kernel` is as of `Coregional`.
     """
 
     kind = "single-outputs"
     posteriors_: list[Posterior]
+    #: Losses of the search of each output, per row; not kept on disk.
+    losses_: list[Floats] | None = None
 
-    def __init__(self, kernel: str = "rbf", iterations: int = 100, tuning_rows: int = 480) -> None:
-        kernel_named(kernel)
-        self.kernel, self.iterations, self.tuning_rows = kernel, iterations, tuning_rows
+    def __init__(
+        self, kernel: str | Mapping[str, Any] | Kernel = "rbf", iterations: int = 100, tuning_rows: int = 480
+    ) -> None:
+        self.input_kernel = InputKernel(kernel)
+        self.iterations, self.tuning_rows = iterations, tuning_rows
 
     def settings(self) -> dict[str, Any]:
-        return {"kernel": self.kernel, "iterations": self.iterations, "tuning_rows": self.tuning_rows}
+        return {
+            "kernel": self.input_kernel.description,
+            "iterations": self.iterations,
+            "tuning_rows": self.tuning_rows,
+        }
 
     def shapes(self) -> Mapping[str, Shape]:
-        return {
-            **{"x": ("n", "d"), "y": ("n", "m")},
-            **{"x_mean": ("d",), "x_width": ("d",), "y_mean": ("m",), "y_width": ("m",)},
-            **{"log_lengthscales": ("m", "d"), "loadings": ("m", 1, 1), "log_kappa": ("m", 1), "log_noise": ("m", 1)},
-        }
+        kernel: dict[str, Shape] = {name: ("m", *shape) for name, shape in self.input_kernel.shapes().items()}
+        tuned: dict[str, Shape] = {"loadings": ("m", 1, 1), "log_kappa": ("m", 1), "log_noise": ("m", 1)}
+        return {"x": ("n", "d"), "y": ("n", "m"), **STANDARDS, **kernel, **tuned}
 
     def fit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
         inputs, outputs = Standard.of(x), Standard.of(y)
         rows = np.sort(rng.permutation(len(x))[: self.tuning_rows])
         z, columns = inputs.apply(x)[rows], outputs.apply(y)[rows]
+        self.losses_ = []
         with one_core():
             tuned = [self._tuned(z, columns[:, [j]]) for j in range(columns.shape[1])]
-        self._keep(x, y, inputs, outputs, {f.name: _stack(tuned, f.name) for f in fields(Parameters)})
+        self._keep(x, y, inputs, outputs, {name: np.stack([each[name] for each in tuned]) for name in tuned[0]})
         return self
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002
         """Keeps the kernels' parameters and the standardisation they belong to; only solves."""
         learned, other = self._learned(), type(self)(**self.settings())
-        parameters = {f.name: learned[f.name] for f in fields(Parameters)}
-        other._keep(x, y, self._standard("x"), self._standard("y"), parameters)
+        others = ("x", "y", *STANDARDS)
+        tuned = {name: array for name, array in learned.items() if name not in others}
+        other._keep(x, y, standard_of(learned, "x"), standard_of(learned, "y"), tuned)
         return other
 
     def restore(self, arrays: Arrays) -> Self:
@@ -65,36 +76,76 @@ class SingleOutputs(LearnedArrays):
         return self
 
     def predict(self, x: Floats) -> Gaussian:
-        inputs, outputs, scales = self._standard("x"), self._standard("y"), self._learned()["log_lengthscales"]
+        learned = self._learned()
+        inputs, outputs = standard_of(learned, "x"), standard_of(learned, "y")
         z = inputs.apply(self._asked(x, len(inputs.mean)))
-        found = [
-            one.predict(self.kernel, z / np.exp(scale)) for one, scale in zip(self.posteriors_, scales, strict=True)
-        ]
-        mean, spread = (np.hstack(parts) for parts in zip(*found, strict=True))
+        predictions = []
+        for output, frozen in enumerate(self.posteriors_):
+            own = self._of_output(output)
+            covariance = self.input_kernel.scaled_covariance(own)
+            predictions.append(frozen.predict(covariance, self.input_kernel.scaled(own, z)))
+        mean, spread = (np.hstack(parts) for parts in zip(*predictions, strict=True))
         return Gaussian(outputs.undo(mean), spread * outputs.width)
 
-    def _tuned(self, z: Floats, column: Floats) -> Parameters:
-        return search(self.kernel, z, column, started(z.shape[1], 1, 1), self.iterations).parameters
+    def fit_report(self) -> FitReport:
+        """Medians over the outputs; the loss is their mean, each output's last value standing once it has ended."""
+        learned = self._learned()
+        medians = {name: np.median(learned[name], axis=0) for name in self.input_kernel.shapes()}
+        settings, by_predictor = self.input_kernel.report(medians)
+        return FitReport(
+            {
+                **settings,
+                "noise": float(np.median(np.exp(0.5 * learned["log_noise"]))),
+                "signal": float(np.median(np.abs(learned["loadings"]))),
+                "iterations": self.iterations,
+                "tuning_rows": self.tuning_rows,
+            },
+            by_predictor,
+            {} if not self.losses_ else {"loss": _mean_history(self.losses_)},
+        )
 
-    def _keep(self, x: Floats, y: Floats, inputs: Standard, outputs: Standard, parameters: Arrays) -> None:
-        standards = {"x_mean": inputs.mean, "x_width": inputs.width, "y_mean": outputs.mean, "y_width": outputs.width}
-        self.learned_ = {"x": np.array(x), "y": np.array(y), **standards, **parameters}
+    def _tuned(self, z: Floats, column: Floats) -> Arrays:
+        from ..gp.marginal_likelihood import KroneckerMarginalLogLikelihood
+        from ..gp.maximise import maximise
+        from ..gp.multitask import CoregionalModel
+
+        model = CoregionalModel(z, column, self.input_kernel.made(z.shape[1]), 1)
+        search = maximise(KroneckerMarginalLogLikelihood(model.likelihood, model), self.iterations)
+        if self.losses_ is not None:
+            self.losses_.append(search.losses)
+        return {
+            **self.input_kernel.numbers(model.kernel),
+            "loadings": model.loadings,
+            "log_kappa": np.log(model.kappa),
+            "log_noise": np.log(model.noise),
+        }
+
+    def _of_output(self, output: int) -> Arrays:
+        """The parameters of one output's process."""
+        names = (*self.input_kernel.shapes(), "loadings", "log_kappa", "log_noise")
+        return {name: self._learned()[name][output] for name in names}
+
+    def _keep(self, x: Floats, y: Floats, inputs: Standard, outputs: Standard, tuned: Arrays) -> None:
+        standards = {**standard_arrays("x", inputs), **standard_arrays("y", outputs)}
+        self.learned_ = {"x": np.array(x), "y": np.array(y), **standards, **tuned}
         self._solve()
 
     def _solve(self) -> None:
         learned = self._learned()
-        z, columns = self._standard("x").apply(learned["x"]), self._standard("y").apply(learned["y"])
-        names = [f.name for f in fields(Parameters)]
+        z, columns = standard_of(learned, "x").apply(learned["x"]), standard_of(learned, "y").apply(learned["y"])
+        self.posteriors_ = []
         with one_core():
-            self.posteriors_ = [
-                posterior(self.kernel, z, columns[:, [j]], Parameters(*(learned[name][j] for name in names)))
-                for j in range(columns.shape[1])
-            ]
+            for output in range(columns.shape[1]):
+                own = self._of_output(output)
+                b = own["loadings"] @ own["loadings"].T + np.diag(np.exp(own["log_kappa"]))
+                covariance = self.input_kernel.scaled_covariance(own)
+                scaled = self.input_kernel.scaled(own, z)
+                self.posteriors_.append(
+                    posterior(covariance, scaled, columns[:, [output]], b, np.exp(own["log_noise"]))
+                )
 
-    def _standard(self, axis: str) -> Standard:
-        learned = self._learned()
-        return Standard(learned[f"{axis}_mean"], learned[f"{axis}_width"])
 
-
-def _stack(tuned: list[Parameters], name: str) -> Floats:
-    return np.stack([getattr(one, name) for one in tuned])
+def _mean_history(losses: list[Floats]) -> list[float]:
+    longest = max(len(history) for history in losses)
+    padded = [np.pad(history, (0, longest - len(history)), mode="edge") for history in losses]
+    return np.mean(padded, axis=0).tolist()  # type: ignore[no-any-return]

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .covariance import Covariance
 from .factor import factorise
-from .kernels import Floats, kernel_matrix
+from .kernels import Floats
 from .kronecker import TOLERANCE, solve, whiten
-from .parameters import Parameters
 
 #: Rows that are predicted at once: keeps the memory of many below that of training.
 _CHUNK = 4096
@@ -17,12 +17,12 @@ _CHUNK = 4096
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """m outputs given their measurements, through the r rows `pivots` (r x d, divided by the lengthscales) that carry
-    the kernel's factor; the rest of the rows adds less than the factor's tolerance.
+    """m outputs given their measurements, through the r rows `pivots` (r x d) that carry the kernel's factor; the rest
+    of the rows adds less than the factor's tolerance.
 
     With features h = k(x, pivots) `projection` (r x r), the mean is h `weights` (r x m); independent outputs have the
-    variances `s` (p,) where nothing is known and h^2 `remaining` (r x p) within the features, and `mixing` (p x m)
-    takes them to the measured ones. `noise` (m,) are the variances of one measurement.
+    variances `s` (p,) times that of the input where nothing is known and h^2 `remaining` (r x p) within the features,
+    and `mixing` (p x m) takes them to the measured ones. `noise` (m,) are the variances of one measurement.
     """
 
     pivots: Floats
@@ -33,9 +33,9 @@ class Posterior:
     mixing: Floats
     noise: Floats
 
-    def predict(self, kind: str, a: Floats) -> tuple[Floats, Floats]:
-        """Means and standard deviations (n x m) of new measurements at a (n x d), divided by the lengthscales."""
-        parts = [self._predict(kind, a[begin : begin + _CHUNK]) for begin in range(0, max(len(a), 1), _CHUNK)]
+    def predict(self, covariance: Covariance, z: Floats) -> tuple[Floats, Floats]:
+        """Means and standard deviations (n x m) of new measurements at z (n x d)."""
+        parts = [self._predict(covariance, z[begin : begin + _CHUNK]) for begin in range(0, max(len(z), 1), _CHUNK)]
         return np.concatenate([mean for mean, _ in parts]), np.concatenate([spread for _, spread in parts])
 
     def turned(self, turn: Floats) -> Posterior:
@@ -43,31 +43,31 @@ class Posterior:
         weights, mixing, noise = self.weights @ turn, self.mixing @ turn, self.noise @ turn**2
         return replace(self, weights=weights, mixing=mixing, noise=noise)
 
-    def _predict(self, kind: str, a: Floats) -> tuple[Floats, Floats]:
-        h = kernel_matrix(kind, a, self.pivots) @ self.projection
+    def _predict(self, covariance: Covariance, z: Floats) -> tuple[Floats, Floats]:
+        h = covariance.matrix(z, self.pivots) @ self.projection
         mean = h @ self.weights
         h *= h
         # a sum of positive terms: k(x, x) - k(x, X) (...) k(X, x) would lose its digits where the noise is small
-        unknown = np.maximum(1.0 - h.sum(axis=1, keepdims=True), 0.0)
+        unknown = np.maximum(covariance.variances(z)[:, None] - h.sum(axis=1, keepdims=True), 0.0)
         latent = (unknown * self.s + h @ self.remaining) @ self.mixing**2
         return mean, np.sqrt(latent + self.noise)
 
 
-def posterior(kind: str, x: Floats, y: Floats, at: Parameters, tolerance: float = TOLERANCE) -> Posterior:
-    """Given y (n x m) at x (n x d); only solves, tunes nothing."""
+def posterior(covariance: Covariance, z: Floats, y: Floats, b: Floats, noise: Floats) -> Posterior:
+    """Given y (n x m) at z (n x d), with B (m x m) and the noise's variances (m,); only solves, tunes nothing."""
     from scipy.linalg import solve_triangular
 
-    a = x / at.lengthscales
-    factor = factorise(kernel_matrix(kind, a, a), tolerance)
-    white = whiten(y, at.b, at.sigma)
+    k = covariance.matrix(z, z)
+    factor = factorise(k, TOLERANCE * max(float(k.diagonal().max()), 1e-300))
+    white = whiten(y, b, np.diag(noise))
     _, projected, shrink = solve(factor, white)
     mixing = np.linalg.inv(white.q).astype(np.float64)
     return Posterior(
-        pivots=a[factor.pivots],
+        pivots=z[factor.pivots],
         projection=solve_triangular(factor.lower, factor.basis, lower=True, trans="T"),
         weights=(projected * white.s) @ mixing,
         s=white.s,
         remaining=white.s * shrink,
         mixing=mixing,
-        noise=at.sigma.diagonal().copy(),
+        noise=noise.copy(),
     )

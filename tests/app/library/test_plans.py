@@ -216,6 +216,7 @@ def test_factors_are_a_text_or_a_file(store, tmp_path: Path) -> None:
     assert plan.stored.factors == FEW
 
 
+@pytest.mark.slow
 def test_continuous_plan_is_played_ingested_and_linked(store, tmp_path: Path) -> None:
     """From the factors file to recorded runs: pressures are set by hand, and still belong to their planned runs."""
     from pyroshock.app.plans.simulation import rows_of

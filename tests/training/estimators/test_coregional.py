@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +13,6 @@ from pyroshock.training.estimators.base import Estimator
 from pyroshock.training.estimators.components import principal, unturned
 from pyroshock.training.estimators.coregional import Coregional
 from pyroshock.training.estimators.single_outputs import SingleOutputs
-from pyroshock.training.gp.parameters import LEAST_LENGTHSCALE
 from support.checks.estimator_checks import CHECKS, check_learns_known_law, fitted, known_law
 
 Floats = NDArray[np.float64]
@@ -121,7 +121,7 @@ def test_scatter_of_all_outputs_together() -> None:
     """Repetitions that differ in amplitude: learned as noise of components, as a law when outputs scatter alone."""
     _, asked = known_law()
     one = fitted(Coregional(iterations=100))
-    assert one.arrays()["log_lengthscales"].min() > np.log(LEAST_LENGTHSCALE) + 0.5
+    assert one.arrays()["log_lengthscales"].min() > np.log(0.3) + 0.5
     wrong = np.abs(one.predict(asked.x).mean - asked.y).mean()
     own = fitted(Coregional(iterations=100, components=False))
     assert wrong < 0.5 * np.abs(own.predict(asked.x).mean - asked.y).mean()
@@ -143,10 +143,10 @@ def test_likelihood_does_not_fall() -> None:
     """Nor has the search anything left to gain where it ends."""
     one = learned(Coregional, 0.05)
     assert isinstance(one, Coregional)
-    assert one.found_ is not None
-    assert one.found_.converged
-    assert one.found_.losses[-1] == one.found_.losses.min()
-    assert one.found_.losses[-1] < one.found_.losses[0] - 0.5
+    assert one.maximisation_ is not None
+    assert one.maximisation_.converged
+    assert one.maximisation_.losses[-1] == one.maximisation_.losses.min()
+    assert one.maximisation_.losses[-1] < one.maximisation_.losses[0] - 0.5
 
 
 def test_rows_in_any_order() -> None:
@@ -172,5 +172,87 @@ def test_known_law_is_learned_fast() -> None:
     """The checks' own campaign: 240 pulses, and no more steps than the default allows."""
     one = fitted(Coregional(rank=3, iterations=60))
     assert isinstance(one, Coregional)
-    assert one.found_ is not None
-    assert one.found_.bound < 1e-6 * 240 * 20
+    assert one.maximisation_ is not None
+    assert one.maximisation_.truncation_bound < 1e-6 * 240 * 20
+
+
+def own_kernel(linear: bool = True, scale: float = 1.0):
+    """RBF plus linear, as a user writes it, with a prior on the lengthscale."""
+    gpytorch = pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
+    rbf = gpytorch.kernels.RBFKernel(lengthscale_prior=gpytorch.priors.LogNormalPrior(np.log(scale), 0.1))
+    return rbf + gpytorch.kernels.LinearKernel() if linear else rbf
+
+
+@pytest.mark.parametrize("kind", [Coregional, SingleOutputs])
+class TestOwnKernels:
+    def test_learns_what_the_named_kernel_cannot_say(self, kind: type[Estimator]) -> None:
+        """A line goes on beyond the data where a linear kernel was handed in."""
+        rng = np.random.default_rng(4)
+        x = rng.uniform(-1, 1, size=(40, 2))
+        y = np.column_stack([3 * x[:, 0] - x[:, 1], x[:, 0] + 2 * x[:, 1]]) + 0.01 * rng.standard_normal((40, 2))
+        far, truth = np.array([[6.0, -6.0]]), np.array([[24.0, -6.0]])
+        own = fit(kind(kernel=own_kernel(), iterations=60), x, y).predict(far).mean
+        named = fit(kind(iterations=60), x, y).predict(far).mean
+        assert np.abs(own - truth).max() < 1.0 < np.abs(named - truth).max()
+
+    def test_is_stored_as_json_and_numbers(self, kind: type[Estimator]) -> None:
+        import json
+
+        x, y = waves(40, 0.05)
+        one = fit(kind(kernel=own_kernel(), iterations=5), x, y)
+        settings = json.loads(json.dumps(one.settings()))
+        again = type(one)(**settings).restore(one.arrays())
+        for ours, theirs in zip(vars(one.predict(x)).values(), vars(again.predict(x)).values(), strict=True):
+            np.testing.assert_allclose(ours, theirs, rtol=1e-9)
+        np.testing.assert_allclose(again.refit(x, y, np.arange(40), np.random.default_rng(0)).predict(x).mean,
+                                   one.predict(x).mean, rtol=1e-9)  # fmt: skip
+        report = again.fit_report()
+        assert report.settings["kernel"] == "AdditiveKernel(RBFKernel, LinearKernel)"
+        assert report.settings["kernel.kernels.0.lengthscale"] > 0
+
+    def test_a_prior_that_is_handed_in_decides(self, kind: type[Estimator]) -> None:
+        x, y = waves(40, 0.05)
+        scales = [
+            fit(kind(kernel=own_kernel(False, scale), iterations=40), x, y).fit_report().settings["kernel.lengthscale"]
+            for scale in (0.2, 8.0)
+        ]
+        assert scales[0] < 1.0 < 3.0 < scales[1]
+
+    def test_what_is_given_stays_as_it_was(self, kind: type[Estimator]) -> None:
+        kernel = own_kernel(False)
+        before = kernel.lengthscale.item()
+        fit(kind(kernel=kernel, iterations=5), *waves(30))
+        assert kernel.lengthscale.item() == before
+
+    def test_another_class_is_refused(self, kind: type[Estimator]) -> None:
+        gpytorch = pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
+        with pytest.raises(ValueError, match="SpectralMixtureKernel cannot be stored; kernels that can: RBFKernel"):
+            kind(kernel=gpytorch.kernels.SpectralMixtureKernel(num_mixtures=2, ard_num_dims=2))
+        with pytest.raises(ValueError, match=r"no kernel 'os\.system'"):
+            fit(kind(kernel={"class": "os.system"}), *waves(30))
+
+
+def test_reports_what_was_found() -> None:
+    report = learned(Coregional, 0.05).fit_report()
+    assert report.settings["kernel"] == "rbf" and report.settings["converged"] is True
+    assert len(report.by_predictor["lengthscale"]) == 2
+    assert report.histories["loss"][-1] < report.histories["loss"][0]
+    single = learned(SingleOutputs, 0.05).fit_report()
+    assert 0 < single.settings["noise"] < 0.2 and len(single.histories["loss"]) > 3
+
+
+_OLD = Path(__file__).with_name("older_processes.npz")
+
+
+@pytest.mark.parametrize("kind", ["coregional", "single-outputs", "contact-time"])
+def test_models_of_older_software_are_read(kind: str) -> None:
+    """Arrays, and what they predicted, by the software that trained without GPyTorch."""
+    from pyroshock.training.models.kinds import build
+
+    with np.load(_OLD, allow_pickle=False) as file:
+        stored = {name.partition("/")[2]: file[name] for name in file.files if name.startswith(f"{kind}/")}
+    x, mean, spread = (stored.pop(name) for name in ("asked", "mean", "spread"))
+    settings = {"kernel": "rbf"} if kind != "contact-time" else {}
+    prediction = build({"kind": kind, "settings": settings}).restore(stored).predict(x)
+    np.testing.assert_allclose(prediction.mean, mean, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(prediction.spread, spread, rtol=1e-6)

@@ -1,10 +1,10 @@
-"""Covariances against scikit-learn's, their derivatives against differences."""
+"""Covariances against scikit-learn's, and against GPyTorch's kernels of the same names."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.training.gp.kernels import KERNELS, kernel_and_slope, kernel_matrix, lengthscale_gradient
+from pyroshock.training.gp.kernels import KERNELS, kernel_matrix
 
 RNG = np.random.default_rng(3)
 A, B = RNG.normal(size=(9, 4)), RNG.normal(size=(6, 4))
@@ -24,25 +24,27 @@ def test_kernel_like_sklearn(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KERNELS)
 def test_diagonal_is_one(kind: str) -> None:
-    k, _ = kernel_and_slope(kind, A)
+    k = kernel_matrix(kind, A, A)
     np.testing.assert_array_equal(k.diagonal(), 1.0)
     np.testing.assert_allclose(k, k.T, rtol=1e-13)
 
 
 @pytest.mark.parametrize("kind", KERNELS)
-def test_gradient_by_lengthscales(kind: str) -> None:
-    weights = RNG.normal(size=(9, 9))
-    weights += weights.T
-    _, slope = kernel_and_slope(kind, A)
-    found = lengthscale_gradient(A, weights * slope)
-    steps = 1e-5 * np.eye(4)
-    ends = [[(weights * kernel_matrix(kind, a, a)).sum() for a in (A / np.exp(s), A / np.exp(-s))] for s in steps]
-    np.testing.assert_allclose(found, [(up - down) / 2e-5 for up, down in ends], rtol=1e-7, atol=1e-7)
+def test_the_kernel_that_is_trained_is_the_one_that_predicts(kind: str) -> None:
+    torch = pytest.importorskip("torch", reason="the extra [models] is not installed")
+    from pyroshock.training.gp.multitask import named_kernel
+
+    kernel = named_kernel(kind, 4)
+    kernel.lengthscale = torch.tensor([0.5, 1.0, 2.0, 4.0])
+    scales = kernel.lengthscale.detach().numpy()[0]
+    with torch.no_grad():
+        trained = kernel(torch.tensor(A), torch.tensor(B)).to_dense().numpy()
+    np.testing.assert_allclose(kernel_matrix(kind, A / scales, B / scales), trained, atol=1e-12)
 
 
 def test_inputs_are_left_alone() -> None:
     before = A.copy()
-    kernel_and_slope("matern52", A)
+    kernel_matrix("matern52", A, A)
     np.testing.assert_array_equal(A, before)
 
 

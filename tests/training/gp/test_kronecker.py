@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -10,8 +11,6 @@ from numpy.typing import NDArray
 from pyroshock.training.gp.factor import factorise
 from pyroshock.training.gp.kernels import KERNELS, kernel_matrix
 from pyroshock.training.gp.kronecker import coregional_likelihood
-from pyroshock.training.gp.parameters import Parameters, penalty
-from pyroshock.training.gp.search import TRUNCATION, evaluate
 from support.records.pulse_tables import pulse_table
 
 Floats = NDArray[np.float64]
@@ -30,11 +29,20 @@ def pulses(n: int) -> tuple[Floats, Floats]:
     return standard(x), standard(table.force_n[rows])
 
 
-def some_parameters(m: int = 20, d: int = 13, rank: int = 3) -> Parameters:
+@dataclass(frozen=True)
+class Numbers:
+    """Of a coregional model."""
+
+    lengthscales: Floats
+    b: Floats
+    sigma: Floats
+
+
+def some_parameters(m: int = 20, d: int = 13, rank: int = 3) -> Numbers:
     rng = np.random.default_rng(5)
-    return Parameters(
-        rng.normal(1.0, 0.3, d), 0.5 * rng.normal(size=(m, rank)), rng.normal(-4, 1, m), rng.normal(-5, 1, m)
-    )
+    lengthscales, loadings = np.exp(rng.normal(1.0, 0.3, d)), 0.5 * rng.normal(size=(m, rank))
+    kappa, noise = np.exp(rng.normal(-4, 1, m)), np.exp(rng.normal(-5, 1, m))
+    return Numbers(lengthscales, loadings @ loadings.T + np.diag(kappa), np.diag(noise))
 
 
 def dense(k: Floats, y: Floats, b: Floats, sigma: Floats) -> float:
@@ -93,39 +101,6 @@ def test_matrix_derivatives() -> None:
     assert_derivatives(lambda *now: coregional_likelihood(now[0], y, *now[1:]).value, found, (k, at.b, at.sigma))
 
 
-@pytest.mark.parametrize("kind", KERNELS)
-def test_gradient_by_differences(kind: str) -> None:
-    """Of every parameter, five-point differences."""
-    (x, y), at = pulses(30), some_parameters(rank=2)
-    vector = at.vector()
-    _, found = evaluate(kind, x, y, at)
-    chosen = np.random.default_rng(9).choice(len(vector), 20, replace=False)
-    for i in {*range(13), *chosen.tolist()}:
-        ends = [evaluate(kind, x, y, at.like(vector + s * np.eye(len(vector))[i]))[0].value for s in STEPS]
-        assert np.dot(ends, WEIGHTS) == pytest.approx(found.vector()[i], rel=2e-5, abs=2e-4)
-
-
-STEPS = 1e-3 * np.array([-2.0, -1.0, 1.0, 2.0])
-WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12e-3
-
-
-def test_gradient_by_autograd() -> None:
-    """A dense implementation in PyTorch, differentiated by PyTorch."""
-    torch = pytest.importorskip("torch", reason="the extra [models] is not installed")
-    (x, y), at = pulses(40), some_parameters()
-    _, found = evaluate("rbf", x, y, at)
-    leaves = [torch.tensor(getattr(at, name), requires_grad=True) for name in at.__dataclass_fields__]
-    scales, loadings, kappa, noise = leaves
-    a = torch.tensor(x) / scales.exp()
-    k = torch.exp(-0.5 * ((a[:, None] - a[None]) ** 2).sum(-1))
-    b = loadings @ loadings.T + torch.diag(kappa.exp())
-    covariance = torch.kron(k, b) + torch.kron(torch.eye(40, dtype=torch.float64), torch.diag(noise.exp()))
-    normal = torch.distributions.MultivariateNormal(torch.zeros(800, dtype=torch.float64), covariance)
-    (-normal.log_prob(torch.tensor(y).reshape(-1))).backward()
-    for leaf, ours in zip(leaves, (getattr(found, name) for name in at.__dataclass_fields__), strict=True):
-        np.testing.assert_allclose(ours, leaf.grad.numpy(), rtol=1e-6, atol=1e-6)
-
-
 def test_gradient_by_outputs() -> None:
     (x, y), at = pulses(40), some_parameters()
     k = kernel_matrix("rbf", x / at.lengthscales, x / at.lengthscales)
@@ -157,29 +132,6 @@ def test_coarse_factor_stays_within_its_bound() -> None:
         assert 0 < abs(found.value - exact) <= found.bound
 
 
-def test_coarse_factor_is_refined() -> None:
-    (x, y), at = pulses(90), some_parameters()
-    found, _ = evaluate("rbf", x, y, at, tolerance=1e-3)
-    assert found.bound <= TRUNCATION * y.size
-
-
 def test_noise_that_is_no_covariance() -> None:
     with pytest.raises(ValueError, match="noise between outputs is not positive definite"):
         coregional_likelihood(np.eye(3), np.zeros((3, 2)), np.eye(2), np.array([[1.0, 2.0], [2.0, 1.0]]))
-
-
-def test_vector_and_back() -> None:
-    at = some_parameters()
-    again = at.like(at.vector())
-    np.testing.assert_array_equal(again.loadings, at.loadings)
-    np.testing.assert_array_equal(again.log_noise, at.log_noise)
-    assert len(at.bounds()) == len(at.vector())
-
-
-def test_prior_gradient() -> None:
-    at = some_parameters()
-    found = penalty(at)[1].vector()
-    for i in range(0, len(found), 7):
-        step = 1e-5 * np.eye(len(found))[i]
-        ends = [penalty(at.like(at.vector() + sign * step))[0] for sign in (1, -1)]
-        assert (ends[0] - ends[1]) / 2e-5 == pytest.approx(found[i], rel=1e-6, abs=1e-8)

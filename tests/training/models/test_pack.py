@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,12 @@ def vouched(folder: Path, packed: bytes) -> None:
     document = json.loads((folder / "model.json").read_text())
     document["arrays_sha256"] = hashlib.sha256(packed).hexdigest()
     (folder / "model.json").write_text(json.dumps(document))
+
+
+def rewritten(folder: Path, arrays: dict[str, np.ndarray]) -> None:
+    buffer = io.BytesIO()
+    np.savez(buffer, **arrays)
+    vouched(folder, buffer.getvalue())
 
 
 def edited(folder: Path, **changes: object) -> None:
@@ -132,10 +139,28 @@ def test_truncated_arrays_are_refused_without_their_digest(folder, share):
 def test_missing_array_is_refused(folder, model):
     arrays = model.arrays()
     del arrays["least"]
-    buffer = io.BytesIO()
-    np.savez(buffer, **arrays)
-    vouched(folder, buffer.getvalue())
+    rewritten(folder, arrays)
     with pytest.raises(ModelFileError, match="least"):
+        read_model(folder)
+
+
+def test_arrays_of_older_software_say_so(folder, model):
+    """As regressions of scikit-learn were kept before they were its own objects."""
+    arrays = {name: array for name, array in model.arrays().items() if not name.startswith("force.")}
+    rewritten(folder, arrays | {"force.x_mean": np.zeros(13), "force.coefficients": np.zeros((27, 20))})
+    with pytest.raises(ModelFileError, match=r"'linear' .* trained by older software.*pyroshock train"):
+        read_model(folder)
+
+
+def test_untrusted_type_in_a_regressor_does_not_run(folder, model):
+    """A file of skops that names another function, put in with the digest set right."""
+    target = io.BytesIO()
+    source = zipfile.ZipFile(io.BytesIO(model.arrays()["force.regressor"].tobytes()))
+    with zipfile.ZipFile(target, "w") as file:
+        for name in source.namelist():
+            file.writestr(name, source.read(name).replace(b"powers_of", b"powers_no"))
+    rewritten(folder, model.arrays() | {"force.regressor": np.frombuffer(target.getvalue(), dtype=np.uint8)})
+    with pytest.raises(ModelFileError, match=r"refused before anything was made of it: .*linear\.powers_no"):
         read_model(folder)
 
 

@@ -1,0 +1,89 @@
+"""The exact marginal likelihood of GPyTorch's multitask models, without their n m x n m covariance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import torch
+from gpytorch.mlls import ExactMarginalLogLikelihood
+from linear_operator.operators import KroneckerProductLinearOperator
+
+from .factor import factorise
+from .kernels import Floats
+from .kronecker import TOLERANCE, Likelihood, likelihood
+
+#: Most that the factorisation may change the loss per value of y, by the rigorous bound (rarely a thousandth of it).
+TRUNCATION = 1e-6
+#: Below, what is left of the kernel's variance is rounding.
+LEAST_TOLERANCE = 1e-15
+
+
+class KroneckerMarginalLogLikelihood(ExactMarginalLogLikelihood):  # type: ignore[misc]  # GPyTorch publishes no types
+    """What `ExactMarginalLogLikelihood` gives for a `MultitaskKernel`, priors included, with its gradient.
+
+    Value and gradient are those of `kronecker.likelihood`: eigendecompositions of r x r and m x m, r the numerical rank
+    of the kernel matrix, in place of one Cholesky factor of n m x n m. The likelihood is a
+    `MultitaskGaussianLikelihood` of any rank; everything is float64. `truncation_bound` is the most by which the last
+    value, before priors, can differ from the untruncated one.
+    """
+
+    truncation_bound: float = float("nan")
+
+    def forward(self, function_dist: Any, target: torch.Tensor, *params: Any) -> torch.Tensor:
+        """Per value of `target` (n x m). Raises `ValueError` where the covariance is no product of two, or the target
+        not float64."""
+        covariance = function_dist.lazy_covariance_matrix
+        covariance = covariance.evaluate_kernel() if hasattr(covariance, "evaluate_kernel") else covariance
+        if not isinstance(covariance, KroneckerProductLinearOperator) or len(covariance.linear_ops) != 2:
+            raise ValueError(
+                f"a covariance of inputs times one of outputs is needed (MultitaskKernel), not {covariance}"
+            )
+        if target.dtype != torch.float64:
+            raise ValueError(
+                f"the likelihood is computed in float64, y is {target.dtype}: make model and data .double()"
+            )
+        k, b = (part.to_dense() for part in covariance.linear_ops)
+        value, bound = _ExactLikelihood.apply(k, b, _noise(self.likelihood), target - function_dist.mean)
+        self.truncation_bound = float(bound)
+        return self._add_other_terms(-value, params) / target.numel()  # type: ignore[no-any-return]
+
+
+def _noise(noise_likelihood: Any) -> torch.Tensor:
+    """Sigma (m x m)."""
+    diagonal = noise_likelihood.rank == 0
+    sigma: torch.Tensor = torch.diag(noise_likelihood.task_noises) if diagonal else noise_likelihood.task_noise_covar
+    if noise_likelihood.has_global_noise:
+        sigma = sigma + noise_likelihood.noise * torch.eye(len(sigma), dtype=sigma.dtype)
+    return sigma
+
+
+def exact_likelihood(k: Floats, y: Floats, b: Floats, sigma: Floats) -> Likelihood:
+    """Of y (n x m) with K (n x n), B and Sigma (m x m), factorised until `TRUNCATION` is kept."""
+    scale = max(float(k.diagonal().max()), 1e-300)
+    tolerance = TOLERANCE
+    result = likelihood(factorise(k, tolerance * scale), y, b, sigma)
+    while result.bound > TRUNCATION * y.size and tolerance > LEAST_TOLERANCE:
+        tolerance = max(tolerance / 100, LEAST_TOLERANCE)
+        result = likelihood(factorise(k, tolerance * scale), y, b, sigma)
+    return result
+
+
+class _ExactLikelihood(torch.autograd.Function):
+    """Negative log likelihood of K, B, Sigma and y, and its bound; the derivatives are known as soon as it is."""
+
+    @staticmethod
+    def forward(ctx: Any, *tensors: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+        """The value and the bound of the truncation, both scalars."""
+        k, b, sigma, y = (tensor.detach().numpy() for tensor in tensors)
+        result = exact_likelihood(k, y, b, sigma)
+        parts = (result.by_k, result.by_b, result.by_sigma, result.by_y)
+        ctx.save_for_backward(*(torch.from_numpy(np.ascontiguousarray(part)) for part in parts))
+        bound = tensors[0].new_tensor(result.bound)
+        ctx.mark_non_differentiable(bound)
+        return tensors[0].new_tensor(result.value), bound
+
+    @staticmethod
+    def backward(ctx: Any, *gradients: torch.Tensor) -> Any:
+        """By K, B, Sigma and y."""
+        return tuple(gradients[0] * part for part in ctx.saved_tensors)

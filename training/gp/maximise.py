@@ -1,0 +1,100 @@
+"""The parameters of greatest marginal likelihood or posterior density, by L-BFGS-B on GPyTorch's gradient.
+
+scipy's L-BFGS-B keeps bounds; PyTorch's `LBFGS` knows none, and took twice as many evaluations of the coregional
+likelihood to the same loss (docs/decisions/0022).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import gpytorch
+import numpy as np
+import torch
+
+from .kernels import Floats
+from .priors import LogInterval
+
+
+@dataclass(frozen=True, eq=False)
+class Maximisation:
+    """`losses` are the negative likelihoods of the evaluations in turn, per value of y."""
+
+    losses: Floats
+    converged: bool
+    truncation_bound: float = 0.0
+
+
+def maximise(
+    objective: Any, iterations: int, *, change: float = 1e-6, gradient: float = 1e-6, memory: int = 20
+) -> Maximisation:
+    """Set the parameters of `objective.model` to those of its greatest value, from where they are.
+
+    `objective` is a marginal log likelihood of GPyTorch. Stops after so many `iterations`, or where the loss per value
+    of y changes by less than `change` of it.
+    """
+    from scipy.optimize import minimize
+
+    model = objective.model
+    (x,), y = model.train_inputs, model.train_targets
+    parameters = [(name, p) for name, p in model.named_parameters() if p.requires_grad]
+    bounds = [pair for name, p in parameters for pair in _bounds(model, name, p)]
+    losses: list[float] = []
+
+    def loss(vector: Floats) -> tuple[float, Floats]:
+        _set(parameters, vector)
+        model.zero_grad()
+        value = -objective(model(x), y)
+        value.backward()
+        losses.append(value.item())
+        slopes = [np.zeros(p.numel()) if p.grad is None else p.grad.numpy().ravel() for _, p in parameters]
+        return losses[-1], np.concatenate(slopes)
+
+    start = np.concatenate([p.detach().numpy().ravel() for _, p in parameters])
+    options = {
+        "maxiter": iterations, "maxfun": 2 * iterations, "ftol": change, "gtol": gradient, "maxcor": memory,
+    }  # fmt: skip
+    with exactly():
+        result = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+    _set(parameters, result.x)
+    bound = float(getattr(objective, "truncation_bound", 0.0))
+    return Maximisation(np.array(losses), bool(result.success), bound)
+
+
+@contextmanager
+def exactly() -> Iterator[None]:
+    """Without conjugate gradients and random probes, on one thread: the same sums on any machine."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        with (
+            gpytorch.settings.fast_computations(covar_root_decomposition=False, log_prob=False, solves=False),
+            gpytorch.settings.debug(False),
+        ):
+            yield
+    finally:
+        torch.set_num_threads(threads)
+
+
+def _set(parameters: list[tuple[str, torch.nn.Parameter]], vector: Floats) -> None:
+    at = 0
+    for _, parameter in parameters:
+        part = vector[at : at + parameter.numel()].reshape(parameter.shape)
+        parameter.data = torch.from_numpy(part.astype(np.float64))
+        at += parameter.numel()
+
+
+def _bounds(model: Any, name: str, parameter: torch.nn.Parameter) -> list[tuple[float | None, float | None]]:
+    """Of the raw values, where the constraint does not keep them by its transform."""
+    constraint = model.constraint_for_parameter_name(name)
+    if isinstance(constraint, LogInterval):
+        ends = (constraint.lower_bound.log(), constraint.upper_bound.log())
+    elif constraint is not None and not constraint.enforced:
+        ends = (constraint.lower_bound, constraint.upper_bound)
+    else:
+        return [(None, None)] * parameter.numel()
+    low, high = (torch.broadcast_to(end, parameter.shape).numpy().ravel().tolist() for end in ends)
+    return list(zip(low, high, strict=True))
