@@ -43,6 +43,7 @@ THEMES: dict[str, Measure] = {
     "listings": later("listings", "measure_listings", large=100_000),
     "growth": later("growth", "measure_growth"),
     "start-up": later("startup", "measure_startup", repeats=3),
+    "library": later("library", "measure_library"),
     "srs": later("spectra", "measure_spectra"),
     "gun": later("gun", "measure_gun"),
     "impacts": later("impacts", "measure_impacts"),

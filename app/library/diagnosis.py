@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from ...twin.effects import Effect
 from .displays import axes_or_new, titled_table
 from .errors import argument_names
 from .frames import frame_of
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
     from ...diagnosis.verdict import Verdict
     from ...schema.session import Store
     from ...schema.twins import TwinVersion
-    from ...twin.effects import Effect
     from ..progress import Step
 
 

@@ -33,13 +33,11 @@ def impacts_frame(
 ) -> pd.DataFrame:
     """The rows of `pyroshock impacts`, in order of their key; a factor that an impact does not have is missing there.
 
-    Raises as `schema.listings.iter_impacts`, and `ValueError` for a limit below 1.
+    Raises as `schema.listings.iter_impacts`.
     """
     import numpy as np
     import pandas as pd
 
-    if limit is not None and limit < 1:
-        raise ValueError(f"limit is {limit!r}; expected 1 or more rows")
     conditions = parse_where((where,) if isinstance(where, str) else tuple(where))
     columns = {
         "campaign": Campaign.name,
@@ -53,6 +51,9 @@ def impacts_frame(
     query = query.outerjoin(Pulse, IN_USE).outerjoin(ChannelFigures, LARGEST)
     query, _ = restricted(session, query, Impact, IMPACT_COLUMNS, campaign, conditions)
     rows = _read(session, query.order_by(Impact.id).limit(limit))
+    # Where no impact has a figure, pandas would make a column of objects.
+    figures = ("impact_velocity_m_s", *_FIGURES, *CHANNEL_COLUMNS)
+    rows = rows.astype(dict.fromkeys(figures, "float64"))
     factors = _factors(session, np.unique(rows["configuration"].to_numpy()))
     kinds = {source: velocity_kind(source) for source in rows["source"].dropna().unique()}
     quality = _quality(session, rows)
@@ -64,6 +65,15 @@ def impacts_frame(
         rows[list(CHANNEL_COLUMNS)],
     ]
     return with_units(pd.concat(parts, axis=1))
+
+
+def with_absent_factors(session: Session, frame: pd.DataFrame, names: Iterable[str]) -> pd.DataFrame:
+    """The frame with an empty column for each of `names` that is a factor of the store but of none of its impacts."""
+    missing = set(names) - set(frame.columns)
+    if not missing:
+        return frame
+    known = {listing_key(name, si_unit) for name, si_unit in session.execute(select(Factor.name, Factor.si_unit))}
+    return frame.assign(**dict.fromkeys(sorted(missing & known), float("nan")))
 
 
 def _read(session: Session, query: Any) -> pd.DataFrame:

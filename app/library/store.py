@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from .contact_model import StoredModel
     from .diagnosis import GapDiagnosis
     from .ingestion import IngestedCampaign
     from .plans import PlanCollection
@@ -110,10 +111,13 @@ class ExperimentStore:
         for falling values. `limit` counts after sorting.
         """
         from .frames import chosen_columns, sorted_by
-        from .impacts import impacts_frame
+        from .impacts import impacts_frame, with_absent_factors
 
+        _check_limit(limit)
+        named = [*(columns or ()), *([] if sort is None else [sort.removeprefix("-")])]
         with self.store.reading() as session:
             frame = impacts_frame(session, campaign, where, limit if sort is None else None)
+            frame = with_absent_factors(session, frame, named)
         frame = sorted_by(frame, sort)
         return chosen_columns(frame if limit is None else frame.head(limit), columns)
 
@@ -128,15 +132,18 @@ class ExperimentStore:
         limit: int | None = None,
     ) -> pd.DataFrame:
         """Shots of the gun with their measured velocity and that of the nominal model: as `pyroshock shots`."""
+        from ...schema.conditions import SHOT_COLUMNS
         from ...schema.listings import iter_shots
         from ..filters import parse_where
         from ..predictions.nominal import with_predictions
         from .frames import chosen_columns, frame_of, sorted_by
 
+        _check_limit(limit)
         conditions = parse_where((where,) if isinstance(where, str) else tuple(where))
+        listed = ("campaign", *SHOT_COLUMNS, "predicted_velocity_m_s")
         with self.store.reading() as session:
             rows = iter_shots(session, campaign, conditions)
-            frame = sorted_by(frame_of(with_predictions(session, rows), ("id", "campaign", "run")), sort)
+            frame = sorted_by(frame_of(with_predictions(session, rows), listed), sort)
         return chosen_columns(frame if limit is None else frame.head(limit), columns)
 
     @raises_library_errors
@@ -241,6 +248,14 @@ class ExperimentStore:
             versions = registry_of(self.url).versions()
             versions = versions if dataset is None else of_dataset(versions, dataset)
             return versions_frame(version for version in versions if split in (None, version.split))
+
+    @raises_library_errors
+    def model(self, name: str, *, split: str | None = None) -> StoredModel:
+        """A registered model that predicts the pulses of a DataFrame: "hybrid@3", "hybrid@champion", or "hybrid" for
+        the newest one (judged on `split`)."""
+        from .contact_model import read_model
+
+        return read_model(self.url, name, split)
 
     @raises_library_errors
     def compare(
@@ -436,6 +451,11 @@ def open_experiment_store(address: str | os.PathLike[str], *, create: bool = Tru
     text = str(address)
     url = text if "://" in text else f"sqlite:///{Path(address)}"
     return ExperimentStore(open_store(url, Writer("python", __version__), create=create), url)
+
+
+def _check_limit(limit: int | None) -> None:
+    if limit is not None and limit < 1:
+        raise ValueError(f"limit is {limit!r}; expected 1 or more rows")
 
 
 def _names(given: str | Sequence[str]) -> tuple[str, ...]:

@@ -11,7 +11,8 @@ import numpy as np
 from ...dataset.correlation import correlation, ranges
 from ...dataset.snapshot import Built, Snapshot
 from ...dataset.splits import Split, expand, split_of
-from ...dataset.table import POINTS, PulseTable
+from ...dataset.table import POINTS, Predictor, PulseTable
+from ...schema.conditions import listing_key
 from ...schema.outputs import whole_file
 
 #: The splits that `show` counts; the thesis's first.
@@ -108,12 +109,16 @@ def export_snapshot(snapshot: Snapshot, out: Path) -> int:
     return len(frame)
 
 
+def predictor_column(predictor: Predictor) -> str:
+    """The column of a predictor in tables: its name, and its unit where it has one (`tip_radius_m`)."""
+    return listing_key(predictor.name, predictor.unit)
+
+
 def dataset_columns(table: PulseTable) -> dict[str, Any]:
     """Columns of a table with a row for each pulse: names, predictors (categories as words), figures, force points."""
     columns: dict[str, Any] = {name: getattr(table, name) for name in _NAMES}
     for predictor, values in zip(table.predictors, table.x.T, strict=True):
-        unit = f"_{predictor.unit.replace('/', '_').lower()}" if predictor.unit else ""
         words = [predictor.levels[int(value)] for value in values] if predictor.levels else None
-        columns[f"{predictor.name}{unit}"] = values if words is None else words
+        columns[predictor_column(predictor)] = values if words is None else words
     columns |= {name: getattr(table, name) for name in _FIGURES}
     return columns | {f"force_{i + 1:02d}_n": table.force_n[:, i] for i in range(POINTS)}

@@ -16,9 +16,8 @@ from pyroshock.benchmarks.measuring import Spread
 REPOSITORY = Path(__file__).resolve().parents[2]
 #: What is asked for, by theme; memory is read where Linux shows it.
 WANTED = {
-    "ingest", "memory", "pulses", "series", "querying", "listings", "growth", "start-up", "srs", "gun", "impacts",
-    "coupled",
-    "plate", "prediction", "coregional", "genetic", "designs", "diagnosing",
+    "ingest", "memory", "pulses", "series", "querying", "listings", "growth", "start-up", "library", "srs", "gun",
+    "impacts", "coupled", "plate", "prediction", "coregional", "genetic", "designs", "diagnosing",
 }  # fmt: skip
 
 

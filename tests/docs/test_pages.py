@@ -30,6 +30,7 @@ SLOW = {
     "docs/how-to/plan.md",
     "docs/plans.md",
     "docs/python-twin.md",
+    "docs/python.md",
     "docs/registry.md",
     "docs/start.md",
     "docs/studies.md",

@@ -6,6 +6,10 @@ The rest is how these do it. Rows of the store are not here: the page of tables 
 from __future__ import annotations
 
 ROOMS: dict[str, tuple[str, ...]] = {
+    "app.library": (
+        "store", "errors", "ingestion", "recordings", "spectra", "plans", "training", "contact_model", "twin",
+        "prediction", "tuning", "validation", "diagnosis",
+    ),
     "schema": (
         "session", "engine", "addresses", "listings", "conditions", "series", "columns", "configurations", "materials",
         "outputs", "migrate", "roles", "care.checking", "care.findings", "care.copying", "carry.export",

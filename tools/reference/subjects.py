@@ -22,7 +22,7 @@ SUBJECTS: dict[str, Callable[[], str]] = {
     **{f"api {room}": partial(api.page, room) for room in ROOMS},
 }
 
-_MARK = re.compile(r"^<!-- generated: ([a-z ]+) -->$", re.MULTILINE)
+_MARK = re.compile(r"^<!-- generated: ([a-z. ]+) -->$", re.MULTILINE)
 
 
 def filled(text: str) -> str:

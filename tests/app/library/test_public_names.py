@@ -40,6 +40,7 @@ def test_errors_are_what_python_users_expect():
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(600)
 def test_a_typed_project_passes_mypy_strict(tmp_path):
     (tmp_path / "analysis.py").write_text(
         textwrap.dedent(
