@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 from ...schema.rerun import rerun
 from ...schema.transient import passes
 from ..code_version import code_version
+from ..fit_report import SettingValue
 from ..listing import in_order
 from ..locks import turn
 from ..models.pack import ModelFileError, read_files, read_model
@@ -26,12 +27,14 @@ from ..records import DatasetName, Decision, HeldOut, RegisteredModel, Trained, 
 from .champions import champions_of, crown, next_stamp
 from .connection import Connection, RegistryError, patient
 from .decisions import decide, decisions, settle
-from .logged import HELD_OUT, log_model, log_run
+from .logged import HELD_OUT, log_figures, log_files, log_model
 from .written import (
+    FIT,
     ORDER_TAG,
     PREFIX,
     TASK_TAG,
     HeldOutError,
+    fit_settings,
     read_about,
     read_held_out,
     version_from,
@@ -87,6 +90,21 @@ class Registry:
             uri = client.get_run(version.run_id).info.artifact_uri
             return read_held_out(self._fetched(f"{uri}/{HELD_OUT}", room, version))
 
+    @patient
+    def fit_settings(self, version: Version) -> dict[str, SettingValue]:
+        """What a version's training searched and found, by name; empty for a version of older software."""
+        with self.connection.client() as client:
+            return fit_settings(client.get_run(version.run_id).data.params)
+
+    @patient
+    def fit_histories(self, version: Version) -> dict[str, list[tuple[int, float]]]:
+        """Losses and errors of a version's training: (step, value), the first step first."""
+        with self.connection.client() as client:
+            data = client.get_run(version.run_id).data
+            names = [name for name in data.metrics if name.startswith(FIT) and name not in data.params]
+            points = {name: client.get_metric_history(version.run_id, name) for name in sorted(names)}
+        return {name.removeprefix(FIT): sorted((p.step, p.value) for p in points[name]) for name in points}
+
     def damage(self, version: Version) -> str | None:
         """What is wrong with a version's files; None where they are those written, or a server keeps them."""
         if self.place.is_server:
@@ -119,7 +137,8 @@ class Registry:
 
         task = trained.task
         self._forget_unfinished(client, task.key)
-        tags = {TASK_TAG: task.key, **{PREFIX + name: value for name, value in code_version().items()}}
+        versions = code_version(trained.packed[0]["model"])
+        tags = {TASK_TAG: task.key, **{PREFIX + name: value for name, value in versions.items()}}
         name = f"{task.model}, {task.split}"
         with mlflow.start_run(
             experiment_id=self.connection.experiment,
@@ -129,8 +148,9 @@ class Registry:
             parent_run_id=session,
         ) as run:
             begun.append(run.info.run_id)
-            log_run(trained, room)
-            model_uri, sha256 = log_model(trained, room / "model")
+            model_uri, model_id, sha256 = log_model(trained, room / "model")
+            log_figures(client, run.info.run_id, model_id, trained)
+            log_files(client, run.info.run_id, trained, room / "files")
             with turn(self.place, "registering"):  # MLflow counts a name's versions, and gives up after three races
                 own = version_tags(trained, sha256, _next_order(client))
                 with redirect_stderr(StringIO()):  # MLflow announces every version there
