@@ -14,18 +14,37 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .app.library.errors import InvalidValueError, NotFoundError, PyroshockError, StorageError
+    from .app.library.spectra import srs
     from .app.library.store import ExperimentStore
     from .app.library.store import open_experiment_store as open
+    from .app.library.twin import shipped_twin
 
 __version__ = "0.1.0"
 
 #: Public name -> (module, name there).
 _PUBLIC = {
     "ExperimentStore": (".app.library.store", "ExperimentStore"),
+    "InvalidValueError": (".app.library.errors", "InvalidValueError"),
+    "NotFoundError": (".app.library.errors", "NotFoundError"),
+    "PyroshockError": (".app.library.errors", "PyroshockError"),
+    "StorageError": (".app.library.errors", "StorageError"),
     "open": (".app.library.store", "open_experiment_store"),
+    "shipped_twin": (".app.library.twin", "shipped_twin"),
+    "srs": (".app.library.spectra", "srs"),
 }
 
-__all__ = ["ExperimentStore", "__version__", "open"]
+__all__ = [
+    "ExperimentStore",
+    "InvalidValueError",
+    "NotFoundError",
+    "PyroshockError",
+    "StorageError",
+    "__version__",
+    "open",
+    "shipped_twin",
+    "srs",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -24,11 +24,19 @@ class FitReport:
 
     def under(self, prefix: str) -> FitReport:
         """The same with every name below `prefix` ("force.kernel")."""
-        return FitReport(*({f"{prefix}.{name}": value for name, value in part.items()} for part in self._parts()))
+        return FitReport(
+            {f"{prefix}.{name}": value for name, value in self.settings.items()},
+            {f"{prefix}.{name}": values for name, values in self.by_predictor.items()},
+            {f"{prefix}.{name}": values for name, values in self.histories.items()},
+        )
 
     def joined(self, other: FitReport) -> FitReport:
         """Both; where both have a name, that of `other` counts."""
-        return FitReport(*({**own, **others} for own, others in zip(self._parts(), other._parts(), strict=True)))
+        return FitReport(
+            {**self.settings, **other.settings},
+            {**self.by_predictor, **other.by_predictor},
+            {**self.histories, **other.histories},
+        )
 
     def parameters(self, predictors: Sequence[str]) -> dict[str, SettingValue]:
         """All settings by name, those of each predictor below theirs ("force.lengthscale.tip_radius").
@@ -42,6 +50,3 @@ class FitReport:
             pairs = zip(predictors, values, strict=True)
             parameters |= {f"{name}.{predictor}": float(value) for predictor, value in pairs}
         return parameters
-
-    def _parts(self) -> tuple[Mapping[str, SettingValue], Mapping[str, Sequence[float]], Mapping[str, Sequence[float]]]:
-        return self.settings, self.by_predictor, self.histories

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..library.quantities import parse_quantity
 from .common import errors_as_one_line, json_option, note, print_table, write_json
-from .quantities import parse_quantity
 
 if TYPE_CHECKING:
     from ...ingest.calibration_points import CalibrationPoints

@@ -36,18 +36,11 @@ def compare(
         pyroshock compare hybrid@3 hybrid@7 --out difference.png
     """
     with opened(db) as store:
-        from ...dataset.deleted import list_withdrawals
-        from ..models.comparing import comparisons_of, draw, metrics_named, rows_of, served, told, versions_named
-        from ..models.training import models_extra, reader_of, registry_of
-        from ..models.withdrawn import withdrawn_words
+        from ..library.training import compare_versions
+        from ..models.comparing import draw, metrics_named, rows_of, told
 
         wanted = metrics_named(metric)
-        with models_extra():
-            registry = registry_of(db)
-            versions = served(registry, versions_named(registry.versions(), names, dataset, split), names, note)
-            for words in withdrawn_words(store.read(list_withdrawals), versions):
-                note(words)
-            found = comparisons_of(registry, versions, wanted[0], each_with_each=bool(names), read=reader_of(store))
+        found = compare_versions(store, db, names, dataset=dataset, split=split, metric=wanted[0], note=note)
         if out is not None:
             draw(found.comparisons[0], wanted[0], out)
             note(f"plot: {out}")

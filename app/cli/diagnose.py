@@ -14,7 +14,7 @@ from .common import db_option, json_option, note, opened, opened_or_none, print_
 
 if TYPE_CHECKING:
     from ...diagnosis.verdict import Verdict
-    from ...schema.session import Store
+    from ...schema.twins import TwinVersion
 
 _STAGES = ("gun", "contact", "plate")
 
@@ -53,37 +53,25 @@ def diagnose(
         _tell_past(target, db, json_to)
         return
     with opened_or_none(db, silent=True) as store:
-        from ..diagnoses.diagnosing import Asked, diagnosed, is_stored, keep, report_json
-        from ..models.training import models_extra
+        from ..library.diagnosis import diagnose_campaign
         from ..progress import progress_bar
-        from ..twins.adopting import check_adoptable
 
-        asked = Asked(target, **_read(given))
-        stored = is_stored(store, target)
-        if adopt is not None and not stored:
-            raise ValueError(f"--adopt needs a campaign of the store; ingest it first: pyroshock ingest {target}")
-        with models_extra(), progress_bar("diagnose", "steps") as step:
-            verdict = diagnosed(store, db, asked, step)
-        if adopt is not None:
-            check_adoptable(verdict, adopt)
-        key = keep(store, verdict, asked) if store is not None and stored else None
+        with progress_bar("diagnose", "steps") as step:
+            diagnosis = diagnose_campaign(store, db, target, step, adopt=adopt, **_read(given))
         if html is not None:
             from ..reports.diagnosis import write_page
 
-            write_page(verdict, html)
+            write_page(diagnosis.verdict, html)
             note(f"written: {html}")
-        if store is not None and adopt is not None:
-            _adopt(store, verdict, adopt, key)
+        if diagnosis.version is not None and adopt is not None:
+            _tell_adopted(diagnosis.verdict, diagnosis.version, adopt)
     if json_to is not None:
-        write_json(report_json(verdict), json_to)
+        write_json(diagnosis.to_json(), json_to)
     else:
-        _tell(verdict)
+        _tell(diagnosis.verdict)
 
 
-def _adopt(store: Store, verdict: Verdict, wanted: str, diagnosis: int | None) -> None:
-    from ..twins.adopting import adopt
-
-    row = adopt(store, verdict, wanted, diagnosis)
+def _tell_adopted(verdict: Verdict, row: TwinVersion, wanted: str) -> None:
     if not row.configuration["effects"]:
         stages = ", ".join(row.configuration["stages"])
         note(f"nothing is adopted from version {row.version} on: predict and tune use the nominal {stages}")

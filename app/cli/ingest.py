@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from ...ingest.texts import enumerated
 from .common import STDOUT, db_option, json_option, note, opened, opened_to_try, write_json
 from .settings import settings_from, settings_options
-
-if TYPE_CHECKING:
-    from ...schema.session import Store
 
 
 @click.command()
@@ -90,53 +85,25 @@ def ingest(
         raise click.UsageError("no campaign folder given; try: pyroshock ingest my-campaign/")
     reports = []
     with opened_to_try(db) if dry_run else opened(db, create=True) as store:
-        from ...ingest.load import ingest_folder
-        from ...ingest.plan_link import link_to_plan
-        from ..campaigns.plate_motion import add_plate_motion
-        from ..campaigns.training_facts import training_notes
+        from ..library.ingestion import IngestOptions, ingest_campaign
         from ..progress import progress_bar
 
-        settings = settings_from(given)
+        options = IngestOptions(
+            settings_from(given), jobs, plan, free_factors, confirmed, again, target_motion, dry_run
+        )
         for folder in folders:
-            with _target(store, dry_run) as target:
-                with progress_bar(folder.name, "recordings") as step:
-                    report = ingest_folder(
-                        target,
-                        folder,
-                        settings,
-                        jobs=jobs,
-                        progress=step,
-                        free_factors=free_factors,
-                        confirmed=confirmed,
-                        again=again,
-                        target_motion=add_plate_motion if target_motion == "plate" else None,
-                    )
-                links = link_to_plan(target, report.campaign, plan)
-                report.findings += training_notes(target, report.campaign)
-            reports.append(report)
-            _tell(report, dry_run)
-            if links is not None:
-                _tell_links(links)
-                report.findings += links.as_findings()
+            with progress_bar(folder.name, "recordings") as step:
+                ingested = ingest_campaign(store, folder, options, step)
+            reports.append(ingested.to_json())
+            _tell(ingested.report, dry_run)
+            if ingested.links is not None:
+                _tell_links(ingested.links)
     if json_to is not None:
-        data = [report.as_json() for report in reports]
-        write_json(data[0] if len(data) == 1 else data, json_to)
+        write_json(reports[0] if len(reports) == 1 else reports, json_to)
 
 
 #: Notes on the campaign, of which there is one.
 _TOLD_WHOLE = ("added-facts", "missing-facts")
-
-
-@contextmanager
-def _target(store: Store, dry_run: bool) -> Iterator[Store]:
-    """What a folder is written to: the store, or a transaction on it that is rolled back."""
-    if not dry_run:
-        yield store
-        return
-    from ...schema.rehearsal import rehearsed
-
-    with rehearsed(store) as rehearsal:
-        yield rehearsal
 
 
 def _tell_links(links: Any) -> None:

@@ -64,7 +64,7 @@ def add(
     """Add a material; a name that is taken is refused."""
     with opened(db) as store:
         from ...schema.materials import Material, material_names
-        from .quantities import parse_quantity
+        from ..library.quantities import parse_quantity
 
         if not -1 < poisson_ratio < 0.5:
             raise ValueError(f"--poisson-ratio is {poisson_ratio}; expected a number above -1 and below 0.5")

@@ -11,11 +11,9 @@ import click
 from .common import Function, db_option, json_option, note, opened_or_none, print_table, write_json
 from .crew import crew_options
 from .predict_many import MANY, Many, foretell, refuse_typed
-from .quantities import parse_quantity
 
 if TYPE_CHECKING:
     from ...compute.crew import Crew
-    from ...twin.effects import Effect
     from ..predictions.predicting import Shot
     from ..twins.building import TwinRequest
 
@@ -185,75 +183,51 @@ _SETTING = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "an
             "boundary_conditions", "factors", "valve_profile", "chain_height")  # fmt: skip
 
 
+def _option(argument: str) -> str:
+    """An argument of the library as its option is spelled."""
+    return f"--{argument.replace('_', '-')}"
+
+
 def _request(asked: dict[str, Any]) -> TwinRequest:
     """What the twin is made of."""
-    from ..twins.building import TwinRequest
+    from ..library.twin import twin_request
 
-    return TwinRequest(
+    return twin_request(
+        _option,
         campaign=asked["campaign"],
         modes=asked["modes"],
         bench=asked["bench"],
         contact=asked["contact"],
-        effects=tuple(parse_effect(text) for text in asked["effects"]),
+        effects=asked["effects"],
         impact_points=tuple(_point(text, "--impact-at") for text in asked["impact_at"]),
         sensors=tuple(_point(text, "--sensor-at") for text in asked["sensor_at"]),
         plate=asked["plate"],
         q=asked["q"],
-        frequency_hz=_lines(asked["frequencies"]),
+        frequencies=asked["frequencies"],
         adopted=not asked["no_adopted"],
-        chain_height_m=_chain_height_m(asked["chain_height"]),
+        chain_height=asked["chain_height"] or 0.0,
         coupled=asked["coupled"],
     )
 
 
-def _chain_height_m(text: str | None) -> float:
-    return 0.0 if text is None else parse_quantity(text, "m", "--chain-height")
-
-
 def _shot(words: dict[str, Any]) -> Shot:
+    from ..library.twin import shot_of
     from ..predictions.given_factors import parse_factor
-    from ..predictions.predicting import Shot
 
-    velocity, pressure = words["velocity"], words["tank_pressure"]
-    if velocity is not None and pressure is not None:
-        raise ValueError("--velocity and --tank-pressure: expected one of them")
-    return Shot(
-        bullet_mass_kg=parse_quantity(words["bullet_mass"], "kg", "--bullet-mass") if words["bullet_mass"] else None,
-        tip_material=words["tip"],
-        tip_radius_m=parse_quantity(words["tip_radius"], "m", "--tip-radius"),
-        tank_pressure_pa=parse_quantity(pressure, "Pa", "--tank-pressure") if pressure else None,
-        impact_velocity_m_s=parse_quantity(velocity, "m/s", "--velocity") if velocity else None,
-        anvil_material=words["anvil"],
+    return shot_of(
+        _option,
+        tank_pressure=words["tank_pressure"] or None,
+        velocity=words["velocity"] or None,
+        bullet_mass=words["bullet_mass"] or None,
+        tip=words["tip"],
+        tip_radius=words["tip_radius"],
+        anvil=words["anvil"],
         insulator=words["insulator"],
         impact_position=words["impact_position"],
         boundary_conditions=words["boundary_conditions"],
+        valve_profile=words["valve_profile"],
         factors=dict(parse_factor(text) for text in words["factors"]),
-        valve_profile=_profile(words["valve_profile"]),
     )
-
-
-def _profile(text: str | None) -> str | None:
-    """A profile as typed, or of the file that is named. Raises `ValueError`."""
-    from ...signals.valve_profile import ValveProfile
-
-    if text is None:
-        return None
-    return str(ValveProfile.parse(text) if ":" in text and not Path(text).exists() else ValveProfile.read(Path(text)))
-
-
-def parse_effect(text: str) -> Effect:
-    """`gun.back_pressure` or `gun.blow_by:clearance_m=0.0005,other=1`. Raises `LookupError`, `ValueError`."""
-    from ...twin.effects import effect
-
-    identity, _, rest = text.partition(":")
-    values: dict[str, float] = {}
-    for part in filter(None, rest.split(",")):
-        name, _, number = part.partition("=")
-        try:
-            values[name.strip()] = float(number)
-        except ValueError as error:
-            raise ValueError(f"--effect {text!r}: {part!r}; expected NAME=VALUE in SI, such as gain=1.02") from error
-    return effect(identity.strip(), **values)
 
 
 def _point(text: str, name: str) -> tuple[float, float]:
@@ -262,15 +236,3 @@ def _point(text: str, name: str) -> tuple[float, float]:
     except ValueError as error:
         raise ValueError(f"{name} is {text!r}; expected X,Y in m, such as 0.47,0.28") from error
     return x, y
-
-
-def _lines(text: str | None) -> tuple[float, ...]:
-    from ...signals.srs.grid import octave_grid
-
-    if text is None:
-        return ()
-    try:
-        low, high, per_octave = text.split(":")
-        return tuple(octave_grid(float(low), float(high), int(per_octave)).tolist())
-    except ValueError as error:
-        raise ValueError(f"--frequencies is {text!r} ({error}); expected LOW:HIGH:PER_OCTAVE in Hz") from error

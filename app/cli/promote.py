@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import click
 
 from .common import db_option, json_option, note, opened, write_json
-
-if TYPE_CHECKING:
-    from ...training.records import Decision
 
 
 @click.command()
@@ -37,42 +32,13 @@ def promote(
         pyroshock promote hybrid@5 --on autumn --reason "new tips"
     """
     with opened(db) as store:
-        from dataclasses import asdict
+        from ..library.training import promote_version
 
-        from ...training.listing import chosen
-        from ...training.promotion import promote as promote_version
-        from ..models.training import models_extra, pulses_on, reader_of, registry_of
-
-        name, number = _version(model, version)
-        with models_extra():
-            registry = registry_of(db)
-            candidate = chosen(registry.versions(), f"{name}@{number}")
-            on = (other, pulses_on(store, other, candidate)) if other is not None else None
-            decision = promote_version(registry, name, number, reader_of(store), other=on, forced=force, reason=reason)
+        decision = promote_version(
+            store, db, f"{model}@{version}" if version is not None else model, on=other, force=force, reason=reason
+        )
         if json_to is not None:
-            write_json(asdict(decision), json_to)
-        note(_words(decision))
+            write_json(decision.to_json(), json_to)
+        note(decision.sentence)
         if not decision.promoted:
             raise click.exceptions.Exit(1)
-
-
-def _version(model: str, version: int | None) -> tuple[str, int]:
-    """`hybrid@3`, or `hybrid 3`. Raises `ValueError` for another text."""
-    name, at, number = model.partition("@")
-    if (at == "@") == (version is not None) or (at and not number.isdecimal()):
-        raise ValueError(f"model is {model!r}; expected MODEL@VERSION, such as hybrid@3")
-    return name, version if version is not None else int(number)
-
-
-def _words(decision: Decision) -> str:
-    """ "hybrid@3 is now in use for the gun (none before)"; and why, and what it was judged on."""
-    kind, candidate, champion = decision.predictor_set, decision.candidate, decision.champion
-    why = f": {decision.reason}" if decision.reason else ""
-    judged = f" (judged on {decision.pulses} pulses, {decision.judged_on})" if decision.pulses else ""
-    if not decision.promoted:
-        stays = f"{champion} stays in use" if champion else "no model is in use"
-        return f"{candidate} is refused, {stays} for the {kind}{why}{judged}"
-    if champion == candidate:
-        return f"{candidate} is in use for the {kind}, as before"
-    before = f"{champion} before" if champion else "none before"
-    return f"{candidate} is now in use for the {kind} ({before}){why}{judged}"

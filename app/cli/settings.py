@@ -33,7 +33,7 @@ def settings_options(function: Function) -> Function:
 def settings_from(given: dict[str, Any]) -> ExtractionSettings:
     """Settings from the options; `ValueError` names the one that is out of bounds."""
     from ...ingest.settings import ExtractionSettings
-    from .quantities import parse_quantity
+    from ..library.quantities import parse_quantity
 
     chosen = {key: value for key, value in given.items() if value is not None}
     if "separation_s" in chosen:

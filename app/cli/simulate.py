@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ..library.quantities import parse_quantity
 from .common import db_option, json_option, note, opened, write_json
-from .quantities import parse_quantity
 
 if TYPE_CHECKING:
     from ...virtualbench.effects import Effects

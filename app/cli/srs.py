@@ -10,9 +10,6 @@ import click
 from .common import errors_as_one_line, format_cell, json_option, note, print_table, write_json
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from ...twin.srs.target import Target
     from ..spectra.recordings import Measured
 
@@ -62,13 +59,14 @@ def srs(
     """
     with errors_as_one_line():
         from ..spectra.channel import read_acceleration
+        from ..spectra.lines import parse_lines
         from ..spectra.recordings import measure
         from ..spectra.tables import as_json, write_spectrum
 
         specified = _target(target, tolerance)
         measured = measure(
             read_acceleration(file, channel, unit, _rate_hz(rate)),
-            None if frequencies is None else parse_lines(frequencies),
+            None if frequencies is None else parse_lines(frequencies, "--frequencies"),
             _damping_ratio(q, damping),
             target=specified,
             resample=resample,
@@ -89,27 +87,6 @@ def srs(
             _print(measured)
     if measured.comparison is not None and not measured.comparison.within:
         raise click.exceptions.Exit(1)
-
-
-def parse_lines(text: str) -> NDArray[np.float64]:
-    """`100,200,500` or `100:10000:6` (low:high:lines per octave, 6 by default), in Hz. Raises `ValueError`."""
-    import numpy as np
-
-    from ...signals.srs.grid import octave_grid
-
-    try:
-        if ":" in text:
-            low, high, *per_octave = text.split(":")
-            return octave_grid(float(low), float(high), *(int(number) for number in per_octave))
-        lines = np.asarray([float(number) for number in text.split(",")])
-    except (ValueError, TypeError) as error:
-        said = f" ({error})" if "expected" in str(error) else ""
-        raise ValueError(
-            f"--frequencies is {text!r}{said}; expected Hz as 100,200,500 or low:high:per_octave as 100:10000:6"
-        ) from error
-    if not np.all(np.isfinite(lines) & (lines > 0)):
-        raise ValueError(f"--frequencies is {text!r}; expected positive numbers, in Hz")
-    return np.unique(lines)
 
 
 def _damping_ratio(q: float | None, damping: float | None) -> float:
@@ -139,7 +116,7 @@ def _tell_coverage(measured: Measured, target: Target | None) -> None:
 
 
 def _rate_hz(text: str | None) -> float | None:
-    from .quantities import parse_quantity
+    from ..library.quantities import parse_quantity
 
     if text is None:
         return None
@@ -153,7 +130,7 @@ def _rate_hz(text: str | None) -> float | None:
 
 
 def _full_scale(text: str | None) -> float | None:
-    from .quantities import parse_quantity
+    from ..library.quantities import parse_quantity
 
     return None if text is None else parse_quantity(text, "m/s**2", "--range")
 

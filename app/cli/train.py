@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import db_option, errors_as_one_line, fail, json_option, note, opened, print_table, write_json
+from .common import db_option, fail, json_option, note, opened, print_table, write_json
 from .crew import crew_options
 
 if TYPE_CHECKING:
@@ -56,22 +56,18 @@ def train(
         pyroshock train spring --models hybrid,gp --split materials
         pyroshock train spring --backend dask --scheduler tcp://lab-1:8786
     """
-    with errors_as_one_line():
+    with opened(db) as store:
         from ...training.session import Progress
-        from ...training.session import train as train_all
-        from ...training.zoo import models_of
-        from ..models.training import ground_of, models_extra, registry_of, splits_of, tell_beside_bar
+        from ..library.training import train_models
+        from ..models.training import tell_beside_bar
         from ..progress import progress_bar
 
-        names = models_of(models)
-        registry = registry_of(db)
-        with opened(db) as store:
-            ground = ground_of(store, dataset, registry, seed, budget)
-        wanted = splits_of(ground.table, splits)
-        with models_extra(), progress_bar("training", "models") as step:
+        with progress_bar("training", "models") as step:
             progress = Progress(step, tell_beside_bar)
-            session = train_all(registry, ground, names, wanted, retrain=retrain, crew=crew, progress=progress)
-            floors = registry.floors(ground.dataset.hash, seed)
+            session, floors = train_models(
+                store, db, dataset, [models], splits, seed=seed, budget=budget, retrain=retrain, crew=crew,
+                progress=progress,
+            )  # fmt: skip
         known = len(session.versions) - session.trained
         note(f"{session.trained} trained, {known} found as they were trained before")
         _tell(session, floors, json_to)

@@ -12,10 +12,7 @@ from .common import db_option, json_option, note, opened, print_table, write_jso
 
 if TYPE_CHECKING:
     from ...twin.tune.space import Amount
-    from ...twin.tune.tuner import Tuned
-
-#: Rows of the table and of the JSON.
-_SHOWN = 10
+    from ..library.tuning import TunedSettings
 
 
 @click.command()
@@ -114,15 +111,12 @@ def tune(
     """
     with opened(db) as store:
         from ...doe.space import read_space, shipped_factors, space_from_text
-        from ...twin.srs.target_csv import read_target
-        from ...twin.srs.tolerance import parse_tolerance
-        from ..models.training import models_extra
+        from ..library.tuning import search_settings, target_of
+        from ..library.twin import twin_request
         from ..progress import progress_bar
-        from ..tuning.session import Ask, session_of
-        from ..twins.building import TwinRequest
 
-        wanted = read_target(target, parse_tolerance(tolerance) if tolerance else None)
-        request = TwinRequest(
+        request = twin_request(
+            _option,
             campaign=campaign,
             modes=modes,
             bench=bench,
@@ -131,33 +125,36 @@ def tune(
             impact_points=_points(impact_at, "--impact-at"),
             sensors=_points(sensor_at, "--sensor-at"),
             q=q,
-            frequency_hz=tuple(wanted.lines().tolist()),
             adopted=not no_adopted,
         )
         owned = read_space(factors) if factors else space_from_text(shipped_factors("gun"))
-        masses = _masses(bullet_mass)
-        ask = Ask(wanted, request, owned, measured, sensor, masses, share, extrapolate, seed, at_least)
-        with models_extra():
-            tuning = session_of(store, db, ask)
-        for line in tuning.notes:
-            note(line)
         with progress_bar("tune", "settings") as step:
-            tuned = tuning.run(step)
+            settings = search_settings(
+                store, db, request, target_of(target, tolerance), owned, measured, sensor, _masses(bullet_mass), share,
+                extrapolate, seed, at_least, step,
+            )  # fmt: skip
+        tuned = settings.tuned
+        for line in settings.notes:
+            note(line)
         if plot is not None and tuned.proposals:
             from ..tuning.plots import plot_tuned
 
-            plot_tuned(tuned, tuning.goal, plot)
+            plot_tuned(tuned, settings.goal, plot)
             note(f"plot: {plot}")
-    _show(tuned, avoid, json_to)
-    if tuned.attainability.obstacle is not None:
+    _show(settings, avoid, json_to)
+    if not settings.attainable:
         raise click.exceptions.Exit(1)
 
 
-def _show(tuned: Tuned, avoid: Path | None, json_to: str | None) -> None:
-    from ..tuning.laboratory import avoid_json, proposal_json
+def _option(argument: str) -> str:
+    """An argument of the library as its option is spelled."""
+    return f"--{argument.replace('_', '-')}"
 
-    sentence = tuned.attainability.sentence
-    rows = [proposal_json(proposal, rank) for rank, proposal in enumerate(tuned.proposals[:_SHOWN], 1)]
+
+def _show(settings: TunedSettings, avoid: Path | None, json_to: str | None) -> None:
+    from ..tuning.laboratory import avoid_json
+
+    tuned, sentence, rows = settings.tuned, settings.sentence, settings.to_json()
     if avoid is not None:
         write_json([avoid_json(item) for item in tuned.avoid], str(avoid))
     if json_to is not None:
@@ -217,7 +214,7 @@ def _masses(text: str | None) -> Amount | None:
     if text is None:
         return None
     from ...twin.tune.space import Levels, Range
-    from .quantities import parse_quantity
+    from ..library.quantities import parse_quantity
 
     low, colon, high = text.partition(":")
     if not colon:

@@ -41,14 +41,12 @@ def validate(
         pyroshock validate spring --contact hybrid@3 --html validation.html
     """
     with opened(db) as store:
-        from ..models.training import models_extra
+        from ..library.validation import validate_twin
         from ..progress import progress_bar
-        from ..validating.validation import ValidationRequest, validated
 
-        request = ValidationRequest(campaign, folds=folds, draws=draws, seed=seed, contact=contact)
-        with models_extra(), progress_bar("validate", "shots") as step:
-            validation = validated(store, db, request, step)
-        data = validation.as_json()
+        with progress_bar("validate", "shots") as step:
+            validation = validate_twin(store, db, campaign, contact, folds, draws, seed, step)
+        data = validation.to_json()
         if html is not None:
             from ..reports.any import write_report
             from ..reports.validation import validation_document
@@ -59,7 +57,7 @@ def validate(
             write_json(data, json_to)
         else:
             _show(data)
-        if not validation.verdict.calibrated:
+        if not validation.calibrated:
             raise click.exceptions.Exit(1)
 
 

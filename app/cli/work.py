@@ -59,7 +59,7 @@ def _ended_as_by_hand() -> Iterator[None]:
 
 
 def _lease_s(text: str) -> float:
-    from .quantities import parse_quantity
+    from ..library.quantities import parse_quantity
 
     seconds = parse_quantity(text, "s", "--lease")
     if not seconds >= _SHORTEST_LEASE_S:

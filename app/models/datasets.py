@@ -99,7 +99,7 @@ def export_snapshot(snapshot: Snapshot, out: Path) -> int:
         raise ValueError(f"cannot write {out.name!r}; expected a name that ends in .csv or .parquet")
     import pandas as pd
 
-    frame = pd.DataFrame(_columns(snapshot.table))
+    frame = pd.DataFrame(dataset_columns(snapshot.table))
     with whole_file(out) as partial:
         if out.suffix.lower() == ".csv":
             frame.to_csv(partial, index=False)
@@ -108,7 +108,8 @@ def export_snapshot(snapshot: Snapshot, out: Path) -> int:
     return len(frame)
 
 
-def _columns(table: PulseTable) -> dict[str, Any]:
+def dataset_columns(table: PulseTable) -> dict[str, Any]:
+    """Columns of a table with a row for each pulse: names, predictors (categories as words), figures, force points."""
     columns: dict[str, Any] = {name: getattr(table, name) for name in _NAMES}
     for predictor, values in zip(table.predictors, table.x.T, strict=True):
         unit = f"_{predictor.unit.replace('/', '_').lower()}" if predictor.unit else ""

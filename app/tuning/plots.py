@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +14,14 @@ from ..plots import MEASURED, MODEL, QUIET, new_figure, save
 
 
 def plot_tuned(tuned: Tuned, goal: Goal, path: Path) -> None:
-    """The first proposal with its 90 % band, the next two as lines, in the band of the target."""
+    """The picture of `draw_tuned`; the suffix decides the format."""
     figure = new_figure(8, 5)
-    axes = figure.subplots()
+    draw_tuned(figure.subplots(), tuned, goal)
+    save(figure, path)
+
+
+def draw_tuned(axes: Any, tuned: Tuned, goal: Goal) -> None:
+    """The first proposal with its 90 % band, the next two as lines, in the band of the target."""
     lines = goal.frequency_hz
     low, high = (np.clip(edge, -200, 400) for edge in (goal.level_db - goal.lower_db, goal.level_db + goal.upper_db))
     axes.fill_between(lines, _m_s2(low), _m_s2(high), color=QUIET, alpha=0.25, lw=0, label="tolerance")
@@ -29,7 +35,6 @@ def plot_tuned(tuned: Tuned, goal: Goal, path: Path) -> None:
     axes.set(xscale="log", yscale="log", xlabel="natural frequency (Hz)", ylabel="maximax acceleration (m/s$^2$)")
     axes.set_ylim(0.3 * _m_s2(goal.level_db).min(), 5 * _m_s2(goal.level_db).max())
     axes.legend(frameon=False)
-    save(figure, path)
 
 
 def _m_s2(level_db: Floats) -> Floats:

@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.cli.predict import parse_effect, predict
+from pyroshock.app.cli.predict import predict
 from pyroshock.app.demo import ingest_examples
 from pyroshock.app.twins import building as twins
+from pyroshock.app.twins.effect_text import parse_effect
 from pyroshock.dataset.domain import Domain
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version
@@ -230,12 +231,12 @@ def test_sensors_of_the_shipped_bench_feel_different_things(tmp_path, monkeypatc
 
 
 def test_lines_are_checked(quick):
-    result = CliRunner().invoke(predict, ["--frequencies", "1:2"])
-    assert result.exit_code == 2 and "expected LOW:HIGH:PER_OCTAVE" in result.stderr
+    result = CliRunner().invoke(predict, ["--frequencies", "1:2:3:4"])
+    assert result.exit_code == 2 and "expected Hz as 100,200,500 or low:high:per_octave" in result.stderr
 
 
 def test_effects_are_parsed():
-    found = parse_effect("sensor.zero_shift:share=0.02,decay_time_s=0.1")
+    found = parse_effect("sensor.zero_shift:share=0.02,decay_time_s=0.1", "--effect")
     assert found.as_json() == {"id": "sensor.zero_shift", "share": 0.02, "decay_time_s": 0.1}
 
 

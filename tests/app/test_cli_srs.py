@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from pyroshock.app.cli.srs import parse_lines, srs
+from pyroshock.app.cli.srs import srs
+from pyroshock.app.spectra.lines import parse_lines
 from pyroshock.signals.checks import SPECTRUM_CHECKS
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.srs.target_csv import read_target
@@ -269,9 +270,9 @@ def test_record_with_holes_is_refused(tmp_path):
 
 
 def test_lines_are_listed_or_spread():
-    np.testing.assert_array_equal(parse_lines("500,100"), [100, 500])
-    np.testing.assert_allclose(parse_lines("100:800:2"), 100 * 2 ** (np.arange(7) / 2))
-    assert parse_lines("100:800").size == 19
+    np.testing.assert_array_equal(parse_lines("500,100", "--frequencies"), [100, 500])
+    np.testing.assert_allclose(parse_lines("100:800:2", "--frequencies"), 100 * 2 ** (np.arange(7) / 2))
+    assert parse_lines("100:800", "--frequencies").size == 19
 
 
 @pytest.mark.parametrize(
@@ -279,7 +280,7 @@ def test_lines_are_listed_or_spread():
 )
 def test_other_lines_are_refused(text):
     with pytest.raises(ValueError, match="--frequencies is"):
-        parse_lines(text)
+        parse_lines(text, "--frequencies")
 
 
 def test_every_check_has_a_row():

@@ -1,0 +1,164 @@
+"""The diagnosis of the gap between measurement and twin, as notebooks and the command line see it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from .displays import axes_or_new, titled_table
+from .frames import frame_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from ...diagnosis.verdict import Verdict
+    from ...schema.session import Store
+    from ...schema.twins import TwinVersion
+    from ...twin.effects import Effect
+    from ..progress import Step
+
+
+@dataclass(frozen=True, eq=False)
+class GapDiagnosis:
+    """Where the gap lies, what causes it, and how far it shrinks. `verdict` is the record behind it.
+
+    `version` is the version of the bench's twin that adopted an effect of it, None where none was adopted.
+    """
+
+    verdict: Verdict
+    version: TwinVersion | None = None
+
+    @property
+    def sentence(self) -> str:
+        """The answer in a few sentences."""
+        from ..diagnoses.restriction import restrictions_among
+        from ..diagnoses.summary import summary
+
+        return " ".join((*restrictions_among(self.verdict.assumptions), summary(self.verdict)))
+
+    @property
+    def recommendations(self) -> list[str]:
+        """What to do next, in sentences."""
+        from ..diagnoses.recommendations import recommendations
+
+        return list(recommendations(self.verdict))
+
+    @property
+    def effects(self) -> pd.DataFrame:
+        """An effect in each row: probability that it acts, share of the squared gap with its 90 % interval, gain on
+        configurations that it was not fitted to, parameters as {name: value} in SI."""
+        return frame_of(
+            (
+                {
+                    "effect": effect.effect,
+                    "probability": effect.inclusion,
+                    "share": effect.share,
+                    "share_low": effect.ci90[0],
+                    "share_high": effect.ci90[1],
+                    "held_out_gain": effect.held_out_gain,
+                    "named": effect.named,
+                    "credible_set": effect.credible_set,
+                    "parameters": {parameter.name: parameter.value for parameter in effect.parameters},
+                }
+                for effect in self.verdict.effects
+            ),
+            ("effect", "probability", "share", "share_low", "share_high", "held_out_gain", "named"),
+        )
+
+    @property
+    def causes(self) -> pd.DataFrame:
+        """An entry of the answer in each row, by falling probability."""
+        return frame_of(
+            {"cause": " or ".join(cause.effects), "probability": cause.probability} for cause in self.verdict.causes
+        )
+
+    @property
+    def gap(self) -> dict[str, Any]:
+        """The size of the gap, of the noise and of the tolerance, in the unit that `metric` names."""
+        return dict(self.to_json()["gap"])
+
+    @property
+    def stages(self) -> pd.DataFrame:
+        """The share of the gap that arises in each stage, with its 90 % interval."""
+        return frame_of(
+            (
+                {"stage": stage.name, "share": stage.share, "share_low": stage.ci90[0], "share_high": stage.ci90[1]}
+                for stage in self.verdict.where.stage
+            ),
+            ("stage", "share", "share_low", "share_high"),
+        )
+
+    @property
+    def path(self) -> pd.DataFrame:
+        """The gap after each effect was added, the largest share first; fractions on configurations not seen."""
+        return frame_of(
+            ({"added": step.added, "gap": step.after, "fraction": step.fraction} for step in self.verdict.path),
+            ("added", "gap", "fraction"),
+        )
+
+    @property
+    def fraction(self) -> float:
+        """The share of the reducible gap that is gone with all effects of the path; 0 where no effect was added."""
+        return float(self.verdict.path[-1].fraction) if self.verdict.path else 0.0
+
+    @property
+    def fitted(self) -> dict[str, tuple[Effect, ...]]:
+        """Effects with the parameters that were fitted, by name ("gun.valve_flow", "a+b"): `store.twin(effects=...)`
+        takes them."""
+        from ..twins.adopting import adoptable
+
+        return {"+".join(effect.id for effect in effects): effects for effects in adoptable(self.verdict).values()}
+
+    def to_frame(self) -> pd.DataFrame:
+        """`effects`."""
+        return self.effects
+
+    def to_json(self) -> dict[str, Any]:
+        """The report as `pyroshock diagnose --json` prints it."""
+        from ..diagnoses.diagnosing import report_json
+
+        return report_json(self.verdict)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The shares of the gap by effect, with their 90 % intervals, the largest at the top."""
+        effects = [effect for effect in self.verdict.effects if effect.share >= 0.005 or effect.named][:12][::-1]
+        axes = axes_or_new(ax, height=1.2 + 0.35 * max(len(effects), 2))
+        for place, effect in enumerate(effects):
+            axes.barh(place, effect.share, color="#1b6ca8" if effect.named else "0.75")
+            axes.plot(effect.ci90, [place, place], color="black", lw=1)
+        axes.set_yticks(range(len(effects)), [effect.effect for effect in effects])
+        axes.set_xlabel("share of the squared gap, with its 90 % interval; blue: named as a cause")
+        return axes
+
+    def __repr__(self) -> str:
+        return f"<{self.verdict.campaign}: {self.sentence}>"
+
+    def _repr_html_(self) -> str:
+        columns = ["effect", "probability", "share", "share_low", "share_high", "held_out_gain"]
+        return titled_table(f"{self.verdict.campaign}: {self.sentence}", self.effects[columns])
+
+
+def diagnose_campaign(
+    store: Store | None, url: str, target: str, step: Step, *, adopt: str | None = None, **given: Any
+) -> GapDiagnosis:
+    """The diagnosis of a campaign, which its store keeps, or of a folder, of which nothing is kept.
+
+    `given` are the other fields of `diagnosing.Asked`. Raises as `diagnosing.diagnosed` and `adopting.adopt`, and
+    `ValueError` where an effect is to be adopted for a folder.
+    """
+    from ..diagnoses.diagnosing import Asked, diagnosed, is_stored, keep
+    from ..models.training import models_extra
+    from ..twins import adopting
+
+    asked = Asked(target, **given)
+    stored = is_stored(store, target)
+    if adopt is not None and not stored:
+        raise ValueError(f"adopting {adopt} needs a campaign of the store; ingest it first: pyroshock ingest {target}")
+    with models_extra():
+        verdict = diagnosed(store, url, asked, step)
+    if adopt is not None:
+        adopting.check_adoptable(verdict, adopt)
+    key = keep(store, verdict, asked) if store is not None and stored else None
+    version = adopting.adopt(store, verdict, adopt, key) if store is not None and adopt is not None else None
+    return GapDiagnosis(verdict, version)

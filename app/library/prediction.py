@@ -1,0 +1,286 @@
+"""A predicted shot: numbers and series with 90 % bands, units, tables and plots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...twin.bands import Band, Quantity
+from ..predictions.predicting import prediction_json
+from ..predictions.warnings import warnings
+from .displays import axes_or_new, titled_table
+from .errors import library_errors
+from .frames import frame_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from ...twin.prediction import Prediction
+    from ..twins.building import BuiltTwin
+
+Floats = NDArray[np.float64]
+
+_BAND = "#1b6ca8"
+
+
+@dataclass(frozen=True)
+class PredictedNumber:
+    """A number with its 90 % band: `mean`, `lower` and `upper` in `unit`. `float(...)` is the mean."""
+
+    name: str
+    mean: float
+    lower: float
+    upper: float
+    unit: str
+
+    @classmethod
+    def of(cls, name: str, quantity: Quantity, unit: str) -> PredictedNumber:
+        """From the twin's quantity."""
+        return cls(name, quantity.mean, *quantity.ci90, unit)
+
+    @property
+    def ci90(self) -> tuple[float, float]:
+        """Lower and upper end of the 90 % band."""
+        return self.lower, self.upper
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row: quantity, mean, lower, upper, unit."""
+        return frame_of([self._row()])
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """The mean and its band."""
+        axes = axes_or_new(ax, height=1.6)
+        axes.errorbar(
+            self.mean, 0, xerr=[[self.mean - self.lower], [self.upper - self.mean]], fmt="o", color=_BAND, capsize=4
+        )
+        axes.set_yticks([])
+        axes.set_xlabel(f"{self.name} ({self.unit})")
+        return axes
+
+    def __float__(self) -> float:
+        return self.mean
+
+    def __repr__(self) -> str:
+        return f"{self.mean:.4g} {self.unit} ({self.lower:.4g} to {self.upper:.4g})"
+
+    def _row(self) -> dict[str, Any]:
+        return {
+            "quantity": self.name,
+            "mean": self.mean,
+            "lower": self.lower,
+            "upper": self.upper,
+            "unit": self.unit,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedSeries:
+    """A series with its 90 % band: `mean`, `lower` and `upper` (n,) in `unit`, over `x` (n,) in `x_unit`."""
+
+    name: str
+    x: Floats
+    mean: Floats
+    lower: Floats
+    upper: Floats
+    unit: str
+    x_name: str
+    x_unit: str
+    logarithmic: bool = False
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Columns mean, lower and upper over the index `x_name`; `.attrs["units"]` has the units."""
+        import pandas as pd
+
+        columns = {"mean": self.mean, "lower": self.lower, "upper": self.upper}
+        frame = pd.DataFrame(columns, index=pd.Index(self.x, name=self.x_name))
+        frame.attrs["units"] = {self.x_name: self.x_unit, **dict.fromkeys(columns, self.unit)}
+        return frame
+
+    def plot(self, ax: Axes | None = None, **line: Any) -> Axes:
+        """The mean as a line, the band filled; a spectrum on logarithmic axes. `line` goes to `Axes.plot`."""
+        axes = axes_or_new(ax)
+        (mean,) = axes.plot(self.x, self.mean, **{"label": self.name, **line})
+        axes.fill_between(self.x, self.lower, self.upper, color=mean.get_color(), alpha=0.2, lw=0)
+        if self.logarithmic:
+            axes.set(xscale="log", yscale="log")
+        name = self.x_name.rpartition("_")[0].replace("_", " ")
+        axes.set(xlabel=f"{name} ({self.x_unit})", ylabel=f"{self.name} ({self.unit})")
+        return axes
+
+    def __repr__(self) -> str:
+        return f"<{self.name} in {self.unit}: {len(self)} points, largest mean {np.max(np.abs(self.mean)):.4g}>"
+
+
+class SensorSeries(Mapping[str, PredictedSeries]):
+    """A predicted series for each sensor: `p.srs["acceleration_1"]`, or `p.srs` itself as that of the first sensor."""
+
+    def __init__(self, series: Mapping[str, PredictedSeries]) -> None:
+        self._series = dict(series)
+
+    def __getitem__(self, sensor: str) -> PredictedSeries:
+        if sensor not in self._series:
+            with library_errors():
+                raise LookupError(f"no sensor {sensor!r}; there are: {', '.join(self._series) or 'none'}")
+        return self._series[sensor]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._series)
+
+    def __len__(self) -> int:
+        return len(self._series)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self._first(), name)
+
+    def to_frame(self) -> pd.DataFrame:
+        """Columns (sensor, mean | lower | upper) over the common index."""
+        import pandas as pd
+
+        frames = {sensor: series.to_frame() for sensor, series in self._series.items()}
+        return pd.concat(frames, axis=1, names=["sensor", "value"])
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """All sensors in one pair of axes."""
+        axes = axes_or_new(ax)
+        for sensor, series in self._series.items():
+            series.plot(axes, label=sensor)
+        axes.legend(frameon=False)
+        return axes
+
+    def __repr__(self) -> str:
+        return f"<{', '.join(self._series) or 'no sensors: the twin has no plate'}>"
+
+    def _first(self) -> PredictedSeries:
+        if not self._series:
+            with library_errors():
+                raise LookupError("the twin has no plate, and so no sensors")
+        return next(iter(self._series.values()))
+
+
+class ShotPrediction:
+    """What the twin predicts of one shot, each number and series with its 90 % band.
+
+    `prediction` is the record of the twin behind it.
+    """
+
+    def __init__(self, built: BuiltTwin, prediction: Prediction) -> None:
+        self._built = built
+        self.prediction = prediction
+
+    @property
+    def velocity(self) -> PredictedNumber:
+        """Of impact, m/s."""
+        return PredictedNumber.of("velocity", self.prediction.velocity_m_s, "m/s")
+
+    @property
+    def peak_force(self) -> PredictedNumber:
+        """The largest force of the contact, N."""
+        return PredictedNumber.of("peak force", self.prediction.peak_force_n, "N")
+
+    @property
+    def contact_time(self) -> PredictedNumber:
+        """Duration of the contact, s."""
+        return PredictedNumber.of("contact time", self.prediction.contact_time_s, "s")
+
+    @property
+    def impulse(self) -> PredictedNumber:
+        """The integral of the force, N s."""
+        return PredictedNumber.of("impulse", self.prediction.impulse_n_s, "N s")
+
+    @property
+    def peak_acceleration(self) -> dict[str, PredictedNumber]:
+        """The largest acceleration either way, m/s2, by sensor."""
+        return {
+            sensor: PredictedNumber.of(
+                f"peak acceleration, {sensor}", self.prediction.peak_acceleration_m_s2(sensor), "m/s2"
+            )
+            for sensor in self.prediction.sensors
+        }
+
+    @property
+    def force(self) -> PredictedSeries:
+        """The force over the time since first contact, N."""
+        return _series("force", self.prediction.time_s, self.prediction.force_n, "N", "time_s", "s")
+
+    @property
+    def acceleration(self) -> SensorSeries:
+        """The accelerations of the first 10 ms by sensor, m/s2."""
+        series = {}
+        for sensor in self.prediction.sensors:
+            time, band = self.prediction.acceleration(sensor)
+            series[sensor] = _series("acceleration", time, band, "m/s2", "time_s", "s")
+        return SensorSeries(series)
+
+    @property
+    def srs(self) -> SensorSeries:
+        """The maximax shock response spectra by sensor, m/s2."""
+        frequency = self.prediction.frequency_hz
+        return SensorSeries(
+            {
+                sensor: _series("maximax SRS", frequency, band, "m/s2", "frequency_hz", "Hz", logarithmic=True)
+                for sensor, band in self.prediction.spectra_m_s2.items()
+            }
+        )
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Where the twin was asked beyond what it knows, in sentences."""
+        return tuple(warnings(self.prediction))
+
+    @property
+    def rests_on(self) -> str:
+        """What stands behind the bands, in one sentence."""
+        return self.prediction.rests_on.sentence
+
+    @property
+    def extrapolation(self) -> pd.DataFrame:
+        """Quantities that lie beyond what was recorded, a row each."""
+        from dataclasses import asdict
+
+        return frame_of([asdict(row) for row in self.prediction.extrapolation], ("quantity", "value"))
+
+    def to_frame(self) -> pd.DataFrame:
+        """The numbers, a row each: mean, lower, upper, unit."""
+        numbers = (self.velocity, self.contact_time, self.peak_force, self.impulse, *self.peak_acceleration.values())
+        return frame_of(number._row() for number in numbers).set_index("quantity")
+
+    def to_json(self) -> dict[str, Any]:
+        """As `pyroshock predict --json` prints it."""
+        return prediction_json(self._built, self.prediction)
+
+    def plot(self) -> list[Axes]:
+        """Force, accelerations and spectra, one below the other."""
+        import matplotlib.pyplot as plt
+
+        rows = 3 if self.prediction.sensors else 1
+        axes = plt.subplots(rows, squeeze=False, figsize=(7.0, 0.8 + 2.6 * rows), layout="constrained")[1]
+        drawn = list(axes[:, 0])
+        self.force.plot(drawn[0])
+        for below, series in zip(drawn[1:], (self.acceleration, self.srs), strict=False):
+            series.plot(below)
+        return drawn
+
+    def __repr__(self) -> str:
+        return f"<predicted shot: {self.velocity!r}, {self.peak_force!r}, {self.contact_time!r}>"
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        said = "".join(f"<p>{escape(line)}</p>" for line in (self.rests_on, *self.warnings) if line)
+        return titled_table("predicted shot, with 90 % bands", self.to_frame()) + said
+
+
+def _series(
+    name: str, x: Floats, band: Band, unit: str, x_name: str, x_unit: str, *, logarithmic: bool = False
+) -> PredictedSeries:
+    return PredictedSeries(name, x, band.mean, band.lower, band.upper, unit, x_name, x_unit, logarithmic)

@@ -1,0 +1,195 @@
+"""`ps.open(...)`: what the store gives a notebook is what the command line prints."""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import files
+
+import numpy as np
+import pandas as pd
+import pyroshock as ps
+import pytest
+from click.testing import CliRunner
+from pyroshock.app.cli.listing import impacts, shots
+from pyroshock.schema import series
+from support.stores.hammer_stores import HITS, full_campaign
+
+_FIRST_SHOTS = str(files("pyroshock") / "examples" / "first-shots")
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lab")
+    campaign = full_campaign(folder / "spring")
+    with ps.open(folder / "lab.db") as store:
+        report = store.ingest(campaign, progress=False)
+        assert report.added["impacts"] == 4 * HITS
+        yield store
+
+
+@pytest.fixture(scope="module")
+def fired(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("gun")
+    with ps.open(f"sqlite:///{folder / 'gun.db'}") as store:
+        store.ingest(_FIRST_SHOTS, progress=False)
+        yield store
+
+
+def _printed(command, store, *arguments):
+    result = CliRunner().invoke(command, ["--db", store.url, "--json", *arguments])
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout)
+
+
+@pytest.mark.parametrize("where", ["", "tip_material=delrin", "peak_force_n>800", "quality=ok"])
+def test_impacts_are_those_of_the_command(lab, where):
+    conditions = [where] if where else []
+    printed = _printed(impacts, lab, *(word for each in conditions for word in ("--where", each)))
+    frame = lab.impacts(where=conditions)
+    assert len(frame) == len(printed) and len(frame) > 0
+    for (_, row), wanted in zip(frame.iterrows(), printed, strict=True):
+        assert {name: None if pd.isna(row[name]) else row[name] for name in wanted} == wanted
+        assert all(pd.isna(row[name]) for name in set(frame.columns) - set(wanted))
+
+
+def test_columns_units_sorting_and_limit(lab):
+    frame = lab.impacts(columns=["id", "peak_force_n", "tip_radius_m"], sort="-peak_force_n", limit=3)
+    assert list(frame.columns) == ["id", "peak_force_n", "tip_radius_m"]
+    assert frame.attrs["units"] == {"peak_force_n": "N", "tip_radius_m": "m"}
+    assert list(frame["peak_force_n"]) == sorted(lab.impacts()["peak_force_n"], reverse=True)[:3]
+
+
+def test_no_impacts_are_an_empty_frame(lab):
+    assert lab.impacts(where="peak_force_n>1e12").empty
+
+
+@pytest.mark.parametrize(
+    ("arguments", "kind", "words"),
+    [
+        ({"campaign": "autumn"}, ps.NotFoundError, "no campaign 'autumn'"),
+        ({"where": "tip_colour = red"}, ps.InvalidValueError, "no column or factor 'tip_colour'"),
+        ({"columns": ["mass"]}, ps.NotFoundError, "no column 'mass'; there are: id, campaign"),
+        ({"sort": "mass"}, ps.NotFoundError, "no column 'mass'"),
+        ({"limit": 0}, ps.InvalidValueError, "limit is 0"),
+    ],
+)
+def test_what_is_wrong_is_named(lab, arguments, kind, words):
+    with pytest.raises(kind, match=words):
+        lab.impacts(**arguments)
+
+
+def test_shots_are_those_of_the_command(fired):
+    printed = _printed(shots, fired)
+    frame = fired.shots()
+    assert len(frame) == len(printed) == 5
+    for (_, row), wanted in zip(frame.iterrows(), printed, strict=True):
+        assert {name: None if pd.isna(row[name]) else row[name] for name in wanted} == wanted
+
+
+def test_campaigns(lab):
+    frame = lab.campaigns()
+    assert list(frame["name"]) == ["spring"] and list(frame["impacts"]) == [4 * HITS]
+
+
+def test_a_pulse_has_the_figures_of_the_listing(lab):
+    row = lab.impacts(limit=1).iloc[0]
+    pulse = lab.pulse(int(row["id"]))
+    assert pulse.figures["peak_force_n"] == row["peak_force_n"]
+    assert pulse.force_n.max() == pytest.approx(pulse.figures["spline_peak_force_n"], rel=1e-3)
+    assert np.trapezoid(pulse.force_n, pulse.time_s) == pytest.approx(row["impulse_n_s"], rel=0.02)
+    frame = pulse.to_frame()
+    assert frame.attrs["units"] == {"time_s": "s", "force_n": "N"}
+    axes = pulse.plot()
+    assert "(ms)" in axes.get_xlabel() and "(kN)" in axes.get_ylabel()
+    assert "peak_force_n" in pulse._repr_html_()
+
+
+def test_an_impact_that_is_not_there(lab):
+    with pytest.raises(ps.NotFoundError, match="no impact 999"):
+        lab.pulse(999)
+    with pytest.raises(ps.NotFoundError, match="no impact 999"):
+        lab.recording(999)
+
+
+def test_a_slice_reads_its_own_chunks_only(lab, monkeypatch):
+    channel = lab.recording(1)["force"]
+    whole = channel.values
+    assert len(whole) == len(channel) and channel.unit == "N"
+    decoded = []
+    plain = series._decode_into
+
+    def counted(frame, target, skip, layout):
+        decoded.append(target.size)
+        plain(frame, target, skip, layout)
+
+    monkeypatch.setattr(series, "_decode_into", counted)
+    np.testing.assert_array_equal(channel[100:200], whole[100:200])
+    assert sum(decoded) <= 100 + series.SHORTEST_CHUNK < len(whole) or len(decoded) == 1
+
+
+def test_a_window_of_times(lab):
+    channel = lab.recording(1)["force"]
+    part = channel.between(channel.time_s[10], channel.time_s[20])
+    assert len(part) == 11 and part.index.name == "time_s" and part.attrs["unit"] == "N"
+    np.testing.assert_array_equal(part.to_numpy(), channel[10:21])
+    assert channel.between(1e6, 2e6).empty
+    assert channel.between(-2e6, -1e6).empty
+    with pytest.raises(ps.InvalidValueError, match="rising order"):
+        channel.between(1.0, 0.5)
+
+
+@pytest.mark.parametrize("samples", [5, slice(0, 10, 2), "force"])
+def test_only_slices_without_a_step(lab, samples):
+    with pytest.raises(ps.InvalidValueError, match="expected a slice"):
+        lab.recording(1)["force"][samples]
+
+
+def test_channels_by_name(lab):
+    recording = lab.recording(1)
+    assert list(recording) == ["force"] and recording.to_frame().iloc[0]["unit"] == "N"
+    with pytest.raises(ps.NotFoundError, match=r"no channel 'strain'.*there are: force"):
+        recording["strain"]
+    with pytest.raises(ps.InvalidValueError, match="channel of force; a spectrum needs an acceleration"):
+        recording["force"].srs()
+    assert recording.plot()[-1].get_xlabel() == "time (ms)"
+
+
+def test_a_dry_run_stores_nothing(lab, tmp_path):
+    report = lab.ingest(full_campaign(tmp_path / "autumn", "autumn"), dry_run=True, progress=False)
+    assert report.added["impacts"] == 4 * HITS and "nothing is stored" in repr(report)
+    assert list(lab.campaigns()["name"]) == ["spring"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [({"target_motion": "floor"}, "target_motion is 'floor'"), ({"smothing": 0.5}, "smothing")],
+)
+def test_options_of_an_ingest_are_checked(lab, tmp_path, arguments, words):
+    with pytest.raises(ps.InvalidValueError, match=words):
+        lab.ingest(tmp_path, **arguments)
+
+
+def test_a_folder_that_is_none(lab, tmp_path):
+    with pytest.raises(ps.PyroshockError, match="no such folder"):
+        lab.ingest(tmp_path / "winter", progress=False)
+
+
+def test_a_dataset_is_frozen_once(lab):
+    data = lab.dataset("spring-1", campaigns=["spring"])
+    again = lab.dataset("spring-1")
+    assert data.hash == again.hash and len(data) == len(data.to_frame()) > 10
+    assert list(lab.datasets()["name"]) == ["spring-1"]
+    assert "contact_time_s" in data.to_frame().columns
+    assert "spring-1" in data._repr_html_()
+    with pytest.raises(ps.PyroshockError, match="autumn"):
+        lab.dataset("autumn")
+
+
+def test_a_store_that_is_not_there(tmp_path):
+    with pytest.raises(ps.StorageError, match=r"no store|no such"):
+        ps.open(tmp_path / "lab.db", create=False)
+    assert not (tmp_path / "lab.db").exists()
+
+
+def test_the_store_shows_itself_without_its_password(lab):
+    assert "lab.db" in repr(lab) and "spring" in lab._repr_html_()
