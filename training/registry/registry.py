@@ -21,7 +21,7 @@ from ..code_version import code_version
 from ..fit_report import SettingValue
 from ..listing import in_order
 from ..locks import turn
-from ..models.pack import ModelFileError, read_files, read_model
+from ..models.pack import ARRAYS_FILE, MODEL_FILE, ModelFileError, read_files, read_model
 from ..place import Place
 from ..records import DatasetName, Decision, HeldOut, RegisteredModel, Trained, Version
 from .champions import champions_of, crown, next_stamp
@@ -106,16 +106,31 @@ class Registry:
         return {name.removeprefix(FIT): sorted((p.step, p.value) for p in points[name]) for name in points}
 
     def damage(self, version: Version) -> str | None:
-        """What is wrong with a version's files; None where they are those written, or a server keeps them."""
-        if self.place.is_server:
-            return None
+        """What is wrong with a version's files; None where they are those written.
+
+        A server is only asked whether they are there: what it sends is checked when it is loaded.
+        """
         try:
+            if self.place.is_server:
+                self._check_listed(version)
+                return None
             with self._model_of(version) as folder:
                 read_files(folder, version.sha256)
             self.held_out(version)
         except ValueError as error:
             return str(error)
         return None
+
+    def _check_listed(self, version: Version) -> None:
+        """Raises `RegistryError` where the server no longer has a file of the version."""
+        import mlflow
+
+        with self.connection.client() as client:
+            uri = client.get_model_version_download_uri(version.name, str(version.version))
+            files = [*mlflow.artifacts.list_artifacts(f"{uri}/data/model"), *client.list_artifacts(version.run_id)]
+        names = {Path(file.path).name for file in files}
+        if missing := [name for name in (MODEL_FILE, ARRAYS_FILE, HELD_OUT) if name not in names]:
+            raise RegistryError(f"the server has no {', '.join(missing)} of {version.label}; {_again(version)}")
 
     def record(self, trained: Trained, session: str | None = None) -> Version:
         """Log a finished training under the run `session`, and register its model: the very last step.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -114,7 +115,7 @@ def _number_or_text(text: str) -> SettingValue:
         value = json.loads(text)
     except ValueError:
         return text
-    return value if isinstance(value, bool | int | float) else text
+    return value if isinstance(value, bool | int | float) and math.isfinite(value) else text
 
 
 def sha256_of_keys(keys: NDArray[np.str_]) -> str:
