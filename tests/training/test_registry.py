@@ -102,16 +102,17 @@ def test_mlflow_itself_predicts_from_a_table_with_pickle_forbidden(registry, mon
         served = mlflow.pyfunc.load_model("models:/linear@champion")
         by_number = mlflow.pyfunc.load_model("models:/linear/1")
         answer = served.predict(frame_of_inputs(table.inputs))
-        by_position = by_number.predict(frame_of_inputs(table.inputs, levels=False))
+        whole = {"tip_youngs_modulus_pa": np.int64}  # as read from a CSV file without decimal points
+        by_position = by_number.predict(frame_of_inputs(table.inputs, levels=False).astype(whole))
         units = served.metadata.metadata["units"]
-        schema = {column.name: column.type for column in served.metadata.signature.inputs}
+        columns = served.metadata.signature.inputs.input_names()
     expected = unpack(*made.packed).predict(table.inputs)
     np.testing.assert_array_equal(answer.filter(regex=r"^force_n_\d\d$"), expected.force_n)
     np.testing.assert_array_equal(answer["contact_time_spread_s"], expected.contact_time_spread_s)
     assert by_position.equals(answer)
-    assert units["inputs"]["impact_velocity_m_s"] == "m/s" and schema["impact_velocity_m_s"].name == "double"
+    assert units["inputs"]["impact_velocity_m_s"] == "m/s"
     assert units["outputs"]["force_n_20"] == "N"
-    assert schema.keys() == units["inputs"].keys()
+    assert set(columns) == units["inputs"].keys()
 
 
 def test_table_for_a_model_is_checked(registry):

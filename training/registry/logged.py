@@ -138,25 +138,27 @@ def _dataset(trained: Trained, side: str) -> Dataset:
         digest=digest[:36],
         source_type="code",
         source=json.dumps({"tags": source}),
-        schema=json.dumps({"mlflow_colspec": _input_schema(trained.predictors).to_dict()}),
+        schema=json.dumps({"mlflow_colspec": _columns(trained.predictors).to_dict()}),
         profile=json.dumps({"pulses": len(keys), "snapshot": trained.dataset.hash, "keys_sha256": digest}),
     )
 
 
-def _input_schema(predictors: tuple[Predictor, ...]) -> Schema:
-    """A category may be text or a position, which MLflow calls any type: `loading` refuses what is neither."""
+def _columns(predictors: tuple[Predictor, ...]) -> Schema:
+    """Columns of the training and held-out pulses."""
     from mlflow.types import ColSpec, DataType, Schema
-    from mlflow.types.schema import AnyType
 
-    columns = [ColSpec(AnyType() if p.levels else DataType.double, input_column(p)) for p in predictors]
-    names = {column.name for column in columns}
-    bench = [ColSpec(DataType.double, name, required=False) for name in BENCH_COLUMNS if name not in names]
-    return Schema(columns + bench)
+    types = {input_column(p): DataType.string if p.levels else DataType.double for p in predictors}
+    return Schema([ColSpec(kind, name) for name, kind in types.items()])
 
 
 def _signature(predictors: tuple[Predictor, ...]) -> Any:
+    """Columns may be of any type to MLflow, which refuses whole numbers for "double": `loading` checks the values."""
     from mlflow.models import ModelSignature
     from mlflow.types import ColSpec, DataType, Schema
+    from mlflow.types.schema import AnyType
 
+    needed = [input_column(predictor) for predictor in predictors]
+    optional = [name for name in BENCH_COLUMNS if name not in needed]
+    inputs = Schema([ColSpec(AnyType(), name, required=name in needed) for name in needed + optional])
     outputs = Schema([ColSpec(DataType.double, name) for name in output_columns()])
-    return ModelSignature(inputs=_input_schema(predictors), outputs=outputs)
+    return ModelSignature(inputs=inputs, outputs=outputs)
