@@ -28,10 +28,7 @@ TO_FIT: Mapping[str, tuple[str, ...]] = {
     "network": ("torch",),
     "genetic-network": ("torch",),
     "coregional": ("torch",),
-    "single-outputs": ("torch",),
     "contact-time": ("torch", "optuna"),
-    "single-pass": ("torch",),
-    "hybrid": ("torch",),
 }
 #: Kind -> libraries that a stored model of it is evaluated by.
 TO_PREDICT: Mapping[str, tuple[str, ...]] = {}
