@@ -1,40 +1,64 @@
-"""Which code, and which libraries, trained a model."""
+"""Which code, and which libraries, trained a model, and which it needs to predict."""
 
 from __future__ import annotations
 
 import platform
 import subprocess
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
+from .models.kinds import kinds_within
 from .tasks import TRAINING_VERSION
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 
-#: Those whose version may change a number.
-_LIBRARIES = ("numpy", "scipy", "scikit-learn", "torch", "gpytorch", "optuna", "skops", "mlflow")
+#: Which every model is fitted and evaluated with, and MLflow, which keeps it.
+_ALWAYS = ("numpy", "scipy")
+#: Kind -> libraries whose version may change what it learns; a kind that is not listed needs no more than `_ALWAYS`.
+TO_FIT: Mapping[str, tuple[str, ...]] = {
+    "tree": ("scikit-learn",),
+    "ensemble": ("scikit-learn",),
+    "svr": ("scikit-learn",),
+    "svr-kernel": ("scikit-learn",),
+    "kernel-ridge": ("scikit-learn",),
+    "pls": ("scikit-learn",),
+    "network": ("torch",),
+    "genetic-network": ("torch",),
+    "coregional": ("torch",),
+    "contact-time": ("torch", "optuna"),
+}
+#: Kind -> libraries that a stored model of it is evaluated by.
+TO_PREDICT: Mapping[str, tuple[str, ...]] = {}
 
-#: Those that a stored model needs to predict: its arrays are evaluated by numpy and scipy, or by scikit-learn's trees.
-_TO_PREDICT = ("numpy", "scipy", "scikit-learn", "skops")
 
+def code_version(model: Mapping[str, Any]) -> dict[str, str]:
+    """Name -> value: the package's version, the commit where there is one, the libraries that this model used.
 
-def code_version() -> dict[str, str]:
-    """Name -> value: the package's version, the commit where there is one, the libraries."""
-    found = {
+    `model` describes it, as `models.kinds.describe` does.
+    """
+    versions = {
         "pyroshock": _version("pyroshock"),
         "training_version": str(TRAINING_VERSION),
         "python": platform.python_version(),
         "platform": platform.platform(),
-        **{name: _version(name) for name in _LIBRARIES},
+        **{name: _version(name) for name in (*_libraries(model, TO_FIT), "mlflow")},
     }
     commit, dirty = _commit()
-    return found | ({"commit": commit, "uncommitted_changes": str(dirty).lower()} if commit else {})
+    return versions | ({"commit": commit, "uncommitted_changes": str(dirty).lower()} if commit else {})
 
 
-def requirements() -> list[str]:
-    """What pip needs to predict with a stored model, pinned to what it was trained with."""
-    return [f"pyroshock=={_version('pyroshock')}", *(f"{name}=={_version(name)}" for name in _TO_PREDICT)]
+def requirements(model: Mapping[str, Any]) -> list[str]:
+    """What pip needs to predict with a stored model, pinned to what it was trained with; MLflow adds itself."""
+    return [f"{name}=={_version(name)}" for name in ("pyroshock", *_libraries(model, TO_PREDICT))]
+
+
+def _libraries(model: Mapping[str, Any], by_kind: Mapping[str, Iterable[str]]) -> list[str]:
+    """Those of all parts of a model, in a fixed order."""
+    own = sorted({library for kind in kinds_within(model) for library in by_kind.get(kind, ())})
+    return [*_ALWAYS, *own]
 
 
 def _version(name: str) -> str:

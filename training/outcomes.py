@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 
 from ..compute.crew import Crew
 from ..compute.mapping import mapped
@@ -54,11 +55,21 @@ def _outcomes(tasks: Sequence[Task], ground: Ground, crew: Crew, tell: Tell) -> 
         else:
             ready.append(Training(task, found.tuned))
     searching = [training for training in ready if entry_of(training.task.model).searches]
-    yield from _sent([training for training in ready if training not in searching], ground, crew)
+    for task, outcome in _sent([training for training in ready if training not in searching], ground, crew):
+        yield task, _with_search(outcome, times)
     for training in searching:
         with one_thread():
             outcome = attempted(training.task, ground, training.tuned, tell, crew)
-        yield training.task, outcome
+        yield training.task, _with_search(outcome, times)
+
+
+def _with_search(outcome: Outcome, times: Times) -> Outcome:
+    """A training that shares a search reports how that went, as if it had searched itself."""
+    if isinstance(outcome, Failure):
+        return outcome
+    time = times[outcome.task.split]
+    assert isinstance(time, TimeSettings)
+    return replace(outcome, fit_report=time.report.joined(outcome.fit_report))
 
 
 def _first(

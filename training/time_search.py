@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +14,32 @@ import numpy as np
 
 from ..dataset.splits import split_of
 from ..dataset.table import PulseTable
+from .fit_report import FitReport
 from .fitting import Ground
 from .tasks import TRAINING_VERSION, rng_of
 
 
 @dataclass(frozen=True)
 class TimeSettings:
-    """What was found for the contact time of a split's training pulses, and how long it took."""
+    """What was found for the contact time of a split's training pulses, how long it took, and how the search went.
+
+    `histories` are those of `FitReport`: by name a value for each step. A file of older software has none.
+    """
 
     tuned: Mapping[str, Any]
     seconds: float
+    histories: Mapping[str, Sequence[float]] = field(default_factory=dict)
+
+    @property
+    def report(self) -> FitReport:
+        """What a model that shares the search says of it beside its own training."""
+        return FitReport({"search_seconds": self.seconds}, histories=self.histories).under("time")
 
 
 def searched_time(split: str, ground: Ground) -> TimeSettings:
     """Raises `ValueError` where nothing can be learned from the split."""
     training = ground.table.take(split_of(ground.table, split, ground.seed).train)
-    tuned, seconds = _searched(training, rng_of("contact-time", ground.dataset.hash, split, ground.seed))
-    return TimeSettings(tuned, seconds)
+    return _searched(training, rng_of("contact-time", ground.dataset.hash, split, ground.seed))
 
 
 def kept_time(split: str, ground: Ground) -> TimeSettings | None:
@@ -43,7 +52,7 @@ def kept_time(split: str, ground: Ground) -> TimeSettings | None:
 
 def keep_time(found: TimeSettings, split: str, ground: Ground) -> None:
     """For the next training on this split."""
-    replace_text(_file(split, ground), json.dumps({"tuned": dict(found.tuned), "seconds": found.seconds}))
+    replace_text(_file(split, ground), json.dumps(asdict(found)))
 
 
 def _file(split: str, ground: Ground) -> Path:
@@ -51,14 +60,14 @@ def _file(split: str, ground: Ground) -> Path:
     return ground.work / f"contact-time-{of}.json"
 
 
-def _searched(pulses: PulseTable, rng: np.random.Generator) -> tuple[dict[str, Any], float]:
+def _searched(pulses: PulseTable, rng: np.random.Generator) -> TimeSettings:
     from .estimators.contact_time import ContactTimeProcess
 
     begun = time.perf_counter()
     process = ContactTimeProcess()
     process.fit(pulses.x, pulses.contact_time_s[:, np.newaxis], pulses.configuration, rng)
     assert process.tuned_ is not None
-    return process.tuned_, time.perf_counter() - begun
+    return TimeSettings(process.tuned_, time.perf_counter() - begun, process.fit_report().histories)
 
 
 def replace_text(file: Path, text: str) -> None:

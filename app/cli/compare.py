@@ -29,6 +29,7 @@ def compare(
     """Compare models on the held-out pulses they have in common: which is better, where, whether beyond chance.
 
     Each with each; without a name, the best of the split with all others. Intervals are 90 %, by configuration.
+    The settings that each training searched and found are listed side by side.
 
     \b
     Example:
@@ -51,3 +52,6 @@ def compare(
         print_table(found.table(wanted), "")
         for line in told(found, wanted):
             click.echo(line)
+        if settings := found.settings_table():
+            click.echo("What each training searched and found:")
+            print_table(settings, "")

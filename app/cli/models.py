@@ -11,27 +11,40 @@ from .common import db_option, errors_as_one_line, json_option, note, print_tabl
 if TYPE_CHECKING:
     from ...dataset.deleted import Withdrawal
     from ...training.records import Version
+    from ...training.registry.registry import Registry
 
 
 @click.command()
+@click.argument("version", required=False, metavar="[MODEL@VERSION]")
 @click.option("--dataset", default=None, metavar="NAME", help="Only those trained on this one.")
 @click.option("--split", default=None, help="Only those judged on this one.")
 @click.option("--all", "every", is_flag=True, help="Older versions too.")
 @click.option("--promotions", is_flag=True, help="List promotions and refusals, with who, when and why.")
 @db_option
 @json_option
-def models(dataset: str | None, split: str | None, every: bool, promotions: bool, db: str, json_to: str | None) -> None:
+def models(
+    version: str | None,
+    dataset: str | None,
+    split: str | None,
+    every: bool,
+    promotions: bool,
+    db: str,
+    json_to: str | None,
+) -> None:
     """List the registered models, best first: both splits, the floor that repetitions set, the thesis's figures.
+
+    With MODEL@VERSION, show that one: its figures, and the settings that its training searched and found.
 
     A star is the model in use. Errors are shares, means over held-out pulses; all metrics with intervals by --json.
 
     \b
     Example:
         pyroshock models --dataset spring
+        pyroshock models hybrid@3
         pyroshock models --promotions
     """
     with errors_as_one_line():
-        from ...training.listing import newest, of_dataset
+        from ...training.listing import chosen, newest, of_dataset
         from ...training.whole import damages
         from ..models.tables import json_row
         from ..models.training import models_extra, registry_of
@@ -43,6 +56,9 @@ def models(dataset: str | None, split: str | None, every: bool, promotions: bool
                 _tell_promotions(registry.decisions(), json_to)
                 return
             found = registry.versions()
+            if version is not None:
+                _tell_version(registry, chosen(found, version), json_to)
+                return
             found = of_dataset(found, dataset) if dataset is not None else found
             found = [version for version in found if split in (None, version.split)]
             floors = {each: registry.floors(*each) for each in _grounds(found)}
@@ -58,6 +74,22 @@ def models(dataset: str | None, split: str | None, every: bool, promotions: bool
             note(f"{label} is damaged: {what}")
         for words in withdrawn_words(withdrawn, listed):
             note(words)
+
+
+def _tell_version(registry: Registry, version: Version, json_to: str | None) -> None:
+    """One version's figures and settings; its histories, by step, stand in the JSON alone."""
+    from ..models.tables import json_row
+
+    row = json_row(version, registry.floors(version.dataset.hash, version.seed))
+    settings = registry.fit_settings(version)
+    if json_to is not None:
+        write_json(row | {"settings": settings, "histories": registry.fit_histories(version)}, json_to)
+        return
+    click.echo(f"{version.label}, dataset {version.dataset.name}, split {version.split}, seed {version.seed}")
+    print_table(({"metric": name, "mean": mean} for name, mean in row["metrics"].items()), "")
+    click.echo()
+    rows = ({"setting": name, "value": value} for name, value in settings.items())
+    print_table(rows, "no settings: nothing was searched, or older software trained it")
 
 
 def _lost(version: Version, withdrawn: dict[str, Withdrawal]) -> dict[str, int]:

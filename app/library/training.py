@@ -142,6 +142,10 @@ class ModelComparison:
         """The difference of each pair in every metric, over all pulses and by group, with interval and p-value."""
         return frame_of(row for comparison in self.comparisons.comparisons for row in comparison.rows())
 
+    def settings(self) -> pd.DataFrame:
+        """What each version's training searched and found: a row for each setting, a column for each version."""
+        return frame_of(self.comparisons.settings_table(), ("setting", *(v.label for v in self.comparisons.versions)))
+
     def plot(self, ax: Axes | None = None) -> Axes:
         """The difference of the first pair with its 90 % interval, over all pulses and by group."""
         comparison = self.comparisons.comparisons[0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import Any
 from ...dataset.table import PulseTable
 from ...training.comparison import Comparison
 from ...training.difference import Difference
+from ...training.fit_report import SettingValue
 from ...training.judging import Judged, on_held_out
 from ...training.listing import chosen, finite, in_order, newest, of_dataset, row_of
 from ...training.metrics.errors import METRICS
@@ -25,11 +26,15 @@ _TOLD_WHERE = 3
 
 @dataclass(frozen=True, eq=False)
 class Comparisons:
-    """`versions` on the same pulses, the best first, and their comparisons."""
+    """`versions` on the same pulses, the best first, and their comparisons.
+
+    `settings` by label: what each version's training searched and found; empty for a version of older software.
+    """
 
     versions: tuple[Version, ...]
     judged: Judged
     comparisons: tuple[Comparison, ...]
+    settings: Mapping[str, Mapping[str, SettingValue]]
 
     def table(self, metrics: Sequence[str]) -> list[dict[str, Any]]:
         """The mean errors, for people."""
@@ -38,6 +43,14 @@ class Comparisons:
             {"model": each.label, "split": each.split}
             | {metric: float(getattr(errors[each.label], metric).mean()) for metric in metrics}
             for each in self.versions
+        ]
+
+    def settings_table(self) -> list[dict[str, Any]]:
+        """Rows with `setting` and a column for each version; None where a version has no such setting."""
+        names = dict.fromkeys(name for version in self.versions for name in self.settings[version.label])
+        return [
+            {"setting": name} | {each.label: self.settings[each.label].get(name) for each in self.versions}
+            for name in names
         ]
 
 
@@ -98,7 +111,8 @@ def comparisons_of(
     pairs = list(combinations(labels, 2)) if each_with_each else [(best, v.label) for v in ranked[1:]]
     groups = len(pairs) <= _TOLD_WHERE
     found = [compared(judged, a, b, groups or number == 0) for number, (a, b) in enumerate(pairs)]
-    return Comparisons(tuple(ranked), judged, tuple(found))
+    settings = {version.label: registry.fit_settings(version) for version in ranked}
+    return Comparisons(tuple(ranked), judged, tuple(found), settings)
 
 
 def rows_of(found: Comparisons, metrics: Sequence[str]) -> list[dict[str, Any]]:
@@ -108,7 +122,8 @@ def rows_of(found: Comparisons, metrics: Sequence[str]) -> list[dict[str, Any]]:
         errors = found.judged.errors[version.label]
         means = {metric: float(getattr(errors, metric).mean()) for metric in METRICS}
         own = {key: value for key, value in row_of(version).items() if key not in ("ci90", "coverage90")}
-        rows.append(own | {"metrics": means, "pulses": len(found.judged.pulses)})
+        settings = dict(found.settings[version.label])
+        rows.append(own | {"metrics": means, "pulses": len(found.judged.pulses), "settings": settings})
     for metric in metrics:
         for comparison in found.comparisons:
             row = comparison.of(metric)

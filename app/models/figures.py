@@ -105,8 +105,9 @@ def side_by_side(
 
     `models`: as `compare --json`, each with its `label`; `differences`: for every pair (of more than
     `MOST_EACH_WITH_EACH` versions, of the best with each other) and metric `a`, `b`, `difference` of their mean errors,
-    `ci90`, `p_value`, a `verdict` in words, and `where` (the groups that differ beyond chance). Raises `ValueError` for
-    fewer than two versions, and where they have no held-out pulse in common.
+    `ci90`, `p_value`, a `verdict` in words, and `where` (the groups that differ beyond chance); `settings`: as
+    `Comparisons.settings_table`. Raises `ValueError` for fewer than two versions, and where they have no held-out pulse
+    in common.
     """
     if len({version.label for version in versions}) < 2:
         raise ValueError(f"{len(versions)} versions to compare; choose two or more")
@@ -118,6 +119,7 @@ def side_by_side(
         "pulses": len(found.judged.pulses),
         "models": [{"label": version.label, **row} for version, row in zip(found.versions, models, strict=True)],
         "differences": [row for row in rows if "a" in row],
+        "settings": found.settings_table(),
     }
 
 

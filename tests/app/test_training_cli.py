@@ -18,7 +18,9 @@ from pyroshock.app.cli.promote import promote
 from pyroshock.app.cli.train import train
 from pyroshock.dataset.predictors import shipped
 from pyroshock.dataset.table import PulseTable
+from pyroshock.training.fit_report import FitReport
 from pyroshock.training.metrics.errors import METRICS
+from pyroshock.training.models.analytic import Analytic
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.stores.hammer_stores import filled_store, full_campaign
 from support.stores.registries import fresh_registry, without_figures
@@ -136,6 +138,46 @@ def test_compare_json_tells_which_is_better(lab):
     assert pair["difference"] == pytest.approx(difference)
     assert pair["ci90"][0] < difference < pair["ci90"][1] < 0
     assert pair["p_value"] < 0.05
+
+
+@pytest.fixture
+def reporting_laws(monkeypatch):
+    """Laws that say they have searched something: what is shown must not depend on a slow search."""
+
+    def report(law):
+        settings = {"force.kernel": law.law, "force.noise": 0.25}
+        return FitReport(settings | ({"force.rank": 3} if law.law == "hann" else {}), {}, {"force.loss": [2.0, 1.0]})
+
+    monkeypatch.setattr(Analytic, "fit_report", report)
+
+
+def test_compare_shows_settings_side_by_side(lab, reporting_laws):
+    done(lab("train", "spring", "--models", "hann,hertz", "--split", "repetitions"))
+    lines = done(lab("compare", "hann@1", "hertz@1")).stdout.splitlines()
+    table = lines[lines.index("What each training searched and found:") + 1 :]
+    cells = [line.split() for line in table]
+    names = cells[0][1:]
+    assert cells[0][0] == "setting" and set(names) == {"hann@1", "hertz@1"}
+    assert [row[0] for row in cells[1:]] and {row[0] for row in cells[1:]} == {
+        "force.kernel", "force.noise", "force.rank",
+    }  # fmt: skip
+    rank = next(dict(zip(names, row[1:], strict=True)) for row in cells if row[0] == "force.rank")
+    assert rank == {"hann@1": "3", "hertz@1": "-"}
+    rows = json.loads(done(lab("compare", "hann@1", "hertz@1", "--json")).stdout)
+    assert {row["model"]: row["settings"]["force.kernel"] for row in rows if "model" in row} == {
+        "hann": "hann",
+        "hertz": "hertz",
+    }
+
+
+def test_models_shows_one_version_with_settings_and_histories(lab, reporting_laws):
+    done(lab("train", "spring", "--models", "hann", "--split", "repetitions"))
+    row = json.loads(done(lab("models", "hann@1", "--json")).stdout)
+    assert row["settings"] == {"force.kernel": "hann", "force.noise": 0.25, "force.rank": 3}
+    assert row["histories"] == {"force.loss": [[0, 2.0], [1, 1.0]]}
+    shown = done(lab("models", "hann@1")).stdout
+    assert "hann@1, dataset spring, split repetitions, seed 0" in shown and "force.kernel  hann" in shown
+    assert "no 'hann@7'" in lab("models", "hann@7").stderr
 
 
 def test_compare_without_names_takes_the_best_and_all_others(lab, tmp_path):

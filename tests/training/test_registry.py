@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 import os
 import shutil
 import sqlite3
@@ -12,8 +14,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
+from pyroshock.training.fit_report import FitReport
 from pyroshock.training.fitting import Ground, fitted, task_of
+from pyroshock.training.loading import ServedModel
 from pyroshock.training.models.pack import ModelFileError, unpack
 from pyroshock.training.place import place_beside
 from pyroshock.training.promotion import promote
@@ -21,7 +26,7 @@ from pyroshock.training.records import DatasetName, Trained
 from pyroshock.training.registry.connection import RegistryError
 from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url
-from support.records.pulse_tables import inputs_at, pulse_table
+from support.records.pulse_tables import PREDICTORS, frame_of_inputs, inputs_at, pulse_table
 from support.stores.databases import _execute
 from support.stores.registries import fresh_registry, ground_in, without_figures
 
@@ -85,22 +90,110 @@ def test_held_out_predictions_are_those_of_the_metrics(registry):
     assert not set(held_out.keys) & set(held_out.trained_on)
 
 
-def test_mlflow_itself_loads_it_with_pickle_forbidden(registry, monkeypatch):
+def test_mlflow_itself_predicts_from_a_table_with_pickle_forbidden(registry, monkeypatch):
     monkeypatch.setenv("MLFLOW_ALLOW_PICKLE_DESERIALIZATION", "false")
     ground = ground_in(registry)
     made = trained(ground, "linear")
-    registry.record(made)
-    table = ground.table.take(np.arange(3))
+    registry.set_champion(registry.record(made))
+    table = ground.table.take(np.arange(0, len(ground.table), 40))
     with registry.connection.client():
         import mlflow
 
-        served = mlflow.pyfunc.load_model("models:/linear/1")
-        bench = {"impactor_mass_kg": table.impactor_mass_kg, "plate_thickness_m": table.plate_thickness_m}
-        answer = served.predict({"x": table.x, **bench})
+        served = mlflow.pyfunc.load_model("models:/linear@champion")
+        by_number = mlflow.pyfunc.load_model("models:/linear/1")
+        answer = served.predict(frame_of_inputs(table.inputs))
+        whole = {"tip_youngs_modulus_pa": np.int64}  # as read from a CSV file without decimal points
+        by_position = by_number.predict(frame_of_inputs(table.inputs, levels=False).astype(whole))
         units = served.metadata.metadata["units"]
-    np.testing.assert_array_equal(answer["force_n"], unpack(*made.packed).predict(table.inputs).force_n)
-    assert units["inputs"]["impact_velocity"] == "m/s"
-    assert units["outputs"]["force_n"] == "N"
+        columns = served.metadata.signature.inputs.input_names()
+    expected = unpack(*made.packed).predict(table.inputs)
+    np.testing.assert_array_equal(answer.filter(regex=r"^force_n_\d\d$"), expected.force_n)
+    np.testing.assert_array_equal(answer["contact_time_spread_s"], expected.contact_time_spread_s)
+    assert by_position.equals(answer)
+    assert units["inputs"]["impact_velocity_m_s"] == "m/s"
+    assert units["outputs"]["force_n_20"] == "N"
+    assert set(columns) == units["inputs"].keys()
+
+
+def test_table_for_a_model_is_checked(registry):
+    ground = ground_in(registry)
+    served = ServedModel(unpack(*trained(ground, "hann").packed), ground.table.predictors)
+    table = frame_of_inputs(ground.table.take(np.arange(2)).inputs)
+    assert list(served.predict(table.set_index(pandas.Index(["a", "b"]))).index) == ["a", "b"]
+    with pytest.raises(ValueError, match="lacks the columns tip_radius_m; the model needs tip_radius_m, tip_youngs"):
+        served.predict(table.drop(columns="tip_radius_m"))
+    with pytest.raises(ValueError, match="insulator is 'felt'; it may be none, polymeric, or 0 to 1 in this order"):
+        served.predict(table.assign(insulator=["none", "felt"]))
+    with pytest.raises(ValueError, match="insulator is 2; it may be"):
+        served.predict(table.assign(insulator=[1, 2]))
+    with pytest.raises(ValueError, match="column impact_velocity_m_s holds something that is no number"):
+        served.predict(table.assign(impact_velocity_m_s=["fast", "slow"]))
+    with pytest.raises(ValueError, match=r"a table .* is expected, not dict"):
+        served.predict({"x": ground.table.x})
+
+
+REPORT = FitReport(
+    {"force.kernel": "matern", "force.noise": 0.013, "force.rank": 3, "force.ard": True, "force.layers": "10-10"},
+    {"force.lengthscale": [0.5 + 0.1 * number for number in range(len(PREDICTORS))]},
+    {"force.loss": [1 / (1 + step) for step in range(1000)], "time.search_error": [0.3, 0.2, 0.25]},
+)
+
+
+def test_what_was_searched_and_learned_reads_back(registry):
+    made = replace(trained(ground_in(registry), "hann"), fit_report=REPORT)
+    version = registry.record(made)
+    settings, histories = registry.fit_settings(version), registry.fit_histories(version)
+    assert settings == REPORT.parameters([predictor.name for predictor in PREDICTORS])
+    assert settings["force.lengthscale.tip_density"] == 0.8
+    assert histories["time.search_error"] == [(0, 0.3), (1, 0.2), (2, 0.25)]
+    loss = histories["force.loss"]
+    assert (len(loss), loss[0], loss[-1]) == (200, (0, 1.0), (999, 0.001))
+    assert all(value == 1 / (1 + step) for step, value in loss)
+    assert histories.keys() == {"force.loss", "time.search_error"}
+
+
+def test_runs_are_sorted_by_a_setting_that_is_a_number(registry):
+    made = trained(ground_in(registry), "hann")
+    for noise in (0.2, 0.05, 0.1):
+        registry.record(replace(made, fit_report=FitReport({"force.noise": noise})))
+    with registry.connection.client() as client:
+        runs = client.search_runs(
+            [registry.connection.experiment], "metrics.`fit.force.noise` < 0.15", order_by=["metrics.`fit.force.noise`"]
+        )
+    assert [run.data.params["fit.force.noise"] for run in runs] == ["0.05", "0.1"]
+
+
+def test_version_without_a_report_has_no_settings(registry):
+    version = registry.record(replace(trained(ground_in(registry), "hann"), fit_report=FitReport()))
+    assert (registry.fit_settings(version), registry.fit_histories(version)) == ({}, {})
+
+
+def test_datasets_are_inputs_with_their_hash_and_columns(registry):
+    made = trained(ground_in(registry), "hann")
+    version = registry.record(made)
+    with registry.connection.client() as client:
+        import mlflow
+
+        inputs = client.get_run(version.run_id).inputs.dataset_inputs
+        source = mlflow.data.get_source(inputs[0].dataset).to_dict()
+    by_side = {used.tags[0].value: used.dataset for used in inputs}
+    for side, keys in (("training", made.held_out.trained_on), ("held-out", made.held_out.keys)):
+        digest = hashlib.sha256("\n".join(sorted(keys)).encode()).hexdigest()
+        assert by_side[side].digest == digest[:36]
+        assert json.loads(by_side[side].profile)["pulses"] == len(keys)
+        columns = [column["name"] for column in json.loads(by_side[side].schema)["mlflow_colspec"]]
+        assert columns[:2] == ["tip_radius_m", "tip_youngs_modulus_pa"]
+    assert source["tags"]["snapshot"] == made.dataset.hash
+
+
+def test_tags_name_the_libraries_that_a_model_uses(registry):
+    for model in ("hann", "tree"):
+        registry.record(trained(ground_in(registry), model))
+    with registry.connection.client() as client:
+        tags = {v.name: client.get_run(v.run_id).data.tags for v in registry.versions()}
+    libraries = ("numpy", "scipy", "mlflow", "scikit-learn", "torch", "gpytorch", "optuna", "skops")
+    named = {name: {library for library in libraries if f"pyroshock.{library}" in tags[name]} for name in tags}
+    assert named == {"hann": {"numpy", "scipy", "mlflow"}, "tree": {"numpy", "scipy", "mlflow", "scikit-learn"}}
 
 
 def test_metrics_belong_to_model_and_dataset(registry):

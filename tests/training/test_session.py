@@ -12,12 +12,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.compute.crew import Crew
+from pyroshock.dataset.splits import split_of
 from pyroshock.training import errands, outcomes, tasks, time_search
+from pyroshock.training.estimators.contact_time import ContactTimeProcess
 from pyroshock.training.fitting import Failure, task_of
 from pyroshock.training.floors import floor_metrics
 from pyroshock.training.locks import locked
 from pyroshock.training.registry.registry import Registry
 from pyroshock.training.session import Progress, train
+from pyroshock.training.time_search import TimeSettings
 from pyroshock.training.zoo import ZOO, Making, entry_of, models_of
 from support.records.pulse_tables import pulse_table
 from support.stores.registries import fresh_registry, ground_in, without_figures
@@ -208,7 +211,7 @@ def test_contact_time_is_searched_once_for_all(registry, monkeypatch):
 
     def search(pulses, _):
         searched.append(len(pulses))
-        return {"kernel": "rbf"}, 1.0
+        return TimeSettings({"kernel": "rbf"}, 1.0)
 
     def attempt(task, _, tuned=None, *others):
         given[task.model] = tuned
@@ -222,6 +225,28 @@ def test_contact_time_is_searched_once_for_all(registry, monkeypatch):
         train(registry, ground_in(registry), models, SPLITS[:1])
     assert searched == [120]
     assert given == {"hann": None} | {model: {"kernel": "rbf"} for model in models[1:]}
+
+
+def test_history_of_the_shared_search_is_registered_with_every_model_that_shares_it(registry, monkeypatch):
+    """It is kept with what was found: a model that is trained later has it too."""
+    ground = ground_in(registry)
+    pulses = ground.table.take(split_of(ground.table, "repetitions", 0).train)
+    process = ContactTimeProcess(iterations=2, search_rows=40)
+    process.fit(pulses.x, pulses.contact_time_s[:, None], pulses.configuration, np.random.default_rng(1))
+    searched = TimeSettings(process.tuned_, 1.5, {"search_error": [0.5, 0.25]})
+    time_search.keep_time(searched, "repetitions", ground)
+    shared, alone = train(registry, ground_in(registry), ["nn-narrow", "linear"], SPLITS[:1]).versions
+    assert registry.fit_histories(shared)["time.search_error"] == [(0, 0.5), (1, 0.25)]
+    assert registry.fit_settings(shared)["time.search_seconds"] == 1.5
+    assert not any(name.startswith("time.search") for name in registry.fit_histories(alone))
+
+
+def test_file_of_a_search_by_older_software_is_read(registry):
+    ground = ground_in(registry)
+    time_search.keep_time(TimeSettings({"kernel": "rbf"}, 2.0, {"search_error": [1.0]}), "repetitions", ground)
+    (file,) = ground.work.glob("contact-time-*.json")
+    file.write_text('{"tuned": {"kernel": "matern"}, "seconds": 3.0}')
+    assert time_search.kept_time("repetitions", ground) == TimeSettings({"kernel": "matern"}, 3.0)
 
 
 def test_contact_time_that_cannot_be_searched_fails_the_models_that_share_it(registry, monkeypatch):

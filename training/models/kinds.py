@@ -61,5 +61,18 @@ def describe(thing: ContactModel | Estimator) -> dict[str, Any]:
     return {"kind": thing.kind, "settings": thing.settings()}
 
 
+def kinds_within(description: Mapping[str, Any]) -> set[str]:
+    """The kind of {"kind", "settings"} and of every part that its settings describe."""
+    kinds = {str(description["kind"])}
+    for value in description["settings"].values():
+        if _is_part(value):
+            kinds |= kinds_within(value)
+    return kinds
+
+
+def _is_part(value: Any) -> bool:
+    return isinstance(value, dict) and value.keys() == {"kind", "settings"}
+
+
 def _built(value: Any) -> Any:
-    return build(value) if isinstance(value, dict) and value.keys() == {"kind", "settings"} else value
+    return build(value) if _is_part(value) else value

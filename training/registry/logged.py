@@ -1,43 +1,60 @@
-"""A finished training as MLflow keeps it: parameters, datasets, plots, the model and its metrics."""
+"""A finished training as MLflow keeps it: parameters, datasets, histories, plots, the model and its metrics."""
 
 from __future__ import annotations
 
-import hashlib
+import json
 import shutil
+import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...dataset.table import POINTS, Predictor
+from ...dataset.table import Predictor
 from ..code_version import code_version, requirements
+from ..loading import BENCH_COLUMNS, input_column, output_columns
 from ..models.pack import write_model
 from ..records import Trained
-from .written import about, flat, write_held_out
+from .written import FIT, about, fit_parameters, flat, sha256_of_keys, write_held_out
+
+if TYPE_CHECKING:
+    from mlflow import MlflowClient
+    from mlflow.entities import Dataset, Metric
+    from mlflow.types import Schema
 
 #: The predictions that the metrics came from.
 HELD_OUT = "held_out.npz"
+#: Of a history so many points are kept, evenly with the first and the last: a picture shows no more.
+MOST_STEPS = 200
 
 
-def log_run(trained: Trained, room: Path) -> None:
-    """Parameters, datasets, predictions and plots of the active run."""
-    import mlflow
-
-    task = trained.task
-    given = {"model": task.model, "split": task.split, "seed": task.seed, "dataset": trained.dataset.name}
-    mlflow.log_params(given | {"dataset_hash": trained.dataset.hash} | flat(task.settings, "settings."))
-    mlflow.log_input(_dataset(trained, "training"), context="training")
-    mlflow.log_input(_dataset(trained, "held-out"), context="held-out")
+def log_files(client: MlflowClient, run_id: str, trained: Trained, room: Path) -> None:
+    """Held-out predictions, plots and versions of the code, all in one call."""
+    room.mkdir()
     write_held_out(trained.held_out, room / HELD_OUT)
-    mlflow.log_artifact(str(room / HELD_OUT))
-    mlflow.log_dict(code_version(), "code_version.json")
+    versions = code_version(trained.packed[0]["model"])
+    (room / "code_version.json").write_text(json.dumps(versions, indent=2), encoding="utf-8")
     for name, content in trained.figures.items():
         (room / name).write_bytes(content)
-        mlflow.log_artifact(str(room / name))
+    client.log_artifacts(run_id, str(room))
 
 
-def log_model(trained: Trained, folder: Path) -> tuple[str, str]:
-    """The model and its metrics on the held-out pulses; its address, and the digest of its file."""
+def log_figures(client: MlflowClient, run_id: str, model_id: str, trained: Trained) -> None:
+    """Datasets, parameters and metrics of a run and its model, in as few calls as MLflow allows."""
+    from mlflow.entities import DatasetInput, InputTag, Param
+    from mlflow.utils.mlflow_tags import MLFLOW_DATASET_CONTEXT
+
+    sides = {side: _dataset(trained, side) for side in ("training", "held-out")}
+    inputs = [DatasetInput(each, [InputTag(MLFLOW_DATASET_CONTEXT, side)]) for side, each in sides.items()]
+    client.log_inputs(run_id, inputs)
+    parameters = [Param(name, value) for name, value in _parameters(trained).items()]
+    metrics = _held_out_metrics(trained, model_id, sides["held-out"]) + _fit_metrics(trained)
+    client.log_batch(run_id, metrics, parameters)  # as many requests as MLflow's limits need
+
+
+def log_model(trained: Trained, folder: Path) -> tuple[str, str, str]:
+    """The model, of the active run: its address, its id, and the digest of its file."""
     import mlflow
 
     sha256 = write_model(trained.packed, about(trained), folder)
@@ -47,43 +64,101 @@ def log_model(trained: Trained, folder: Path) -> tuple[str, str]:
         data_path=str(folder),
         signature=_signature(trained.predictors),
         metadata=about(trained) | {"sha256": sha256},
-        pip_requirements=requirements(),
+        pip_requirements=requirements(trained.packed[0]["model"]),
         model_type="contact-pulse",
         params={"split": trained.task.split, "seed": str(trained.task.seed)},
     )
-    metrics = {"seconds": trained.cost.seconds, "peak_memory_mb": trained.cost.peak_memory_mb}
-    for name, value in trained.metrics.items():
-        metrics |= {name: value.mean, f"{name}.low": value.low, f"{name}.high": value.high}
-    mlflow.log_metrics(metrics, model_id=info.model_id, dataset=_dataset(trained, "held-out"))
     shutil.rmtree(folder)
-    return str(info.model_uri), sha256
+    return str(info.model_uri), str(info.model_id), sha256
 
 
-def _dataset(trained: Trained, side: str) -> Any:
-    """A side of the split as MLflow knows datasets: by name and a digest (of the pulses' keys)."""
-    from mlflow.data.code_dataset_source import CodeDatasetSource
-    from mlflow.data.meta_dataset import MetaDataset
+def _parameters(trained: Trained) -> dict[str, str]:
+    task = trained.task
+    given = {
+        "model": task.model,
+        "split": task.split,
+        "seed": str(task.seed),
+        "dataset": trained.dataset.name,
+        "dataset_hash": trained.dataset.hash,
+    }
+    return given | flat(task.settings, "settings.") | fit_parameters(trained)
+
+
+def _held_out_metrics(trained: Trained, model_id: str, held_out: Dataset) -> list[Metric]:
+    """Of the model on its held-out pulses, and of its run."""
+    from mlflow.entities import Metric
+
+    figures = {"seconds": trained.cost.seconds, "peak_memory_mb": trained.cost.peak_memory_mb}
+    for name, value in trained.metrics.items():
+        figures |= {name: value.mean, f"{name}.low": value.low, f"{name}.high": value.high}
+    of_it = {"model_id": model_id, "dataset_name": held_out.name, "dataset_digest": held_out.digest}
+    now = time.time_ns() // 1_000_000
+    return [Metric(name, value, now, 0, **of_it) for name, value in figures.items()]
+
+
+def _fit_metrics(trained: Trained) -> list[Metric]:
+    """Numbers that were searched or learned, which MLflow sorts and plots runs by, and histories by step."""
+    from mlflow.entities import Metric
+
+    report = trained.fit_report
+    now = time.time_ns() // 1_000_000
+    numbers = {
+        name: float(value)
+        for name, value in report.parameters([predictor.name for predictor in trained.predictors]).items()
+        if isinstance(value, int | float) and not isinstance(value, bool) and name not in report.histories
+    }
+    metrics = [Metric(FIT + name, value, now, 0) for name, value in numbers.items()]
+    for name, values in report.histories.items():
+        metrics += [Metric(FIT + name, float(values[step]), now, step) for step in _steps(values)]
+    return metrics
+
+
+def _steps(values: Sequence[float]) -> list[int]:
+    steps = np.linspace(0, len(values) - 1, min(len(values), MOST_STEPS)).round().astype(int)
+    return [int(step) for step in steps]
+
+
+def _dataset(trained: Trained, side: str) -> Dataset:
+    """A side of the split as MLflow knows datasets: by name and digest, with its columns and where it is from.
+
+    The digest is that of the pulses' keys, which tell what they hold; the snapshot's hash stands in the source.
+    """
+    from mlflow.entities import Dataset
 
     keys = trained.held_out.trained_on if side == "training" else trained.held_out.keys
-    digest = hashlib.sha256("\n".join(sorted(keys)).encode()).hexdigest()[:36]
+    digest = sha256_of_keys(keys)
     source = {
         "snapshot": trained.dataset.hash,
         "split": trained.task.split,
         "seed": str(trained.task.seed),
         "side": side,
     }
-    name = f"{trained.dataset.name}, {trained.task.split}, {side}"
-    return MetaDataset(CodeDatasetSource(source), name=name, digest=digest)
+    return Dataset(
+        name=f"{trained.dataset.name}, {trained.task.split}, {side}",
+        digest=digest[:36],
+        source_type="code",
+        source=json.dumps({"tags": source}),
+        schema=json.dumps({"mlflow_colspec": _columns(trained.predictors).to_dict()}),
+        profile=json.dumps({"pulses": len(keys), "snapshot": trained.dataset.hash, "keys_sha256": digest}),
+    )
+
+
+def _columns(predictors: tuple[Predictor, ...]) -> Schema:
+    """Columns of the training and held-out pulses."""
+    from mlflow.types import ColSpec, DataType, Schema
+
+    types = {input_column(p): DataType.string if p.levels else DataType.double for p in predictors}
+    return Schema([ColSpec(kind, name) for name, kind in types.items()])
 
 
 def _signature(predictors: tuple[Predictor, ...]) -> Any:
+    """Columns may be of any type to MLflow, which refuses whole numbers for "double": `loading` checks the values."""
     from mlflow.models import ModelSignature
-    from mlflow.types import Schema, TensorSpec
+    from mlflow.types import ColSpec, DataType, Schema
+    from mlflow.types.schema import AnyType
 
-    def arrays(shapes: dict[str, tuple[int, ...]]) -> Any:
-        return Schema([TensorSpec(np.dtype(np.float64), shape, name) for name, shape in shapes.items()])
-
-    inputs = arrays({"x": (-1, len(predictors)), "impactor_mass_kg": (-1,), "plate_thickness_m": (-1,)})
-    pulse: dict[str, tuple[int, ...]] = {"force_n": (-1, POINTS), "contact_time_s": (-1,)}
-    pulse |= {"force_spread_n": (-1, POINTS), "contact_time_spread_s": (-1,)}
-    return ModelSignature(inputs=inputs, outputs=arrays(pulse))
+    needed = [input_column(predictor) for predictor in predictors]
+    optional = [name for name in BENCH_COLUMNS if name not in needed]
+    inputs = Schema([ColSpec(AnyType(), name, required=name in needed) for name in needed + optional])
+    outputs = Schema([ColSpec(DataType.double, name) for name in output_columns()])
+    return ModelSignature(inputs=inputs, outputs=outputs)

@@ -18,20 +18,23 @@ from typing import TYPE_CHECKING
 from ...schema.rerun import rerun
 from ...schema.transient import passes
 from ..code_version import code_version
+from ..fit_report import SettingValue
 from ..listing import in_order
 from ..locks import turn
-from ..models.pack import ModelFileError, read_files, read_model
+from ..models.pack import ARRAYS_FILE, MODEL_FILE, ModelFileError, read_files, read_model
 from ..place import Place
 from ..records import DatasetName, Decision, HeldOut, RegisteredModel, Trained, Version
 from .champions import champions_of, crown, next_stamp
 from .connection import Connection, RegistryError, patient
 from .decisions import decide, decisions, settle
-from .logged import HELD_OUT, log_model, log_run
+from .logged import HELD_OUT, log_figures, log_files, log_model
 from .written import (
+    FIT,
     ORDER_TAG,
     PREFIX,
     TASK_TAG,
     HeldOutError,
+    fit_settings,
     read_about,
     read_held_out,
     version_from,
@@ -87,17 +90,47 @@ class Registry:
             uri = client.get_run(version.run_id).info.artifact_uri
             return read_held_out(self._fetched(f"{uri}/{HELD_OUT}", room, version))
 
+    @patient
+    def fit_settings(self, version: Version) -> dict[str, SettingValue]:
+        """What a version's training searched and found, by name; empty for a version of older software."""
+        with self.connection.client() as client:
+            return fit_settings(client.get_run(version.run_id).data.params)
+
+    @patient
+    def fit_histories(self, version: Version) -> dict[str, list[tuple[int, float]]]:
+        """Losses and errors of a version's training: (step, value), the first step first."""
+        with self.connection.client() as client:
+            data = client.get_run(version.run_id).data
+            names = [name for name in data.metrics if name.startswith(FIT) and name not in data.params]
+            points = {name: client.get_metric_history(version.run_id, name) for name in sorted(names)}
+        return {name.removeprefix(FIT): sorted((p.step, p.value) for p in points[name]) for name in points}
+
     def damage(self, version: Version) -> str | None:
-        """What is wrong with a version's files; None where they are those written, or a server keeps them."""
-        if self.place.is_server:
-            return None
+        """What is wrong with a version's files; None where they are those written.
+
+        A server is only asked whether they are there: what it sends is checked when it is loaded.
+        """
         try:
+            if self.place.is_server:
+                self._check_listed(version)
+                return None
             with self._model_of(version) as folder:
                 read_files(folder, version.sha256)
             self.held_out(version)
         except ValueError as error:
             return str(error)
         return None
+
+    def _check_listed(self, version: Version) -> None:
+        """Raises `RegistryError` where the server no longer has a file of the version."""
+        import mlflow
+
+        with self.connection.client() as client:
+            uri = client.get_model_version_download_uri(version.name, str(version.version))
+            files = [*mlflow.artifacts.list_artifacts(f"{uri}/data/model"), *client.list_artifacts(version.run_id)]
+        names = {Path(file.path).name for file in files}
+        if missing := [name for name in (MODEL_FILE, ARRAYS_FILE, HELD_OUT) if name not in names]:
+            raise RegistryError(f"the server has no {', '.join(missing)} of {version.label}; {_again(version)}")
 
     def record(self, trained: Trained, session: str | None = None) -> Version:
         """Log a finished training under the run `session`, and register its model: the very last step.
@@ -119,7 +152,8 @@ class Registry:
 
         task = trained.task
         self._forget_unfinished(client, task.key)
-        tags = {TASK_TAG: task.key, **{PREFIX + name: value for name, value in code_version().items()}}
+        versions = code_version(trained.packed[0]["model"])
+        tags = {TASK_TAG: task.key, **{PREFIX + name: value for name, value in versions.items()}}
         name = f"{task.model}, {task.split}"
         with mlflow.start_run(
             experiment_id=self.connection.experiment,
@@ -129,8 +163,9 @@ class Registry:
             parent_run_id=session,
         ) as run:
             begun.append(run.info.run_id)
-            log_run(trained, room)
-            model_uri, sha256 = log_model(trained, room / "model")
+            model_uri, model_id, sha256 = log_model(trained, room / "model")
+            log_figures(client, run.info.run_id, model_id, trained)
+            log_files(client, run.info.run_id, trained, room / "files")
             with turn(self.place, "registering"):  # MLflow counts a name's versions, and gives up after three races
                 own = version_tags(trained, sha256, _next_order(client))
                 with redirect_stderr(StringIO()):  # MLflow announces every version there

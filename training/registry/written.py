@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import math
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -12,15 +14,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...dataset.domain import Domain
 from ...dataset.table import Predictor
+from ..fit_report import SettingValue
+from ..loading import BENCH_COLUMNS, input_column, output_columns
 from ..metrics.summary import Estimate
 from ..models.base import ContactPrediction
 from ..records import Cost, DatasetName, Decision, HeldOut, Trained, Version
 
 #: Of every tag of ours.
 PREFIX = "pyroshock."
+#: Of every parameter and metric that a training searched or found: MLflow's page lists them below each other.
+FIT = "fit."
 
 #: A version without it is none of ours.
 TASK_TAG = PREFIX + "task"
@@ -91,6 +98,31 @@ def about(trained: Trained) -> dict[str, Any]:
     }
 
 
+def fit_parameters(trained: Trained) -> dict[str, str]:
+    """What a training searched and found, as parameters of its run."""
+    settings = trained.fit_report.parameters([predictor.name for predictor in trained.predictors])
+    return {FIT + name: value if isinstance(value, str) else json.dumps(value) for name, value in settings.items()}
+
+
+def fit_settings(parameters: Mapping[str, str]) -> dict[str, SettingValue]:
+    """Settings from what `fit_parameters` wrote; none of a run of older software."""
+    own = {name.removeprefix(FIT): text for name, text in parameters.items() if name.startswith(FIT)}
+    return {name: _number_or_text(text) for name, text in own.items()}
+
+
+def _number_or_text(text: str) -> SettingValue:
+    try:
+        value = json.loads(text)
+    except ValueError:
+        return text
+    return value if isinstance(value, bool | int | float) and math.isfinite(value) else text
+
+
+def sha256_of_keys(keys: NDArray[np.str_]) -> str:
+    """The content of some pulses, whatever their order."""
+    return hashlib.sha256("\n".join(sorted(keys)).encode()).hexdigest()
+
+
 def read_about(document: Mapping[str, Any]) -> tuple[tuple[Predictor, ...], Domain]:
     """Predictors and validity domain from what `about` made."""
     predictors = tuple(Predictor(each["name"], each["unit"], tuple(each["levels"])) for each in document["predictors"])
@@ -99,10 +131,10 @@ def read_about(document: Mapping[str, Any]) -> tuple[tuple[Predictor, ...], Doma
 
 def units(predictors: tuple[Predictor, ...]) -> dict[str, dict[str, str]]:
     """Unit of every input and output; a category's is the list of its levels."""
-    given = {p.name: " | ".join(p.levels) if p.levels else p.unit or "1" for p in predictors}
-    bench = {"impactor_mass_kg": "kg", "plate_thickness_m": "m"}
-    pulse = {"force_n": "N", "contact_time_s": "s", "force_spread_n": "N", "contact_time_spread_s": "s"}
-    return {"inputs": given | bench, "outputs": pulse}
+    given = {input_column(p): " | ".join(p.levels) if p.levels else p.unit or "1" for p in predictors}
+    bench = dict(zip(BENCH_COLUMNS, ("kg", "m"), strict=True))
+    pulse = {name: "s" if name.endswith("_s") else "N" for name in output_columns()}
+    return {"inputs": bench | given, "outputs": pulse}
 
 
 def write_held_out(held_out: HeldOut, file: Path) -> None:

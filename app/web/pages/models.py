@@ -99,6 +99,7 @@ def _page(request: Request, store: OpenStore, db: str, name: str, version: int, 
             found, why_not = held_out_figures(registry, chosen, reader_of(store)), ""
         except ValueError as error:
             found, why_not = None, str(error)
+        settings = registry.fit_settings(chosen)
         decisions = [each for each in registry.decisions() if each.candidate == chosen.label]
     return page(
         request,
@@ -111,6 +112,7 @@ def _page(request: Request, store: OpenStore, db: str, name: str, version: int, 
         coverage=None if found is None else coverage_figure(found),
         decisions=decisions,
         decision=decision,
+        settings=settings,
     )
 
 

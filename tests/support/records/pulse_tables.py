@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas
 from pyroshock.dataset.table import POINTS, Inputs, Predictor, PulseTable
+from pyroshock.training.loading import input_column
 
 MASS_KG = 0.32
 THICKNESS_M = 0.01
@@ -123,3 +125,13 @@ def inputs_at(table: PulseTable, **columns: float) -> Inputs:
     for name, value in columns.items():
         x[:, names.index(name)] = value
     return Inputs(table.predictors, x, table.impactor_mass_kg, table.plate_thickness_m)
+
+
+def frame_of_inputs(inputs: Inputs, levels: bool = True) -> pandas.DataFrame:
+    """Impacts as MLflow's models take them: a column for each predictor, categories by the names of their levels."""
+    columns: dict[str, list[float] | list[str]] = {}
+    for values, predictor in zip(inputs.x.T, inputs.predictors, strict=True):
+        named = predictor.levels and levels
+        columns[input_column(predictor)] = [predictor.levels[int(v)] for v in values] if named else values.tolist()
+    bench = {"impactor_mass_kg": inputs.impactor_mass_kg, "plate_thickness_m": inputs.plate_thickness_m}
+    return pandas.DataFrame({**bench, **columns})
