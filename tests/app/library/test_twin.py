@@ -24,6 +24,14 @@ mpl.use("Agg")
 _FIRST_SHOTS = str(files("pyroshock") / "examples" / "first-shots")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _elsewhere(tmp_path_factory):
+    """The shipped twin keeps its solved plates beside the current folder."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("here"))
+        yield
+
+
 @pytest.fixture(scope="module")
 def store(tmp_path_factory):
     with ps.open(tmp_path_factory.mktemp("gun") / "lab.db") as store:
