@@ -27,7 +27,6 @@ TO_FIT: Mapping[str, tuple[str, ...]] = {
     "pls": ("scikit-learn",),
     "network": ("torch",),
     "genetic-network": ("torch",),
-    "coregional": ("torch",),
     "contact-time": ("torch", "optuna"),
 }
 #: Kind -> libraries that a stored model of it is evaluated by.

@@ -152,6 +152,19 @@ def test_what_was_searched_and_learned_reads_back(registry):
     assert histories.keys() == {"force.loss", "time.search_error"}
 
 
+@pytest.mark.parametrize("model", ["linear", "tree", "kernel-ridge"])
+def test_version_has_the_settings_and_histories_that_its_model_reports(registry, model):
+    made = trained(ground_in(registry), model)
+    version = registry.record(made)
+    report = made.fit_report
+    assert registry.fit_settings(version) == report.parameters([predictor.name for predictor in PREDICTORS])
+    histories = registry.fit_histories(version)
+    assert histories.keys() == report.histories.keys()
+    assert {name: history[-1][1] for name, history in histories.items()} == {
+        name: values[-1] for name, values in report.histories.items()
+    }
+
+
 def test_runs_are_sorted_by_a_setting_that_is_a_number(registry):
     made = trained(ground_in(registry), "hann")
     for noise in (0.2, 0.05, 0.1):

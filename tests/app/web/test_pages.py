@@ -17,6 +17,7 @@ from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.impacts import Pulse
 from pyroshock.schema.provenance import Provenance
 from pyroshock.schema.twins import TwinVersion
+from pyroshock.training.registry.registry import Registry
 from pyroshock.twin.tune.attainability import Attainability
 from sqlalchemy import select
 from support.checks.well_formed import Page
@@ -96,6 +97,16 @@ def test_a_filled_store_is_shown(filled: Lab, address: str, words: str) -> None:
     answer = filled.client.get(address)
     assert answer.status_code == 200, answer.text
     assert words in answer.text
+
+
+@pytest.mark.parametrize("address", ["/models/tree/1", "/models/compare?version=tree@1&version=linear@1"])
+def test_settings_of_a_training_are_shown(filled: Lab, address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    settings = {"force.kernel": "matern <5/2>", "force.noise": 0.0125, "force.ard": True}
+    monkeypatch.setattr(Registry, "fit_settings", lambda _, version: settings if version.name == "tree" else {})
+    table = filled.client.get(address).text.partition('<table id="settings">')[2].partition("</table>")[0]
+    for words in ("force.kernel", "matern &lt;5/2&gt;", "0.0125", "True"):
+        assert words in table
+    assert ("<td>–</td>" in table) == ("linear" in address)
 
 
 @pytest.mark.parametrize("address", [f"campaign/{HAMMER}", f"campaign/{GUN}", "diagnosis/1", "model/tree/1"])
