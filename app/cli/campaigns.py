@@ -7,14 +7,15 @@ from typing import Any
 
 import click
 
-from .common import db_option, errors_as_one_line, json_option, note, opened, print_table, write_json
+from .common import db_option, errors_as_one_line, json_option, note, opened, write_json
+from .listed import Listing, listing_options
 
 
 @click.group(invoke_without_command=True)
 @db_option
-@json_option
+@listing_options
 @click.pass_context
-def campaigns(ctx: click.Context, db: str, json_to: str | None) -> None:
+def campaigns(ctx: click.Context, db: str, listing: Listing) -> None:
     """List the campaigns with their counts; begin a folder, delete, archive or restore a campaign. Alone, it lists.
 
     \b
@@ -24,26 +25,23 @@ def campaigns(ctx: click.Context, db: str, json_to: str | None) -> None:
         pyroshock campaigns archive spring --out spring.pyroshock --reason "finished"
     """
     if ctx.invoked_subcommand is None:
-        _list(db, json_to)
+        _list(db, listing)
 
 
 @campaigns.command("list")
 @db_option
-@json_option
-def list_(db: str, json_to: str | None) -> None:
+@listing_options
+def list_(db: str, listing: Listing) -> None:
     """List the campaigns with their counts."""
-    _list(db, json_to)
+    _list(db, listing)
 
 
-def _list(db: str, json_to: str | None) -> None:
+def _list(db: str, listing: Listing) -> None:
     with opened(db) as store, store.reading() as session:
         from ...schema.listings import list_campaigns
 
         rows = list_campaigns(session)
-        if json_to is not None:
-            write_json(rows, json_to)
-        else:
-            print_table(rows, "no campaigns yet; read one with: pyroshock ingest FOLDER")
+    listing.show(rows, "no campaigns yet; read one with: pyroshock ingest FOLDER")
 
 
 @campaigns.command()
@@ -176,17 +174,14 @@ def restore(file: Path, db: str, json_to: str | None) -> None:
 
 @campaigns.command()
 @db_option
-@json_option
-def deleted(db: str, json_to: str | None) -> None:
+@listing_options
+def deleted(db: str, listing: Listing) -> None:
     """List what was deleted: campaigns and recordings, when, why, their hash, and what stood on them."""
     with opened(db) as store, store.reading() as session:
         from ..removal.deleting import list_tombstones
 
         rows = list_tombstones(session)
-    if json_to is not None:
-        write_json(rows, json_to)
-    else:
-        print_table(map(_line, rows), "nothing was deleted")
+    listing.show(rows, "nothing was deleted", _line)
 
 
 def tell_deletion(stone: dict[str, Any], dry_run: bool) -> None:

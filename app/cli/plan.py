@@ -9,13 +9,14 @@ import click
 from .common import db_option, json_option, note, opened, print_table, write_json
 from .designs import augment, factorial, import_, lhs
 from .discriminate import discriminate
+from .listed import Listing, listing_options
 
 
 @click.group(invoke_without_command=True)
 @db_option
-@json_option
+@listing_options
 @click.pass_context
-def plan(ctx: click.Context, db: str, json_to: str | None) -> None:
+def plan(ctx: click.Context, db: str, listing: Listing) -> None:
     """Plan a campaign: make a design, keep it, see what is to do. Alone, it lists the plans.
 
     \b
@@ -24,16 +25,24 @@ def plan(ctx: click.Context, db: str, json_to: str | None) -> None:
         pyroshock plan sheet spring --out spring.html
         pyroshock plan status spring
     """
-    if ctx.invoked_subcommand is not None:
-        return
+    if ctx.invoked_subcommand is None:
+        _list(db, listing)
+
+
+@plan.command("list")
+@db_option
+@listing_options
+def list_(db: str, listing: Listing) -> None:
+    """List the plans with their counts of runs."""
+    _list(db, listing)
+
+
+def _list(db: str, listing: Listing) -> None:
     with opened(db) as store, store.reading() as session:
         from ...doe.plans import list_plans
 
         rows = list_plans(session)
-    if json_to is not None:
-        write_json(rows, json_to)
-    else:
-        print_table(rows, "no plans; make one: pyroshock plan lhs NAME --runs 105")
+    listing.show(rows, "no plans; make one: pyroshock plan lhs NAME --runs 105")
 
 
 @plan.command()

@@ -7,7 +7,8 @@ from typing import Any
 
 import click
 
-from .common import db_option, fail, json_option, note, opened, print_table, write_json
+from .common import db_option, fail, json_option, note, opened, write_json
+from .listed import Listing, listing_options
 from .settings import settings_from, settings_options
 
 _REASON = click.option("--reason", required=True, metavar="TEXT", help="Why: is kept with the tombstone.")
@@ -29,18 +30,18 @@ def runs() -> None:
 @runs.command("list")
 @click.argument("campaign")
 @db_option
-@json_option
-def list_(campaign: str, db: str, json_to: str | None) -> None:
+@listing_options
+def list_(campaign: str, db: str, listing: Listing) -> None:
     """List the recordings of CAMPAIGN: path, status, hash of the file, runs with their repetitions."""
     with opened(db) as store, store.reading() as session:
         from ...schema.removal.part import list_recordings
 
         rows = list_recordings(session, campaign)
-    if json_to is not None:
-        write_json(rows, json_to)
-    else:
-        shown = ({**row, "sha256": row["sha256"][:12], "runs": ", ".join(row["runs"])} for row in rows)
-        print_table(shown, f"campaign {campaign} has no recordings")
+    listing.show(
+        rows,
+        f"campaign {campaign} has no recordings",
+        lambda row: {**row, "sha256": row["sha256"][:12], "runs": ", ".join(row["runs"])},
+    )
 
 
 @runs.command()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...compute.crew import Crew
 from ...compute.mapping import mapped
-from ..export import write_batches
+from ..table_files import write_batches
 from .predicting import predicted
 from .rows import ShotRow
 from .warnings import extrapolation_text, extrapolations
