@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from .common import db_option, errors_as_one_line, json_option, note, opened, write_json
+from .completion import campaign_names, plan_names
 from .listed import Listing, listing_options
 
 
@@ -53,7 +54,12 @@ def _list(db: str, listing: Listing) -> None:
     required=True,
     help="Of the bench; drop: accelerometers alone.",
 )
-@click.option("--plan", metavar="NAME", help="A row for each repetition that this plan of the store still asks for.")
+@click.option(
+    "--plan",
+    metavar="NAME",
+    help="A row for each repetition that this plan of the store still asks for.",
+    shell_complete=plan_names,
+)
 @click.option(
     "--recordings", metavar="PATTERN", help="Files or a folder within FOLDER. [without a plan: all that are there]"
 )
@@ -82,7 +88,7 @@ def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | N
 
 
 @campaigns.command()
-@click.argument("name")
+@click.argument("name", shell_complete=campaign_names)
 @db_option
 @json_option
 @click.option("--reason", required=True, metavar="TEXT", help="Why it is deleted: is kept with the tombstone.")
@@ -115,7 +121,7 @@ def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) 
 
 
 @campaigns.command()
-@click.argument("name")
+@click.argument("name", shell_complete=campaign_names)
 @db_option
 @json_option
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE to write; a new one.")

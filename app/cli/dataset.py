@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .common import db_option, json_option, note, opened, print_table, write_json
+from .completion import campaign_names, dataset_names
 from .listed import Listing, listing_options
 
 if TYPE_CHECKING:
@@ -82,7 +83,15 @@ class _Campaigns(click.Command):
 @click.argument("name")
 @db_option
 @json_option
-@click.option("--from", "campaigns", multiple=True, required=True, metavar="CAMPAIGN…", help="One or several.")
+@click.option(
+    "--from",
+    "campaigns",
+    multiple=True,
+    required=True,
+    metavar="CAMPAIGN…",
+    help="One or several.",
+    shell_complete=campaign_names,
+)
 @click.option("--predictors", metavar="SET", help="hammer, gun, or a TOML file of your own. [the campaigns' kind]")
 @click.option(
     "--quality",
@@ -172,7 +181,7 @@ def _tell_built(told: dict[str, Any], extractions: int) -> None:
 
 
 @dataset.command()
-@click.argument("name")
+@click.argument("name", shell_complete=dataset_names)
 @db_option
 @json_option
 @_SEED
@@ -217,7 +226,7 @@ def _show(snapshot: Any, told: dict[str, Any]) -> None:
 
 
 @dataset.command()
-@click.argument("name")
+@click.argument("name", shell_complete=dataset_names)
 @click.argument("key", required=False)
 @db_option
 @json_option
@@ -245,7 +254,7 @@ def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
 
 
 @dataset.command()
-@click.argument("name")
+@click.argument("name", shell_complete=dataset_names)
 @db_option
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE.csv or FILE.parquet.")
 def export(name: str, db: str, out: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from .common import db_option, note, opened
+from .completion import campaign_names
 
 
 @click.command()
@@ -15,7 +16,7 @@ from .common import db_option, note, opened
 @click.option(
     "--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE.csv, .parquet or .json."
 )
-@click.option("--campaign", metavar="NAME", help="Only of this campaign.")
+@click.option("--campaign", metavar="NAME", help="Only of this campaign.", shell_complete=campaign_names)
 @click.option("--where", multiple=True, metavar="CONDITION", help="As for `impacts`; not for series.")
 @click.option("--recording", metavar="PATH", help="Series: only of this recording (its path in the campaign folder).")
 @click.option("--columns", metavar="A,B,…", help="Only these columns, in this order. [all that the selection has]")

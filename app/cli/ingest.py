@@ -11,6 +11,7 @@ import click
 
 from ...ingest.texts import enumerated
 from .common import STDOUT, db_option, json_option, note, opened, opened_to_try, write_json
+from .completion import plan_names
 from .settings import settings_from, settings_options
 
 if TYPE_CHECKING:
@@ -27,7 +28,12 @@ if TYPE_CHECKING:
     default=None,
     help="Processes that read and extract. [cores, at most 4; 1 for small files]",
 )
-@click.option("--plan", default=None, help="The plan that is worked off. [the one of the campaign's name, if any]")
+@click.option(
+    "--plan",
+    default=None,
+    help="The plan that is worked off. [the one of the campaign's name, if any]",
+    shell_complete=plan_names,
+)
 @click.option(
     "--free-factor",
     "free_factors",

@@ -5,9 +5,10 @@ from __future__ import annotations
 import click
 
 from .common import db_option, opened
+from .completion import campaign_names
 from .listed import Listing, listing_options
 
-_CAMPAIGN = click.option("--campaign", metavar="NAME", help="Only of this campaign.")
+_CAMPAIGN = click.option("--campaign", metavar="NAME", help="Only of this campaign.", shell_complete=campaign_names)
 _WHERE = click.option(
     "--where",
     multiple=True,

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from ...compute.working_directory import close_working_directory
 
@@ -64,6 +65,12 @@ class LazyGroup(click.Group):
         command = getattr(importlib.import_module(f".{module}", __package__), name)
         assert isinstance(command, click.Command)
         return command
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Commands by the table, which imports none of them; then options."""
+        named = [CompletionItem(name, help=text) for name, (_, _, text) in COMMANDS.items()]
+        options = click.Command.shell_complete(self, ctx, incomplete)
+        return [item for item in named if item.value.startswith(incomplete)] + options
 
     def main(  # type: ignore[override]  # click's overloads, one of which never returns
         self, args: Sequence[str] | None = None, *, standalone_mode: bool = True, **extra: Any

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .common import db_option, errors_as_one_line, note, print_table, write_json
+from .completion import dataset_names
 from .listed import Listing, listing_options
 
 if TYPE_CHECKING:
@@ -15,7 +16,9 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.option("--dataset", default=None, metavar="NAME", help="Only those trained on this one.")
+@click.option(
+    "--dataset", default=None, metavar="NAME", help="Only those trained on this one.", shell_complete=dataset_names
+)
 @click.option("--split", default=None, help="Only those judged on this one.")
 @click.option("--all", "every", is_flag=True, help="Older versions too.")
 @click.option("--promotions", is_flag=True, help="List promotions and refusals, with who, when and why.")

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from .common import db_option, json_option, note, opened, print_table, write_json
+from .completion import plan_names
 from .designs import augment, factorial, import_, lhs
 from .discriminate import discriminate
 from .listed import Listing, listing_options
@@ -46,7 +47,7 @@ def _list(db: str, listing: Listing) -> None:
 
 
 @plan.command()
-@click.argument("name")
+@click.argument("name", shell_complete=plan_names)
 @click.argument("run", type=int)
 @click.option("--reason", required=True, help="Why; it stays with the run.")
 @db_option
@@ -60,8 +61,14 @@ def discard(name: str, run: int, reason: str, db: str) -> None:
 
 
 @plan.command()
-@click.argument("name")
-@click.option("--against", default=None, metavar="OTHER", help="Another plan, or a table (CSV) of the same factors.")
+@click.argument("name", shell_complete=plan_names)
+@click.option(
+    "--against",
+    default=None,
+    metavar="OTHER",
+    help="Another plan, or a table (CSV) of the same factors.",
+    shell_complete=plan_names,
+)
 @click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the quality into FILE.png.")
 @db_option
 @json_option
@@ -88,7 +95,7 @@ def quality(name: str, against: str | None, plot: Path | None, db: str, json_to:
 
 
 @plan.command()
-@click.argument("name")
+@click.argument("name", shell_complete=plan_names)
 @db_option
 @json_option
 def status(name: str, db: str, json_to: str | None) -> None:
@@ -117,7 +124,7 @@ def status(name: str, db: str, json_to: str | None) -> None:
 
 
 @plan.command()
-@click.argument("name")
+@click.argument("name", shell_complete=plan_names)
 @click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),

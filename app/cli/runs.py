@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from .common import db_option, fail, json_option, note, opened, write_json
+from .completion import campaign_names, plan_names
 from .listed import Listing, listing_options
 from .settings import settings_from, settings_options
 
@@ -28,7 +29,7 @@ def runs() -> None:
 
 
 @runs.command("list")
-@click.argument("campaign")
+@click.argument("campaign", shell_complete=campaign_names)
 @db_option
 @listing_options
 def list_(campaign: str, db: str, listing: Listing) -> None:
@@ -45,7 +46,7 @@ def list_(campaign: str, db: str, listing: Listing) -> None:
 
 
 @runs.command()
-@click.argument("campaign")
+@click.argument("campaign", shell_complete=campaign_names)
 @click.argument("recording", required=False)
 @db_option
 @json_option
@@ -104,7 +105,7 @@ def discard(
 
 
 @runs.command()
-@click.argument("campaign")
+@click.argument("campaign", shell_complete=campaign_names)
 @click.argument("recording")
 @click.argument("file", required=False, type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @db_option
@@ -116,7 +117,12 @@ def discard(
     metavar="FOLDER",
     help="The campaign folder with the corrected row of runs.csv, or the new file.",
 )
-@click.option("--plan", default=None, help="The plan that is worked off. [the one of the campaign's name, if any]")
+@click.option(
+    "--plan",
+    default=None,
+    help="The plan that is worked off. [the one of the campaign's name, if any]",
+    shell_complete=plan_names,
+)
 @click.option("--free-factor", "free_factors", multiple=True, metavar="COLUMN", help="As of `ingest`. Repeatable.")
 @click.option("--confirm", "confirmed", multiple=True, metavar="RULE", help="As of `ingest`. Repeatable.")
 @_REASON

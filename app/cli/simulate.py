@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import db_option, json_option, note, opened, write_json
+from .completion import plan_names
 from .quantities import parse_quantity
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("plan")
+@click.argument("plan", shell_complete=plan_names)
 @click.option("--out", type=click.Path(path_type=Path), required=True, metavar="FOLDER", help="A new folder.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same files.")
 @click.option(
