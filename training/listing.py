@@ -87,7 +87,7 @@ def flat_row(version: Version) -> dict[str, Any]:
     """The same as one level of columns: the metrics' means and the coverages beside the names."""
     row = row_of(version)
     names = ("model", "version", "split", "dataset", "seed")
-    means = row["metrics"] | {name: (row["coverage90"] or {}).get(name) for name in COVERED}
+    means: dict[str, Any] = row["metrics"] | {name: (row["coverage90"] or {}).get(name) for name in COVERED}
     others = {name: row[name] for name in ("seconds", "registered_at")}
     return {name: row[name] for name in names} | means | others | {"champion_of": version.champion_of}
 

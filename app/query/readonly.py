@@ -119,7 +119,7 @@ def _postgresql(engine: Engine, statement: Statement, timeout_s: float) -> Itera
         connection.execute("SELECT set_config('statement_timeout', %s, true)", [f"{1000 * timeout_s:.0f}"])
         with psycopg.RawServerCursor(connection, "pyroshock_query") as cursor:
             try:
-                cursor.execute(*statement.for_postgresql())  # type: ignore[arg-type]  # a text that is not literal
+                cursor.execute(*statement.for_postgresql())
             except psycopg.Error as error:
                 raise explained(error) from error
 
