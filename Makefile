@@ -14,7 +14,7 @@ export PIP_ROOT_USER_ACTION := ignore
 export PYTHONDONTWRITEBYTECODE :=
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test fuzz mutants test-clients test-faults test-slow test-browser screenshots gallery bench bench-full bench-models bench-tuning bench-scale blind-check coverage check format format-check lint types imports licences audit docs links docs-links clean
+.PHONY: help setup demo test fuzz mutants test-clients test-faults test-slow test-browser screenshots gallery bench bench-full bench-models bench-tuning bench-scale blind-check coverage check format format-check lint types imports licences audit docs notebooks links docs-links clean
 
 help: ## list these commands
 	@grep -hE '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)/make \1	\2/' | expand -t 18
@@ -118,6 +118,9 @@ licences: .venv/.pyroshock-dev ## every installed package's licence is one that 
 docs: .venv/.pyroshock-dev ## the documentation as a site, docs/_build/html/index.html; a warning is an error; no network
 	@$(BIN)/python -m sphinx -W --keep-going -q -E -j auto -d docs/_build/doctrees docs docs/_build/html
 	@echo "docs: docs/_build/html/index.html"
+
+notebooks: .venv/.pyroshock-dev ## run the documentation's notebooks (docs/notebooks), each in an empty folder
+	@$(BIN)/python -m tools.notebooks $(wildcard docs/notebooks/*.py)
 
 links: .venv/.pyroshock-dev ## every link of the Markdown within the repository leads to a file and its heading
 	@$(BIN)/python -m tools.links

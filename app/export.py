@@ -1,29 +1,23 @@
-"""Tables for other programs, streamed: a file is written batch by batch, so memory does not grow with it.
-
-A file grows under another name and takes its own when it is whole.
-"""
+"""Tables of the store for other programs, streamed: memory does not grow with them."""
 
 from __future__ import annotations
 
-import csv
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator
-from contextlib import closing
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ..schema.campaigns import Factor, FactorLevel
-from ..schema.conditions import CHANNEL_COLUMNS
-from ..schema.impacts import Pulse
+from ..schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
+from ..schema.conditions import CHANNEL_COLUMNS, IMPACT_COLUMNS, IN_USE, LARGEST, restricted
+from ..schema.impacts import ChannelFigures, Impact, Pulse
 from ..schema.listings import Condition, iter_impacts, iter_shots, listing_key
-from ..schema.outputs import whole_file
 from .predictions.nominal import with_predictions
 from .pulses.impact import LISTED_FIGURES, list_channel_figures
 from .pulses.series import series_batches
+from .table_files import Batch, check_columns, write_batches
 
 Row = dict[str, Any]
 
@@ -39,12 +33,14 @@ def export_table(
     where: tuple[Condition, ...] = (),
     recording: str | None = None,
     left_out: list[str] | None = None,
+    columns: Sequence[str] = (),
 ) -> int:
-    """Write `what` ("impacts", "shots", "pulses", "channel-figures", "series") to `out`, CSV or Parquet by its suffix;
-    returns the rows.
+    """Write `what` ("impacts", "shots", "pulses", "channel-figures", "series") to `out`, CSV, Parquet or JSON by its
+    suffix; returns the rows.
 
-    Damaged series are left out and named in `left_out`, where it is given. Raises `ValueError` for another suffix,
-    `LookupError` for an unknown campaign or recording, `SeriesError` for a damaged series.
+    `columns` are those to write, in this order; without them all that the selection has. Damaged series are left out
+    and named in `left_out`, where it is given. Raises `ValueError` for another suffix, `LookupError` for an unknown
+    campaign, recording or column, `SeriesError` for a damaged series.
     """
     if what == "series":
         if where:
@@ -53,8 +49,9 @@ def export_table(
     elif recording is not None:
         raise ValueError("--recording goes with series; filter other tables with --where")
     else:
-        batches = _in_batches(_TABLES[what](session, campaign, where), _factor_columns(session, what))
-    return write_batches(out, batches)
+        factors, empty = _own_columns(session, what, campaign, where)
+        batches = _in_batches(_TABLES[what](session, campaign, where), factors, empty)
+    return write_batches(out, _only(batches, columns) if columns else batches)
 
 
 def _impacts(session: Session, campaign: str | None, where: tuple[Condition, ...]) -> Iterator[Row]:
@@ -111,21 +108,34 @@ _SUMMARY = tuple(f"srs_{10 * 2**i}hz_m_s2" for i in range(16))
 _TABLES = {"impacts": _impacts, "shots": _shots, "pulses": _pulses, "channel-figures": _channel_figures}
 
 
-def _factor_columns(session: Session, what: str) -> dict[str, bool]:
-    """Factors of the store, and whether each holds words: later rows may have one that the first has not, but the
-    header comes first; and a column of a free factor may hold numbers in one campaign and words in another."""
+def _own_columns(
+    session: Session, what: str, campaign: str | None, where: tuple[Condition, ...]
+) -> tuple[dict[str, bool], set[str]]:
+    """Factors of the selection, and whether each holds words; and the columns that it leaves empty.
+
+    Later rows may have a factor that the first has not, but the header comes first; and a column of a free factor may
+    hold numbers in one campaign and words in another.
+    """
     if what == "shots":
-        return {}
+        return {}, set()
+    selected = select(Impact.configuration_id).join(Campaign, Impact.campaign_id == Campaign.id)
+    selected = selected.join(Pulse, IN_USE, isouter=what != "pulses")
+    selected = selected.join(ChannelFigures, LARGEST, isouter=what != "channel-figures")
+    selected, _ = restricted(session, selected, Impact, IMPACT_COLUMNS, campaign, where)
+    of_them = ConfigurationLevel.configuration_id.in_(selected.distinct())
+    present = set(session.scalars(select(ConfigurationLevel.factor_id).where(of_them).distinct()))
     words = set(session.scalars(select(FactorLevel.factor_id).where(FactorLevel.number.is_(None)).distinct()))
-    factors = session.scalars(select(Factor).order_by(Factor.id))
-    return {listing_key(f.name, f.si_unit): f.id in words for f in factors}
+    factors = session.scalars(select(Factor).where(Factor.id.in_(present)).order_by(Factor.id))
+    accelerations = session.scalar(selected.where(ChannelFigures.id.is_not(None)).limit(1)) is not None
+    empty = set() if accelerations else set(CHANNEL_COLUMNS)
+    return {listing_key(f.name, f.si_unit): f.id in words for f in factors}, empty
 
 
-def _in_batches(rows: Iterator[Row], factors: dict[str, bool]) -> Iterator[dict[str, list[Any]]]:
+def _in_batches(rows: Iterator[Row], factors: dict[str, bool], empty: set[str]) -> Iterator[Batch]:
     columns: list[str] = []
     while batch := list(islice(rows, BATCH)):
         if not columns:
-            own = list(batch[0])
+            own = [name for name in batch[0] if name not in empty]
             at = own.index("repetition") + 1
             columns = own[:at] + list(factors) + [name for name in own[at:] if name not in factors]
         yield {name: [_cell(row.get(name), factors.get(name, False)) for row in batch] for name in columns}
@@ -135,67 +145,7 @@ def _cell(value: Any, as_word: bool) -> Any:
     return value if value is None or not as_word else str(value)
 
 
-class _Writer(ABC):
-    """A file that takes batches of columns."""
-
-    @abstractmethod
-    def __init__(self, path: Path) -> None: ...
-
-    @abstractmethod
-    def add(self, batch: dict[str, list[Any]]) -> None: ...
-
-    @abstractmethod
-    def close(self) -> None: ...
-
-
-class _Csv(_Writer):
-    def __init__(self, path: Path) -> None:
-        self._file: TextIO = path.open("w", encoding="utf-8", newline="")
-        self._writer = csv.writer(self._file)
-        self._header = False
-
-    def add(self, batch: dict[str, list[Any]]) -> None:
-        if not self._header:
-            self._writer.writerow(batch)
-            self._header = True
-        self._writer.writerows(zip(*batch.values(), strict=True))
-
-    def close(self) -> None:
-        self._file.close()
-
-
-class _Parquet(_Writer):
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._writer: Any = None
-
-    def add(self, batch: dict[str, list[Any]]) -> None:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        if self._writer is None:
-            table = pa.table(batch)
-            # A column that is empty in the first batch may hold numbers later; text columns are never numbers.
-            fields = [f.with_type(pa.float64()) if pa.types.is_null(f.type) else f for f in table.schema]
-            self._writer = pq.ParquetWriter(self._path, pa.schema(fields), compression="zstd")
-        self._writer.write_table(pa.table(batch, schema=self._writer.schema))
-
-    def close(self) -> None:
-        if self._writer is not None:
-            self._writer.close()
-
-
-_WRITERS: dict[str, type[_Writer]] = {".csv": _Csv, ".parquet": _Parquet}
-
-
-def write_batches(out: Path, batches: Iterable[dict[str, list[Any]]]) -> int:
-    if out.suffix.lower() not in _WRITERS:
-        raise ValueError(f"cannot write {out.name!r}; expected a name that ends in {' or '.join(_WRITERS)}")
-    rows = 0
-    with whole_file(out) as partial, closing(_WRITERS[out.suffix.lower()](partial)) as writer:
-        for batch in batches:
-            writer.add(batch)
-            rows += len(next(iter(batch.values())))
-        if not rows:
-            raise ValueError(f"nothing to write to {out.name!r}: no row matches")
-    return rows
+def _only(batches: Iterator[Batch], columns: Sequence[str]) -> Iterator[Batch]:
+    for batch in batches:
+        check_columns(columns, batch)
+        yield {name: batch[name] for name in columns}

@@ -83,6 +83,15 @@ def row_of(version: Version) -> dict[str, Any]:
     return row | ({"champion_of": version.champion_of} if version.champion_of else {})
 
 
+def flat_row(version: Version) -> dict[str, Any]:
+    """The same as one level of columns: the metrics' means and the coverages beside the names."""
+    row = row_of(version)
+    names = ("model", "version", "split", "dataset", "seed")
+    means: dict[str, Any] = row["metrics"] | {name: (row["coverage90"] or {}).get(name) for name in COVERED}
+    others = {name: row[name] for name in ("seconds", "registered_at")}
+    return {name: row[name] for name in names} | means | others | {"champion_of": version.champion_of}
+
+
 def finite(value: float) -> float | None:
     """JSON has no NaN."""
     return value if math.isfinite(value) else None

@@ -7,14 +7,16 @@ from typing import Any
 
 import click
 
-from .common import db_option, errors_as_one_line, json_option, note, opened, print_table, write_json
+from .common import db_option, errors_as_one_line, json_option, note, opened, write_json
+from .completion import campaign_names, plan_names
+from .listed import Listing, listing_options
 
 
 @click.group(invoke_without_command=True)
 @db_option
-@json_option
+@listing_options
 @click.pass_context
-def campaigns(ctx: click.Context, db: str, json_to: str | None) -> None:
+def campaigns(ctx: click.Context, db: str, listing: Listing) -> None:
     """List the campaigns with their counts; begin a folder, delete, archive or restore a campaign. Alone, it lists.
 
     \b
@@ -24,26 +26,23 @@ def campaigns(ctx: click.Context, db: str, json_to: str | None) -> None:
         pyroshock campaigns archive spring --out spring.pyroshock --reason "finished"
     """
     if ctx.invoked_subcommand is None:
-        _list(db, json_to)
+        _list(db, listing)
 
 
 @campaigns.command("list")
 @db_option
-@json_option
-def list_(db: str, json_to: str | None) -> None:
+@listing_options
+def list_(db: str, listing: Listing) -> None:
     """List the campaigns with their counts."""
-    _list(db, json_to)
+    _list(db, listing)
 
 
-def _list(db: str, json_to: str | None) -> None:
+def _list(db: str, listing: Listing) -> None:
     with opened(db) as store, store.reading() as session:
         from ...schema.listings import list_campaigns
 
         rows = list_campaigns(session)
-        if json_to is not None:
-            write_json(rows, json_to)
-        else:
-            print_table(rows, "no campaigns yet; read one with: pyroshock ingest FOLDER")
+    listing.show(rows, "no campaigns yet; read one with: pyroshock ingest FOLDER")
 
 
 @campaigns.command()
@@ -55,7 +54,12 @@ def _list(db: str, json_to: str | None) -> None:
     required=True,
     help="Of the bench; drop: accelerometers alone.",
 )
-@click.option("--plan", metavar="NAME", help="A row for each repetition that this plan of the store still asks for.")
+@click.option(
+    "--plan",
+    metavar="NAME",
+    help="A row for each repetition that this plan of the store still asks for.",
+    shell_complete=plan_names,
+)
 @click.option(
     "--recordings", metavar="PATTERN", help="Files or a folder within FOLDER. [without a plan: all that are there]"
 )
@@ -84,7 +88,7 @@ def init(folder: Path, db: str, kind: str, plan: str | None, recordings: str | N
 
 
 @campaigns.command()
-@click.argument("name")
+@click.argument("name", shell_complete=campaign_names)
 @db_option
 @json_option
 @click.option("--reason", required=True, metavar="TEXT", help="Why it is deleted: is kept with the tombstone.")
@@ -117,7 +121,7 @@ def delete(name: str, db: str, json_to: str | None, reason: str, dry_run: bool) 
 
 
 @campaigns.command()
-@click.argument("name")
+@click.argument("name", shell_complete=campaign_names)
 @db_option
 @json_option
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE to write; a new one.")
@@ -176,17 +180,14 @@ def restore(file: Path, db: str, json_to: str | None) -> None:
 
 @campaigns.command()
 @db_option
-@json_option
-def deleted(db: str, json_to: str | None) -> None:
+@listing_options
+def deleted(db: str, listing: Listing) -> None:
     """List what was deleted: campaigns and recordings, when, why, their hash, and what stood on them."""
     with opened(db) as store, store.reading() as session:
         from ..removal.deleting import list_tombstones
 
         rows = list_tombstones(session)
-    if json_to is not None:
-        write_json(rows, json_to)
-    else:
-        print_table(map(_line, rows), "nothing was deleted")
+    listing.show(rows, "nothing was deleted", _line)
 
 
 def tell_deletion(stone: dict[str, Any], dry_run: bool) -> None:

@@ -7,11 +7,18 @@ from pathlib import Path
 import click
 
 from .common import db_option, json_option, note, opened, print_table, write_json
+from .completion import dataset_names, model_versions
 
 
 @click.command()
-@click.argument("names", nargs=-1, metavar="[MODEL[@VERSION]]...")
-@click.option("--dataset", default=None, metavar="NAME", help="Models of this one. [the newest trained on]")
+@click.argument("names", nargs=-1, metavar="[MODEL[@VERSION]]...", shell_complete=model_versions)
+@click.option(
+    "--dataset",
+    default=None,
+    metavar="NAME",
+    help="Models of this one. [the newest trained on]",
+    shell_complete=dataset_names,
+)
 @click.option("--split", default="repetitions", show_default=True, help="Of models named without a version.")
 @click.option("--metric", default="force_nrmse", show_default=True, metavar="M|all", help="In which, or in all eight.")
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Draw the first comparison into FILE.png.")

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .common import db_option, json_option, note, opened, print_table, write_json
+from .completion import campaign_names, dataset_names
+from .listed import Listing, listing_options
 
 if TYPE_CHECKING:
     from ...dataset.deleted import Withdrawal
@@ -18,9 +20,9 @@ _SEED = click.option("--seed", type=click.IntRange(0), default=0, show_default=T
 
 @click.group(invoke_without_command=True)
 @db_option
-@json_option
+@listing_options
 @click.pass_context
-def dataset(ctx: click.Context, db: str, json_to: str | None) -> None:
+def dataset(ctx: click.Context, db: str, listing: Listing) -> None:
     """Freeze pulses for training, and see what is in them. Alone, it lists the datasets.
 
     \b
@@ -29,31 +31,31 @@ def dataset(ctx: click.Context, db: str, json_to: str | None) -> None:
         pyroshock dataset show spring --plot spring.png
     """
     if ctx.invoked_subcommand is None:
-        _list(db, json_to)
+        _list(db, listing)
 
 
 @dataset.command("list")
 @db_option
-@json_option
-def list_(db: str, json_to: str | None) -> None:
+@listing_options
+def list_(db: str, listing: Listing) -> None:
     """List the datasets: name, hash, pulses, campaigns."""
-    _list(db, json_to)
+    _list(db, listing)
 
 
-def _list(db: str, json_to: str | None) -> None:
+def _list(db: str, listing: Listing) -> None:
     with opened(db) as store, store.reading() as session:
         from ...dataset.catalog import list_snapshots
         from ...dataset.deleted import list_withdrawals
 
         withdrawals = list_withdrawals(session)
         rows = [{**row, "withdrawn": _lost(withdrawals.get(row["hash"]))} for row in list_snapshots(session)]
-    if json_to is not None:
-        write_json(rows, json_to)
-    else:
-        told = [{**row, "hash": row["hash"][:12], "campaigns": ", ".join(row["campaigns"] or [])} for row in rows]
-        print_table(told, "no datasets yet; freeze one: pyroshock dataset build NAME --from CAMPAIGN")
-        for withdrawal in withdrawals.values():
-            note(withdrawal.words)
+    listing.show(
+        rows,
+        "no datasets yet; freeze one: pyroshock dataset build NAME --from CAMPAIGN",
+        lambda row: {**row, "hash": row["hash"][:12], "campaigns": ", ".join(row["campaigns"] or [])},
+    )
+    for withdrawal in withdrawals.values() if listing.json_to is None else ():
+        note(withdrawal.words)
 
 
 def _lost(withdrawal: Withdrawal | None) -> int:
@@ -81,7 +83,15 @@ class _Campaigns(click.Command):
 @click.argument("name")
 @db_option
 @json_option
-@click.option("--from", "campaigns", multiple=True, required=True, metavar="CAMPAIGN…", help="One or several.")
+@click.option(
+    "--from",
+    "campaigns",
+    multiple=True,
+    required=True,
+    metavar="CAMPAIGN…",
+    help="One or several.",
+    shell_complete=campaign_names,
+)
 @click.option("--predictors", metavar="SET", help="hammer, gun, or a TOML file of your own. [the campaigns' kind]")
 @click.option(
     "--quality",
@@ -171,7 +181,7 @@ def _tell_built(told: dict[str, Any], extractions: int) -> None:
 
 
 @dataset.command()
-@click.argument("name")
+@click.argument("name", shell_complete=dataset_names)
 @db_option
 @json_option
 @_SEED
@@ -216,7 +226,7 @@ def _show(snapshot: Any, told: dict[str, Any]) -> None:
 
 
 @dataset.command()
-@click.argument("name")
+@click.argument("name", shell_complete=dataset_names)
 @click.argument("key", required=False)
 @db_option
 @json_option
@@ -244,7 +254,7 @@ def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
 
 
 @dataset.command()
-@click.argument("name")
+@click.argument("name", shell_complete=dataset_names)
 @db_option
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE.csv or FILE.parquet.")
 def export(name: str, db: str, out: Path) -> None:

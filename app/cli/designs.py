@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from .common import db_option, json_option, note, opened
+from .completion import plan_names
 from .made_plan import tell_plan
 
 if TYPE_CHECKING:
@@ -137,7 +138,7 @@ def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]
 
 
 @click.command()
-@click.argument("name")
+@click.argument("name", shell_complete=plan_names)
 @click.option("--runs", type=click.IntRange(1), default=None, help="How many to add. [as many as were discarded]")
 @click.option(
     "--repetitions", type=click.IntRange(1), default=None, help="Hits or shots of each run. [as most runs of the plan]"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .common import db_option, json_option, note, opened, opened_or_none, print_table, write_json
+from .completion import campaign_names, effect_ids
 
 if TYPE_CHECKING:
     from ...diagnosis.verdict import Verdict
@@ -20,12 +21,32 @@ _STAGES = ("gun", "contact", "plate")
 
 
 @click.command()
-@click.argument("target", metavar="CAMPAIGN_OR_FOLDER")
+@click.argument("target", metavar="CAMPAIGN_OR_FOLDER", shell_complete=campaign_names)
 @click.option("--simulator", metavar="nominal|models:/NAME@VERSION", default=None, help="Of the contact. [nominal]")
 @click.option("--html", type=click.Path(dir_okay=False, path_type=Path), default=None, help="Write a page to FILE.")
-@click.option("--with", "with_effects", multiple=True, metavar="EFFECT", help="Consider these alone: repeat, or a,b.")
-@click.option("--without", "without_effects", multiple=True, metavar="EFFECT", help="Leave these out: repeat, or a,b.")
-@click.option("--adopt", metavar="EFFECT|none", default=None, help="Predictions use it from now on; none: no longer.")
+@click.option(
+    "--with",
+    "with_effects",
+    multiple=True,
+    metavar="EFFECT",
+    help="Consider these alone: repeat, or a,b.",
+    shell_complete=effect_ids,
+)
+@click.option(
+    "--without",
+    "without_effects",
+    multiple=True,
+    metavar="EFFECT",
+    help="Leave these out: repeat, or a,b.",
+    shell_complete=effect_ids,
+)
+@click.option(
+    "--adopt",
+    metavar="EFFECT|none",
+    default=None,
+    help="Predictions use it from now on; none: no longer.",
+    shell_complete=effect_ids,
+)
 @click.option("--tolerance", "tolerances", multiple=True, metavar="STAGE=SIZE", help="gun=1%, contact=3%, plate=0.5dB.")
 @click.option(
     "--uncertain", multiple=True, metavar="NUMBER=SD", help="bullet_mass_kg=0.001, in SI; contact: shares. Repeat it."

@@ -7,11 +7,12 @@ from pathlib import Path
 import click
 
 from .common import db_option, json_option, note, opened
+from .completion import campaign_names
 from .made_plan import tell_plan
 
 
 @click.command()
-@click.argument("campaign")
+@click.argument("campaign", shell_complete=campaign_names)
 @click.option("--name", default=None, help="Of the plan. [CAMPAIGN-discriminate]")
 @click.option("--anew", is_flag=True, help="Diagnose once more, though the store has a diagnosis.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of a new diagnosis.")

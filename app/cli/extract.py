@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .common import db_option, json_option, note, opened, write_json
+from .completion import campaign_names
 from .crew import crew_options
 from .settings import settings_from, settings_options
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("campaign")
+@click.argument("campaign", shell_complete=campaign_names)
 @crew_options("Processes that cut at once.")
 @db_option
 @json_option

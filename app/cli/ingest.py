@@ -9,6 +9,7 @@ import click
 
 from ...ingest.texts import enumerated
 from .common import STDOUT, db_option, json_option, note, opened, opened_to_try, write_json
+from .completion import plan_names
 from .settings import settings_from, settings_options
 
 
@@ -22,7 +23,12 @@ from .settings import settings_from, settings_options
     default=None,
     help="Processes that read and extract. [cores, at most 4; 1 for small files]",
 )
-@click.option("--plan", default=None, help="The plan that is worked off. [the one of the campaign's name, if any]")
+@click.option(
+    "--plan",
+    default=None,
+    help="The plan that is worked off. [the one of the campaign's name, if any]",
+    shell_complete=plan_names,
+)
 @click.option(
     "--free-factor",
     "free_factors",

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import click
 
-from .common import db_option, json_option, opened, print_table, write_json
+from .common import db_option, opened
+from .completion import campaign_names
+from .listed import Listing, listing_options
 
-_CAMPAIGN = click.option("--campaign", metavar="NAME", help="Only of this campaign.")
+_CAMPAIGN = click.option("--campaign", metavar="NAME", help="Only of this campaign.", shell_complete=campaign_names)
 _WHERE = click.option(
     "--where",
     multiple=True,
@@ -18,11 +20,11 @@ _LIMIT = click.option("--limit", type=click.IntRange(1), help="At most this many
 
 @click.command()
 @db_option
-@json_option
+@listing_options
 @_CAMPAIGN
 @_WHERE
 @_LIMIT
-def impacts(db: str, json_to: str | None, campaign: str | None, where: tuple[str, ...], limit: int | None) -> None:
+def impacts(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...], limit: int | None) -> None:
     """List impacts with their factors, the figures of the pulse in use, and those of the acceleration channel with the
     largest peak. Numbers are SI.
 
@@ -30,6 +32,7 @@ def impacts(db: str, json_to: str | None, campaign: str | None, where: tuple[str
     Example:
         pyroshock impacts --campaign spring --where tip_material=steel --where "peak_force_n>1000"
         pyroshock impacts --where "peak_acceleration_m_s2>1000"
+        pyroshock impacts --sort -peak_force_n --columns id,tip_material,peak_force_n --csv
     """
     with opened(db) as store, store.reading() as session:
         from itertools import islice
@@ -39,19 +42,16 @@ def impacts(db: str, json_to: str | None, campaign: str | None, where: tuple[str
         from ..pulses.impact import without_empty_figures
 
         rows = list(islice(iter_impacts(session, campaign, parse_where(where)), limit))
-        if json_to is not None:
-            write_json(rows, json_to)
-        else:
-            print_table(without_empty_figures(rows), "no impacts match")
+        listing.show(rows if listing.is_chosen else without_empty_figures(rows), "no impacts match")
 
 
 @click.command()
 @db_option
-@json_option
+@listing_options
 @_CAMPAIGN
 @_WHERE
 @_LIMIT
-def shots(db: str, json_to: str | None, campaign: str | None, where: tuple[str, ...], limit: int | None) -> None:
+def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...], limit: int | None) -> None:
     """List shots of the gun: pressure (gauge), mass, measured velocity, and the nominal model's. Numbers are SI.
 
     \b
@@ -67,7 +67,4 @@ def shots(db: str, json_to: str | None, campaign: str | None, where: tuple[str, 
 
         found = iter_shots(session, campaign, parse_where(where))
         rows = list(islice(with_predictions(session, found), limit))
-        if json_to is not None:
-            write_json(rows, json_to)
-        else:
-            print_table(rows, "no shots match")
+        listing.show(rows, "no shots match")

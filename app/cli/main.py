@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from ...compute.working_directory import close_working_directory
 
@@ -26,6 +27,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "runs": ("runs", "runs", "List a campaign's recordings; discard or replace one."),
     "impacts": ("listing", "impacts", "List impacts with their factors and pulse figures."),
     "shots": ("listing", "shots", "List shots of the gun beside the model's velocity."),
+    "query": ("query", "query", "Ask the store a question in SQL; nothing can be changed."),
     "show": ("show", "show", "Show one impact: figures, findings, versions of its pulse, a plot."),
     "extract": ("extract", "extract", "Cut pulses anew with other settings; old versions stay."),
     "dataset": ("dataset", "dataset", "Freeze pulses for training; splits, ranges, traces."),
@@ -43,7 +45,7 @@ COMMANDS: dict[str, tuple[str, str, str]] = {
     "serve": ("serve", "serve", "The lab's window: pages of all of this, and a JSON API."),
     "work": ("work", "work", "Do the long work that was asked for; on any machine of the store."),
     "jobs": ("work", "jobs", "List long work, or stop some of it."),
-    "export": ("export", "export", "Write impacts, shots, pulses or series to CSV or Parquet."),
+    "export": ("export", "export", "Write impacts, shots, pulses or series to CSV, Parquet or JSON."),
     "materials": ("materials", "materials", "List the known materials, or add one."),
     "db": ("store", "db", "Keep the store: check, copy, upgrade it; carry a campaign."),
     "demo": ("demo", "demo", "Ingest the shipped measurements and show what comes of them."),
@@ -63,6 +65,12 @@ class LazyGroup(click.Group):
         command = getattr(importlib.import_module(f".{module}", __package__), name)
         assert isinstance(command, click.Command)
         return command
+
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Commands by the table, which imports none of them; then options."""
+        named = [CompletionItem(name, help=text) for name, (_, _, text) in COMMANDS.items()]
+        options = click.Command.shell_complete(self, ctx, incomplete)
+        return [item for item in named if item.value.startswith(incomplete)] + options
 
     def main(  # type: ignore[override]  # click's overloads, one of which never returns
         self, args: Sequence[str] | None = None, *, standalone_mode: bool = True, **extra: Any

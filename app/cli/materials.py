@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import db_option, json_option, note, opened, print_table, write_json
+from .common import db_option, note, opened
+from .listed import Listing, listing_options
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -14,9 +15,9 @@ if TYPE_CHECKING:
 
 @click.group(invoke_without_command=True)
 @db_option
-@json_option
+@listing_options
 @click.pass_context
-def materials(ctx: click.Context, db: str, json_to: str | None) -> None:
+def materials(ctx: click.Context, db: str, listing: Listing) -> None:
     """List the known materials with their sources, or add one.
 
     \b
@@ -44,10 +45,7 @@ def materials(ctx: click.Context, db: str, json_to: str | None) -> None:
             }
             for m in session.scalars(select(Material).order_by(Material.name))
         ]
-        if json_to is not None:
-            write_json(rows, json_to)
-        else:
-            print_table(rows, "no materials")
+    listing.show(rows, "no materials")
 
 
 @materials.command()

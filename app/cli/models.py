@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .common import db_option, errors_as_one_line, json_option, note, print_table, write_json
+from .common import db_option, errors_as_one_line, note, print_table, write_json
+from .completion import dataset_names, model_versions
+from .listed import Listing, listing_options
 
 if TYPE_CHECKING:
     from ...dataset.deleted import Withdrawal
@@ -15,13 +17,15 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("version", required=False, metavar="[MODEL@VERSION]")
-@click.option("--dataset", default=None, metavar="NAME", help="Only those trained on this one.")
+@click.argument("version", required=False, metavar="[MODEL@VERSION]", shell_complete=model_versions)
+@click.option(
+    "--dataset", default=None, metavar="NAME", help="Only those trained on this one.", shell_complete=dataset_names
+)
 @click.option("--split", default=None, help="Only those judged on this one.")
 @click.option("--all", "every", is_flag=True, help="Older versions too.")
 @click.option("--promotions", is_flag=True, help="List promotions and refusals, with who, when and why.")
 @db_option
-@json_option
+@listing_options
 def models(
     version: str | None,
     dataset: str | None,
@@ -29,22 +33,24 @@ def models(
     every: bool,
     promotions: bool,
     db: str,
-    json_to: str | None,
+    listing: Listing,
 ) -> None:
     """List the registered models, best first: both splits, the floor that repetitions set, the thesis's figures.
 
     With MODEL@VERSION, show that one: its figures, and the settings that its training searched and found.
 
     A star is the model in use. Errors are shares, means over held-out pulses; all metrics with intervals by --json.
+    With --csv, --sort or --columns there is one row for each version, with its metrics as columns.
 
     \b
     Example:
         pyroshock models --dataset spring
         pyroshock models hybrid@3
+        pyroshock models --sort force_nrmse --columns model,version,split,force_nrmse
         pyroshock models --promotions
     """
     with errors_as_one_line():
-        from ...training.listing import chosen, newest, of_dataset
+        from ...training.listing import chosen, flat_row, newest, of_dataset
         from ...training.whole import damages
         from ..models.tables import json_row
         from ..models.training import models_extra, registry_of
@@ -53,11 +59,11 @@ def models(
         registry = registry_of(db)
         with models_extra():
             if promotions:
-                _tell_promotions(registry.decisions(), json_to)
+                _tell_promotions(registry.decisions(), listing)
                 return
             found = registry.versions()
             if version is not None:
-                _tell_version(registry, chosen(found, version), json_to)
+                _tell_version(registry, chosen(found, version), listing.json_to)
                 return
             found = of_dataset(found, dataset) if dataset is not None else found
             found = [version for version in found if split in (None, version.split)]
@@ -65,9 +71,14 @@ def models(
             listed = found if every else newest(found)
             wrong = damages(registry, listed)
         withdrawn = withdrawals_at(db) if listed else {}
-        if json_to is not None:
+        if listing.csv or listing.sort or listing.columns:
+            listing.show([flat_row(each) for each in listed], "no models yet; train some: pyroshock train DATASET")
+            return
+        if listing.json_to is not None:
             rows = ((each, json_row(each, floors[each.dataset.hash, each.seed])) for each in listed)
-            write_json([row | _damaged(wrong.get(each.label)) | _lost(each, withdrawn) for each, row in rows], json_to)
+            write_json(
+                [row | _damaged(wrong.get(each.label)) | _lost(each, withdrawn) for each, row in rows], listing.json_to
+            )
             return
         _tell(found, floors, every)
         for label, what in wrong.items():
@@ -123,15 +134,14 @@ def _tell(versions: list[Version], floors: dict[tuple[str, int], dict[str, str]]
         print_table(({name: row_of(version)[name] for name in columns} for version in versions), "")
 
 
-def _tell_promotions(decisions: list[Any], json_to: str | None) -> None:
+def _tell_promotions(decisions: list[Any], listing: Listing) -> None:
     from dataclasses import asdict
 
-    rows = [asdict(decision) for decision in decisions]
-    if json_to is not None:
-        write_json(rows, json_to)
-        return
     columns = (
         "when", "who", "candidate", "champion", "promoted", "forced", "judged_on", "judged_against", "pulses", "reason",
     )  # fmt: skip
-    shown = ({name: row[name] for name in columns} | {"when": f"{row['when']:%Y-%m-%d %H:%M}"} for row in rows)
-    print_table(shown, "nothing was promoted yet: pyroshock promote MODEL VERSION")
+    listing.show(
+        [asdict(decision) for decision in decisions],
+        "nothing was promoted yet: pyroshock promote MODEL VERSION",
+        lambda row: {name: row[name] for name in columns} | {"when": f"{row['when']:%Y-%m-%d %H:%M}"},
+    )

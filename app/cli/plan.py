@@ -7,15 +7,17 @@ from pathlib import Path
 import click
 
 from .common import db_option, json_option, note, opened, print_table, write_json
+from .completion import plan_names
 from .designs import DesignCommands, augment
 from .discriminate import discriminate
+from .listed import Listing, listing_options
 
 
 @click.group(cls=DesignCommands, invoke_without_command=True)
 @db_option
-@json_option
+@listing_options
 @click.pass_context
-def plan(ctx: click.Context, db: str, json_to: str | None) -> None:
+def plan(ctx: click.Context, db: str, listing: Listing) -> None:
     """Plan a campaign: make a design, keep it, see what is to do. Alone, it lists the plans.
 
     \b
@@ -24,20 +26,28 @@ def plan(ctx: click.Context, db: str, json_to: str | None) -> None:
         pyroshock plan sheet spring --out spring.html
         pyroshock plan status spring
     """
-    if ctx.invoked_subcommand is not None:
-        return
+    if ctx.invoked_subcommand is None:
+        _list(db, listing)
+
+
+@plan.command("list")
+@db_option
+@listing_options
+def list_(db: str, listing: Listing) -> None:
+    """List the plans with their counts of runs."""
+    _list(db, listing)
+
+
+def _list(db: str, listing: Listing) -> None:
     with opened(db) as store, store.reading() as session:
         from ...doe.plans import list_plans
 
         rows = list_plans(session)
-    if json_to is not None:
-        write_json(rows, json_to)
-    else:
-        print_table(rows, "no plans; make one: pyroshock plan lhs NAME --runs 105")
+    listing.show(rows, "no plans; make one: pyroshock plan lhs NAME --runs 105")
 
 
 @plan.command()
-@click.argument("name")
+@click.argument("name", shell_complete=plan_names)
 @click.argument("run", type=int)
 @click.option("--reason", required=True, help="Why; it stays with the run.")
 @db_option
@@ -51,8 +61,14 @@ def discard(name: str, run: int, reason: str, db: str) -> None:
 
 
 @plan.command()
-@click.argument("name")
-@click.option("--against", default=None, metavar="OTHER", help="Another plan, or a table (CSV) of the same factors.")
+@click.argument("name", shell_complete=plan_names)
+@click.option(
+    "--against",
+    default=None,
+    metavar="OTHER",
+    help="Another plan, or a table (CSV) of the same factors.",
+    shell_complete=plan_names,
+)
 @click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), help="Draw the quality into FILE.png.")
 @db_option
 @json_option
@@ -79,7 +95,7 @@ def quality(name: str, against: str | None, plot: Path | None, db: str, json_to:
 
 
 @plan.command()
-@click.argument("name")
+@click.argument("name", shell_complete=plan_names)
 @db_option
 @json_option
 def status(name: str, db: str, json_to: str | None) -> None:
@@ -108,7 +124,7 @@ def status(name: str, db: str, json_to: str | None) -> None:
 
 
 @plan.command()
-@click.argument("name")
+@click.argument("name", shell_complete=plan_names)
 @click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),

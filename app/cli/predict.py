@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .common import Function, db_option, json_option, note, opened_or_none, print_table, write_json
+from .completion import campaign_names, material_names
 from .crew import crew_options
 from .predict_many import MANY, Many, refuse_typed
 
@@ -27,11 +28,23 @@ _SET = (
         default=None,
         help="Of the projectile. [0.5kg; a hammer campaign's: its hammer]",
     ),
-    click.option("--tip", metavar="MATERIAL", default="steel", show_default=True, help="What the tip is made of."),
+    click.option(
+        "--tip",
+        metavar="MATERIAL",
+        default="steel",
+        show_default=True,
+        help="What the tip is made of.",
+        shell_complete=material_names,
+    ),
     click.option("--tip-radius", metavar="45mm", default="45mm", show_default=True, help="Of the ball."),
     click.option("--plate", metavar="MATERIAL", default=None, help="What the plate is made of. [the bench's]"),
     click.option(
-        "--anvil", metavar="MATERIAL|none", default="none", show_default=True, help="What it strikes on the plate."
+        "--anvil",
+        shell_complete=material_names,
+        metavar="MATERIAL|none",
+        default="none",
+        show_default=True,
+        help="What it strikes on the plate.",
     ),
     click.option(
         "--insulator",
@@ -65,7 +78,13 @@ _VALVE = click.option(
     help="The gun's valve over time: points of s and position, 0 shut, 1 open. [as the effects say]",
 )
 _MADE_OF = (
-    click.option("--campaign", metavar="NAME", default=None, help="Whose bench. [the newest of a gun]"),
+    click.option(
+        "--campaign",
+        metavar="NAME",
+        default=None,
+        help="Whose bench. [the newest of a gun]",
+        shell_complete=campaign_names,
+    ),
     click.option("--bench", type=click.Path(path_type=Path), default=None, help="TOML file with [gun], [plate]."),
     click.option("--modes", type=click.Path(path_type=Path), default=None, help="Modal table of the plate, CSV."),
     click.option(

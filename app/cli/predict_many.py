@@ -10,6 +10,7 @@ import click
 from click.core import ParameterSource
 
 from .common import note, print_table, write_json
+from .completion import plan_names
 
 if TYPE_CHECKING:
     from ...schema.session import Store
@@ -17,7 +18,13 @@ if TYPE_CHECKING:
     from ..predictions.rows import ShotRow
 
 MANY = (
-    click.option("--plan", metavar="NAME", default=None, help="Every run of a plan in place of one shot."),
+    click.option(
+        "--plan",
+        metavar="NAME",
+        default=None,
+        help="Every run of a plan in place of one shot.",
+        shell_complete=plan_names,
+    ),
     click.option(
         "--shots",
         type=click.Path(exists=True, dir_okay=False, path_type=Path),

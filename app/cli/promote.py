@@ -5,10 +5,11 @@ from __future__ import annotations
 import click
 
 from .common import db_option, json_option, note, opened, write_json
+from .completion import model_versions
 
 
 @click.command()
-@click.argument("model", metavar="MODEL@VERSION")
+@click.argument("model", metavar="MODEL@VERSION", shell_complete=model_versions)
 @click.argument("version", type=click.IntRange(1), required=False, metavar="")
 @click.option("--on", "other", default=None, metavar="DATASET|CAMPAIGN", help="Judge both on its pulses instead.")
 @click.option("--force", is_flag=True, help="Promote it though it is worse; needs --reason.")

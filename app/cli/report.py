@@ -7,10 +7,11 @@ from pathlib import Path
 import click
 
 from .common import db_option, note, opened
+from .completion import subject_names
 
 
 @click.command()
-@click.argument("subject", metavar="CAMPAIGN|DIAGNOSIS|MODEL")
+@click.argument("subject", metavar="CAMPAIGN|DIAGNOSIS|MODEL", shell_complete=subject_names)
 @db_option
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE.html or FILE.pdf.")
 def report(subject: str, db: str, out: Path) -> None:

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .common import db_option, json_option, note, opened, print_table, write_json
+from .common import db_option, note, opened
+from .listed import Listing, listing_options
 
 if TYPE_CHECKING:
     from sqlalchemy import Engine
@@ -14,8 +15,8 @@ if TYPE_CHECKING:
 
 @click.command()
 @db_option
-@json_option
-def roles(db: str, json_to: str | None) -> None:
+@listing_options
+def roles(db: str, listing: Listing) -> None:
     """Make reader, operator and admin of a store on PostgreSQL, grant what they lack, and list who has them.
 
     The migrations do so, too, where their login may make roles. A login is given one in SQL:
@@ -31,10 +32,7 @@ def roles(db: str, json_to: str | None) -> None:
         from ...schema.role_care import ensure_roles
 
         rows = [asdict(role) for role in ensure_roles(store.engine)]
-    if json_to is not None:
-        write_json(rows, json_to)
-        return
-    print_table([{**row, "members": ", ".join(row["members"]) or "-"} for row in rows], "none")
+    listing.show(rows, "none", lambda row: {**row, "members": ", ".join(row["members"]) or "-"})
 
 
 def note_missing_roles(engine: Engine) -> None:

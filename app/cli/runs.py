@@ -7,7 +7,9 @@ from typing import Any
 
 import click
 
-from .common import db_option, fail, json_option, note, opened, print_table, write_json
+from .common import db_option, fail, json_option, note, opened, write_json
+from .completion import campaign_names, plan_names
+from .listed import Listing, listing_options
 from .settings import settings_from, settings_options
 
 _REASON = click.option("--reason", required=True, metavar="TEXT", help="Why: is kept with the tombstone.")
@@ -27,24 +29,24 @@ def runs() -> None:
 
 
 @runs.command("list")
-@click.argument("campaign")
+@click.argument("campaign", shell_complete=campaign_names)
 @db_option
-@json_option
-def list_(campaign: str, db: str, json_to: str | None) -> None:
+@listing_options
+def list_(campaign: str, db: str, listing: Listing) -> None:
     """List the recordings of CAMPAIGN: path, status, hash of the file, runs with their repetitions."""
     with opened(db) as store, store.reading() as session:
         from ...schema.removal.part import list_recordings
 
         rows = list_recordings(session, campaign)
-    if json_to is not None:
-        write_json(rows, json_to)
-    else:
-        shown = ({**row, "sha256": row["sha256"][:12], "runs": ", ".join(row["runs"])} for row in rows)
-        print_table(shown, f"campaign {campaign} has no recordings")
+    listing.show(
+        rows,
+        f"campaign {campaign} has no recordings",
+        lambda row: {**row, "sha256": row["sha256"][:12], "runs": ", ".join(row["runs"])},
+    )
 
 
 @runs.command()
-@click.argument("campaign")
+@click.argument("campaign", shell_complete=campaign_names)
 @click.argument("recording", required=False)
 @db_option
 @json_option
@@ -103,7 +105,7 @@ def discard(
 
 
 @runs.command()
-@click.argument("campaign")
+@click.argument("campaign", shell_complete=campaign_names)
 @click.argument("recording")
 @click.argument("file", required=False, type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @db_option
@@ -115,7 +117,12 @@ def discard(
     metavar="FOLDER",
     help="The campaign folder with the corrected row of runs.csv, or the new file.",
 )
-@click.option("--plan", default=None, help="The plan that is worked off. [the one of the campaign's name, if any]")
+@click.option(
+    "--plan",
+    default=None,
+    help="The plan that is worked off. [the one of the campaign's name, if any]",
+    shell_complete=plan_names,
+)
 @click.option("--free-factor", "free_factors", multiple=True, metavar="COLUMN", help="As of `ingest`. Repeatable.")
 @click.option("--confirm", "confirmed", multiple=True, metavar="RULE", help="As of `ingest`. Repeatable.")
 @_REASON

@@ -9,6 +9,7 @@ import click
 
 from ..library.quantities import parse_quantity
 from .common import db_option, json_option, note, opened, write_json
+from .completion import plan_names
 
 if TYPE_CHECKING:
     from ...virtualbench.effects import Effects
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("plan")
+@click.argument("plan", shell_complete=plan_names)
 @click.option("--out", type=click.Path(path_type=Path), required=True, metavar="FOLDER", help="A new folder.")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="The same seed, the same files.")
 @click.option(

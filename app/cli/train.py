@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import db_option, fail, json_option, note, opened, print_table, write_json
+from .completion import dataset_names
 from .crew import crew_options
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("dataset")
+@click.argument("dataset", shell_complete=dataset_names)
 @click.option("--models", default="all", show_default=True, metavar="A,B|all", help="Which, by name.")
 @click.option(
     "--split",

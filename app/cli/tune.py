@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .common import db_option, json_option, note, opened, print_table, write_json
+from .completion import campaign_names
 
 if TYPE_CHECKING:
     from ..library.tuning import TunedSettings
@@ -24,9 +25,17 @@ if TYPE_CHECKING:
 @click.option(
     "--tolerance", default=None, metavar="6dB", help="Such as 6dB or +9/-6dB. [the file's, else NASA-STD-7003's]"
 )
-@click.option("--measured", multiple=True, metavar="CAMPAIGN", help="Shots to learn from. Repeat for several.")
+@click.option(
+    "--measured",
+    multiple=True,
+    metavar="CAMPAIGN",
+    help="Shots to learn from. Repeat for several.",
+    shell_complete=campaign_names,
+)
 @click.option("--plate", default=None, metavar="MATERIAL", help="The plate that is mounted. [the bench's]")
-@click.option("--campaign", default=None, help="Whose bench it is. [the newest gun campaign]")
+@click.option(
+    "--campaign", default=None, help="Whose bench it is. [the newest gun campaign]", shell_complete=campaign_names
+)
 @click.option("--sensor", default=None, metavar="NAME", help="Where the spectrum is prescribed. [the first]")
 @click.option(
     "--bullet-mass",

@@ -8,10 +8,11 @@ from typing import Any
 import click
 
 from .common import db_option, json_option, note, opened, print_table, write_json
+from .completion import campaign_names
 
 
 @click.command()
-@click.argument("campaign")
+@click.argument("campaign", shell_complete=campaign_names)
 @click.option("--contact", metavar="LAW|prior|registered|NAME@VERSION", default=None, help="[as of predict]")
 @click.option("--folds", type=click.IntRange(2), default=5, show_default=True, help="Of configurations.")
 @click.option("--draws", type=click.IntRange(20), default=64, show_default=True, help="Random shots for the bands.")

@@ -11,7 +11,8 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from .common import data_option, db_option, json_option, note, opened, print_table, write_json
+from .common import data_option, db_option, note, opened
+from .listed import Listing, listing_options
 
 #: Shorter, and a busy machine loses jobs that it is at work on.
 _SHORTEST_LEASE_S = 1.0
@@ -69,10 +70,10 @@ def _lease_s(text: str) -> float:
 
 @click.group(invoke_without_command=True)
 @db_option
-@json_option
+@listing_options
 @click.option("--last", type=click.IntRange(1), default=20, show_default=True, help="So many, the newest first.")
 @click.pass_context
-def jobs(context: click.Context, db: str, json_to: str | None, last: int) -> None:
+def jobs(context: click.Context, db: str, listing: Listing, last: int) -> None:
     """List long work: what waits, what runs where, what came of it.
 
     \b
@@ -87,10 +88,8 @@ def jobs(context: click.Context, db: str, json_to: str | None, last: int) -> Non
         from ..jobs.queue import list_jobs
 
         found = list_jobs(store, last)
-    if json_to is not None:
-        write_json([job.as_json() for job in found], json_to)
-    else:
-        print_table((_row(job) for job in found), "no jobs")
+    by_key = {job.key: job for job in found}
+    listing.show([job.as_json() for job in found], "no jobs", lambda row: _row(by_key[row["id"]]))
 
 
 def _row(job: Any) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...compute.crew import Crew
 from ...compute.mapping import mapped
-from ..export import write_batches
+from ..table_files import write_batches
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from .given_factors import store_factors
 from .predicting import predicted

@@ -111,7 +111,10 @@ def test_slip_in_a_table_is_one_line_with_its_run(lab, table, message):
         (("--plan", "spring"), "no plan 'spring': there is no store"),
         (("--shots", "shots.csv", "--tip", "steel"), "--tip: of one shot"),
         (("--out", "x.csv"), "--out and --spectra go with --plan or --shots"),
-        (("--shots", "shots.csv", "--out", "x.txt", "--draws", "2"), "expected a name that ends in .csv or .parquet"),
+        (
+            ("--shots", "shots.csv", "--out", "x.txt", "--draws", "2"),
+            "expected a name that ends in .csv or .parquet or .json",
+        ),
     ],
 )
 def test_options_that_do_not_go_together_are_refused(lab, words, message):

@@ -143,6 +143,7 @@ COMMAND_LINES = {
     "runs": "runs list spring",
     "impacts": "impacts",
     "shots": "shots",
+    "query": "query --tables",
     "show": "show 1",
     "extract": "extract spring",
     "dataset": "dataset list",
@@ -175,6 +176,7 @@ OTHERS = (
     "db export spring --out spring.pyroshock",
     "db import target.csv",
     "plan quality autumn",
+    "plan list",
 )
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 
+from .. import notebooks
 from ..reference.subjects import asked, filled
 from .contents import with_contents
 
@@ -41,7 +42,7 @@ def _from_docs(target: str) -> str:
 
 
 def _read(_: Sphinx, _name: str, source: list[str]) -> None:
-    source[0] = prepared(source[0])
+    source[0] = notebooks.shown(prepared(source[0]))
 
 
 def _outdated(_: Sphinx, env: BuildEnvironment, *_sets: set[str]) -> list[str]:
@@ -49,6 +50,6 @@ def _outdated(_: Sphinx, env: BuildEnvironment, *_sets: set[str]) -> list[str]:
     found = []
     for name in env.found_docs:
         text = Path(env.doc2path(name)).read_text(encoding="utf-8")
-        if asked(text) or _FILE.search(text):
+        if asked(text) or _FILE.search(text) or notebooks.MARK.search(text):
             found.append(name)
     return found

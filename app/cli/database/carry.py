@@ -7,10 +7,11 @@ from pathlib import Path
 import click
 
 from ..common import db_option, json_option, note, opened, write_json
+from ..completion import campaign_names
 
 
 @click.command()
-@click.argument("campaign")
+@click.argument("campaign", shell_complete=campaign_names)
 @db_option
 @click.option("--out", required=True, type=click.Path(dir_okay=False, path_type=Path), help="FILE to write; a new one.")
 def export(campaign: str, db: str, out: Path) -> None:

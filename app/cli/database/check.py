@@ -7,12 +7,18 @@ from pathlib import Path
 import click
 
 from ..common import db_option, json_option, note, opened, write_json
+from ..completion import campaign_names
 
 
 @click.command()
 @db_option
 @json_option
-@click.option("--campaign", metavar="NAME", help="Only this campaign's recordings, impacts and pulses.")
+@click.option(
+    "--campaign",
+    metavar="NAME",
+    help="Only this campaign's recordings, impacts and pulses.",
+    shell_complete=campaign_names,
+)
 @click.option("--fast", is_flag=True, help="Count and compare, but read no series, pulse, dataset or model.")
 @click.option(
     "--repair",

@@ -1,0 +1,183 @@
+"""One statement asked of the store through a connection that cannot change it; its rows come in batches.
+
+SQLite: the file is opened with mode=ro and query_only, and an authorizer refuses everything but reading, ATTACH and
+PRAGMA included. PostgreSQL: a READ ONLY transaction with a statement timeout and a cursor of the server, which the
+extended protocol holds to one statement. Parameters are bound by the driver and never become part of the text.
+"""
+
+from __future__ import annotations
+
+import re
+import sqlite3
+import time
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from sqlalchemy import Engine
+
+from ...schema.tables import metadata
+from .statement import QueryError, Statement, refusal
+
+Batch = dict[str, list[Any]]
+
+#: Rows that are fetched together.
+ROWS = 5_000
+
+#: SQLite looks this often (in steps of its virtual machine, about a millisecond) whether its time is over.
+_STEPS = 100_000
+
+_READS = frozenset((sqlite3.SQLITE_SELECT, sqlite3.SQLITE_READ, sqlite3.SQLITE_FUNCTION, sqlite3.SQLITE_RECURSIVE))
+_ACTIONS = {
+    sqlite3.SQLITE_INSERT: "INSERT",
+    sqlite3.SQLITE_UPDATE: "UPDATE",
+    sqlite3.SQLITE_DELETE: "DELETE",
+    sqlite3.SQLITE_PRAGMA: "PRAGMA",
+    sqlite3.SQLITE_ATTACH: "ATTACH",
+}
+_CHANGES = ("INSERT", "UPDATE", "DELETE", "MERGE")
+_UNKNOWN_TABLE = re.compile(r'no such table: (?:main\.)?(\S+)|relation "([^"]+)" does not exist')
+_UNKNOWN_COLUMN = re.compile(r'no such column: (?:\w+\.)?(\w+)|column (?:\w+\.)?"?(\w+)"? does not exist')
+
+
+@contextmanager
+def asked(engine: Engine, statement: Statement, timeout_s: float) -> Iterator[Iterator[Batch]]:
+    """Gives the answer in batches of columns; the first batch has the columns also where there are no rows.
+
+    Bytes are shown as their size, two columns of one name as `name` and `name_2`. Raises `QueryError`.
+    """
+    statement.check()
+    sqlite = engine.dialect.name == "sqlite"
+    with (_sqlite if sqlite else _postgresql)(engine, statement, timeout_s) as batches:
+        yield batches
+
+
+@contextmanager
+def _sqlite(engine: Engine, statement: Statement, timeout_s: float) -> Iterator[Iterator[Batch]]:
+    path = Path(engine.url.database or "").absolute()
+    denied: list[int] = []
+
+    def authorized(action: int, _first: str | None, second: str | None, *_: str | None) -> int:
+        if action in _READS and second != "load_extension":
+            return sqlite3.SQLITE_OK
+        denied.append(action)
+        return sqlite3.SQLITE_DENY
+
+    with closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True)) as connection:
+        connection.execute("PRAGMA query_only = ON")
+        connection.set_authorizer(authorized)
+        end = time.monotonic() + timeout_s
+        connection.set_progress_handler(lambda: time.monotonic() > end, _STEPS)
+
+        def explained(error: Exception) -> QueryError:
+            if denied:
+                return refusal(_ACTIONS.get(denied[0], statement.words()[0]))
+            if getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_INTERRUPT:
+                return _too_long(timeout_s)
+            return _explained(str(error), statement)
+
+        try:
+            cursor = connection.execute(*statement.for_sqlite())
+        except (sqlite3.Error, sqlite3.Warning) as error:
+            raise explained(error) from error
+
+        def batches() -> Iterator[Batch]:
+            try:
+                yield from _batches(cursor)
+            except sqlite3.Error as error:
+                raise explained(error) from error
+
+        yield batches()
+
+
+@contextmanager
+def _postgresql(engine: Engine, statement: Statement, timeout_s: float) -> Iterator[Iterator[Batch]]:
+    import psycopg
+    from psycopg.types.numeric import FloatLoader
+    from psycopg.types.string import TextLoader
+
+    def explained(error: psycopg.Error) -> QueryError:
+        if error.sqlstate == "57014":
+            return _too_long(timeout_s)
+        changes = [word for word in statement.words() if word.upper() in _CHANGES]
+        # DECLARE CURSOR, which asks the statement, has no grammar for a change
+        beside = any(f'syntax error at or near "{word}"' in str(error) for word in changes)
+        if beside or error.sqlstate == "25006" or "data-modifying" in str(error):
+            return refusal(changes[0] if changes else "a change of the store")
+        return _explained(str(error).splitlines()[0], statement)
+
+    pooled = engine.raw_connection()
+    try:
+        connection: Any = pooled.driver_connection
+        connection.rollback()
+        connection.read_only = True
+        connection.adapters.register_loader("numeric", FloatLoader)
+        for name in ("json", "jsonb"):  # as SQLite gives it
+            connection.adapters.register_loader(name, TextLoader)
+        connection.execute("SELECT set_config('statement_timeout', %s, true)", [f"{1000 * timeout_s:.0f}"])
+        with psycopg.RawServerCursor(connection, "pyroshock_query") as cursor:
+            try:
+                cursor.execute(*statement.for_postgresql())
+            except psycopg.Error as error:
+                raise explained(error) from error
+
+            def batches() -> Iterator[Batch]:
+                try:
+                    yield from _batches(cursor)
+                except psycopg.Error as error:
+                    raise explained(error) from error
+
+            try:
+                yield batches()
+            finally:
+                connection.rollback()
+    finally:
+        pooled.invalidate()  # with its settings it must not serve others
+
+
+def _batches(cursor: Any) -> Iterator[Batch]:
+    names = _unique([column[0] for column in cursor.description])
+    rows = cursor.fetchmany(ROWS)
+    yield dict(zip(names, map(_shown, zip(*rows, strict=True)), strict=True)) if rows else {name: [] for name in names}
+    while rows := cursor.fetchmany(ROWS):
+        yield dict(zip(names, map(_shown, zip(*rows, strict=True)), strict=True))
+
+
+def _shown(column: tuple[Any, ...]) -> list[Any]:
+    if bytes in set(map(type, column)):
+        return [f"<{len(value)} bytes>" if isinstance(value, bytes) else value for value in column]
+    return list(column)
+
+
+def _unique(names: list[str]) -> list[str]:
+    counts: dict[str, int] = {}
+    unique: list[str] = []
+    for name in names:
+        counts[name] = counts.get(name, 0) + 1
+        unique.append(name if counts[name] == 1 else f"{name}_{counts[name]}")
+    return unique
+
+
+def _too_long(timeout_s: float) -> QueryError:
+    return QueryError(f"the statement took longer than {timeout_s:g} s and was stopped; narrow it, or give --timeout")
+
+
+def _explained(text: str, statement: Statement) -> QueryError:
+    """A driver's error with what there is instead of an unknown table or column."""
+    if table := _UNKNOWN_TABLE.search(text):
+        name = table[1] or table[2]
+        return QueryError(f"no table {name!r} in the store; tables: {', '.join(sorted(metadata.tables))}")
+    if column := _UNKNOWN_COLUMN.search(text):
+        name = column[1] or column[2]
+        named = [metadata.tables[word] for word in statement.words() if word in metadata.tables]
+        known = sorted({each.name for table in named for each in table.columns})
+        near = get_close_matches(name, known, 5, 0.5)
+        what = f"did you mean {', '.join(near)}?" if near else f"columns: {', '.join(known)}"
+        return QueryError(
+            f"no column {name!r} in {', '.join(table.name for table in named) or 'the statement'}; {what}"
+        )
+    if "one statement" in text or "multiple commands" in text:
+        return QueryError("query takes one statement; the text has several, separated by ;")
+    return QueryError(f"the statement cannot be run: {text}")

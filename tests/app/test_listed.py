@@ -1,0 +1,198 @@
+"""`--sort`, `--columns` and `--csv` of listings, and the columns of `export`."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import click
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+from pyroshock.app.cli.listed import Listing, column_names, listing_options
+from pyroshock.app.cli.main import main
+from support.records.campaigns import hammer_campaign
+
+ROWS = [
+    {"name": "b", "force_n": 10.0, "of": ["x", "y"]},
+    {"name": "a", "force_n": None, "of": []},
+    {"name": "c", "force_n": 9.0, "extra": 1},
+    {"name": "d", "force_n": float("nan")},
+    {"name": "e", "force_n": -100},
+]
+
+
+@click.command()
+@listing_options
+def listing(listing: Listing) -> None:
+    """One to try."""
+    listing.show(ROWS, "nothing", lambda row: row | {"name": row["name"].upper()})
+
+
+def shown(*words: str, code: int = 0) -> str:
+    result = CliRunner().invoke(listing, list(words))
+    assert result.exit_code == code, result.stderr
+    return result.stdout
+
+
+def order(*words: str) -> str:
+    return "".join(row["name"] for row in csv.DictReader(shown(*words, "--csv").splitlines()))
+
+
+def test_without_options_rows_keep_their_order():
+    assert [line[0] for line in shown().splitlines()] == ["n", *"BACDE"]
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (("--sort", "force_n"), "ecbad"),
+        (("--sort", "-force_n"), "bcead"),
+        (("--sort", "force_n", "--descending"), "bcead"),
+        (("--sort", "-force_n", "--descending"), "ecbad"),
+        (("--sort", "name", "--descending"), "edcba"),
+        (("--sort", "extra"), "cbade"),
+    ],
+)
+def test_numbers_sort_by_size_and_what_is_empty_is_last(words, expected):
+    assert order(*words) == expected
+
+
+def test_a_column_of_numbers_and_words_has_numbers_first():
+    rows = [{"a": "9"}, {"a": 10}, {"a": "x"}, {"a": 9}]
+    assert Listing(sort="a")._sorted(rows) == [{"a": 9}, {"a": 10}, {"a": "9"}, {"a": "x"}]
+
+
+def test_columns_are_chosen_in_their_order():
+    assert shown("--columns", "force_n, name").splitlines()[:2] == ["force_n  name", "10       B"]
+    assert json.loads(shown("--columns", "name", "--sort", "-force_n", "--json"))[0] == {"name": "b"}
+    assert shown("--columns", "name,force_n", "--csv").splitlines()[:3] == ["name,force_n", "b,10.0", "a,"]
+
+
+def test_csv_has_every_column_and_lists_in_words():
+    header, first, *_ = csv.reader(shown("--csv").splitlines())
+    assert header == ["name", "force_n", "of", "extra"] and first == ["b", "10.0", "x, y", ""]
+
+
+@pytest.mark.parametrize(
+    "words", [("--sort", "-forec_n"), ("--columns", "name,forec_n"), ("--sort", "forec_n", "--json")]
+)
+def test_an_unknown_column_lists_the_columns(words):
+    result = CliRunner().invoke(listing, list(words))
+    assert isinstance(result.exception, LookupError)
+    assert str(result.exception) == "no column 'forec_n'; columns: name, force_n, of, extra"
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [(("--csv", "--json"), "exclude each other"), (("--descending",), "--descending goes with --sort")],
+)
+def test_options_that_do_not_go_together_are_refused(words, expected):
+    result = CliRunner().invoke(listing, list(words))
+    assert result.exit_code == 2 and expected in result.stderr
+
+
+def test_names_of_columns_are_split_at_commas():
+    assert column_names(" a, b,,c ") == ["a", "b", "c"] and column_names(None) == []
+
+
+#: Commands that list, with what else they need.
+LISTINGS = {
+    "campaigns": "campaigns",
+    "campaigns list": "campaigns list",
+    "campaigns deleted": "campaigns deleted",
+    "runs list": "runs list one",
+    "impacts": "impacts",
+    "shots": "shots",
+    "dataset": "dataset",
+    "dataset list": "dataset list",
+    "plan": "plan",
+    "plan list": "plan list",
+    "models": "models",
+    "models --promotions": "models --promotions",
+    "jobs": "jobs",
+    "materials": "materials",
+}
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory) -> str:
+    """Two hammer campaigns, of which the second has a free factor."""
+    folder = tmp_path_factory.mktemp("listed")
+    url = f"sqlite:///{folder / 'lab.db'}"
+    first, second = (hammer_campaign(folder / name) for name in ("one", "two"))
+    for path, name in ((first, "one"), (second, "two")):
+        text = (path / "campaign.toml").read_text(encoding="utf-8")
+        (path / "campaign.toml").write_text(_named(text, name), encoding="utf-8")
+    table = pd.read_csv(second / "runs.csv", dtype=str)
+    table["room"] = "cellar"
+    table.to_csv(second / "runs.csv", index=False)
+    for words in ([str(first)], [str(second), "--free-factor", "room"]):
+        result = CliRunner().invoke(main, ["ingest", *words, "--db", url, "--jobs", "1"])
+        assert result.exit_code == 0, result.stderr
+    return url
+
+
+def _named(text: str, name: str) -> str:
+    lines = [f'name = "{name}"' if line.startswith("name = ") else line for line in text.splitlines()]
+    assert f'name = "{name}"' in lines
+    return "\n".join(lines) + "\n"
+
+
+def run(*words: object) -> str:
+    result = CliRunner().invoke(main, list(map(str, words)))
+    assert result.exit_code == 0, (result.stderr, result.exception)
+    return result.stdout
+
+
+@pytest.mark.parametrize("command", LISTINGS.values(), ids=list(LISTINGS))
+def test_every_listing_prints_csv(store, command):
+    printed = run(*command.split(), "--csv", "--db", store)
+    listed = json.loads(run(*command.split(), "--json", "--db", store))
+    rows = list(csv.DictReader(printed.splitlines()))
+    assert len(rows) == len(listed)
+    assert all(set(row) == {name for each in listed for name in each} for row in rows)
+
+
+def test_impacts_are_sorted_by_their_peak(store):
+    forces = [
+        row["peak_force_n"] for row in json.loads(run("impacts", "--sort", "-peak_force_n", "--json", "--db", store))
+    ]
+    assert len(set(forces)) > 1 and forces == sorted(forces, reverse=True)
+
+
+def test_an_unknown_column_is_one_line(store):
+    result = CliRunner().invoke(main, ["impacts", "--sort", "speed", "--db", store])
+    assert result.exit_code == 2
+    assert (
+        result.stderr.startswith("pyroshock: no column 'speed'; columns: id, campaign, run")
+        and result.stderr.count("\n") == 1
+    )
+
+
+@pytest.mark.parametrize("what", ["impacts", "pulses"])
+def test_export_has_no_factor_of_other_campaigns(store, tmp_path, what):
+    def columns(*words: str) -> list[str]:
+        run("export", what, "--db", store, "--out", tmp_path / "x.csv", *words)
+        return list(pd.read_csv(tmp_path / "x.csv").columns)
+
+    assert "room" in columns()
+    assert "room" in columns("--campaign", "two")
+    assert "room" not in columns("--campaign", "one")
+    assert "room" not in columns("--where", "campaign=one")
+    assert "peak_acceleration_m_s2" not in columns("--campaign", "one")
+
+
+def test_exported_columns_are_chosen(store, tmp_path):
+    run("export", "impacts", "--db", store, "--out", tmp_path / "x.json", "--columns", "peak_force_n,id")
+    rows = json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))
+    assert [list(row) for row in rows[:1]] == [["peak_force_n", "id"]]
+    listed = json.loads(run("impacts", "--columns", "peak_force_n,id", "--json", "--db", store))
+    assert rows == listed
+
+
+def test_an_unknown_column_of_an_export_is_refused_and_no_file_made(store, tmp_path):
+    words = ["export", "impacts", "--db", store, "--out", str(tmp_path / "x.csv"), "--columns", "id,speed"]
+    result = CliRunner().invoke(main, words)
+    assert result.exit_code == 2 and "no column 'speed'; columns: id, campaign" in result.stderr
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,257 @@
+"""`query`: reads whatever SQL can say, and changes nothing, whatever is tried; on either engine."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+from pyroshock.app.cli.main import main
+from pyroshock.app.query.statement import QueryError, Statement
+from pyroshock.app.query.tables import list_columns, unit_of
+from pyroshock.schema.session import Writer, count_rows, open_store
+from support.records.campaigns import hammer_campaign
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+@pytest.fixture(scope="module")
+def store(new_database, tmp_path_factory) -> str:
+    """The shipped shots and a hammer campaign; tests only read it, or try to change it."""
+    url = new_database()
+    hammer = hammer_campaign(tmp_path_factory.mktemp("query") / "hammer")
+    words = ["ingest", str(hammer), str(EXAMPLES / "first-shots"), "--db", url, "--jobs", "1"]
+    assert CliRunner().invoke(main, ["init", "--db", url]).exit_code == 0
+    result = CliRunner().invoke(main, words)
+    assert result.exit_code == 0, result.stderr
+    return url
+
+
+def query(url: str, *words: object, code: int = 0):
+    result = CliRunner().invoke(main, ["query", *map(str, words), "--db", url])
+    assert result.exit_code == code, (result.output, result.stderr, result.exception)
+    return result
+
+
+def refused(url: str, *words: object) -> str:
+    error = query(url, *words, code=2).stderr
+    assert error.count("\n") == 1
+    return error
+
+
+def test_an_answer_is_an_aligned_table(store):
+    lines = query(store, "select name, kind from campaigns order by name").stdout.splitlines()
+    assert lines == ["name         kind", "first-shots  gun", "hammer       hammer"]
+
+
+def test_csv_and_json_hold_the_same_rows(store, tmp_path):
+    sql = "select id, peak_force_n from pulses order by id"
+    rows = json.loads(query(store, sql, "--json").stdout)
+    (tmp_path / "x.csv").write_text(query(store, sql, "--csv").stdout, encoding="utf-8")
+    assert len(rows) > 1
+    assert pd.read_csv(tmp_path / "x.csv").to_dict("records") == rows
+
+
+@pytest.mark.parametrize("ending", ["csv", "json", "parquet"])
+def test_a_file_holds_the_answer(store, tmp_path, ending):
+    out = tmp_path / f"x.{ending}"
+    query(store, "select run, tank_pressure_pa from shots order by run", "--out", out)
+    read = {"csv": pd.read_csv, "json": pd.read_json, "parquet": pd.read_parquet}[ending]
+    assert list(read(out)["tank_pressure_pa"]) == pytest.approx(
+        [
+            row["tank_pressure_pa"]
+            for row in json.loads(query(store, "select * from shots order by run", "--json").stdout)
+        ]
+    )
+
+
+@pytest.mark.parametrize("ending", ["csv", "json", "parquet"])
+def test_an_answer_without_rows_is_a_file_all_the_same(store, tmp_path, ending):
+    out = tmp_path / f"x.{ending}"
+    query(store, "select id, name from campaigns where name = 'none'", "--out", out)
+    assert len({"csv": pd.read_csv, "json": pd.read_json, "parquet": pd.read_parquet}[ending](out)) == 0
+
+
+def test_bytes_are_a_size(store):
+    (row,) = json.loads(query(store, "select frame from series_chunks limit 1", "--json").stdout)
+    assert row["frame"].startswith("<") and row["frame"].endswith(" bytes>")
+
+
+def test_columns_of_one_name_stay_apart(store):
+    (row,) = json.loads(query(store, "select 1 as a, 2 as a", "--json").stdout)
+    assert row == {"a": 1, "a_2": 2}
+
+
+def test_limit_is_of_rows(store):
+    assert query(store, "select id from shots", "--limit", "2", "--csv").stdout.count("\n") == 3
+
+
+@pytest.mark.parametrize("name", ["first-shots", "x' or '1'='1", "x'; drop table shots; --"])
+def test_parameters_are_bound(store, name):
+    sql = "select count(*) as n from campaigns where name = :campaign and ':other' <> ''"
+    (row,) = json.loads(query(store, sql, "-p", "campaign", name, "--json").stdout)
+    assert row["n"] == (name == "first-shots")
+
+
+def test_numbers_as_parameters(store):
+    sql = "select count(*) as n from shots where tank_pressure_pa > :low and run <= :last"
+    (row,) = json.loads(query(store, sql, "-p", "low", "1.5e4", "-p", "last", "3", "--json").stdout)
+    assert row["n"] == 3
+
+
+@pytest.mark.parametrize(
+    "sql",
+    [
+        "delete from shots",
+        "insert into factors (name) values ('x')",
+        "update shots set run = 9",
+        "drop table shots",
+        "create table x (a int)",
+        "attach 'other.db' as other",
+        "pragma query_only = off",
+        "vacuum into 'copy.db'",
+        "begin; delete from shots",
+        "with gone as (select 1) delete from shots",
+        "with gone as (delete from shots returning id) select * from gone",
+        "select 1; delete from shots",
+        "select 1; commit; delete from shots",
+        "select set_config('transaction_read_only', 'off', true); delete from shots",
+        "/* select */ delete from shots",
+        "select load_extension('x')",
+    ],
+)
+def test_nothing_is_changed(store, sql, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def rows() -> dict[str, int]:
+        with open_store(store, Writer("test", "0")) as opened:
+            return count_rows(opened)
+
+    before = rows()
+    refused(store, sql)
+    assert rows() == before
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_transaction_stays_one_that_reads(store):
+    refused(store, "select set_config('transaction_read_only', 'off', true)")
+
+
+def test_a_refused_change_names_the_right_command(store):
+    assert "pyroshock runs discard" in refused(store, "delete from impacts")
+    assert "pyroshock ingest" in refused(store, "with a as (select 1) insert into factors (name) select 'x'")
+
+
+def test_an_unknown_table_lists_the_tables(store):
+    assert "no table 'impact' in the store; tables: campaigns," in refused(store, "select * from impact")
+
+
+def test_an_unknown_column_suggests_close_ones(store):
+    error = refused(store, "select p.peak_force from pulses p")
+    assert "no column 'peak_force' in pulses; did you mean peak_force_n" in error
+
+
+def test_what_takes_too_long_is_stopped(store):
+    endless = (
+        "with recursive n(i) as (select 1 union all select i + 1 from n where i > 0) select max(i / 1000000) from n"
+    )
+    assert "longer than 0.2 s" in refused(store, endless, "--timeout", "200ms")
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (("select :a",), "no value for :a"),
+        (("select 1", "-p", "a", "1"), "the statement has no :a"),
+        (("",), "the statement is empty"),
+        (("select 1", "--out", "x.txt"), "expected a name that ends in .csv or .parquet or .json"),
+        (("select 1", "--out", "x.csv", "--json"), "--out x.csv does not end in .json"),
+        (("select 1", "--timeout", "0s"), "more than 0s"),
+        (("select from where",), "the statement cannot be run"),
+        (("--schema", "shot"), "did you mean shots"),
+        ((), 'give one statement ("select ...")'),
+        (("select 1", "--tables"), "give one statement"),
+    ],
+)
+def test_what_cannot_be_asked_is_one_line(store, words, expected, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert expected in refused(store, *words)
+
+
+def test_tables_and_columns_are_listed_with_units(store):
+    tables = {row["table"]: row["a row is"] for row in json.loads(query(store, "--tables", "--json").stdout)}
+    assert tables["shots"] == "One firing"
+    columns = {row["column"]: row["unit"] for row in json.loads(query(store, "--schema", "shots", "--json").stdout)}
+    assert columns["tank_pressure_pa"] == "Pa" and columns["run"] is None
+
+
+@pytest.mark.parametrize(
+    ("column", "unit"),
+    [
+        ("peak_acceleration_m_s2", "m/s²"),
+        ("impulse_n_s", "N s"),
+        ("velocity_m_s", "m/s"),
+        ("contact_time_s", "s"),
+        ("density_kg_m3", "kg/m³"),
+        ("status", None),
+        ("samples", None),
+    ],
+)
+def test_a_unit_is_the_end_of_the_name(column, unit):
+    assert unit_of(column) == unit
+
+
+def test_what_a_column_refers_to_is_listed():
+    rows = {row["column"]: row for row in list_columns("pulses")}
+    assert rows["impact_id"]["refers to"] == "impacts.id"
+
+
+def test_a_read_only_file_is_asked_too(tmp_path):
+    """A file of another user, or on a disk that is mounted read-only, has no write-ahead log to be made."""
+    url = f"sqlite:///{tmp_path / 'lab.db'}"
+    assert CliRunner().invoke(main, ["init", "--db", url]).exit_code == 0
+    before = (tmp_path / "lab.db").read_bytes()
+    query(url, "select count(*) from materials")
+    assert (tmp_path / "lab.db").read_bytes() == before
+
+
+def test_colons_in_text_and_casts_are_no_parameters():
+    statement = Statement("select ':a', b::text, \":c\" -- :d\n, :e /* :f */ where :e > :g", {"e": "1", "g": "007"})
+    assert statement.names() == ["e", "g"]
+    assert statement.for_postgresql() == (
+        "select ':a', b::text, \":c\" -- :d\n, $1 /* :f */ where $1 > $2",
+        ["1", "007"],
+    )
+    assert statement.for_sqlite()[1] == {"e": 1, "g": "007"}
+
+
+def test_quoted_words_begin_no_statement():
+    with pytest.raises(QueryError, match="DELETE is refused"):
+        Statement("-- select\ndelete from shots", {}).check()
+
+
+def test_a_large_answer_does_not_fill_memory(tmp_path):
+    """Ten times the rows to CSV take no more memory."""
+    import tracemalloc
+
+    from pyroshock.app.query.readonly import asked
+    from pyroshock.app.table_files import write_batches
+    from pyroshock.schema.engine import make_engine
+
+    url = f"sqlite:///{tmp_path / 'numbers.db'}"
+    with closing(sqlite3.connect(tmp_path / "numbers.db")) as connection:
+        connection.execute("create table numbers (a real)")
+        connection.commit()
+    sql = "with recursive n(i) as (select 1 union all select i + 1 from n where i < :last) select i, i * 0.1 from n"
+    peaks = []
+    for last in ("10000", "100000"):
+        tracemalloc.start()
+        with asked(make_engine(url), Statement(sql, {"last": last}), 60) as batches:
+            assert write_batches(tmp_path / "x.csv", batches) == int(last)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < peaks[0] + 1e6
