@@ -17,20 +17,19 @@ _PACKAGE = Path(__file__).resolve().parent.parent
 
 #: Which every model is fitted and evaluated with, and MLflow, which keeps it.
 _ALWAYS = ("numpy", "scipy")
+#: Kinds that are pipelines of scikit-learn, kept by skops.
+_PIPELINES = ("linear", "pls", "tree", "ensemble", "svr", "svr-kernel", "kernel-ridge")
 #: Kind -> libraries whose version may change what it learns; a kind that is not listed needs no more than `_ALWAYS`.
 TO_FIT: Mapping[str, tuple[str, ...]] = {
-    "tree": ("scikit-learn",),
-    "ensemble": ("scikit-learn",),
-    "svr": ("scikit-learn",),
-    "svr-kernel": ("scikit-learn",),
-    "kernel-ridge": ("scikit-learn",),
-    "pls": ("scikit-learn",),
+    **dict.fromkeys(_PIPELINES, ("scikit-learn", "skops")),
+    **dict.fromkeys(("coregional", "single-outputs"), ("gpytorch", "torch")),
     "network": ("torch",),
-    "genetic-network": ("torch",),
-    "contact-time": ("torch", "optuna"),
+    "genetic-network": ("torch", "scikit-learn"),
+    "contact-time": ("gpytorch", "optuna", "scikit-learn", "torch"),
+    "calibrated": ("scikit-learn",),
 }
 #: Kind -> libraries that a stored model of it is evaluated by.
-TO_PREDICT: Mapping[str, tuple[str, ...]] = {}
+TO_PREDICT: Mapping[str, tuple[str, ...]] = dict.fromkeys(_PIPELINES, ("scikit-learn", "skops"))
 
 
 def code_version(model: Mapping[str, Any]) -> dict[str, str]:

@@ -6,6 +6,7 @@ import json
 import sqlite3
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import pytest
@@ -48,6 +49,9 @@ def test_an_answer_is_an_aligned_table(store):
     assert lines == ["name         kind", "first-shots  gun", "hammer       hammer"]
 
 
+READERS: dict[str, Any] = {"csv": pd.read_csv, "json": pd.read_json, "parquet": pd.read_parquet}
+
+
 def test_csv_and_json_hold_the_same_rows(store, tmp_path):
     sql = "select id, peak_force_n from pulses order by id"
     rows = json.loads(query(store, sql, "--json").stdout)
@@ -60,8 +64,7 @@ def test_csv_and_json_hold_the_same_rows(store, tmp_path):
 def test_a_file_holds_the_answer(store, tmp_path, ending):
     out = tmp_path / f"x.{ending}"
     query(store, "select run, tank_pressure_pa from shots order by run", "--out", out)
-    read = {"csv": pd.read_csv, "json": pd.read_json, "parquet": pd.read_parquet}[ending]
-    assert list(read(out)["tank_pressure_pa"]) == pytest.approx(
+    assert list(READERS[ending](out)["tank_pressure_pa"]) == pytest.approx(
         [
             row["tank_pressure_pa"]
             for row in json.loads(query(store, "select * from shots order by run", "--json").stdout)
@@ -73,7 +76,7 @@ def test_a_file_holds_the_answer(store, tmp_path, ending):
 def test_an_answer_without_rows_is_a_file_all_the_same(store, tmp_path, ending):
     out = tmp_path / f"x.{ending}"
     query(store, "select id, name from campaigns where name = 'none'", "--out", out)
-    assert len({"csv": pd.read_csv, "json": pd.read_json, "parquet": pd.read_parquet}[ending](out)) == 0
+    assert len(READERS[ending](out)) == 0
 
 
 def test_bytes_are_a_size(store):

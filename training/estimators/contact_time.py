@@ -162,7 +162,7 @@ class ContactTimeProcess(LearnedArrays):
         tuned = self._tuned()
         settings = {name: tuned[name] for name in SPACE}
         own_scales = tuned["lengthscales"] if tuned["ard"] else tuned["lengthscales"][:1]
-        learned = {"signal": tuned["signal"], "noise_level": tuned["noise_level"], "search_error": tuned["error"]}
+        learned = {"signal": tuned["signal"], "noise_level": tuned["noise_level"], "best_search_error": tuned["error"]}
         common = {} if tuned["ard"] else {"lengthscale": float(own_scales[0])}
         histories = {"search_error": list(self.search_errors_), "loss": self.losses_ or []}
         return FitReport(

@@ -46,7 +46,8 @@ class KroneckerMarginalLogLikelihood(ExactMarginalLogLikelihood):  # type: ignor
         k, b = (part.to_dense() for part in covariance.linear_ops)
         value, bound = _ExactLikelihood.apply(k, b, _noise(self.likelihood), target - function_dist.mean)
         self.truncation_bound = float(bound)
-        return self._add_other_terms(-value, params) / target.numel()  # type: ignore[no-any-return]
+        total: torch.Tensor = self._add_other_terms(-value, params)
+        return total / target.numel()
 
 
 def _noise(noise_likelihood: Any) -> torch.Tensor:
@@ -69,7 +70,7 @@ def exact_likelihood(k: Floats, y: Floats, b: Floats, sigma: Floats) -> Likeliho
     return result
 
 
-class _ExactLikelihood(torch.autograd.Function):
+class _ExactLikelihood(torch.autograd.Function):  # type: ignore[misc]  # of PyTorch's untyped part
     """Negative log likelihood of K, B, Sigma and y, and its bound; the derivatives are known as soon as it is."""
 
     @staticmethod

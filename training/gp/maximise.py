@@ -41,7 +41,7 @@ def maximise(
     model = objective.model
     (x,), y = model.train_inputs, model.train_targets
     parameters = [(name, p) for name, p in model.named_parameters() if p.requires_grad]
-    bounds = [pair for name, p in parameters for pair in _bounds(model, name, p)]
+    bounds: Any = [pair for name, p in parameters for pair in _bounds(model, name, p)]
     losses: list[float] = []
 
     def loss(vector: Floats) -> tuple[float, Floats]:
@@ -53,12 +53,12 @@ def maximise(
         slopes = [np.zeros(p.numel()) if p.grad is None else p.grad.numpy().ravel() for _, p in parameters]
         return losses[-1], np.concatenate(slopes)
 
-    start = np.concatenate([p.detach().numpy().ravel() for _, p in parameters])
-    options = {
+    start: Floats = np.concatenate([p.detach().numpy().ravel() for _, p in parameters])
+    options: dict[str, Any] = {
         "maxiter": iterations, "maxfun": 2 * iterations, "ftol": change, "gtol": gradient, "maxcor": memory,
     }  # fmt: skip
     with exactly():
-        result = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
+        result = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=bounds, options=options)  # type: ignore[call-overload]
     _set(parameters, result.x)
     bound = float(getattr(objective, "truncation_bound", 0.0))
     return Maximisation(np.array(losses), bool(result.success), bound)

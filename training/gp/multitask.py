@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import gpytorch
+import numpy as np
 import torch
 from gpytorch.kernels import Kernel, MaternKernel, MultitaskKernel, RBFKernel, RQKernel
 
@@ -50,7 +51,8 @@ def _rational_quadratic(predictors: int) -> RQKernel:
 
 
 def _log_lengthscale(kernel: Any) -> torch.Tensor:
-    return kernel.lengthscale.log()  # type: ignore[no-any-return]
+    logarithm: torch.Tensor = kernel.lengthscale.log()
+    return logarithm
 
 
 class CoregionalModel(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorch publishes no types
@@ -115,4 +117,4 @@ class CoregionalModel(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorc
 
 
 def _numbers(tensor: torch.Tensor) -> Floats:
-    return tensor.detach().numpy().astype("float64").copy()
+    return np.array(tensor.detach().numpy(), dtype=np.float64)

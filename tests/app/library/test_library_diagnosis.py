@@ -70,7 +70,7 @@ def test_report_is_that_of_the_command_line(store: ps.ExperimentStore, report: G
 def test_parts_are_frames(report: GapDiagnosis) -> None:
     effects = report.effects
     assert effects["effect"].tolist() == ["contact.layer_compliance", "gun.valve_flow"]
-    assert effects.loc[0, ["probability", "share", "share_low", "share_high"]].tolist() == [0.98, 0.9, 0.8, 0.95]
+    assert list(effects.loc[0, ["probability", "share", "share_low", "share_high"]]) == [0.98, 0.9, 0.8, 0.95]
     assert report.stages["share"].tolist() == [0.97, 0.03]
     assert report.path["fraction"].tolist() == [0.94] and report.fraction == 0.94
     assert report.shrinkage["after"].tolist() == [0.011, 0.02]

@@ -102,7 +102,7 @@ def test_error_names_the_argument(
     store: ps.ExperimentStore, lab: Path, options: dict[str, object], message: str
 ) -> None:
     with pytest.raises(ps.PyroshockError) as caught:
-        store.twin(contact="hertz").tune(lab / "spec.csv", progress=False, **options)  # type: ignore[arg-type]
+        store.twin(contact="hertz").tune(lab / "spec.csv", progress=False, **options)
     assert message in str(caught.value)
 
 

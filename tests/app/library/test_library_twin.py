@@ -91,7 +91,7 @@ def test_numbers_have_bands_and_units(shot: ShotPrediction) -> None:
         assert number.lower <= float(number) <= number.upper
         assert unit in repr(number)
     frame = shot.to_frame()
-    assert frame.loc["velocity", ["mean", "unit"]].tolist() == [float(shot.velocity), "m/s"]
+    assert list(frame.loc["velocity", ["mean", "unit"]]) == [float(shot.velocity), "m/s"]
 
 
 def test_series_are_frames_with_units(shot: ShotPrediction) -> None:
@@ -153,7 +153,7 @@ def test_many_shots_are_each_as_alone(twin: LaboratoryTwin) -> None:
          {"velocity": 3.0, "tip": "PLA"}),
         strict=True,
     ):  # fmt: skip
-        alone = twin.predict(**{"bullet_mass": 0.5, **arguments}, draws=FEW)  # type: ignore[arg-type]
+        alone = twin.predict(**{"bullet_mass": 0.5, **arguments}, draws=FEW)
         assert row["predicted_peak_force_n"] == alone.peak_force.mean
         assert row["predicted_velocity_m_s_high"] == alone.velocity.upper
     assert found.attrs["units"]["predicted_peak_force_n"] == "N"
@@ -169,7 +169,7 @@ def test_table_of_runs_is_predicted_as_the_command_line_predicts_it(url: str, tw
     )  # fmt: skip
     assert result.exit_code == 0, result.stderr
     found, printed_table = twin.predict_many(table, draws=FEW, progress=False), pd.read_csv("out.csv")
-    columns = [name for name in printed_table if name.startswith("predicted_")]
+    columns = [name for name in printed_table if str(name).startswith("predicted_")]
     assert columns and (found[columns] == printed_table[columns]).all(axis=None)
     assert "no column tip_material: steel" in found.attrs["notes"]
     in_si = pd.DataFrame({"tank_pressure_pa": [5e4, 1e5], "bullet_mass_kg": [0.5, 1.0], "tip_radius_m": 0.045})
@@ -197,7 +197,7 @@ def test_effect_is_added_and_replaced(twin: LaboratoryTwin) -> None:
 )
 def test_error_names_the_argument(twin: LaboratoryTwin, arguments: dict[str, object], message: str) -> None:
     with pytest.raises(ps.PyroshockError) as caught:
-        twin.predict(**arguments)  # type: ignore[arg-type]
+        twin.predict(**arguments)
     assert message in str(caught.value) and "--" not in str(caught.value)
 
 
@@ -216,7 +216,7 @@ def test_error_of_a_twin_names_the_argument(
     store: ps.ExperimentStore, arguments: dict[str, object], message: str
 ) -> None:
     with pytest.raises(ps.PyroshockError) as caught:
-        store.twin(**arguments)  # type: ignore[arg-type]
+        store.twin(**arguments)
     assert message in str(caught.value) and "--" not in str(caught.value)
 
 
@@ -256,5 +256,5 @@ def test_plan_is_predicted_as_the_command_line_predicts_it(url: str, store: ps.E
     assert result.exit_code == 0, result.stderr
     expected = pd.DataFrame(json.loads(result.stdout))
     found = twin.predict_many(plan, draws=4, progress=False)
-    columns = [name for name in expected if name.startswith("predicted_")]
+    columns = [name for name in expected if str(name).startswith("predicted_")]
     np.testing.assert_allclose(found[columns], expected[columns], rtol=1e-9)

@@ -43,7 +43,7 @@ def test_validation_is_that_of_the_command_line(store: ps.ExperimentStore) -> No
     (row,) = expected["quantities"]
     scores = found.scores
     assert scores.loc["velocity", "coverage90"] == row["coverage90"]
-    assert scores.loc["velocity", ["coverage90_low", "coverage90_high"]].tolist() == row["coverage90_ci95"]
+    assert list(scores.loc["velocity", ["coverage90_low", "coverage90_high"]]) == row["coverage90_ci95"]
     shots = found.shots
     assert isinstance(shots, pd.DataFrame) and len(shots) == row["shots"]
     assert shots["measured"].tolist() == [shot["quantities"]["velocity"]["measured"] for shot in expected["shots"]]
@@ -67,4 +67,4 @@ def test_error_says_what_there_is_not(
     store: ps.ExperimentStore, campaign: str, options: dict[str, object], kind: type[Exception], message: str
 ) -> None:
     with pytest.raises(kind, match=message):
-        store.validate(campaign, progress=False, **options)  # type: ignore[arg-type]
+        store.validate(campaign, progress=False, **options)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from importlib.resources import files
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -69,7 +70,7 @@ def test_a_prediction_is_that_of_the_command(store, shot):
 
 
 def test_quantities_are_given_three_ways(twin, shot):
-    unit = pint.UnitRegistry()
+    unit: Any = pint.UnitRegistry()
     for pressure, mass in ((2e5, 1.0), (unit.Quantity(2, "bar"), unit.Quantity(1000, "g"))):
         same = twin.predict(tank_pressure=pressure, bullet_mass=mass, draws=24)
         assert float(same.velocity) == pytest.approx(float(shot.velocity), rel=1e-12)

@@ -135,6 +135,6 @@ def test_reports_the_search() -> None:
     report = searched().fit_report()
     assert set(SPACE) < set(report.settings)
     assert len(report.histories["search_error"]) == 20
-    assert min(report.histories["search_error"]) == pytest.approx(report.settings["search_error"])
+    assert min(report.histories["search_error"]) == pytest.approx(report.settings["best_search_error"])
     given = fitted(ContactTimeProcess(tuned=searched().tuned_), times()[0]).fit_report()
     assert given.settings["kernel"] == report.settings["kernel"] and not given.histories

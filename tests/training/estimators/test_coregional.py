@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -56,25 +57,25 @@ def learned(kind: type[Coregional] | type[SingleOutputs], noise: float) -> Estim
 
 @pytest.mark.parametrize("kind", [Coregional, SingleOutputs])
 class TestBoth:
-    def test_interpolates_clean_data(self, kind: type[Estimator]) -> None:
+    def test_interpolates_clean_data(self, kind: type[Any]) -> None:
         x, y = waves(80)
         np.testing.assert_allclose(learned(kind, 0.0).predict(x).mean, y, atol=0.01)
 
-    def test_spread_grows_away_from_data(self, kind: type[Estimator]) -> None:
+    def test_spread_grows_away_from_data(self, kind: type[Any]) -> None:
         near, far = learned(kind, 0.05).predict(np.array([[0.0, 0.0], [40.0, -40.0]])).spread
         assert np.all(far > 5 * near)
 
-    def test_spread_is_the_noise_among_data(self, kind: type[Estimator]) -> None:
+    def test_spread_is_the_noise_among_data(self, kind: type[Any]) -> None:
         spread = learned(kind, 0.05).predict(np.zeros((1, 2))).spread
         np.testing.assert_allclose(spread, [[0.05, 0.1, 0.05]], rtol=0.4)
 
-    def test_band_covers_new_measurements(self, kind: type[Estimator]) -> None:
+    def test_band_covers_new_measurements(self, kind: type[Any]) -> None:
         x, y = waves(500, 0.05)
         found = learned(kind, 0.05).predict(x[80:])
         within = np.abs(found.mean - y[80:]) < 1.645 * found.spread
         assert 0.84 < within.mean() < 0.95
 
-    def test_refit_keeps_the_kernel(self, kind: type[Estimator]) -> None:
+    def test_refit_keeps_the_kernel(self, kind: type[Any]) -> None:
         one, (x, y) = learned(kind, 0.05), waves(120, 0.05)
         other = one.refit(x, y, np.arange(120), np.random.default_rng(1))
         for name in ("log_lengthscales", "loadings", "log_noise"):
@@ -185,7 +186,7 @@ def own_kernel(linear: bool = True, scale: float = 1.0):
 
 @pytest.mark.parametrize("kind", [Coregional, SingleOutputs])
 class TestOwnKernels:
-    def test_learns_what_the_named_kernel_cannot_say(self, kind: type[Estimator]) -> None:
+    def test_learns_what_the_named_kernel_cannot_say(self, kind: type[Any]) -> None:
         """A line goes on beyond the data where a linear kernel was handed in."""
         rng = np.random.default_rng(4)
         x = rng.uniform(-1, 1, size=(40, 2))
@@ -195,7 +196,7 @@ class TestOwnKernels:
         named = fit(kind(iterations=60), x, y).predict(far).mean
         assert np.abs(own - truth).max() < 1.0 < np.abs(named - truth).max()
 
-    def test_is_stored_as_json_and_numbers(self, kind: type[Estimator]) -> None:
+    def test_is_stored_as_json_and_numbers(self, kind: type[Any]) -> None:
         import json
 
         x, y = waves(40, 0.05)
@@ -206,25 +207,25 @@ class TestOwnKernels:
             np.testing.assert_allclose(ours, theirs, rtol=1e-9)
         np.testing.assert_allclose(again.refit(x, y, np.arange(40), np.random.default_rng(0)).predict(x).mean,
                                    one.predict(x).mean, rtol=1e-9)  # fmt: skip
-        report = again.fit_report()
+        report: Any = again.fit_report()
         assert report.settings["kernel"] == "AdditiveKernel(RBFKernel, LinearKernel)"
         assert report.settings["kernel.kernels.0.lengthscale"] > 0
 
-    def test_a_prior_that_is_handed_in_decides(self, kind: type[Estimator]) -> None:
+    def test_a_prior_that_is_handed_in_decides(self, kind: type[Any]) -> None:
         x, y = waves(40, 0.05)
-        scales = [
+        scales: list[Any] = [
             fit(kind(kernel=own_kernel(False, scale), iterations=40), x, y).fit_report().settings["kernel.lengthscale"]
             for scale in (0.2, 8.0)
         ]
         assert scales[0] < 1.0 < 3.0 < scales[1]
 
-    def test_what_is_given_stays_as_it_was(self, kind: type[Estimator]) -> None:
+    def test_what_is_given_stays_as_it_was(self, kind: type[Any]) -> None:
         kernel = own_kernel(False)
         before = kernel.lengthscale.item()
         fit(kind(kernel=kernel, iterations=5), *waves(30))
         assert kernel.lengthscale.item() == before
 
-    def test_another_class_is_refused(self, kind: type[Estimator]) -> None:
+    def test_another_class_is_refused(self, kind: type[Any]) -> None:
         gpytorch = pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
         with pytest.raises(ValueError, match="SpectralMixtureKernel cannot be stored; kernels that can: RBFKernel"):
             kind(kernel=gpytorch.kernels.SpectralMixtureKernel(num_mixtures=2, ard_num_dims=2))
@@ -233,11 +234,11 @@ class TestOwnKernels:
 
 
 def test_reports_what_was_found() -> None:
-    report = learned(Coregional, 0.05).fit_report()
+    report: Any = learned(Coregional, 0.05).fit_report()
     assert report.settings["kernel"] == "rbf" and report.settings["converged"] is True
     assert len(report.by_predictor["lengthscale"]) == 2
     assert report.histories["loss"][-1] < report.histories["loss"][0]
-    single = learned(SingleOutputs, 0.05).fit_report()
+    single: Any = learned(SingleOutputs, 0.05).fit_report()
     assert 0 < single.settings["noise"] < 0.2 and len(single.histories["loss"]) > 3
 
 
