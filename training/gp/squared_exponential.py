@@ -43,6 +43,6 @@ class _Covariances(torch.autograd.Function):
         """By a (n x d): the sum over j of (w_ij + w_ji) (a_j - a_i), w being gradient times k."""
         a, k = ctx.saved_tensors
         w = gradients[0] * k
-        ones = torch.ones_like(a[:, :1])
-        products = torch.addmm(w @ torch.hstack([a, ones]), w.T, torch.hstack([a, ones]))
-        return products[:, :-1] - products[:, -1:] * a
+        rows = torch.vstack([a.T, torch.ones_like(a[:, 0])])
+        products = rows @ w + rows @ w.T
+        return (products[:-1] - products[-1] * a.T).T
