@@ -10,57 +10,74 @@ import numpy as np
 from .coregional_ways import RANK, Evaluate, Floats, Predict, new_pulses, parameters, pulses
 
 
-def bridged(n: int) -> Evaluate:
-    """A GPyTorch model with our likelihood."""
-    from pyroshock.training.gp.gpytorch_bridge import log_likelihood
+def ours(n: int) -> Evaluate:
+    """As it is trained, priors included; what it returns is the loss without them."""
+    from pyroshock.training.gp.marginal_likelihood import KroneckerMarginalLogLikelihood
+    from pyroshock.training.gp.maximise import exactly
+    from pyroshock.training.gp.multitask import named_kernel
 
-    model, likelihood, x, y = _multitask(n)
-    return _backward(model, lambda: -y.numel() * log_likelihood(likelihood, model(x), y))
+    model = _multitask(n, named_kernel("rbf", 13))
+    (x,), y = model.train_inputs, model.train_targets
+    objective = KroneckerMarginalLogLikelihood(model.likelihood, model)
+    evaluate_once = _backward(model, lambda: -y.numel() * objective(model(x), y))
+
+    def evaluate() -> float:
+        with exactly():
+            loss = evaluate_once()
+        priors = (prior.log_prob(closure(module)) for _, module, prior, closure, _ in model.named_priors())
+        return loss + sum(float(log_density.detach().sum()) for log_density in priors)
+
+    return evaluate
 
 
 def gpytorch(n: int) -> Evaluate:
-    model, likelihood, x, y = _multitask(n)
-    return _exact(lambda: -likelihood(model(x)).log_prob(y), model)
+    model = _multitask(n, _kernel())
+    (x,), y = model.train_inputs, model.train_targets
+    return _exact(lambda: -model.likelihood(model(x)).log_prob(y), model)
 
 
 def botorch(n: int) -> Evaluate:
-    model, likelihood, x, y = _kronecker(n)
-    return _exact(lambda: -likelihood(model(x)).log_prob(y), model)
+    model, x, y = _kronecker(n)
+    return _exact(lambda: -model.likelihood(model(x)).log_prob(y), model)
 
 
 def gpytorch_predicts(n: int, asked: int) -> Predict:
-    model, likelihood, _, _ = _multitask(n)
-    return _predicting(model, lambda x: likelihood(model(x)), asked)
+    model = _multitask(n, _kernel())
+    return _predicting(model, lambda x: model.likelihood(model(x)), asked)
 
 
 def botorch_predicts(n: int, asked: int) -> Predict:
     """Its spreads are near the exact ones, not equal to them, with its own settings and with exact ones."""
-    model, _, _, _ = _kronecker(n)
+    model, _, _ = _kronecker(n)
     return _predicting(model, lambda x: model.posterior(x, observation_noise=True), asked)
 
 
-def _multitask(n: int) -> tuple[Any, Any, Any, Any]:
-    import torch
-    from pyroshock.training.gp.gpytorch_bridge import multitask_model, set_parameters
+def _kernel() -> Any:
+    from gpytorch.kernels import RBFKernel
 
-    x, y = (torch.tensor(one) for one in pulses(n))
-    model, likelihood = multitask_model(x, y, RANK)
-    set_parameters(model, likelihood, parameters())
-    return model, likelihood, x, y
+    return RBFKernel(ard_num_dims=13).double()
 
 
-def _kronecker(n: int) -> tuple[Any, Any, Any, Any]:
+def _multitask(n: int, kernel: Any) -> Any:
+    from pyroshock.training.gp.multitask import CoregionalModel
+
+    model = CoregionalModel(*pulses(n), kernel, RANK)
+    model.set_parameters(**vars(parameters()))
+    return model
+
+
+def _kronecker(n: int) -> tuple[Any, Any, Any]:
     import torch
     from botorch.models import KroneckerMultiTaskGP
-    from gpytorch.kernels import RBFKernel
-    from pyroshock.training.gp.gpytorch_bridge import multitask_model, set_parameters
 
-    x, y = (torch.tensor(one) for one in pulses(n))
-    likelihood = multitask_model(x, y, RANK)[1]
-    model = KroneckerMultiTaskGP(x, y, likelihood=likelihood, data_covar_module=RBFKernel(ard_num_dims=13), rank=RANK)
+    x, y = (torch.tensor(array) for array in pulses(n))
+    at, like = parameters(), _multitask(n, _kernel())
+    model = KroneckerMultiTaskGP(x, y, likelihood=like.likelihood, data_covar_module=like.kernel, rank=RANK)
     model.double().train()
-    set_parameters(model, likelihood, parameters())
-    return model, likelihood, x, y
+    index = model.covar_module.task_covar_module
+    index.covar_factor.data = torch.tensor(at.loadings)
+    index.var = torch.tensor(at.kappa)
+    return model, x, y
 
 
 def _exact(loss: Callable[[], Any], model: Any) -> Evaluate:

@@ -23,9 +23,9 @@ class Model:
         x, y, self._asked = given["x"], given["y"], given["asked"]
         d, m = x.shape[1], y.shape[1]
         rbf = GPy.kern.RBF(d, variance=1.0, lengthscale=given["lengthscales"], ARD=True)
-        loadings, kappa = given["loadings"], np.exp(given["log_kappa"])
+        loadings, kappa = given["loadings"], given["kappa"]
         kernel = GPy.util.multioutput.ICM(d, m, rbf, W_rank=loadings.shape[1], W=loadings, kappa=kappa)
-        variances = np.exp(given["log_noise"])
+        variances = given["noise"]
         noises = [GPy.likelihoods.Gaussian(variance=v, name=f"noise_{j}") for j, v in enumerate(variances)]
         self._model: Any = GPy.models.GPCoregionalizedRegression(
             [x] * m, [y[:, [j]] for j in range(m)], kernel=kernel, likelihoods_list=noises

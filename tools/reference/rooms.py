@@ -40,7 +40,8 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "zoo", "session", "estimators.base", "models.base", "models.kinds", "models.pack", "metrics.errors",
         "metrics.summary", "metrics.cost", "metrics.reconstruct", "metrics.significance", "floor", "comparison",
         "difference", "judging", "groups", "promotion", "records", "place", "registry.registry", "listing",
-        "contact_stage", "thesis", "gp.kernels", "gp.kronecker", "gp.posterior",
+        "contact_stage", "thesis", "gp.multitask", "gp.marginal_likelihood", "gp.maximise",
+        "gp.kernels", "gp.kronecker", "gp.posterior",
     ),
     "twin": (
         "chain", "setting", "prediction", "bands", "materials", "configuration", "effects", "launch", "strikes",

@@ -8,10 +8,11 @@ from typing import Any
 import gpytorch
 import numpy as np
 import torch
-from gpytorch.kernels import LinearKernel, MaternKernel, RBFKernel, RQKernel, ScaleKernel
+from gpytorch.kernels import LinearKernel, MaternKernel, RQKernel, ScaleKernel
 
 from .kernels import Floats, kernel_named
 from .priors import LogInterval
+from .squared_exponential import SquaredExponential
 
 #: How far a lengthscale may go from where it starts, as a factor: down, up.
 _REACH = (math.exp(-5.0), math.exp(7.0))
@@ -47,7 +48,7 @@ class BasisProcess(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorch p
         several = {"ard_num_dims": d} if len(lengthscales) > 1 else {}
         active = {"active_dims": tuple(range(d)), **several}
         kernel = {
-            "rbf": lambda: RBFKernel(**active),
+            "rbf": lambda: SquaredExponential(**active),
             "matern32": lambda: MaternKernel(nu=1.5, **active),
             "matern52": lambda: MaternKernel(nu=2.5, **active),
             "rational-quadratic": lambda: RQKernel(**active),

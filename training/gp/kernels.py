@@ -1,6 +1,6 @@
 """Values of the named kernels in NumPy, over inputs already divided by their lengthscales.
 
-Training uses GPyTorch's kernels of the same names (`named_kernels`). A frozen model predicts with these, because
+Training uses GPyTorch's kernels of the same names (`multitask.named_kernel`). A frozen model predicts with these:
 importing PyTorch alone takes longer than a whole prediction. Each is a function of the squared distance alone and has
 unit variance.
 """

@@ -7,7 +7,7 @@ from typing import Any
 import gpytorch
 import numpy as np
 import torch
-from gpytorch.kernels import Kernel, MaternKernel, MultitaskKernel, RBFKernel, RQKernel
+from gpytorch.kernels import Kernel, MaternKernel, MultitaskKernel, RQKernel
 
 from .kernels import Floats, kernel_named
 from .priors import (
@@ -18,6 +18,7 @@ from .priors import (
     log_variance_prior,
     variance_interval,
 )
+from .squared_exponential import SquaredExponential
 
 #: Where a search begins, in standardised columns.
 _LENGTHSCALE, _KAPPA, _NOISE, _LOADING = 3.0, 0.5, 0.3, 0.3
@@ -30,7 +31,7 @@ def named_kernel(kind: str, predictors: int) -> Kernel:
     """
     kernel_named(kind)
     made = {
-        "rbf": lambda: RBFKernel(ard_num_dims=predictors),
+        "rbf": lambda: SquaredExponential(ard_num_dims=predictors),
         "matern32": lambda: MaternKernel(nu=1.5, ard_num_dims=predictors),
         "matern52": lambda: MaternKernel(nu=2.5, ard_num_dims=predictors),
         "rational-quadratic": lambda: _rational_quadratic(predictors),
