@@ -10,10 +10,11 @@ it is first used, so that `import pyroshock` costs nothing.
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
-
+# Nothing is imported here, so that `python -m pyroshock` closes the working directory before any import looks into it.
+TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from typing import Any
+
     from .app.library.errors import InvalidValueError, NotFoundError, PyroshockError, StorageError
     from .app.library.plans import PlannedDesign
     from .app.library.spectra import srs
@@ -53,6 +54,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _PUBLIC:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    import importlib
+
     module, attribute = _PUBLIC[name]
     value = getattr(importlib.import_module(module, __name__), attribute)
     globals()[name] = value
