@@ -47,7 +47,7 @@ class BasisProcess(gpytorch.models.ExactGP):  # type: ignore[misc]  # GPyTorch p
         kernel_named(kind)
         several = {"ard_num_dims": d} if len(lengthscales) > 1 else {}
         active = {"active_dims": tuple(range(d)), **several}
-        kernel = {
+        kernel = {  # type: ignore[no-untyped-call]
             "rbf": lambda: SquaredExponential(**active),
             "matern32": lambda: MaternKernel(nu=1.5, **active),
             "matern52": lambda: MaternKernel(nu=2.5, **active),

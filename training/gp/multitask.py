@@ -30,7 +30,7 @@ def named_kernel(kind: str, predictors: int) -> Kernel:
     Raises `LookupError` as `kernel_named`.
     """
     kernel_named(kind)
-    made = {
+    made = {  # type: ignore[no-untyped-call]
         "rbf": lambda: SquaredExponential(ard_num_dims=predictors),
         "matern32": lambda: MaternKernel(nu=1.5, ard_num_dims=predictors),
         "matern52": lambda: MaternKernel(nu=2.5, ard_num_dims=predictors),

@@ -25,7 +25,7 @@ class SquaredExponential(RBFKernel):  # type: ignore[misc]  # GPyTorch publishes
         return _Covariances.apply((x1 - x1.mean(dim=0)) / self.lengthscale)
 
 
-class _Covariances(torch.autograd.Function):
+class _Covariances(torch.autograd.Function):  # type: ignore[misc]  # of PyTorch's untyped part
     """exp(-|a_i - a_j|^2 / 2) of a (n x d), with its diagonal of ones."""
 
     @staticmethod
