@@ -1,7 +1,6 @@
 """The parameters of greatest marginal likelihood or posterior density, by L-BFGS-B on GPyTorch's gradient.
 
-scipy's L-BFGS-B keeps bounds; PyTorch's `LBFGS` knows none, and took twice as many evaluations of the coregional
-likelihood to the same loss (docs/decisions/0022).
+scipy's L-BFGS-B keeps bounds; PyTorch's `LBFGS` knows none, and takes as many evaluations (docs/decisions, 23).
 """
 
 from __future__ import annotations
