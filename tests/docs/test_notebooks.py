@@ -9,9 +9,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("nbclient", reason="no nbclient: it comes with pyroshock[docs]")
-pytest.importorskip("jupytext", reason="no jupytext: it comes with pyroshock[docs]")
-
 from tools import notebooks
 
 NOTEBOOKS = sorted(notebooks.FOLDER.glob("*.py"))
