@@ -15,6 +15,8 @@ from .common import STDOUT, db_option, format_cell, note, opened
 _LONGEST_CELL = 60
 #: Rows whose width decides how wide a column of the table is; later rows may be wider.
 _MEASURED_ROWS = 1_000
+#: Not parsed: loading the registry of units takes as long as a small question.
+_TIMEOUT = "60s"
 
 
 @click.command()
@@ -38,7 +40,7 @@ _MEASURED_ROWS = 1_000
 )
 @click.option("--limit", type=click.IntRange(1), help="At most this many rows.")
 @click.option(
-    "--timeout", default="60s", show_default=True, metavar="SECONDS", help="Stop a statement that takes longer."
+    "--timeout", default=_TIMEOUT, show_default=True, metavar="SECONDS", help="Stop a statement that takes longer."
 )
 @click.option("--tables", is_flag=True, help="List the tables.")
 @click.option("--schema", metavar="TABLE", help="List the columns of a table, with units.")
@@ -65,7 +67,6 @@ def query(
     if (statement is not None) + tables + (schema is not None) != 1:
         raise click.UsageError('give one statement ("select ..."), --tables, or --schema TABLE')
     with opened(db) as store:
-        from ..library.quantities import parse_quantity
         from ..query.readonly import asked
         from ..query.statement import Statement
         from ..query.tables import list_columns, list_tables
@@ -74,12 +75,19 @@ def query(
             rows = list_tables() if schema is None else list_columns(schema)
             _write(iter([{name: [row[name] for row in rows] for name in rows[0]}]), ending, out)
             return
-        seconds = parse_quantity(timeout, "s", "--timeout")
-        if not seconds > 0:
-            raise ValueError(f"--timeout is {timeout}; expected more than 0s")
+        seconds = 60.0 if timeout == _TIMEOUT else _parse_timeout(timeout)
         with asked(store.engine, Statement(statement, dict(parameters)), seconds) as batches:
             limited = batches if limit is None else _first_rows(batches, limit)
             _write(limited, ending, out)
+
+
+def _parse_timeout(text: str) -> float:
+    from ..library.quantities import parse_quantity
+
+    seconds = parse_quantity(text, "s", "--timeout")
+    if not seconds > 0:
+        raise ValueError(f"--timeout is {text}; expected more than 0s")
+    return seconds
 
 
 def _first_rows(batches: Iterator[dict[str, list[Any]]], limit: int) -> Iterator[dict[str, list[Any]]]:
