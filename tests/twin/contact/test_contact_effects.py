@@ -165,6 +165,22 @@ def test_what_relaxes_loses_as_zener_says() -> None:
     assert e[0, 0] == pytest.approx(np.exp(-0.172), rel=5e-3)
 
 
+def test_flat_tip_that_relaxes_loses_as_the_closed_form_says() -> None:
+    """A mass on a Maxwell body, p = 1: f'' + lambda f' + f = 0, whence e = exp(-lambda pi / sqrt(4 - lambda^2))."""
+    inelasticity = np.array([0.05, 0.3, 1.0])
+    bodies = impacts(impact_velocity_m_s=[0.3, 5.0, 0.3], impactor_mass_kg=[0.32, 0.32, 4.0])
+    flat = impact(bodies, [TipGeometry(exponent=1.0), ViscousLoss(0, relaxing_loss=inelasticity)])
+    expected = np.exp(-inelasticity * np.pi / np.sqrt(4 - inelasticity**2))
+    assert flat.restitution.value == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.2, 2.0])
+def test_tip_of_any_shape_that_relaxes_loses_the_same_at_any_speed_and_mass(exponent: float) -> None:
+    bodies = impacts(impact_velocity_m_s=[0.3, 5.0, 0.3], impactor_mass_kg=[0.32, 0.32, 4.0])
+    relaxing = impact(bodies, [TipGeometry(exponent=exponent), ViscousLoss(0, relaxing_loss=0.2)])
+    assert relaxing.restitution.value == pytest.approx(np.full(3, relaxing.restitution.value[0]), rel=1e-6)
+
+
 def test_nothing_yields_below_the_yield_velocity() -> None:
     velocity = yield_velocity(impacts())[0]
     bodies = impacts(impact_velocity_m_s=velocity * np.array([0.99, 1.01]))

@@ -34,6 +34,12 @@ def test_one_level_for_all_lines_is_one_normal():
     assert proposal.probability_overtest == pytest.approx(norm.sf(4 / 3), abs=0.01)
 
 
+def test_edges_of_the_spectrum_are_its_5_and_95_percent_quantiles():
+    proposal = judged((Term("level", 3.0, Everywhere(), level),))
+    assert proposal.upper_db - proposal.level_db == pytest.approx(norm.ppf(0.95, scale=3.0), rel=1e-3)
+    assert proposal.lower_db - proposal.level_db == pytest.approx(norm.ppf(0.05, scale=3.0), rel=1e-3)
+
+
 def test_lines_for_themselves_multiply():
     proposal = judged((Term("line", 2.5, Everywhere(), white),))
     line = norm.cdf(6 / 2.5) - norm.cdf(-6 / 2.5)
