@@ -8,7 +8,7 @@ import pytest
 from support.processes.mutating import limits_alone, tried_alone
 
 from tools.mutation import page, plan, session, verdicts
-from tools.mutation.__main__ import KEPT, PAGE, ROOT
+from tools.mutation.__main__ import PAGE, ROOT, VERDICTS
 from tools.mutation.mutants import Mutant, holds, mutants_of, sample, spots
 from tools.mutation.rows import Row, Rows
 
@@ -129,7 +129,7 @@ def test_counts_tell_what_became_of_each() -> None:
     kept = [row("a < b", "killed", "killed"), row("a", "survived", "killed"), row("b", "timed out", "timed out")]
     kept += [row(f"a >= {i}", "survived", "survived") for i in range(3)]
     said = [verdicts.Verdict("law.py", "a > b", ("a >= 0",), "equivalent", "one value"), _left("a >= 1")]
-    assert "| `law.py` | 9 | 6 | 1 | 1 | 1 | 1 | 1 | 1 | 2026-11-22 |" in page.counted(kept, said)
+    assert "| `law.py` | 9 | 6 | 1 | 1 | 1 | 1 | 1 | 1 | 2026-11-22 |" in page.module_lines(kept, said)
 
 
 def _left(after: str) -> verdicts.Verdict:
@@ -140,11 +140,16 @@ def test_the_plan_is_of_this_tree() -> None:
     assert plan.read(ROOT).chosen(("twin/gun/nominal.py",))[0].tests[0] == "tests/twin/gun/test_nominal.py"
 
 
-def test_page_is_that_of_its_rows_and_every_survivor_was_looked_at(tmp_path: Path) -> None:
-    kept, said = list(Rows(KEPT / "rows.csv")), verdicts.read(KEPT / "verdicts.toml")
+def test_new_rows_replace_the_line_of_their_module_alone(tmp_path: Path) -> None:
     copy = tmp_path / "mutation.md"
     copy.write_text(PAGE.read_text(encoding="utf-8"), encoding="utf-8")
-    page.written(copy, {"modules": page.counted(kept, said), "survivors": page.survivors(kept, said)})
+    page.write_table(copy, [], [])
     assert copy.read_text(encoding="utf-8") == PAGE.read_text(encoding="utf-8")
-    assert [each.key for each in kept if each.now == "survived" and verdicts.verdict_of(each, said) is None] == []
-    assert [each for each in said if not any(each.speaks_of(one) for one in kept)] == []
+    page.write_table(copy, [row("a < b", "killed", "killed")], [])
+    page.write_table(copy, [row("a < b", "survived", "survived")], [])
+    added = set(copy.read_text(encoding="utf-8").splitlines()) - set(PAGE.read_text(encoding="utf-8").splitlines())
+    assert "| `law.py` | 9 | 1 | 0 | 0 | 0 | 0 | 0 | 1 | 2026-11-22 |" in added and len(added) == 2
+
+
+def test_verdicts_can_be_read() -> None:
+    assert {verdict.kind for verdict in verdicts.read(VERDICTS)} == {"equivalent", "left"}

@@ -3,7 +3,7 @@
 python -m tools.mutation                        # what plan.toml says and the rows lack
 python -m tools.mutation 'twin/gun/*' --jobs 2  # of these modules
 python -m tools.mutation --again survived       # what survived, once more
-python -m tools.mutation --page                 # only the tables of docs/mutation.md
+python -m tools.mutation --page                 # only the table of docs/mutation.md, of the rows that are kept
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from .rows import Row, Rows
 from .trial import Outcome
 
 ROOT = Path(__file__).resolve().parents[2]
-KEPT = ROOT / "docs" / "mutation"
+#: What became of each mutant on this machine, and the list of survivors; not part of the repository.
+KEPT = ROOT / ".cache" / "mutation"
+VERDICTS = Path(__file__).with_name("verdicts.toml")
 PAGE = ROOT / "docs" / "mutation.md"
 #: Trials between two writings of the rows.
 _OFTEN = 20
@@ -34,11 +36,12 @@ def main(words: list[str]) -> int:
     rows = Rows(KEPT / "rows.csv")
     if not asked.page:
         _run(asked, rows)
-    said = verdicts.read(KEPT / "verdicts.toml")
+    reasons = verdicts.read(VERDICTS)
     kept = list(rows)
-    tables = {"modules": page.counted(kept, said), "survivors": page.survivors(kept, said)}
-    page.written(PAGE, tables)
-    print(tables["modules"].splitlines()[-1])
+    page.write_table(PAGE, kept, reasons)
+    KEPT.mkdir(parents=True, exist_ok=True)
+    (KEPT / "survivors.md").write_text(page.survivors(kept, reasons) + "\n", encoding="utf-8")
+    print(f"{PAGE}: {len({row.module for row in kept})} modules; survivors: {KEPT / 'survivors.md'}")
     return 0
 
 
@@ -48,7 +51,7 @@ def _asked(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--again", choices=("survived", "killed", "timed out", "all"), help="of the rows that are kept")
     parser.add_argument("--whole", action="store_true", help="every mutant, not a sample")
-    parser.add_argument("--page", action="store_true", help="only write the page's tables")
+    parser.add_argument("--page", action="store_true", help="only write the page's table")
     return parser.parse_args(words)
 
 

@@ -1,4 +1,4 @@
-"""The tables of docs/mutation.md, from the kept rows and the verdicts."""
+"""The table of docs/mutation.md and the list of survivors, from the kept rows and the verdicts."""
 
 from __future__ import annotations
 
@@ -9,22 +9,45 @@ from pathlib import Path
 from .rows import Row
 from .verdicts import Verdict, verdict_of
 
-_BEGIN, _END = "<!-- {}: written by make mutants -->", "<!-- end of {} -->"
+_BEGIN, _END = "<!-- modules: written by make mutants -->", "<!-- end of modules -->"
 _COLUMNS = ("mutants", "tried", "killed at first", "killed since", "timed out", "equivalent", "left", "not looked at")
+_HEADER = (f"| module | {' | '.join(_COLUMNS)} | last tried |", "| --- |" + " ---: |" * len(_COLUMNS) + " --- |")
 
 
-def counted(rows: Sequence[Row], verdicts: list[Verdict]) -> str:
-    """A line for each module, and one for all."""
+def write_table(path: Path, rows: Sequence[Row], verdicts: list[Verdict]) -> None:
+    """Put a line for each module that `rows` tell of into the page; those of other modules stay.
+
+    Raises `ValueError` where the page lacks the marks of the table.
+    """
+    text = path.read_text(encoding="utf-8")
+    if text.count(_BEGIN) != 1 or text.count(_END) != 1:
+        raise ValueError(f"{path.name}: expected the marks {_BEGIN!r} and {_END!r}, once each")
+    before, _, rest = text.partition(_BEGIN)
+    table, _, after = rest.partition(_END)
+    lines = {_module_of(line): line for line in table.splitlines() if line.startswith("| `")}
+    lines |= {_module_of(line): line for line in module_lines(rows, verdicts)}
+    written = [*_HEADER, *(line for _, line in sorted(lines.items())), _sum_of(list(lines.values()))]
+    path.write_text(f"{before}{_BEGIN}\n" + "\n".join(written) + f"\n{_END}{after}", encoding="utf-8")
+
+
+def module_lines(rows: Sequence[Row], verdicts: list[Verdict]) -> list[str]:
+    """A line of the table for each module."""
     by_module: dict[str, list[Row]] = defaultdict(list)
     for row in rows:
         by_module[row.module].append(row)
-    lines = [f"| module | {' | '.join(_COLUMNS)} | last tried |", "| --- |" + " ---: |" * len(_COLUMNS) + " --- |"]
-    sums = [0] * len(_COLUMNS)
-    for module, some in sorted(by_module.items()):
-        numbers = _numbers(some, verdicts)
-        sums = [a + b for a, b in zip(sums, numbers, strict=True)]
-        lines.append(f"| `{module}` | {_cells(numbers)} | {max(row.date for row in some)} |")
-    return "\n".join([*lines, f"| all | {_cells(sums)} |  |"])
+    return [
+        f"| `{module}` | {_cells(_numbers(some, verdicts))} | {max(row.date for row in some)} |"
+        for module, some in sorted(by_module.items())
+    ]
+
+
+def _module_of(line: str) -> str:
+    return line.split("`")[1]
+
+
+def _sum_of(lines: Sequence[str]) -> str:
+    numbers = [[int(cell.replace(",", "")) for cell in line.split("|")[2:-2]] for line in lines]
+    return f"| all | {_cells([sum(column) for column in zip(*numbers, strict=True)])} |  |"
 
 
 def _numbers(rows: Sequence[Row], verdicts: list[Verdict]) -> list[int]:
@@ -70,15 +93,3 @@ def _line(row: Row, verdict: Verdict | None) -> Iterator[str]:
 def _code(text: str) -> str:
     """A bar ends a cell, also within code."""
     return f"`{text}`".replace("|", "\\|")
-
-
-def written(path: Path, tables: dict[str, str]) -> None:
-    """Puts each table between its two marks. Raises `ValueError` where a page lacks them."""
-    text = path.read_text(encoding="utf-8")
-    for name, table in tables.items():
-        begin, end = _BEGIN.format(name), _END.format(name)
-        if text.count(begin) != 1 or text.count(end) != 1:
-            raise ValueError(f"{path.name}: expected the marks {begin!r} and {end!r}, once each")
-        before, _, rest = text.partition(begin)
-        text = f"{before}{begin}\n{table}\n{end}{rest.partition(end)[2]}"
-    path.write_text(text, encoding="utf-8")

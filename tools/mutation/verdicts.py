@@ -1,4 +1,4 @@
-"""What a person found of each survivor: docs/mutation/verdicts.toml."""
+"""What a person found of each survivor: verdicts.toml beside this file."""
 
 from __future__ import annotations
 
