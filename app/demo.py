@@ -158,8 +158,8 @@ def _hit(session: Session) -> tuple[int, Pulse]:
 def draw(session: Session, comparison: GunComparison, path: Path) -> None:
     """Left: measured velocities on the model's curve (Fig. 5.2). Right: the hammer hit's force (Fig. 4.5)."""
     figure = new_figure(11, 4.2)
-    left, right = figure.subplots(1, 2)
-    _draw_shots(left, session, comparison)
+    shots_axes, right = figure.subplots(1, 2)
+    _draw_shots(shots_axes, session, comparison)
     recording, pulse = _hit(session)
     draw_pulse(right, session, recording, pulse)
     right.set_title("A recorded hammer hit and its pulse")

@@ -20,20 +20,20 @@ def parse_where(words: tuple[str, ...]) -> tuple[Condition, ...]:
 
 
 def _condition(word: str) -> Condition:
-    found = _FORM.match(word)
-    if found is None or not found["value"]:
+    match = _FORM.match(word)
+    if match is None or not match["value"]:
         signs = " ".join(OPERATORS)
         raise ValueError(f"--where {word!r} is not a condition; expected FIELD=VALUE (or one of {signs})")
-    field, operator, text = found["field"], found["operator"], found["value"]
-    known = BY_COLUMN.get(field)
+    field, operator, text = match["field"], match["operator"], match["value"]
+    factor = BY_COLUMN.get(field)
     value: str | float = text
     number = None if field == CAMPAIGN else _number(text)  # a campaign's name may look like one
     if number is not None:
         value = number
-    if known is not None:
-        field = known.name
-        if number is not None and known.si_unit is not None:
-            value = float(level_label(number * known.scale))
+    if factor is not None:
+        field = factor.name
+        if number is not None and factor.si_unit is not None:
+            value = float(level_label(number * factor.scale))
     if operator not in ("=", "!=") and number is None:
         raise ValueError(f"--where {word!r} compares with {text!r}; expected a number after {operator}")
     return Condition(field, operator, value if isinstance(value, float) else text)

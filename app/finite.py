@@ -12,7 +12,7 @@ def finite(value: Any) -> Any:
     if isinstance(value, float):  # first: most of what is asked is numbers
         return float(value) if math.isfinite(value) else None
     if isinstance(value, list | tuple):
-        return [finite(each) for each in value]
+        return [finite(element) for element in value]
     if isinstance(value, Mapping):
-        return {key: finite(each) for key, each in value.items()}
+        return {key: finite(element) for key, element in value.items()}
     return value

@@ -30,9 +30,9 @@ def new_figure(width: float, height: float) -> Figure:
 
 def save(figure: Figure, path: Path) -> None:
     """Write a figure; the suffix decides the format. `ValueError` for one that cannot be drawn."""
-    known = figure.canvas.get_supported_filetypes()
-    if path.suffix.lstrip(".").lower() not in known:
-        raise ValueError(f"cannot draw {path.name!r}; expected one of {', '.join('.' + k for k in sorted(known))}")
+    formats = figure.canvas.get_supported_filetypes()
+    if path.suffix.lstrip(".").lower() not in formats:
+        raise ValueError(f"cannot draw {path.name!r}; expected one of {', '.join('.' + k for k in sorted(formats))}")
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as partial:
         figure.savefig(partial)

@@ -17,5 +17,5 @@ def is_for_the_user(error: Exception) -> bool:
 
 def words_of(error: Exception) -> str:
     """What to tell of it."""
-    said = str(error)
-    return f"{said}; {MAKE_ROOM}" if disk_is_full(error) and "make room" not in said else said
+    message = str(error)
+    return f"{message}; {MAKE_ROOM}" if disk_is_full(error) and "make room" not in message else message

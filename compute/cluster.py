@@ -45,8 +45,8 @@ def _check_workers(client: Client, address: str) -> None:
         raise ValueError(f"the Dask scheduler at {address} has no worker; start some: dask worker {address}") from None
     versions = client.get_versions(packages=["pyroshock"])
     ours = versions["client"]["packages"]["pyroshock"]
-    for worker, found in versions["workers"].items():
-        theirs = found["packages"]["pyroshock"]
+    for worker, worker_versions in versions["workers"].items():
+        theirs = worker_versions["packages"]["pyroshock"]
         if theirs != ours:
             raise ValueError(f"the Dask worker at {worker} has pyroshock {theirs}, here it is {ours}; install the same")
 

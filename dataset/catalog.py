@@ -20,11 +20,13 @@ def get_snapshot_row(session: Session, name: str) -> DatasetSnapshot:
         return row
     if len(name) >= _SHORTEST_HASH and set(name) <= set("0123456789abcdef"):
         query = select(DatasetSnapshot).where(DatasetSnapshot.content_hash.startswith(name, autoescape=True))
-        found = session.scalars(query.limit(2)).all()
-        if len(found) == 1:
-            return found[0]
-    known = ", ".join(session.scalars(select(DatasetSnapshot.name).order_by(DatasetSnapshot.name).limit(10)))
-    raise LookupError(f"no dataset {name!r} in the store; there: {known or 'none yet (pyroshock dataset build)'}")
+        matches = session.scalars(query.limit(2)).all()
+        if len(matches) == 1:
+            return matches[0]
+    existing_names = ", ".join(session.scalars(select(DatasetSnapshot.name).order_by(DatasetSnapshot.name).limit(10)))
+    raise LookupError(
+        f"no dataset {name!r} in the store; there: {existing_names or 'none yet (pyroshock dataset build)'}"
+    )
 
 
 def list_snapshots(session: Session) -> list[dict[str, Any]]:

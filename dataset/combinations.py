@@ -21,9 +21,9 @@ def is_near(values: Floats, levels: Sequence[float]) -> NDArray[np.bool_]:
 
 def positions(values: Floats, levels: Sequence[float]) -> Integers:
     """The position (n,) of the nearest level; -1 where none is near, or the value is NaN."""
-    known = np.asarray(levels, dtype=np.float64)
-    at = np.abs(values[:, None] - known).argmin(axis=1)
-    return np.where(np.abs(values - known[at]) <= NEAR * np.abs(known[at]), at, -1)
+    level_values = np.asarray(levels, dtype=np.float64)
+    at = np.abs(values[:, None] - level_values).argmin(axis=1)
+    return np.where(np.abs(values - level_values[at]) <= NEAR * np.abs(level_values[at]), at, -1)
 
 
 def unmet(met: Integers, asked: Integers) -> Integers:
@@ -31,10 +31,10 @@ def unmet(met: Integers, asked: Integers) -> Integers:
 
     `met` (k x q) and `asked` (n x q) hold positions of levels; -1 (no level) meets everything.
     """
-    found = [np.zeros((0, 3), dtype=np.int64)]
+    unseen = [np.zeros((0, 3), dtype=np.int64)]
     size = 1 + max(met.max(initial=0), asked.max(initial=0))
     for a, b in combinations(range(met.shape[1]), 2):
         is_new = ~np.isin(asked[:, a] * size + asked[:, b], met[:, a] * size + met[:, b])
         rows = np.flatnonzero(is_new & (asked[:, a] >= 0) & (asked[:, b] >= 0))
-        found.append(np.column_stack([rows, np.full(rows.size, a), np.full(rows.size, b)]))
-    return np.concatenate(found)
+        unseen.append(np.column_stack([rows, np.full(rows.size, a), np.full(rows.size, b)]))
+    return np.concatenate(unseen)

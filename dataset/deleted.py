@@ -42,24 +42,24 @@ def source_deleted(session: Session, row: DatasetSnapshot) -> str | None:
 def list_withdrawals(session: Session) -> dict[str, Withdrawal]:
     """Datasets that lost pulses by deletions and have not got them back, by hash."""
     stones = session.scalars(select(Tombstone).order_by(Tombstone.id)).all()
-    hashes = {each["hash"] for stone in stones for each in stone.stood_on["datasets"]}
+    hashes = {member["hash"] for stone in stones for member in stone.stood_on["datasets"]}
     rows = session.scalars(select(DatasetSnapshot).where(DatasetSnapshot.content_hash.in_(hashes))) if hashes else ()
     withdrawals = [_withdrawal(session, row, stones) for row in rows]
-    return {each.hash: each for each in withdrawals if each is not None}
+    return {withdrawal.hash: withdrawal for withdrawal in withdrawals if withdrawal is not None}
 
 
 def _withdrawal(session: Session, row: DatasetSnapshot, stones: Sequence[Tombstone]) -> Withdrawal | None:
     entries = [
-        (stone, each)
+        (stone, entry)
         for stone in stones
-        for each in stone.stood_on["datasets"]
-        if each["hash"] == row.content_hash and each["pulses"] > each.get("returned", 0)
+        for entry in stone.stood_on["datasets"]
+        if entry["hash"] == row.content_hash and entry["pulses"] > entry.get("returned", 0)
     ]
     if not entries:
         return None
     pulses = session.scalar(select(func.count()).where(SnapshotPulse.snapshot_id == row.id)) or 0
-    frozen = max(each["before"] for _, each in entries)
-    explained = sum(each["pulses"] - each.get("returned", 0) for _, each in entries)
+    frozen = max(entry["before"] for _, entry in entries)
+    explained = sum(entry["pulses"] - entry.get("returned", 0) for _, entry in entries)
     if not 0 < frozen - pulses <= explained:
         return None
     stone = entries[-1][0]

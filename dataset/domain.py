@@ -52,18 +52,18 @@ class Domain:
         combination is told by the predictor that contributes most. Raises `ValueError` for other predictors.
         """
         if inputs.predictors != self.predictors:
-            mine, theirs = (", ".join(p.name for p in ps) for ps in (self.predictors, inputs.predictors))
-            raise ValueError(f"inputs have predictors {theirs}; the domain is of {mine}")
-        found: _Found = [[] for _ in range(len(inputs))]
+            own_names, theirs = (", ".join(p.name for p in ps) for ps in (self.predictors, inputs.predictors))
+            raise ValueError(f"inputs have predictors {theirs}; the domain is of {own_names}")
+        limits_by_row: _Found = [[] for _ in range(len(inputs))]
         for limit, column in zip(self.limits, inputs.x.T, strict=True):
-            _tell(limit, column, ~limit.inside(column), found)
-        self._tell_unmet(inputs.x, _clean(found), found)
-        self._tell_far(inputs.x, _clean(found), found)
+            _tell(limit, column, ~limit.inside(column), limits_by_row)
+        self._tell_unmet(inputs.x, _clean(limits_by_row), limits_by_row)
+        self._tell_far(inputs.x, _clean(limits_by_row), limits_by_row)
         for limit in self.bench:
             column = getattr(inputs, _BENCH[limit.predictor.name][0])
             # Not known is no error here: the bench is no predictor, and most models do not ask for it.
-            _tell(limit, column, ~limit.inside(column) & ~np.isnan(column), found)
-        return [tuple(told) for told in found]
+            _tell(limit, column, ~limit.inside(column) & ~np.isnan(column), limits_by_row)
+        return [tuple(row_limits) for row_limits in limits_by_row]
 
     def numbers(self, inputs: Inputs) -> Iterator[tuple[Limit, Floats]]:
         """The limits that are numbers, of predictors and of the bench, with the values (n,) that are asked about."""
@@ -78,9 +78,9 @@ class Domain:
         at = [i for i, limit in enumerate(self.limits) if limit.values]
         pairs = unmet(self.met, _positions(self.limits, x[rows]))
         for number in np.unique(pairs[:, 0]):
-            mine = pairs[pairs[:, 0] == number, 1:]
-            worst = int(np.bincount(mine.ravel()).argmax())
-            other = int(next(b if a == worst else a for a, b in mine.tolist() if worst in (a, b)))
+            own_pairs = pairs[pairs[:, 0] == number, 1:]
+            worst = int(np.bincount(own_pairs.ravel()).argmax())
+            other = int(next(b if a == worst else a for a, b in own_pairs.tolist() if worst in (a, b)))
             row, (i, j) = rows[number], (at[worst], at[other])
             stranger = f"{self.limits[j].predictor.name} {_text(self.limits[j].shown(x[row, j]))}"
             found[row].append(self.limits[i].telling(x[row, i], f"was never recorded together with {stranger}"))
@@ -112,8 +112,8 @@ class Domain:
         if not isinstance(data, dict) or data.get("format") != _FORMAT:
             raise ValueError(f"no validity domain of format {_FORMAT}; train the model anew")
         try:
-            limits = tuple(Limit.from_json(one) for one in data["limits"])
-            bench = tuple(Limit.from_json(one) for one in data["bench"])
+            limits = tuple(Limit.from_json(limit) for limit in data["limits"])
+            bench = tuple(Limit.from_json(limit) for limit in data["bench"])
             subspace = Subspace.from_json(data["subspace"])
             met = np.array(data["met"], dtype=np.int64).reshape(-1, sum(bool(limit.values) for limit in limits))
             if subspace.mean.size != sum(map(_width, limits)) or {b.predictor.name for b in bench} - _BENCH.keys():
@@ -127,10 +127,10 @@ def _bench(table: Inputs) -> tuple[Limit, ...]:
     limits = []
     for name, (attribute, unit) in _BENCH.items():
         column = getattr(table, attribute)
-        known = column[~np.isnan(column)]
+        recorded = column[~np.isnan(column)]
         is_predictor = any(np.array_equal(column, predictor) for predictor in table.x.T)
-        if known.size and not is_predictor:
-            limits.append(Limit.of(Predictor(name, unit), known))
+        if recorded.size and not is_predictor:
+            limits.append(Limit.of(Predictor(name, unit), recorded))
     return tuple(limits)
 
 
@@ -155,7 +155,7 @@ def _width(limit: Limit) -> int:
 
 def _clean(found: _Found) -> Integers:
     """Rows of which nothing is told yet."""
-    return np.array([row for row, told in enumerate(found) if not told], dtype=np.int64)
+    return np.array([row for row, row_limits in enumerate(found) if not row_limits], dtype=np.int64)
 
 
 def _tell(limit: Limit, column: Floats, outside: Any, found: _Found) -> None:

@@ -34,7 +34,7 @@ class Outside:
 
     def __str__(self) -> str:
         """ "impact_velocity = 9 lies beyond what was recorded (0.31 to 2.4)"."""
-        value, *ends = (one if isinstance(one, str) else f"{one:.4g}" for one in (self.value, *self.range))
+        value, *ends = (bound if isinstance(bound, str) else f"{bound:.4g}" for bound in (self.value, *self.range))
         between = ", " if isinstance(self.range[0], str) else " to "
         return f"{self.predictor} = {value} {self.reason} ({between.join(dict.fromkeys(ends))})"
 

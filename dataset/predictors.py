@@ -110,15 +110,15 @@ def _is_known(source: str) -> bool:
 
 def _check_kind(source: str, unit: str, levels: tuple[str, ...], where: str) -> None:
     """Words need levels, numbers their unit; what a lab's own factor holds, only its store knows."""
-    known = BY_NAME.get(source.removeprefix(FACTOR)) if source.startswith(FACTOR) else None
-    is_number = source in NUMBERS or (known is not None and known.is_number)
-    is_word = source in WORDS or (known is not None and not known.is_number)
+    factor = BY_NAME.get(source.removeprefix(FACTOR)) if source.startswith(FACTOR) else None
+    is_number = source in NUMBERS or (factor is not None and factor.is_number)
+    is_word = source in WORDS or (factor is not None and not factor.is_number)
     if levels and (is_number or unit):
         raise ValueError(f"{where}: {source!r} is a number, or has a unit; levels are for words")
     if is_word and not levels:
         raise ValueError(f"{where}: {source!r} is a word; expected its levels")
     if is_number:
-        expected = NUMBERS[source][0] if source in NUMBERS else (known.si_unit if known else None) or ""
+        expected = NUMBERS[source][0] if source in NUMBERS else (factor.si_unit if factor else None) or ""
         if unit != expected:
             raise ValueError(f"{where}: unit is {unit!r}; {source!r} is in {expected!r}")
 

@@ -93,7 +93,7 @@ def _in_order(session: Session, query: Select[Any]) -> list[Row]:
 
 def levels_of(session: Session, configurations: Iterable[int]) -> dict[int, Levels]:
     """Factors of configurations, by key."""
-    found: defaultdict[int, Levels] = defaultdict(lambda: ({}, {}))
+    levels_by_configuration: defaultdict[int, Levels] = defaultdict(lambda: ({}, {}))
     keys = sorted(set(configurations))
     query = (
         select(ConfigurationLevel.configuration_id, Factor.name, FactorLevel.label, FactorLevel.number)
@@ -103,11 +103,11 @@ def levels_of(session: Session, configurations: Iterable[int]) -> dict[int, Leve
     for i in range(0, len(keys), _CHUNK):
         chunk = query.where(ConfigurationLevel.configuration_id.in_(keys[i : i + _CHUNK]))
         for key, factor, label, number in session.execute(chunk):
-            words, numbers = found[key]
+            words, numbers = levels_by_configuration[key]
             words[factor] = label
             if number is not None:
                 numbers[factor] = number
-    return found
+    return levels_by_configuration
 
 
 def force_hashes(session: Session, campaigns: Sequence[int]) -> dict[int, str]:

@@ -118,19 +118,19 @@ def _check_factors(session: Session, predictors: PredictorSet) -> None:
     for predictor, source in zip(predictors.predictors, predictors.sources, strict=True):
         name = source.removeprefix(FACTOR)
         if source.startswith(FACTOR) and name not in there and name not in BY_NAME:
-            known = ", ".join(sorted(there))
-            raise LookupError(f"predictor {predictor.name}: no factor {name!r} in the store; known: {known}")
+            existing_names = ", ".join(sorted(there))
+            raise LookupError(f"predictor {predictor.name}: no factor {name!r} in the store; known: {existing_names}")
 
 
 def _extraction_id(session: Session, fingerprint: str | None) -> int | None:
     if fingerprint is None:
         return None
-    known = session.execute(select(ExtractionSettings.id, ExtractionSettings.fingerprint)).all()
-    found = [key for key, text in known if fingerprint and text.startswith(fingerprint)]
-    if len(found) != 1:
-        there = ", ".join(text[:12] for _, text in known) or "none yet"
-        raise LookupError(f"{len(found) or 'no'} extractions {fingerprint!r} in the store; there: {there}")
-    return found[0]
+    settings_rows = session.execute(select(ExtractionSettings.id, ExtractionSettings.fingerprint)).all()
+    matches = [key for key, text in settings_rows if fingerprint and text.startswith(fingerprint)]
+    if len(matches) != 1:
+        there = ", ".join(text[:12] for _, text in settings_rows) or "none yet"
+        raise LookupError(f"{len(matches) or 'no'} extractions {fingerprint!r} in the store; there: {there}")
+    return matches[0]
 
 
 def _entering(
@@ -165,5 +165,5 @@ def _told(left_out: Counter[str]) -> str:
     """The reasons, the most frequent first."""
     if not left_out:
         return "the campaign has no impacts (shots alone carry no force)"
-    told = [f"{count} with {reason}" for reason, count in left_out.most_common(_REASONS_TOLD)]
-    return "; ".join(told)
+    reasons = [f"{count} with {reason}" for reason, count in left_out.most_common(_REASONS_TOLD)]
+    return "; ".join(reasons)

@@ -83,17 +83,17 @@ def build_snapshot(
 
     def freeze(session: Session) -> _Known | None:
         # Another process may be building it too: the loser of the race is run again, and finds it.
-        known = _known(session, name, digest)
-        if known is None:
+        existing = _known(session, name, digest)
+        if existing is None:
             _add(store, session, name, digest, draft)
         else:
-            _fill_up(store, session, known, digest, draft)
-        return known
+            _fill_up(store, session, existing, digest, draft)
+        return existing
 
-    known = store.write(freeze, idempotent=True)
-    if known is None:
+    existing = store.write(freeze, idempotent=True)
+    if existing is None:
         return Built(Snapshot(name, digest, draft.definition, draft.table), added=True)
-    return Built(Snapshot(known.name, digest, known.definition, draft.table), added=False)
+    return Built(Snapshot(existing.name, digest, existing.definition, draft.table), added=False)
 
 
 def _check_name(name: str) -> None:
@@ -164,7 +164,7 @@ def _frozen(session: Session, row: DatasetSnapshot) -> Snapshot:
     definition = _understood(row)
     predictors = from_json(definition["predictors"])
     rows = _with_kept_facts(session, row.name, rows_of_snapshot(session, row.id), definition)
-    levels = levels_of(session, (one["configuration_id"] for one in rows))
+    levels = levels_of(session, (row["configuration_id"] for row in rows))
     stated = definition.get("velocity") or {}
     if stated.get("converted"):
         rows = converted(rows, levels, definition["materials"], stated["kind"]).rows

@@ -66,11 +66,11 @@ def expand(table: PulseTable, text: str) -> tuple[str, ...]:
     What every pulse has (the only campaign, a plate's material throughout) cannot be left out and is not listed.
     """
     if text == "materials":
-        found = sorted({*table.tip_material.tolist(), *table.target_material.tolist()} - {""})
-        return tuple(f"material={one}" for one in found if not _of_material(table, one)[0].all())
+        materials = sorted({*table.tip_material.tolist(), *table.target_material.tolist()} - {""})
+        return tuple(f"material={material}" for material in materials if not _of_material(table, material)[0].all())
     if text == "campaigns":
-        found = sorted(set(table.campaign.tolist()))
-        return tuple(f"campaign={one}" for one in found) if len(found) > 1 else ()
+        materials = sorted(set(table.campaign.tolist()))
+        return tuple(f"campaign={campaign}" for campaign in materials) if len(materials) > 1 else ()
     return (text,)
 
 
@@ -130,8 +130,8 @@ def _of_campaign(table: PulseTable, campaign: str) -> tuple[Mask, str]:
 
 def _refuse_unknown(what: str, name: str, test: Mask, there: Iterable[str]) -> None:
     if not test.any():
-        known = ", ".join(sorted(set(there) - {""}))
-        raise LookupError(f"no {what} {name!r} in the dataset; there: {known}")
+        levels_there = ", ".join(sorted(set(there) - {""}))
+        raise LookupError(f"no {what} {name!r} in the dataset; there: {levels_there}")
 
 
 _DRAWN: dict[str, Callable[[PulseTable, int], tuple[Mask, str]]] = {

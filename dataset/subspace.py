@@ -53,8 +53,8 @@ class Subspace:
         scale = np.where(scale > 1e-12 * np.abs(encoded).max(axis=0, initial=0.0), scale, 1.0)
         _, spread, axes = np.linalg.svd((encoded - mean) / scale, full_matrices=False)
         kept = spread > _RANK_SHARE * spread.max(initial=0.0)
-        found = cls(mean, scale, axes[kept], spread[kept], 1.0, 1.0)
-        distances = found.distances(encoded)
+        subspace = cls(mean, scale, axes[kept], spread[kept], 1.0, 1.0)
+        distances = subspace.distances(encoded)
         # A little above the largest, for other machines round otherwise.
         leverage = float(distances.leverage.max(initial=0.0)) * (1 + 1e-6) or 1.0
         off = max(OFF_LIMIT, 2 * float(distances.off.max(initial=0.0)))

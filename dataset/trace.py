@@ -38,14 +38,14 @@ class Trace:
 
 def trace(session: Session, snapshot: Snapshot, key: str) -> Trace:
     """The origin of a pulse by its key, or the start of it. Raises `LookupError` where none or several have it."""
-    found = [row for row, text in enumerate(snapshot.table.key) if len(key) >= _SHORTEST_KEY and text.startswith(key)]
-    if len(found) != 1:
+    matches = [row for row, text in enumerate(snapshot.table.key) if len(key) >= _SHORTEST_KEY and text.startswith(key)]
+    if len(matches) != 1:
         raise LookupError(
-            f"{len(found) or 'no'} pulses of dataset {snapshot.name!r} have the key {key!r}; "
+            f"{len(matches) or 'no'} pulses of dataset {snapshot.name!r} have the key {key!r}; "
             f"expected the start of one, such as {str(snapshot.table.key[0])[:12]}; "
             f"pyroshock dataset export {snapshot.name} --out FILE.csv lists them"
         )
-    row = found[0]
+    row = matches[0]
     query = (
         select(Campaign, Impact, Pulse, ExtractionSettings, Recording)
         .select_from(Pulse)

@@ -59,8 +59,8 @@ def one_kind(rows: Sequence[Row]) -> str | None:
 def definition_of(kind: str | None, converted: ConvertedRows | None, impacts: Sequence[int]) -> dict[str, Any]:
     """What a dataset's definition states of its velocities: kind, how many of the `impacts` have a converted one, and
     the median relative standard uncertainty of these."""
-    known = {} if converted is None else converted.relative_u
-    shares = [known[impact] for impact in impacts if impact in known]
+    relative_u = {} if converted is None else converted.relative_u
+    shares = [relative_u[impact] for impact in impacts if impact in relative_u]
     return {"kind": kind, "converted": len(shares), "relative_u": float(np.median(shares)) if shares else None}
 
 
@@ -94,15 +94,15 @@ def converted(rows: Sequence[Row], levels: Mapping[int, Levels], materials: Mate
         case = case_of(row, levels[row["configuration_id"]])
         figures = materials.get(case.plate or "", {})
         plate = (*(figures.get(name) for name in _PLATE), case.plate_thickness_m)
-        known = tuple(float(value) for value in plate if value is not None)
-        if len(known) < len(plate) or case.velocity_m_s is None:
+        plate_values = tuple(float(value) for value in plate if value is not None)
+        if len(plate_values) < len(plate) or case.velocity_m_s is None:
             refused[row["impact_id"]] = (
                 "a velocity that cannot be converted: the plate's material or thickness is unknown"
             )
             continue
         own_u = (row["impact_velocity_u_m_s"] or 0.0) if row["impact_velocity_m_s"] is not None else 0.0
         anvil = case.words.get("anvil_material", NONE) != NONE
-        chosen.append((place, case.velocity_m_s, own_u, known, anvil))
+        chosen.append((place, case.velocity_m_s, own_u, plate_values, anvil))
     out: list[Any] = list(rows)
     if not chosen:
         return ConvertedRows(out, {}, refused)

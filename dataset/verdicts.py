@@ -28,10 +28,10 @@ def verdicts(session: Session, campaigns: Sequence[int], rows: Iterable[Row], ru
     """Impacts that `rule` leaves out: the impact's key -> "CHECK (SEVERITY)", the worst. `ValueError` for no rule."""
     if rule not in RULES:
         raise ValueError(f"quality rule is {rule!r}; expected one of {', '.join(RULES)}")
-    found = _findings(session, campaigns, RULES[rule]) if RULES[rule] else []
+    findings = _findings(session, campaigns, RULES[rule]) if RULES[rule] else []
     of_impact: dict[int, str] = {}
     of_recording: dict[tuple[int, bool], str] = {}
-    for impact, recording, force, velocity, text in reversed(found):  # the worst is first, and stays
+    for impact, recording, force, velocity, text in reversed(findings):  # the worst is first, and stays
         if impact is not None:
             of_impact[impact] = text
         else:
@@ -42,9 +42,9 @@ def verdicts(session: Session, campaigns: Sequence[int], rows: Iterable[Row], ru
     out = {}
     for row in rows:
         integrated = velocity_kind(row["velocity_source"]) in (INTEGRATED, TARGET_MOTION_ADDED)
-        said = of_impact.get(row["impact_id"]) or of_recording.get((row["recording_id"], integrated))
-        if said:
-            out[row["impact_id"]] = said
+        verdict = of_impact.get(row["impact_id"]) or of_recording.get((row["recording_id"], integrated))
+        if verdict:
+            out[row["impact_id"]] = verdict
     return out
 
 
@@ -65,12 +65,12 @@ def _findings(session: Session, campaigns: Sequence[int], severities: tuple[str,
         .outerjoin(RecordedChannel, QualityFinding.channel_id == RecordedChannel.id)
         .where(QualityFinding.severity.in_(severities), _of_campaigns(campaigns))
     )
-    found = []
+    rows = []
     for impact, recording, check, severity, quantity, position in session.execute(query):
         rides = quantity == "acceleration" and on_impactor(position)
         of_force = quantity in (None, "force") and check != MISSING_CHANNEL
-        found.append((impact, recording, of_force, rides, f"{check} ({severity})"))
-    return sorted(found, key=lambda finding: (finding[4].endswith("(warning)"), finding[4]))
+        rows.append((impact, recording, of_force, rides, f"{check} ({severity})"))
+    return sorted(rows, key=lambda finding: (finding[4].endswith("(warning)"), finding[4]))
 
 
 def _of_campaigns(campaigns: Sequence[int]) -> ColumnElement[bool]:

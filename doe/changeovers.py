@@ -15,8 +15,8 @@ def factor_levels(axis: Axis) -> NDArray[np.int64]:
 
 def changeovers(space: Space, treatments: NDArray[np.int64]) -> dict[str, int]:
     """Factor to the number of times that it differs from the run before, treatments (n, axes) in order of run."""
-    found: dict[str, int] = {}
+    changes_by_factor: dict[str, int] = {}
     for index, axis in enumerate(space.axes):
         changed = np.diff(factor_levels(axis)[treatments[:, index]], axis=0) != 0
-        found |= {factor.name: int(changed[:, place].sum()) for place, factor in enumerate(axis.factors)}
-    return {factor.name: found[factor.name] for factor in space.factors}
+        changes_by_factor |= {factor.name: int(changed[:, place].sum()) for place, factor in enumerate(axis.factors)}
+    return {factor.name: changes_by_factor[factor.name] for factor in space.factors}

@@ -116,7 +116,14 @@ def continuous_levels(low: float, high: float, step: float | None) -> tuple[str,
     if step is None:
         decades = range(math.floor(math.log10(span)) - 1, math.floor(math.log10(span)) - 5, -1)
         steps = [digit * 10.0**decade for decade in decades for digit in (5, 2, 1)]
-        step = next((each for each in steps if span / each >= 49.5 and _divides(each, span)), None)
+        step = next(
+            (
+                candidate_step
+                for candidate_step in steps
+                if span / candidate_step >= 49.5 and _divides(candidate_step, span)
+            ),
+            None,
+        )
         if step is None:
             raise ValueError(f"low is {low:g} and high {high:g}; expected a step that divides the range")
     if not (math.isfinite(step) and step > 0 and _divides(step, span)):
@@ -204,37 +211,39 @@ def _feasible(factors: tuple[Factor, ...], rules: Sequence[Rule]) -> Combination
     names = "+".join(factor.name for factor in factors)
     if math.prod(len(factor.levels) for factor in factors) > _MOST_COMBINATIONS:
         raise ValueError(f"{names}: more than {_MOST_COMBINATIONS} combinations of connected factors; expected fewer")
-    found = []
+    factors_found = []
     for levels in itertools.product(*(range(len(factor.levels)) for factor in factors)):
         texts = {factor.name: factor.levels[level] for factor, level in zip(factors, levels, strict=True)}
         if all(rule.allows(texts) for rule in rules):
-            found.append(levels)
-    if not found:
+            factors_found.append(levels)
+    if not factors_found:
         raise ValueError(f"{names}: no feasible combination: {'; '.join(map(str, rules))}")
     for place, factor in enumerate(factors):
-        missing = set(range(len(factor.levels))) - {levels[place] for levels in found}
+        missing = set(range(len(factor.levels))) - {levels[place] for levels in factors_found}
         if missing:
             raise ValueError(
                 f"factor {factor.name!r}: level {factor.levels[min(missing)]!r} is in no feasible combination"
             )
-    return tuple(found)
+    return tuple(factors_found)
 
 
 def _check_rules(factors: Sequence[Factor], rules: Sequence[Rule]) -> None:
-    known = {factor.name: factor for factor in factors}
+    factors_by_name = {factor.name: factor for factor in factors}
     for rule in rules:
         if len(set(rule.factors)) != len(rule.factors) or len(rule.factors) < 2:
             raise ValueError(
                 f"rule '{rule}': factors are {', '.join(rule.factors)}; expected two or more different ones"
             )
         for name in rule.factors:
-            if name not in known:
-                raise ValueError(f"rule '{rule}': factor {name!r} is unknown; expected one of {', '.join(known)}")
-            if known[name].continuous:
+            if name not in factors_by_name:
+                raise ValueError(
+                    f"rule '{rule}': factor {name!r} is unknown; expected one of {', '.join(factors_by_name)}"
+                )
+            if factors_by_name[name].continuous:
                 raise ValueError(f"rule '{rule}': factor {name!r} is continuous; expected factors with levels")
         for name, level in rule.mentions:
-            if level not in known[name].levels:
-                expected = ", ".join(known[name].levels)
+            if level not in factors_by_name[name].levels:
+                expected = ", ".join(factors_by_name[name].levels)
                 raise ValueError(f"rule '{rule}': {name!r} has no level {level!r}; expected one of {expected}")
 
 

@@ -120,8 +120,8 @@ def check_run(run: PlannedShot, limits: BenchLimits) -> list[Exceeded]:
 def refuse_unsafe(runs: Iterable[PlannedShot], limits: BenchLimits) -> None:
     """Raise `UnsafeRunError`, naming each run, limit, value and what is allowed, unless the bench withstands all."""
     planned = list(runs)
-    found = [(run, check_run(run, limits)) for run in planned]
-    exceeded = [(run, items) for run, items in found if items]
+    checked_runs = [(run, check_run(run, limits)) for run in planned]
+    exceeded = [(run, items) for run, items in checked_runs if items]
     if exceeded:
         raise UnsafeRunError(exceeded, len(planned))
 
@@ -210,12 +210,12 @@ def _suspension_checks(run: PlannedShot, limits: BenchLimits) -> Iterator[_Check
     if limits.max_swing_m is not None:
         yield "max_swing_m", "swing of the plate", swing.reach_m, limits.max_swing_m, "m"
     radius = limits.bullet_diameter_m / 2
-    for limit, words, way, edge in (
+    for limit, words, direction, edge in (
         ("strike_to_lower_edge_m", "chain height", height, limits.strike_to_lower_edge_m),
         ("strike_to_upper_edge_m", "chain height below the usual", -height, limits.strike_to_upper_edge_m),
     ):
         if edge is not None:
-            yield limit, words, way, edge - radius, "m"
+            yield limit, words, direction, edge - radius, "m"
 
 
 def _shot(

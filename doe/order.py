@@ -110,10 +110,10 @@ def _path(levels: list[int], costs: Costs, start: int | None, rng: np.random.Gen
 
 
 def _nearest(shuffled: list[int], costs: Costs, start: int | None) -> list[int]:
-    left, path, here = list(shuffled), [], start
-    while left:
-        following = left[0] if here is None else min(left, key=costs[here].__getitem__)
-        left.remove(following)
+    remaining, path, here = list(shuffled), [], start
+    while remaining:
+        following = remaining[0] if here is None else min(remaining, key=costs[here].__getitem__)
+        remaining.remove(following)
         path.append(following)
         here = following
     return path

@@ -164,8 +164,8 @@ def tick_run(store: Store, plan_name: str, run: int, *, status: str, note: str |
     """
     if status not in STATUSES:
         raise ValueError(f"status of run {run} is {status!r}; expected one of {', '.join(STATUSES)}")
-    said = (note or "").strip() or None
-    if status == "discarded" and said is None:
+    note_text = (note or "").strip() or None
+    if status == "discarded" and note_text is None:
         raise ValueError("no reason given; a discarded run needs one")
 
     def tick(session: Session) -> StoredRun:
@@ -175,12 +175,12 @@ def tick_run(store: Store, plan_name: str, run: int, *, status: str, note: str |
         if row is None:
             raise ValueError(f"plan {plan_name!r} has no run {run}")
         recorded = _recorded(session, plan).get(row.id, 0)
-        if status == "planned" and row.status != "planned" and recorded and said is None:
+        if status == "planned" and row.status != "planned" and recorded and note_text is None:
             raise ValueError(
                 f"run {run} of plan {plan_name!r} has {recorded} recorded repetitions; say why it is to be run again"
             )
-        if status != row.status or said is not None:
-            row.status, row.reason = status, said
+        if status != row.status or note_text is not None:
+            row.status, row.reason = status, note_text
         return _stored_run(row, recorded)
 
     return store.write(tick, idempotent=True)
@@ -202,8 +202,8 @@ def _stored_run(row: PlannedRun, recorded: int) -> StoredRun:
 def _plan_row(session: Session, name: str) -> Plan:
     plan = session.scalars(select(Plan).where(Plan.name == name)).one_or_none()
     if plan is None:
-        known = ", ".join(session.scalars(select(Plan.name).order_by(Plan.name))) or "none"
-        raise UnknownPlanError(f"no plan {name!r} in the store; there: {known}")
+        existing_names = ", ".join(session.scalars(select(Plan.name).order_by(Plan.name))) or "none"
+        raise UnknownPlanError(f"no plan {name!r} in the store; there: {existing_names}")
     return plan
 
 
@@ -218,7 +218,7 @@ def _add_runs(
 ) -> None:
     names = material_names(session)
     wanted = [repetitions] * len(rows) if isinstance(repetitions, int) else list(repetitions)
-    given = [dict(each) for each in settings] if settings is not None else [{} for _ in rows]
+    given = [dict(run_settings) for run_settings in settings] if settings is not None else [{} for _ in rows]
     levels = [
         _levels(number, {**row, **{column: repr(value) for column, value in more.items()}}, names)
         for row, number, more in zip(rows, numbers, given, strict=True)

@@ -88,9 +88,9 @@ def draw_pairs(axes: Any, space: Space, treatments: Levels, scale: float | None 
 
 
 def _draw_triples(axes: Any, sizes: list[int], rows: Levels, reach: float) -> None:
-    found = [one.ravel() for _, one in deviations(rows, sizes, 3)]
-    if found:
-        axes.hist(np.concatenate(found), bins=np.linspace(-reach, reach, 61), color=COLOUR)
+    deviations_of_pairs = [deviation.ravel() for _, deviation in deviations(rows, sizes, 3)]
+    if deviations_of_pairs:
+        axes.hist(np.concatenate(deviations_of_pairs), bins=np.linspace(-reach, reach, 61), color=COLOUR)
         axes.set_yscale("log")
     axes.axvspan(-1, 1, color=QUIET, alpha=0.25, lw=0)
     axes.set_xlim(-1.05 * max(1.0, reach), 1.05 * max(1.0, reach))

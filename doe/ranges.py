@@ -36,18 +36,18 @@ def with_ranges(text: str, ranges: Mapping[str, Sequence[float]]) -> str:
 def _with_range(factors: list[dict[str, Any]], column: str, limits: Sequence[float]) -> list[dict[str, Any]]:
     if not 2 <= len(limits) <= 3:
         raise ValueError(f"range of {column} is {list(limits)}; expected low and high, or low, high and step")
-    numbers = dict(zip(("low", "high", "step"), (float(number_label(float(each))) for each in limits), strict=False))
+    numbers = dict(zip(("low", "high", "step"), (float(number_label(float(limit))) for limit in limits), strict=False))
     for index, factor in enumerate(factors):
         if column in (factor.get("column", factor.get("name")), factor.get("name")):
             if "unit" not in factor or factor.get("kind") == "ordered":
                 raise ValueError(f"{column} has words for levels; expected a factor of numbers for a range")
             kept = {key: factor[key] for key in ("name", "column", "unit", "change") if key in factor}
             return [*factors[:index], {**kept, "kind": "continuous", **numbers}, *factors[index + 1 :]]
-    known = BY_COLUMN.get(column) or BY_NAME.get(column)
-    if known is None or not known.is_number:
+    known_factor = BY_COLUMN.get(column) or BY_NAME.get(column)
+    if known_factor is None or not known_factor.is_number:
         there = ", ".join(str(factor.get("column", factor.get("name"))) for factor in factors)
         raise ValueError(f"no factor {column!r} to give a range; there: {there}")
-    unit = known.column.removeprefix(f"{known.name}_")
-    added = {"name": known.name, "column": known.column, "kind": "continuous", "unit": unit, **numbers}
-    replaced = _VELOCITY_LEVEL if known.name == _PRESSURE else None
+    unit = known_factor.column.removeprefix(f"{known_factor.name}_")
+    added = {"name": known_factor.name, "column": known_factor.column, "kind": "continuous", "unit": unit, **numbers}
+    replaced = _VELOCITY_LEVEL if known_factor.name == _PRESSURE else None
     return [*(factor for factor in factors if factor.get("name") != replaced), added]

@@ -189,8 +189,8 @@ class Space:
         texts = {factor.name: factor.levels[level[factor.name]] for factor in self.factors}
         for rule in self.rules:
             if not rule.allows(texts):
-                found = ", ".join(f"{name} = {texts[name]}" for name in rule.factors)
-                raise ValueError(f"{found} is not feasible: {rule}")
+                values_text = ", ".join(f"{name} = {texts[name]}" for name in rule.factors)
+                raise ValueError(f"{values_text} is not feasible: {rule}")
         return [
             _place(axis, places, tuple(level[factor.name] for factor in axis.factors))
             for axis, places in zip(self.axes, self._places, strict=True)
@@ -213,8 +213,8 @@ def _stratified(axis: Axis) -> Axis:
 
 def _place(axis: Axis, places: Mapping[tuple[int, ...], int], levels: tuple[int, ...]) -> int:
     if levels not in places:  # an axis made by hand may leave out more than the rules do
-        found = "/".join(factor.levels[level] for factor, level in zip(axis.factors, levels, strict=True))
-        raise ValueError(f"{axis.name} = {found} is not feasible; expected one of {', '.join(axis.labels)}")
+        labels = "/".join(factor.levels[level] for factor, level in zip(axis.factors, levels, strict=True))
+        raise ValueError(f"{axis.name} = {labels} is not feasible; expected one of {', '.join(axis.labels)}")
     return places[levels]
 
 

@@ -138,15 +138,15 @@ def _values(entry: dict[str, Any], where: str) -> tuple[float, ...]:
 
 def _check_known(name: str, column: str, kind: str, levels: tuple[str, ...], where: str) -> None:
     """A factor that recordings know too must be the same there, or no recording would ever match its plan."""
-    known = BY_COLUMN.get(column) or BY_NAME.get(name)
-    if known is None:
+    factor = BY_COLUMN.get(column) or BY_NAME.get(name)
+    if factor is None:
         return
-    if (name, column, kind in _NUMBERS) != (known.name, known.column, known.is_number):
-        expected = f"{known.name!r} in {known.column!r}, {'numeric' if known.is_number else 'words'}"
+    if (name, column, kind in _NUMBERS) != (factor.name, factor.column, factor.is_number):
+        expected = f"{factor.name!r} in {factor.column!r}, {'numeric' if factor.is_number else 'words'}"
         raise ValueError(f"{where}: {kind} {name!r} in column {column!r}; tables of runs know {expected}")
     for level in levels:
-        if (known.words and level not in known.words) or (known.is_number and not known.allows(float(level))):
-            expected = f"one of {', '.join(known.words)}" if known.words else known.expected_number
+        if (factor.words and level not in factor.words) or (factor.is_number and not factor.allows(float(level))):
+            expected = f"one of {', '.join(factor.words)}" if factor.words else factor.expected_number
             raise ValueError(f"{where}: {column} has level {level!r}; expected {expected}")
 
 

@@ -31,10 +31,10 @@ def check_bench(file: CampaignFile, rows: Sequence[RunRow], confirmed: Collectio
     confirmed = {*confirmed, *file.confirmed}
     unknown = sorted(confirmed - set(RULES))
     if unknown:
-        known = ", ".join(RULES)
-        raise IngestError(*(f"{shown(rule)} is no rule that can be confirmed; known: {known}" for rule in unknown))
+        rule_names = ", ".join(RULES)
+        raise IngestError(*(f"{shown(rule)} is no rule that can be confirmed; known: {rule_names}" for rule in unknown))
     faults = Faults()
-    told: dict[str, list[int]] = {}
+    runs_by_message: dict[str, list[int]] = {}
     for row in rows:
         for rule, why in _broken(file, row):
             # A hammer's pad may lie on the bare plate: the disclosed hammer campaigns have such rows.
@@ -45,9 +45,11 @@ def check_bench(file: CampaignFile, rows: Sequence[RunRow], confirmed: Collectio
                         f'--confirm {rule} or with confirmed = ["{rule}"] in [bench] of campaign.toml'
                     ]
                 )
-            told.setdefault(rule, []).append(row.line)
+            runs_by_message.setdefault(rule, []).append(row.line)
     faults.refuse()
-    findings = [_finding(rule, f"{rows[0].file}: {_lines(lines)}: {_WORDS[rule]}") for rule, lines in told.items()]
+    findings = [
+        _finding(rule, f"{rows[0].file}: {_lines(lines)}: {_WORDS[rule]}") for rule, lines in runs_by_message.items()
+    ]
     unjudged = [row.line for row in rows if row.recording is None and _is_impact(file, row)]
     if unjudged:
         findings.append(

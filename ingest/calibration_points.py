@@ -54,8 +54,8 @@ def read_points(path: Path, reference_u: float = 0.0, reading_u_v: float = 0.0) 
         if column not in header:
             raise IngestError(f"{path.name}: no column {column!r}; expected {', '.join(COLUMNS)}")
     if unknown := sorted(set(header) - {*COLUMNS, *UNCERTAINTIES}):
-        known = ", ".join((*COLUMNS, *UNCERTAINTIES))
-        raise IngestError(f"{path.name}: unknown column {shown(unknown[0])}; known: {known}")
+        column_names = ", ".join((*COLUMNS, *UNCERTAINTIES))
+        raise IngestError(f"{path.name}: unknown column {shown(unknown[0])}; known: {column_names}")
     values: dict[str, list[float]] = {column: [] for column in header}
     for line, cells in lines:
         for column, text in cells.items():

@@ -39,15 +39,15 @@ def mode_changes(session: Session, table: int, modes: ModalTableFile) -> list[st
         if number not in stored or number not in given:
             there = ("in the folder", "not in the store") if number in given else ("not in the folder", "in the store")
             return [f"mode {number} is {there[0]}, {there[1]}"]
-        one, other = given[number], stored[number]
+        given_value, other = given[number], stored[number]
         pairs: list[tuple[str, float | None, float | None]] = [
-            ("frequency_hz", one.frequency_hz, other.frequency_hz),
-            ("damping_ratio", one.damping_ratio, other.damping_ratio),
-            ("shape_impact", one.shape_impact, other.shape_impact_per_sqrt_kg),
+            ("frequency_hz", given_value.frequency_hz, other.frequency_hz),
+            ("damping_ratio", given_value.damping_ratio, other.damping_ratio),
+            ("shape_impact", given_value.shape_impact, other.shape_impact_per_sqrt_kg),
         ]
         shapes = {shape.channel: shape.shape_per_sqrt_kg for shape in other.shapes}
-        names = sorted({*one.shapes, *shapes})
-        pairs += [(f"shape_{name}", one.shapes.get(name), shapes.get(name)) for name in names]
+        names = sorted({*given_value.shapes, *shapes})
+        pairs += [(f"shape_{name}", given_value.shapes.get(name), shapes.get(name)) for name in names]
         changes = [difference(f"mode {number}: {key}", _text(a), _text(b)) for key, a, b in pairs if a != b]
         if changes:
             return changes

@@ -53,9 +53,9 @@ def refuse_changed_channels(session: Session, campaign: Campaign, file: Campaign
     changes += _other_forces(file, stored)
     changes += _other_calibrations(session, campaign, file)
     if changes:
-        told = "; ".join(dict.fromkeys(changes))
+        listed = "; ".join(dict.fromkeys(changes))
         raise IngestError(
-            f"{FILE}: {told}: later figures of campaign {campaign.name!r} would not mean what the stored ones do; "
+            f"{FILE}: {listed}: later figures of campaign {campaign.name!r} would not mean what the stored ones do; "
             "restore the stored values, or give this campaign another name"
         )
 

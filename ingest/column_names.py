@@ -60,11 +60,11 @@ def check_columns(
                 there = shown(", ".join(header))
                 faults.add([f"{place}: {shown(column)} is no column of {table}; its columns are {there}"])
     for column in header:
-        known = resembled(column)
-        if known is not None and column not in declared and column not in confirmed:
+        similar = resembled(column)
+        if similar is not None and column not in declared and column not in confirmed:
             faults.add(
                 [
-                    f"{table}: column {shown(column)} resembles the known column {known!r}; correct its name, or, "
+                    f"{table}: column {shown(column)} resembles the known column {similar!r}; correct its name, or, "
                     f"if it is a factor of its own, declare it in campaign.toml ([factors], {_toml_key(column)} = "
                     f'"what it is") or confirm it with --free-factor {_argument(column)}'
                 ]
@@ -114,9 +114,9 @@ def _is_other_unit(plain: str, stem: str) -> bool:
 
 def suggestion(column: str, header: Collection[str]) -> str:
     """For a key that is missing: the column that was probably meant, as the end of a sentence; else nothing."""
-    for found in header:
-        if _edits(_plain(found), column) <= 1:
-            return f"; column {shown(found)} resembles it"
+    for heading in header:
+        if _edits(_plain(heading), column) <= 1:
+            return f"; column {shown(heading)} resembles it"
     return ""
 
 

@@ -308,12 +308,12 @@ def _outline(table: Mapping[str, Any]) -> tuple[tuple[float, float], ...] | None
     if value is None:
         return None
     corners = [_corner(corner) for corner in value] if isinstance(value, list) else []
-    known = tuple(corner for corner in corners if corner is not None)
-    if len(known) < max(3, len(corners)):
+    corners_given = tuple(corner for corner in corners if corner is not None)
+    if len(corners_given) < max(3, len(corners)):
         raise IngestError(
             f"{FILE}: bench.plate.outline_m is {shown(value)}; expected at least three corners [[x, y], …] in metres"
         )
-    return known
+    return corners_given
 
 
 def _corner(value: object) -> tuple[float, float] | None:

@@ -48,8 +48,10 @@ def force_source(table: Mapping[str, Any], sensors: Mapping[str, Sensor]) -> For
         raise IngestError(f'{FILE}: force.from is {shown(names)}; expected a list of channels such as ["acc_1"]')
     for name in names:
         if name not in sensors or sensors[name].quantity != "acceleration":
-            known = ", ".join(s.name for s in sensors.values() if s.quantity == "acceleration") or "none"
-            raise IngestError(f"{FILE}: force.from names {shown(name)}; expected acceleration channels, here: {known}")
+            accelerometers = ", ".join(s.name for s in sensors.values() if s.quantity == "acceleration") or "none"
+            raise IngestError(
+                f"{FILE}: force.from names {shown(name)}; expected acceleration channels, here: {accelerometers}"
+            )
     recording = _text(table, "transfer_function")
     if recording is None:
         raise IngestError(f"{FILE}: force.transfer_function is missing; {ADVICE}")

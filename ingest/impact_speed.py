@@ -77,10 +77,10 @@ def impact_speeds(
     speeds: list[ImpactSpeed | None] = []
     for i, (pulse, window, origin) in enumerate(zip(pulses, windows, origins, strict=True)):
         try:
-            found = impact_velocity(
+            speed = impact_velocity(
                 window, channel.sampling_rate_hz, pulse.contact.first - origin, pulse.contact.peak - origin
             )
-            speeds.append(ImpactSpeed(found.velocity_m_s, found.velocity_u_m_s))
+            speeds.append(ImpactSpeed(speed.velocity_m_s, speed.velocity_u_m_s))
         except ValueError as error:
             speeds.append(None)
             findings.append(Finding("no-impact-velocity", "warning", str(error), channel.name, contact=i))
@@ -115,7 +115,7 @@ def _windows(
 
 
 def _delays(channel: Channel, force: Floats, pulses: tuple[Pulse, ...]) -> list[Finding]:
-    found = []
+    speeds = []
     for i, pulse in enumerate(pulses):
         origin = max(0, pulse.contact.first - _BEFORE)
         near = slice(origin, pulse.contact.last + _BEFORE)  # a contact is short and the record long
@@ -123,5 +123,5 @@ def _delays(channel: Channel, force: Floats, pulses: tuple[Pulse, ...]) -> list[
         delay = measured_delay_samples(force[near], channel.si[near], *span)
         if not delay_is_plausible(delay, 0.0, channel.sampling_rate_hz):
             message = f"acceleration follows force by {delay:.1f} samples; expected at most two, the wave's travel"
-            found.append(Finding("delay", "warning", message, channel.name, {"delay_samples": delay}, i))
-    return found
+            speeds.append(Finding("delay", "warning", message, channel.name, {"delay_samples": delay}, i))
+    return speeds

@@ -97,9 +97,9 @@ def reported_velocity(
 def refuse_other_modes(session: Session, campaign: Campaign, modes: ModalTableFile | None) -> None:
     """Raise `IngestError`, with both values, when the stored plate of the campaign has another modal table."""
     query = select(ModalTable.id, ModalTable.fingerprint).join(Plate, Plate.modal_table_id == ModalTable.id)
-    known = session.execute(query.where(Plate.id == campaign.plate_id)).one_or_none()
-    if modes is not None and known is not None and known.fingerprint != modes.fingerprint:
-        changes = "; ".join(mode_changes(session, known.id, modes))
+    plate_row = session.execute(query.where(Plate.id == campaign.plate_id)).one_or_none()
+    if modes is not None and plate_row is not None and plate_row.fingerprint != modes.fingerprint:
+        changes = "; ".join(mode_changes(session, plate_row.id, modes))
         raise IngestError(
             f"campaign.toml: campaign {campaign.name!r} is in the store with another modal table: {changes}; "
             "restore the stored values, or give this campaign another name"

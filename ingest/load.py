@@ -236,22 +236,22 @@ def process(
     work: Work,
 ) -> Outcome:
     """Read and extract one recording, and tell its hits apart. Runs in any process."""
-    mine = list(work.rows)
+    own_rows = list(work.rows)
     try:
         recording = process_recording(
             file.folder,
             work.path,
             file.sensors,
             settings,
-            expected=expected_hits(mine, rows),
-            rows=_impact_rows(file, mine),
-            bullet_length_m=mine[0].bullet_length_m,
-            bullet_length_u_m=mine[0].bullet_length_u_m,
+            expected=expected_hits(own_rows, rows),
+            rows=_impact_rows(file, own_rows),
+            bullet_length_m=own_rows[0].bullet_length_m,
+            bullet_length_u_m=own_rows[0].bullet_length_u_m,
             sha256=work.sha256,
             reading=file.reading,
             plate=plate,
         )
-        return match(work.path, mine, len(recording.pulses), rows), recording
+        return match(work.path, own_rows, len(recording.pulses), rows), recording
     except RecordingError as error:
         return _damaged(work, str(error))
 

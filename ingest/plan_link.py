@@ -87,8 +87,8 @@ def link_within(session: Session, campaign: str, plan: str) -> PlanLinks:
             elif link is None:
                 linked += counts * _link(session, table, campaign_row, run, configuration, planned[run])
     done = _mark_done(session, plan_row, planned)
-    told = tuple({"run": run, "reason": reason} for run, reason in sorted(mismatches.items()))
-    return PlanLinks(plan, linked, done, told)
+    reported = tuple({"run": run, "reason": reason} for run, reason in sorted(mismatches.items()))
+    return PlanLinks(plan, linked, done, reported)
 
 
 def _rows(session: Session, campaign: str, plan: str) -> tuple[Campaign, Plan]:
@@ -97,8 +97,8 @@ def _rows(session: Session, campaign: str, plan: str) -> tuple[Campaign, Plan]:
     if campaign_row is None:
         raise IngestError(f"no campaign {campaign!r} in the store")
     if plan_row is None:
-        known = ", ".join(session.scalars(select(Plan.name).order_by(Plan.name))) or "none"
-        raise IngestError(f"no plan {plan!r} in the store; there: {known}")
+        plan_names = ", ".join(session.scalars(select(Plan.name).order_by(Plan.name))) or "none"
+        raise IngestError(f"no plan {plan!r} in the store; there: {plan_names}")
     if campaign_row.kind != plan_row.kind:
         raise IngestError(f"campaign {campaign!r} is one of a {campaign_row.kind}, plan {plan!r} of a {plan_row.kind}")
     return campaign_row, plan_row
@@ -111,10 +111,10 @@ def _levels(session: Session, configurations: set[int]) -> dict[int, Levels]:
         .join(Factor, ConfigurationLevel.factor_id == Factor.id)
         .where(ConfigurationLevel.configuration_id.in_(configurations))
     )
-    found: dict[int, dict[str, tuple[str, float | None]]] = {}
+    recorded_by_run: dict[int, dict[str, tuple[str, float | None]]] = {}
     for configuration, factor, label, number in session.execute(query):
-        found.setdefault(configuration, {})[factor] = (label, number)
-    return dict(found)
+        recorded_by_run.setdefault(configuration, {})[factor] = (label, number)
+    return dict(recorded_by_run)
 
 
 def _mismatch(
@@ -130,12 +130,12 @@ def _mismatch(
     recorded = _levels(session, {configuration}).get(configuration, {})
     wrong = []
     for factor, (label, number) in sorted(wanted[planned.configuration_id].items()):
-        found = recorded.get(factor)
-        if found is None:
+        recorded_level = recorded.get(factor)
+        if recorded_level is None:
             if factor in BY_NAME:
                 wrong.append(f"{factor} is not recorded, planned {label}")
-        elif not _agree(found, (label, number)):
-            wrong.append(f"{factor} is {found[0]}, planned {label}")
+        elif not _agree(recorded_level, (label, number)):
+            wrong.append(f"{factor} is {recorded_level[0]}, planned {label}")
     return "; ".join(wrong) or None
 
 

@@ -69,7 +69,7 @@ class ProcessedRecording:
 
     def without_samples(self) -> ProcessedRecording:
         """The same without the frames of its series: all that a dry run writes."""
-        series = (replace(each, encoded=replace(each.encoded, frames=[])) for each in self.series)
+        series = (replace(stored, encoded=replace(stored.encoded, frames=[])) for stored in self.series)
         return replace(self, series=tuple(series))
 
 

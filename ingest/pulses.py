@@ -114,9 +114,9 @@ def find_hits(
         left_out = sorted(int(peaks[0]) for peaks in by_height[expected:])
     pulses = []
     for peaks in events:
-        rest, found = delimit(upright, peaks, level, sampling_rate_hz, settings)
-        pulse = _measure(upright, rest, found, sampling_rate_hz, settings, start_s, sign)
-        earlier = _touches_before(upright, peaks, found.contact.first, rest)
+        rest, extents = delimit(upright, peaks, level, sampling_rate_hz, settings)
+        pulse = _measure(upright, rest, extents, sampling_rate_hz, settings, start_s, sign)
+        earlier = _touches_before(upright, peaks, extents.contact.first, rest)
         if earlier:
             pulse = replace(pulse, earlier_touches=_touches(upright, earlier, rest, sampling_rate_hz, start_s))
         pulses.append(pulse)
@@ -195,9 +195,9 @@ def _width(values: Floats, share: float) -> float:
     """Samples between the crossings of `share` of the peak on either side of it, interpolated linearly."""
     top = int(np.argmax(values))
     level = share * values[top]
-    left = np.flatnonzero(values[:top] <= level)
+    below = np.flatnonzero(values[:top] <= level)
     right = np.flatnonzero(values[top:] <= level)
-    first = _crossing(values, int(left[-1]), level) if left.size else 0.0
+    first = _crossing(values, int(below[-1]), level) if below.size else 0.0
     last = _crossing(values, top + int(right[0]) - 1, level) if right.size else float(values.size - 1)
     return last - first
 

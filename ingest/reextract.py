@@ -81,10 +81,10 @@ def reextract(
         )
         recordings = [(key, path) for key, path in session.execute(query.order_by(Recording.id))]
     read = (_read(store, key, path, settings) for key, path in recordings)
-    for done, (one, found) in enumerate(mapped(crew, _cut, read, shared=(settings,), window=_window(crew)), 1):
-        _keep(store, one, found, settings, report)
+    for done, (recording, pulses) in enumerate(mapped(crew, _cut, read, shared=(settings,), window=_window(crew)), 1):
+        _keep(store, recording, pulses, settings, report)
         if progress:
-            progress(done, len(recordings), one.path)
+            progress(done, len(recordings), recording.path)
     report.skipped.sort(key=lambda item: item["recording"])  # whoever was first
     return report
 
@@ -94,8 +94,8 @@ def reextract_recording(store: Store, recording_key: int, settings: ExtractionSe
     with store.reading() as session:
         campaign, path, _ = _recording(session, recording_key)
     report = ReextractionReport(campaign)
-    one = _read(store, recording_key, path, settings)
-    _keep(store, one, _cut(one, settings), settings, report)
+    recording = _read(store, recording_key, path, settings)
+    _keep(store, recording, _cut(recording, settings), settings, report)
     return report
 
 
@@ -112,10 +112,10 @@ def preview_impacts(store: Store, recording_key: int, settings: ExtractionSettin
 def _recording(session: Session, key: int) -> tuple[str, str, list[int]]:
     """Its campaign, its path and the impacts that can be cut."""
     columns = (Campaign.name, Recording.path, Recording.status, Recording.reason)
-    found = session.execute(select(*columns).join(Campaign).where(Recording.id == key)).one_or_none()
-    if found is None:
+    row = session.execute(select(*columns).join(Campaign).where(Recording.id == key)).one_or_none()
+    if row is None:
         raise LookupError(f"no recording {key} in the store; pyroshock show IMPACT names those of impacts")
-    campaign, path, status, reason = found
+    campaign, path, status, reason = row
     if status != STORED:
         raise LookupError(f"recording {path!r} of campaign {campaign!r} was {status}, nothing to cut: {reason}")
     impacts = impacts_of(session, key)

@@ -61,13 +61,13 @@ def _damaged(store: Store, file: CampaignFile) -> list[ChannelRow]:
 
 def _mend(store: Store, file: CampaignFile, path: str, rows: Sequence[ChannelRow], report: RepairReport) -> None:
     try:
-        found = _encoded(store, file, path, rows)
+        encoded_rows = _encoded(store, file, path, rows)
     except RecordingError as error:
         report.left |= {f"{path}: {row.channel}": str(error) for row in rows}
         return
     with store.writing() as session:
         for row in rows:
-            encoded = found[row.channel]
+            encoded = encoded_rows[row.channel]
             if encoded.sha256 == row.sha256:
                 _rewrite(session, row.id, encoded, store.written_by(session))
                 report.mended.append(f"{path}: {row.channel}")

@@ -112,11 +112,13 @@ def _refuse_unchanged(session: Session, file: CampaignFile, old: str, work: Work
 
 
 def _differs(session: Session, file: CampaignFile, row: RunRow, stored: dict[tuple[int, int], KnownRow]) -> bool:
-    known = stored.get((row.run, row.repetition))
-    if known is None:
+    stored_impact = stored.get((row.run, row.repetition))
+    if stored_impact is None:
         return True
     differences = RowDifferences(file.kind)
-    return bool(differences.changes(session, row, known) or differences.added_factors(session, row, known))
+    return bool(
+        differences.changes(session, row, stored_impact) or differences.added_factors(session, row, stored_impact)
+    )
 
 
 def _counted(rows: Sequence[RunRow], stored: Collection[tuple[int, int]]) -> bool:

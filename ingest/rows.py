@@ -33,8 +33,8 @@ Part = TypeVar("Part", Gun, Hammer)
 
 def campaign_row(session: Session, file: CampaignFile, modes: ModalTableFile | None) -> Campaign:
     """The campaign and its bench, added on first sight. Raises `IngestError` when another folder has the name."""
-    known = session.scalars(select(Campaign).filter_by(name=file.name)).one_or_none()
-    row = known or get_or_add(session, Campaign, {"name": file.name}, campaign_values(session, file, modes))
+    campaign = session.scalars(select(Campaign).filter_by(name=file.name)).one_or_none()
+    row = campaign or get_or_add(session, Campaign, {"name": file.name}, campaign_values(session, file, modes))
     refuse_other_campaign(session, row, file)
     return row
 

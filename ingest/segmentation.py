@@ -106,8 +106,8 @@ def _climbs(values: Floats) -> bool:
     falls by more than four of its standard errors."""
     at = np.arange(values.size) - (values.size - 1) / 2
     slope = float(at @ values) / float(at @ at)
-    left = values - values.mean() - slope * at
-    error = float(np.sqrt(float(left @ left) / (values.size - 2) / float(at @ at)))
+    remainder = values - values.mean() - slope * at
+    error = float(np.sqrt(float(remainder @ remainder) / (values.size - 2) / float(at @ at)))
     return abs(slope) > 4 * error
 
 

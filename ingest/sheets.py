@@ -175,7 +175,10 @@ def _xls(content: bytes, name: str) -> _Cells:
     merged = book.sheet_by_name(chosen).merged_cells
     _refuse_merged(
         name,
-        [f"{_letters(left + 1)}{top + 1}:{_letters(right)}{bottom}" for top, bottom, left, right in merged],
+        [
+            f"{_letters(first_column + 1)}{top + 1}:{_letters(right)}{bottom}"
+            for top, bottom, first_column, right in merged
+        ],
     )
     return sheets[chosen]
 

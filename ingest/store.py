@@ -97,14 +97,14 @@ class CampaignStore:
 
         Raises `IngestError` for a stored recording whose file has changed since: raw data are not replaced silently.
         """
-        known = self._recordings.get(path)
-        if known is None:
+        stored = self._recordings.get(path)
+        if stored is None:
             return self._discarded.withhold(path, sha256)
-        if known.status == SET_ASIDE:
+        if stored.status == SET_ASIDE:
             return False
-        if known.sha256 != sha256:
+        if stored.sha256 != sha256:
             raise IngestError(
-                f"{path}: the file has changed since it was ingested (SHA-256 {known.sha256[:12]}… is stored, "
+                f"{path}: the file has changed since it was ingested (SHA-256 {stored.sha256[:12]}… is stored, "
                 f"{sha256[:12]}… found); give the new recording a name of its own, {way_out(self._file.name, path)}"
             )
         return True
@@ -138,8 +138,8 @@ class CampaignStore:
 
         def add(session: Session) -> Added:
             campaign = campaign_row(session, self._file, self._modes)
-            known = known_rows(session, campaign)  # of another process too, that has been here since we looked
-            hits = [Hit(row, row.repetition, None) for row in rows if (row.run, row.repetition) not in known]
+            stored = known_rows(session, campaign)  # of another process too, that has been here since we looked
+            hits = [Hit(row, row.repetition, None) for row in rows if (row.run, row.repetition) not in stored]
             return self._add_hits(session, campaign, hits, None, None, {})[0]
 
         self._added(self._write_rows(FILE, add))
@@ -158,7 +158,7 @@ class CampaignStore:
     def report(self) -> IngestReport:
         """Totals and findings of the campaign as it stands now."""
         self._store.read(self._report.sum_up)
-        self._report.findings += [each.finding() for each in self._discarded.withheld]
+        self._report.findings += [recording.finding() for recording in self._discarded.withheld]
         return self._report
 
     def _stored(self, session: Session) -> tuple[dict[str, KnownRecording], dict[tuple[int, int], KnownRow]]:
@@ -223,7 +223,7 @@ class CampaignStore:
         channels = self._add_channels(session, recording.id, done)
         added, impacts = self._add_hits(session, campaign, hits, recording.id, done, channels)
         doubted = self._implausible(session, recording, channels, hits, done)
-        findings = [finding_values(each, recording.id, channels, impacts) for each in (*done.findings, *doubted)]
+        findings = [finding_values(finding, recording.id, channels, impacts) for finding in (*done.findings, *doubted)]
         self._store.add_rows(session, QualityFinding, findings)
         part = Part(campaign.id, campaign.name, recording.id, done.path)
         self._discarded.settle(session, part, done.sha256, self._store.written_by(session))

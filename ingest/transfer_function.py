@@ -44,10 +44,10 @@ class TransferFunction:
     @property
     def largest_gain(self) -> float:
         """Largest |response| over the bins with coherence; `TransferFunctionError` when there is none."""
-        known = self.coherence >= MEANINGFUL_COHERENCE
-        if not known.any():
+        meaningful = self.coherence >= MEANINGFUL_COHERENCE
+        if not meaningful.any():
             raise TransferFunctionError(f"no bin has a coherence of {MEANINGFUL_COHERENCE} or more")
-        return float(np.abs(self.response[known]).max())
+        return float(np.abs(self.response[meaningful]).max())
 
 
 def estimate_transfer_function(

@@ -65,11 +65,11 @@ def shown(address: str | URL) -> str:
 def without_secrets(text: str) -> str:
     """A text with *** for the passwords of addresses and the values of `password=` and `token=` in it."""
     login = rf"\1:{HIDDEN}@"
-    for pattern, left in (
+    for pattern, replacement in (
         (_LOGIN, login),
         (_BARE_LOGIN, login),
         (_BEARER, rf"\1{HIDDEN}@"),
         (_PAIR, rf"\1{HIDDEN}"),
     ):
-        text = pattern.sub(left, text)
+        text = pattern.sub(replacement, text)
     return text

@@ -102,52 +102,54 @@ def restricted(
     campaign_id = None if campaign is None else get_campaign_id(session, campaign)
     if campaign_id is not None:
         query = query.where(table.campaign_id == campaign_id)
-    known = {*columns, CAMPAIGN, QUALITY} if table is Impact else {*columns, CAMPAIGN}
-    of_factors = [condition for condition in where if condition.field not in known]
+    column_names = {*columns, CAMPAIGN, QUALITY} if table is Impact else {*columns, CAMPAIGN}
+    of_factors = [condition for condition in where if condition.field not in column_names]
     for condition in where:
-        if condition.field == QUALITY and QUALITY in known:
+        if condition.field == QUALITY and QUALITY in column_names:
             query = query.where(_of_quality(condition))
         elif condition.field == CAMPAIGN:
             query = query.where(_of_campaign(session, table, condition))
-        elif condition.field in known:
+        elif condition.field in column_names:
             _refuse_word(condition)
             query = query.where(OPERATORS[condition.operator](columns[condition.field], condition.value))
     if not of_factors:
         return query, span_of(session, table, campaign_id, None)
-    matching = [_matching_configurations(session, condition, known) for condition in of_factors]
-    all_of_them = select(Configuration.id).where(*(Configuration.id.in_(each) for each in matching))
+    matching = [_matching_configurations(session, condition, column_names) for condition in of_factors]
+    all_of_them = select(Configuration.id).where(*(Configuration.id.in_(selection) for selection in matching))
     # Few keys are known before the query: a database plans badly for those that it must find first.
-    found = sorted(session.scalars(all_of_them.limit(_MOST_KEYS + 1)))
-    if len(found) <= _MOST_KEYS:
-        return query.where(table.configuration_id.in_(found)), span_of(session, table, campaign_id, found)
-    query = query.where(*(table.configuration_id.in_(each) for each in matching))
+    keys = sorted(session.scalars(all_of_them.limit(_MOST_KEYS + 1)))
+    if len(keys) <= _MOST_KEYS:
+        return query.where(table.configuration_id.in_(keys)), span_of(session, table, campaign_id, keys)
+    query = query.where(*(table.configuration_id.in_(selection) for selection in matching))
     return query, span_of(session, table, campaign_id, None)
 
 
 def _of_campaign(session: Session, table: Table, condition: Condition) -> ColumnElement[bool]:
     if condition.operator not in ("=", "!="):
         raise ValueError(f"condition {CAMPAIGN}{condition.operator}{condition.value}; expected = or != and a name")
-    found: ColumnElement[bool] = OPERATORS[condition.operator](
+    matches: ColumnElement[bool] = OPERATORS[condition.operator](
         table.campaign_id, get_campaign_id(session, str(condition.value))
     )
-    return found
+    return matches
 
 
 def _of_quality(condition: Condition) -> ColumnElement[bool]:
     """Of an impact's findings and its recording's, the gravest, as the listing has it; without a recording, none."""
     wanted = str(condition.value)
     if condition.operator not in ("=", "!=") or wanted not in QUALITIES:
-        asked = f"{QUALITY}{condition.operator}{wanted}"
-        raise ValueError(f"condition {asked!r}; expected {QUALITY}= or {QUALITY}!= one of {', '.join(QUALITIES)}")
+        condition_text = f"{QUALITY}{condition.operator}{wanted}"
+        raise ValueError(
+            f"condition {condition_text!r}; expected {QUALITY}= or {QUALITY}!= one of {', '.join(QUALITIES)}"
+        )
     graver = QUALITIES[QUALITIES.index(wanted) + 1 : -1]
     unsaid = [not_(_said(*graver))] if graver else []
     if wanted == NOT_JUDGED:
-        found: ColumnElement[bool] = Impact.recording_id.is_(None)
+        matches: ColumnElement[bool] = Impact.recording_id.is_(None)
     elif wanted == QUALITIES[0]:
-        found = and_(Impact.recording_id.is_not(None), *unsaid)
+        matches = and_(Impact.recording_id.is_not(None), *unsaid)
     else:
-        found = and_(_said(wanted), *unsaid)
-    return found if condition.operator == "=" else not_(found)
+        matches = and_(_said(wanted), *unsaid)
+    return matches if condition.operator == "=" else not_(matches)
 
 
 def _said(*severities: str) -> ColumnElement[bool]:
@@ -167,8 +169,10 @@ def get_campaign_id(session: Session, name: str) -> int:
     """Key of a campaign; `LookupError` naming those there are otherwise."""
     key = session.scalar(select(Campaign.id).where(Campaign.name == name))
     if key is None:
-        known = ", ".join(session.scalars(select(Campaign.name).order_by(Campaign.name).limit(10))) or "none yet"
-        raise LookupError(f"no campaign {name!r} in the store; known: {known}")
+        campaign_names = (
+            ", ".join(session.scalars(select(Campaign.name).order_by(Campaign.name).limit(10))) or "none yet"
+        )
+        raise LookupError(f"no campaign {name!r} in the store; known: {campaign_names}")
     return key
 
 
@@ -197,8 +201,8 @@ def get_factor_id(session: Session, field: str, columns: Collection[str] = ()) -
     factors = {listing_key(name, si_unit): key for key, name, si_unit in known_factors}
     factors |= {name: key for key, name, _ in known_factors}
     if field not in factors:
-        known = ", ".join(sorted({*factors, *columns}))
-        raise UnknownFieldError(f"no column or factor {field!r}; known: {known}")
+        names = ", ".join(sorted({*factors, *columns}))
+        raise UnknownFieldError(f"no column or factor {field!r}; known: {names}")
     return factors[field]
 
 

@@ -34,12 +34,14 @@ def configuration_ids(session: Session, combinations: Sequence[Sequence[Level]])
     """
     prints = [configuration_fingerprint(levels) for levels in combinations]
     of_print = dict(zip(prints, combinations, strict=True))
-    known = known_configurations(session, list(of_print))
-    new = {key: levels for key, levels in sorted(of_print.items()) if key not in known}
+    existing = known_configurations(session, list(of_print))
+    new = {key: levels for key, levels in sorted(of_print.items()) if key not in existing}
     if new:
         level_rows = _levels(session, [level for levels in new.values() for level in levels])
-        known |= {key: _add(session, key, [level_rows[_key(level)] for level in levels]) for key, levels in new.items()}
-    return [known[key] for key in prints]
+        existing |= {
+            key: _add(session, key, [level_rows[_key(level)] for level in levels]) for key, levels in new.items()
+        }
+    return [existing[key] for key in prints]
 
 
 def configuration_factors(session: Session, keys: Sequence[int]) -> dict[int, dict[str, str | float]]:
@@ -61,10 +63,12 @@ def configuration_factors(session: Session, keys: Sequence[int]) -> dict[int, di
 def known_configurations(session: Session, fingerprints: Sequence[str]) -> dict[str, int]:
     """Keys of the stored configurations among these, by fingerprint."""
     query = select(Configuration.fingerprint, Configuration.id)
-    known: dict[str, int] = {}
+    existing: dict[str, int] = {}
     for i in range(0, len(fingerprints), _AT_ONCE):
-        known |= dict(iter(session.execute(query.where(Configuration.fingerprint.in_(fingerprints[i : i + _AT_ONCE])))))
-    return known
+        existing |= dict(
+            iter(session.execute(query.where(Configuration.fingerprint.in_(fingerprints[i : i + _AT_ONCE]))))
+        )
+    return existing
 
 
 def _key(level: Level) -> tuple[str, str]:
@@ -94,14 +98,14 @@ def _levels(session: Session, levels: Sequence[Level]) -> dict[tuple[str, str], 
         if name not in factors:
             factors[name] = get_or_add(session, Factor, {"name": name}, {"si_unit": unit})
     names = {row.id: name for name, row in factors.items()}
-    known: dict[tuple[str, str], FactorLevel] = {}
+    level_rows: dict[tuple[str, str], FactorLevel] = {}
     labels = sorted({level.label for level in wanted.values()})
     for i in range(0, len(labels), _AT_ONCE):
         query = select(FactorLevel).where(
             FactorLevel.factor_id.in_(names), FactorLevel.label.in_(labels[i : i + _AT_ONCE])
         )
-        known |= {(names[row.factor_id], row.label): row for row in session.scalars(query)}
-    return {key: known.get(key) or _level(session, factors[key[0]].id, level) for key, level in wanted.items()}
+        level_rows |= {(names[row.factor_id], row.label): row for row in session.scalars(query)}
+    return {key: level_rows.get(key) or _level(session, factors[key[0]].id, level) for key, level in wanted.items()}
 
 
 def _level(session: Session, factor: int, level: Level) -> FactorLevel:

@@ -36,17 +36,17 @@ def _as_counts(samples: NDArray[Any]) -> tuple[Counts, float] | None:
     if probe.size < 2 or not np.isfinite(probe[[0, -1]]).all():
         return None
     rough = float(np.diff(probe).min())
-    known = np.concatenate([probe, samples[[samples.argmin(), samples.argmax()]]])
+    probed = np.concatenate([probe, samples[[samples.argmin(), samples.argmax()]]])
     for _ in range(_ATTEMPTS):
-        step = _step(known, rough, samples.dtype)
+        step = _step(probed, rough, samples.dtype)
         if step is None:
             return None
-        if _counts_of(known.astype(samples.dtype), step)[1].size:
+        if _counts_of(probed.astype(samples.dtype), step)[1].size:
             return None  # no step gives even these
         counts, wrong = _counts_of(samples, step)
         if not wrong.size:
             return counts, step
-        known = np.concatenate([known, samples[wrong[:_PROBE_SAMPLES]]])
+        probed = np.concatenate([probed, samples[wrong[:_PROBE_SAMPLES]]])
     return None
 
 

@@ -19,12 +19,12 @@ _CHANGE_ROWS = ("INSERT", "UPDATE", "DELETE")
 
 def refusal(engine: Engine, error: DBAPIError, subject: str | None = None) -> StoreError:
     """The error to raise for a driver's; `subject` is what it says it of, else the store's address."""
-    said = f"{subject or describe(engine)}: {first_line(error)}"
+    message = f"{subject or describe(engine)}: {first_line(error)}"
     role = needed_role(error)
     if role is None:
-        return StoreError(said)
+        return StoreError(message)
     login = engine.url.username or "LOGIN"
-    return StoreRoleError(f'{said}; this needs the role {role}: an administrator runs GRANT {role} TO "{login}"')
+    return StoreRoleError(f'{message}; this needs the role {role}: an administrator runs GRANT {role} TO "{login}"')
 
 
 def needed_role(error: DBAPIError) -> str | None:

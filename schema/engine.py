@@ -61,8 +61,8 @@ def describe(engine: Engine) -> str:
 
 def first_line(error: DBAPIError) -> str:
     """What the driver said, without what it goes on to tell of itself; and what to do where a disk is full."""
-    said = str(error.orig).strip().splitlines()
-    line = without_secrets(said[0]) if said else type(error.orig).__name__
+    lines = str(error.orig).strip().splitlines()
+    line = without_secrets(lines[0]) if lines else type(error.orig).__name__
     return f"{line}; {MAKE_ROOM}" if _had_no_room(error.orig) else line
 
 
@@ -117,17 +117,17 @@ def one_state(engine: Engine) -> dict[str, Any]:
 
 
 def _configure_postgresql(engine: Engine) -> None:
-    known = False  # whether the server has ever answered: if not, its address may be wrong
+    has_answered = False  # whether the server has ever answered: if not, its address may be wrong
 
     @event.listens_for(engine, "do_connect")
     def _connect(dialect: Any, _record: Any, arguments: Any, options: Any) -> Any:
-        nonlocal known
+        nonlocal has_answered
         connection = rerun(
             lambda: dialect.connect(*arguments, **options),
-            lambda error, _: isinstance(error, dialect.dbapi.OperationalError) and _may_come(str(error), known),
+            lambda error, _: isinstance(error, dialect.dbapi.OperationalError) and _may_come(str(error), has_answered),
             Patience(BUSY_TIMEOUT_S),
         )
-        known = True
+        has_answered = True
         return connection
 
 

@@ -30,8 +30,8 @@ def list_pulse_keys(
     fits = span.last - span.first < most
     total = 0 if fits else session.scalar(query.with_only_columns(func.count())) or 0
     if total <= most:
-        found = list(session.scalars(query.order_by(Impact.id)))
-        return found, len(found)
+        keys = list(session.scalars(query.order_by(Impact.id)))
+        return keys, len(keys)
     numbered = query.add_columns((func.row_number().over(order_by=Impact.id) - 1).label("place")).subquery()
     # Of `total` places these are as many as wanted: those where place * most / total has just passed a whole number.
     chosen = select(numbered.c.id).where(numbered.c.place * most % total < most)

@@ -26,9 +26,9 @@ def get_or_add(session: Session, model: type[Row], key: dict[str, Any], values: 
     Safe against another process that adds it at the same moment: the loser of the race reads the winner's row.
     """
     query = select(model).filter_by(**key)
-    found = session.scalars(query).one_or_none()
-    if found is not None:
-        return found
+    existing_key = session.scalars(query).one_or_none()
+    if existing_key is not None:
+        return existing_key
     try:
         with session.begin_nested():
             row = model(**key, **(values or {}))

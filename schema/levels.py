@@ -29,19 +29,19 @@ class Level:
 
 def level_of(column: str, text: str, materials: MaterialNames) -> Level:
     """The level that a cell states. Raises `LevelError` where a known column holds something else."""
-    known = BY_COLUMN.get(column)
-    if known is None:
+    factor = BY_COLUMN.get(column)
+    if factor is None:
         return _free_level(column, text)
-    if known.si_unit is not None:
-        return _number_level(text, known, known.si_unit)
-    if known.material:
-        return _material_level(text, known, materials)
-    if known.words:
+    if factor.si_unit is not None:
+        return _number_level(text, factor, factor.si_unit)
+    if factor.material:
+        return _material_level(text, factor, materials)
+    if factor.words:
         word = text.lower()
-        if word not in known.words:
-            raise LevelError(f"one of {', '.join(known.words)}")
-        return Level(known.name, word)
-    return Level(known.name, text)
+        if word not in factor.words:
+            raise LevelError(f"one of {', '.join(factor.words)}")
+        return Level(factor.name, word)
+    return Level(factor.name, text)
 
 
 def _material_level(text: str, known: KnownFactor, materials: MaterialNames) -> Level:

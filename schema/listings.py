@@ -172,8 +172,8 @@ def _check_limit(limit: int) -> None:
 
 def _page(rows: Iterator[dict[str, Any]], limit: int) -> tuple[Rows, int | None]:
     """One row more than asked for tells whether there is a next page."""
-    found = list(islice(rows, limit + 1))
-    return found[:limit], found[limit - 1]["id"] if len(found) > limit else None
+    page_rows = list(islice(rows, limit + 1))
+    return page_rows[:limit], page_rows[limit - 1]["id"] if len(page_rows) > limit else None
 
 
 def _labelled(columns: dict[str, Any]) -> list[Any]:
@@ -219,16 +219,18 @@ def _quality(session: Session, rows: list[dict[str, Any]]) -> dict[int, str]:
     recordings = sorted({row["recording_id"] for row in rows if row["recording_id"] is not None})
     columns = (QualityFinding.recording_id, QualityFinding.impact_id, QualityFinding.severity)
     doubts = select(*columns).where(QualityFinding.severity.in_(SEVERITIES[1:])).distinct()
-    said: defaultdict[tuple[int, int | None], set[str]] = defaultdict(set)
+    severities: defaultdict[tuple[int, int | None], set[str]] = defaultdict(set)
     for i in range(0, len(recordings), 500):  # SQLite allows a limited number of variables
         of_some = doubts.where(QualityFinding.recording_id.in_(recordings[i : i + 500]))
         for recording, impact, severity in session.execute(of_some):
-            said[recording, impact].add(severity)
+            severities[recording, impact].add(severity)
     worst: dict[int, str] = {}
     for row in rows:
-        mine = said.get((row["recording_id"], row["id"]), set()) | said.get((row["recording_id"], None), set())
-        if mine:
-            worst[row["id"]] = max(mine, key=SEVERITIES.index)
+        of_impact = severities.get((row["recording_id"], row["id"]), set()) | severities.get(
+            (row["recording_id"], None), set()
+        )
+        if of_impact:
+            worst[row["id"]] = max(of_impact, key=SEVERITIES.index)
     return worst
 
 

@@ -48,7 +48,7 @@ def material_id(session: Session, name: str) -> int:
 
 def material_names(session: Session) -> MaterialNames:
     """A reader of material names: any case, any alias; None for an unknown one."""
-    known = [(name, name) for name in session.scalars(select(Material.name))]
+    material_names = [(name, name) for name in session.scalars(select(Material.name))]
     aliases = session.execute(select(MaterialAlias.alias, Material.name).join(Material.aliases)).all()
-    table = {alias.lower(): name for alias, name in (*((a, n) for a, n in aliases), *known)}
+    table = {alias.lower(): name for alias, name in (*((a, n) for a, n in aliases), *material_names)}
     return lambda text: table.get(text.lower())

@@ -51,11 +51,13 @@ def span_of(session: Session, table: Table, campaign_id: int | None, configurati
     query = select(*(end.scalar_subquery() for end in ends))
     if configurations is None:
         return _span(*session.execute(query).one())
-    each = [
+    conditions = [
         select(f(table.id)).where(table.configuration_id == Configuration.id).scalar_subquery()
         for f in (func.min, func.max)
     ]
-    query = query.add_columns(func.min(each[0]), func.max(each[1])).where(Configuration.id.in_(configurations))
+    query = query.add_columns(func.min(conditions[0]), func.max(conditions[1])).where(
+        Configuration.id.in_(configurations)
+    )
     first, last, *other = session.execute(query).one()
     span, of_them = _span(first, last), _span(*other)
     return Span(max(span.first, of_them.first), min(span.last, of_them.last))

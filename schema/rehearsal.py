@@ -36,12 +36,12 @@ class Rehearsal(Store):
     def writing(self) -> Iterator[Session]:
         if self._session is None:
             self._session = self._within.enter_context(super().writing())
-        known = self._written_by_id
+        provenance_id = self._written_by_id
         try:
             with self._translated(), self._session.begin_nested():
                 yield self._session
         except BaseException:
-            self._written_by_id = known
+            self._written_by_id = provenance_id
             raise
 
 

@@ -27,14 +27,14 @@ def tables_of(connection: Connection) -> list[str]:
 
 def missing_roles(connection: Connection) -> list[str]:
     """Roles that the server does not have."""
-    known = set(connection.scalars(_THE_ROLES))
-    return [role for role in ROLES if role not in known]
+    existing_roles = set(connection.scalars(_THE_ROLES))
+    return [role for role in ROLES if role not in existing_roles]
 
 
 def missing_rights(connection: Connection) -> list[str]:
     """What a role should be able to do and cannot, as "pyroshock_reader: SELECT on impacts"."""
     wanted = [(role, table, right) for table in tables_of(connection) for role, right in rights_on(table)]
-    held = connection.execute(select(*(func.has_table_privilege(*each) for each in wanted))).one()
+    held = connection.execute(select(*(func.has_table_privilege(*privilege) for privilege in wanted))).one()
     return [f"{role}: {right} on {table}" for (role, table, right), has in zip(wanted, held, strict=True) if not has]
 
 

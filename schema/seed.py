@@ -17,8 +17,8 @@ from .session import Store
 def seed_materials(store: Store) -> None:
     """Add the materials of Table 4.2, and PLA, that the store lacks; a lab's own values stay."""
     with store.reading() as session:
-        known = set(session.scalars(select(Material.name)))
-    rows = [row for row in _rows() if row["name"] not in known]
+        material_names = set(session.scalars(select(Material.name)))
+    rows = [row for row in _rows() if row["name"] not in material_names]
     if not rows:
         return
     store.write(lambda session: _add(session, rows), idempotent=True)

@@ -139,8 +139,8 @@ def decode(frame: bytes, dtype: str) -> NDArray[Any]:
 def encode_series(samples: NDArray[Any], chunk_samples: int | None = None) -> EncodedSeries:
     """`samples` (n,) in frames of consecutive chunks, by default of `chunk_length`."""
     length = chunk_samples or chunk_length(samples.size)
-    found = as_counts(samples)
-    content, step = found if found else (samples, None)
+    counts = as_counts(samples)
+    content, step = counts if counts else (samples, None)
     packing = _packing(content)
     frames = [encode(content[i : i + length], packing) for i in range(0, samples.size, length)]
     return EncodedSeries(SeriesLayout(samples.dtype.str, length, step), samples.size, series_hash(samples), frames)

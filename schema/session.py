@@ -136,7 +136,7 @@ class Store:
     @contextmanager
     def writing(self) -> Iterator[Session]:
         """One transaction: everything in the block is stored, or nothing is. See `write` for others at work."""
-        known = self._written_by_id
+        provenance_id = self._written_by_id
         try:
             with self._translated(), Session(self._writes) as session:
                 event.listen(session, "before_flush", self._sign)
@@ -146,7 +146,7 @@ class Store:
                         session.execute(_WAITS)
                     yield session
         except BaseException:
-            self._written_by_id = known  # its provenance row went with the transaction
+            self._written_by_id = provenance_id  # its provenance row went with the transaction
             raise
 
     def written_by(self, session: Session) -> int:

@@ -59,10 +59,10 @@ def _check_size(text: str) -> None:
         raise ValueError(f"the text has {size:,} bytes; {_AT_MOST_BYTES}")
     if (keys := len(_KEY.findall(text))) > MOST_KEYS:
         raise ValueError(f"the text has {keys:,} keys and tables; expected at most {MOST_KEYS:,}")
-    if found := _DEEP_KEY.search(text):
-        parts = len(re.findall(_PART, found[0]))
+    if deep_key := _DEEP_KEY.search(text):
+        parts = len(re.findall(_PART, deep_key[0]))
         raise ValueError(
-            f"the key {found[0][:40] + '…'!r} has {parts:,} parts joined by dots; expected at most {DEEPEST}"
+            f"the key {deep_key[0][:40] + '…'!r} has {parts:,} parts joined by dots; expected at most {DEEPEST}"
         )
 
 
@@ -71,6 +71,10 @@ def _depth(table: dict[str, Any]) -> int:
     depth, level = 0, list[Any]([table])
     while level:
         depth += 1
-        inside = [each for one in level for each in (one.values() if isinstance(one, dict) else one)]
-        level = [each for each in inside if isinstance(each, dict | list)]
+        inside = [
+            nested
+            for container in level
+            for nested in (container.values() if isinstance(container, dict) else container)
+        ]
+        level = [nested for nested in inside if isinstance(nested, dict | list)]
     return depth

@@ -20,13 +20,13 @@ _BUSY = (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED)
 def passes(error: BaseException) -> bool:
     """Whether the same transaction, begun again, may succeed with nothing changed but the time."""
     return any(
-        _state(each) in _UNDONE or _code(each) & 0xFF in _BUSY or _lost(each) for each in _database_errors(error)
+        _state(cause) in _UNDONE or _code(cause) & 0xFF in _BUSY or _lost(cause) for cause in _database_errors(error)
     )
 
 
 def lost(error: BaseException) -> bool:
     """Whether the connection broke: at a COMMIT nobody knows then whether it was stored."""
-    return any(_lost(each) for each in _database_errors(error))
+    return any(_lost(cause) for cause in _database_errors(error))
 
 
 def taken(error: BaseException) -> bool:

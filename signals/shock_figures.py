@@ -143,8 +143,8 @@ def _crossings(x: Floats, top: int, sign: float, level: float) -> tuple[float, f
     """Where `sign` times `x` falls to `level` on either side of its peak, in fractional samples; else the record's
     ends."""
     right = _fall(x[top:], sign, level)
-    left = _fall(x[: top + 1][::-1], sign, level)
-    return (0.0 if left is None else top - left), (float(x.size - 1) if right is None else top + right)
+    start = _fall(x[: top + 1][::-1], sign, level)
+    return (0.0 if start is None else top - start), (float(x.size - 1) if right is None else top + right)
 
 
 def _fall(x: Floats, sign: float, level: float) -> float | None:

@@ -102,8 +102,8 @@ def to_si(unit: str, quantity: str) -> tuple[float, float]:
         source: Any = ureg.Quantity(spelled(unit))
         if unit.strip() in ("degC", "°C", "degF", "°F"):
             zero = ureg.Quantity(0.0, source.units).to(wanted).magnitude
-            one = ureg.Quantity(1.0, source.units).to(wanted).magnitude
-            return float(one - zero), float(zero)
+            factor = ureg.Quantity(1.0, source.units).to(wanted).magnitude
+            return float(factor - zero), float(zero)
         return float(source.to(wanted).magnitude), 0.0
     except pint.DimensionalityError as error:
         raise UnitError(f"unit {unit!r} does not measure {quantity}; expected something like {target!r}") from error

@@ -68,8 +68,8 @@ class Twin:
     def models(self) -> dict[str, str]:
         """Stage to what answers there."""
         gun = self.gun.label if self.gun is not None else "none"
-        effects = " + ".join(each.id for each in self.sensors.effects) or "nominal"
-        plate = " + ".join((self.plate.label, *(each.id for each in self.plate.effects)))
+        effects = " + ".join(effect.id for effect in self.sensors.effects) or "nominal"
+        plate = " + ".join((self.plate.label, *(effect.id for effect in self.plate.effects)))
         return {
             "gun": gun,
             "contact": self.contact.label,
@@ -115,7 +115,10 @@ class Twin:
     ) -> list[Prediction]:
         """`predict` for each setting, of random numbers of its own."""
         generators = (rng or np.random.default_rng(0)).spawn(len(settings))
-        return [self.predict(each, draws=draws, rng=one) for each, one in zip(settings, generators, strict=True)]
+        return [
+            self.predict(setting, draws=draws, rng=generator)
+            for setting, generator in zip(settings, generators, strict=True)
+        ]
 
     def spectra(self, settings: Sequence[Setting], sensor: str | None = None) -> Floats:
         """Nominal maximax spectra (n, f), m/s2, at one sensor (the first); 0 for a bullet that stays in the barrel."""
@@ -308,8 +311,8 @@ class Twin:
         sensor: str | None,
     ) -> Floats:
         """(n, f) at one sensor; rows without a velocity stay 0."""
-        asked = self._asked(sensor)[:1]
-        if not asked:
+        sensors = self._asked(sensor)[:1]
+        if not sensors:
             raise ValueError("this twin has no plate: give its modes, or what they follow from")
         out = np.zeros((len(settings), self.frequency_hz.size))
         for rows in self._chunks(velocity):
@@ -317,7 +320,7 @@ class Twin:
             z = normals[rows] if normals is not None and normals.shape[1] else None
             strikes = Strikes(some, velocity[rows])
             pulses = self._on_plate(strikes, z, self.contact.pulses(strikes, z))
-            felt = self._felt(some, pulses, member[rows], asked)
+            felt = self._felt(some, pulses, member[rows], sensors)
             out[rows] = self._spectra_of(felt, pulses)[:, 0]
         return out
 

@@ -81,13 +81,13 @@ class TwinConfiguration:
 
     def numbers(self) -> dict[str, Any]:
         """Every number by its name: "gun.travel_m", "gun.blow_by.clearance_m"."""
-        found = {f"gun.{name}": value for name, value in asdict(self.gun).items()}
-        found |= {"gun.velocity_spread": self.velocity_spread}
-        found |= {f"plate.spread.{name}": value for name, value in asdict(self.plate_spread).items()}
-        found |= {f"lines.{name}": value for name, value in asdict(self.lines).items()}
+        numbers = {f"gun.{name}": value for name, value in asdict(self.gun).items()}
+        numbers |= {"gun.velocity_spread": self.velocity_spread}
+        numbers |= {f"plate.spread.{name}": value for name, value in asdict(self.plate_spread).items()}
+        numbers |= {f"lines.{name}": value for name, value in asdict(self.lines).items()}
         for effect in self.effects:
-            found |= {f"{effect.id}.{name}": value for name, value in effect.as_json().items() if name != "id"}
-        return found
+            numbers |= {f"{effect.id}.{name}": value for name, value in effect.as_json().items() if name != "id"}
+        return numbers
 
     def source_rows(self) -> Iterator[dict[str, Any]]:
         """A row for each number: what a run prints of its sources."""
@@ -135,9 +135,9 @@ class TwinConfiguration:
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Self:
         """Raises `ValueError` naming what is missing, unknown or out of range, `LookupError` for an unknown effect."""
-        known = (*_KEYS, *_OPTIONAL)
-        if unknown := sorted(set(data) - set(known)):
-            raise ValueError(f"unknown key {unknown[0]!r}; known: {', '.join(known)}")
+        keys = (*_KEYS, *_OPTIONAL)
+        if unknown := sorted(set(data) - set(keys)):
+            raise ValueError(f"unknown key {unknown[0]!r}; known: {', '.join(keys)}")
         if data.get("format") != FORMAT:
             raise ValueError(f"format is {data.get('format')!r}; expected {FORMAT}")
         try:
@@ -154,7 +154,7 @@ class TwinConfiguration:
                 velocity_shots=_velocity_shots(data.get("velocity_shots")),
             )
         except KeyError as error:
-            raise ValueError(f"key {error} is missing; known: {', '.join(known)}") from error
+            raise ValueError(f"key {error} is missing; known: {', '.join(keys)}") from error
         except TypeError as error:  # a keyword that a record has not
             raise ValueError(str(error)) from error
 

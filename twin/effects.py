@@ -121,15 +121,15 @@ _FOLDERS = ("gun", "contact", "plate", "sensors")
 @cache
 def catalogue() -> Mapping[str, type[Effect]]:
     """Every effect there is, by id, in the order of stages and ids."""
-    found: dict[str, type[Effect]] = {}
+    kinds_by_id: dict[str, type[Effect]] = {}
     for folder in _FOLDERS:
         package = importlib.import_module(f".{folder}.effects", __package__)
         for name in sorted(module.name for module in pkgutil.iter_modules(package.__path__)):
             module = importlib.import_module(f"{package.__name__}.{name}")
             for thing in vars(module).values():
                 if isinstance(thing, type) and issubclass(thing, Effect) and thing.__module__ == module.__name__:
-                    found[thing.id] = thing
-    return found
+                    kinds_by_id[thing.id] = thing
+    return kinds_by_id
 
 
 def effect(identity: str, **parameters: Value) -> Effect:
@@ -137,9 +137,9 @@ def effect(identity: str, **parameters: Value) -> Effect:
     if identity not in catalogue():
         raise LookupError(f"no effect {identity!r}; there are: {', '.join(catalogue())}")
     kind = catalogue()[identity]
-    known = [item.name for item in kind.parameters()]
-    if unknown := [name for name in parameters if name not in known]:
-        raise ValueError(f"{identity} has no parameter {unknown[0]!r}; it has: {', '.join(known)}")
+    parameter_names = [item.name for item in kind.parameters()]
+    if unknown := [name for name in parameters if name not in parameter_names]:
+        raise ValueError(f"{identity} has no parameter {unknown[0]!r}; it has: {', '.join(parameter_names)}")
     return kind(**parameters)
 
 
@@ -154,10 +154,10 @@ def effect_from_json(table: Mapping[str, Any]) -> Effect:
 def checked_effects(effects: Iterable[Effect], kind: type[E]) -> tuple[E, ...]:
     """Effects of one stage. Raises `TypeError` for another stage's, `ValueError` for one given twice."""
     given: list[E] = []
-    for each in effects:
-        if not isinstance(each, kind):
-            raise TypeError(f"{each.id} does not act here: expected effects of {kind.__name__}")
-        if each.id in {other.id for other in given}:
-            raise ValueError(f"{each.id} is given twice")
-        given.append(each)
+    for effect in effects:
+        if not isinstance(effect, kind):
+            raise TypeError(f"{effect.id} does not act here: expected effects of {kind.__name__}")
+        if effect.id in {other.id for other in given}:
+            raise ValueError(f"{effect.id} is given twice")
+        given.append(effect)
     return tuple(given)

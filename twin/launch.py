@@ -48,7 +48,7 @@ class GunStage:
     def __post_init__(self) -> None:
         if not (0 <= self.velocity_spread < math.inf):
             raise ValueError(f"velocity_spread = {self.velocity_spread!r}: expected 0 or more, finite")
-        several = [each.id for each in self.effects if any(np.ndim(value) for value in vars(each).values())]
+        several = [effect.id for effect in self.effects if any(np.ndim(value) for value in vars(effect).values())]
         if several and self.unknown_effects:
             raise ValueError(f"{several[0]} has a parameter with several values: expected one value for all shots")
         if self.shots is not None and not self.unknown_effects:
@@ -196,8 +196,10 @@ def beyond_sentence(beyond: Sequence[Extrapolation]) -> str:
     for item in beyond:
         name, unit, symbol = words[item.quantity]
         side = "below" if item.asked < item.low else "above"
-        known = _range(np.array([item.low, item.high]) / unit, symbol)
-        parts.append(f"the {name} of {item.asked / unit:.3g} {symbol} lies {side} the {known} of the measured shots")
+        range_text = _range(np.array([item.low, item.high]) / unit, symbol)
+        parts.append(
+            f"the {name} of {item.asked / unit:.3g} {symbol} lies {side} the {range_text} of the measured shots"
+        )
     if not parts:
         return ""
     text = " and ".join(parts)
@@ -236,5 +238,5 @@ def _beyond(setting: Setting, shots: VelocityShots) -> tuple[Extrapolation, ...]
         ("tank_pressure_pa", setting.tank_pressure_pa, shots.tank_pressure_pa),
         ("bullet_mass_kg", setting.impactor_mass_kg, shots.bullet_mass_kg),
     )
-    ranges = ((name, asked, float(known.min()), float(known.max())) for name, asked, known in compared)
+    ranges = ((name, values, float(learned.min()), float(learned.max())) for name, values, learned in compared)
     return tuple(Extrapolation(*row) for row in ranges if not row[2] * (1 - _SAME) <= row[1] <= row[3] * (1 + _SAME))

@@ -49,8 +49,8 @@ class PlateStage:
 
     def __post_init__(self) -> None:
         if len({plate.sensors for plate in self.plates.values()}) > 1:
-            told = "; ".join(f"{name}: {', '.join(plate.sensors)}" for name, plate in self.plates.items())
-            raise ValueError(f"plates with different sensors: {told}")
+            sensors_text = "; ".join(f"{name}: {', '.join(plate.sensors)}" for name, plate in self.plates.items())
+            raise ValueError(f"plates with different sensors: {sensors_text}")
         for name in self.plates:
             self.ensemble(name)
 
@@ -72,7 +72,7 @@ class PlateStage:
             from .plate.effect import with_effects
 
             plate = with_effects(self.plates[name], self.effects)
-            self._ensembles[name] = (plate, *(_other(plate, *each) for each in self._factors()))
+            self._ensembles[name] = (plate, *(_other(plate, *factors) for factors in self._factors()))
         return self._ensembles[name]
 
     def _factors(self) -> Floats:

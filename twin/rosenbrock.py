@@ -83,8 +83,8 @@ def _derivatives(
     later = np.repeat(time[None, :], k + 1, axis=0)
     small = 1e-6 * step
     later[k] += small
-    found = rates(later, moved) - first[:, None, :]
-    return found[:, :k] / delta, found[:, k] / small
+    change = rates(later, moved) - first[:, None, :]
+    return change[:, :k] / delta, change[:, k] / small
 
 
 def _inverse(system: Floats) -> Floats:

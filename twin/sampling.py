@@ -22,10 +22,10 @@ def sampled(pulses: Pulses, step_s: float, most: int | None = None) -> Floats:
     time = np.arange(samples if most is None else min(samples, most)) * step_s
     last = pulses.force_n.shape[1] - 1
     position = np.minimum(time / pulses.contact_time_s[:, None], 1.0) * last
-    left = np.minimum(position.astype(np.intp), last - 1)
-    rows = np.arange(len(left))[:, None]
-    before, after = pulses.force_n[rows, left], pulses.force_n[rows, left + 1]
-    force = before + (position - left) * (after - before)
+    below = np.minimum(position.astype(np.intp), last - 1)
+    rows = np.arange(len(below))[:, None]
+    before, after = pulses.force_n[rows, below], pulses.force_n[rows, below + 1]
+    force = before + (position - below) * (after - before)
     between = pulses.contact_time_s <= step_s
     force[between] = 0.0
     force[between, 1] = pulses.impulse_n_s[between] / step_s  # where the sample of a slightly longer contact is
@@ -36,8 +36,8 @@ def sampled(pulses: Pulses, step_s: float, most: int | None = None) -> Floats:
 
 def _scale(sampled_n_s: Floats, impulse_n_s: Floats) -> Floats:
     """1 where there is no impulse to keep."""
-    known = sampled_n_s > 0
-    return np.where(known, impulse_n_s / np.where(known, sampled_n_s, 1.0), 1.0)
+    measured = sampled_n_s > 0
+    return np.where(measured, impulse_n_s / np.where(measured, sampled_n_s, 1.0), 1.0)
 
 
 @dataclass(frozen=True, eq=False)

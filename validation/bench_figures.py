@@ -168,8 +168,8 @@ def bench_text(tables: Sequence[BenchFigures]) -> str:
     """Markdown: a row for each figure, a column for each table."""
     if not tables:
         return ""
-    rows = [["figure", *(each.name for each in tables)]]
-    rows += [[name, *(cell(each) for each in tables)] for name, cell in COLUMNS.items()]
+    rows = [["figure", *(table.name for table in tables)]]
+    rows += [[name, *(cell(table) for table in tables)] for name, cell in COLUMNS.items()]
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = ["| " + " | ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) + " |" for row in rows]
     return "\n".join([lines[0], "| " + " | ".join("-" * w for w in widths) + " |", *lines[1:]])

@@ -88,7 +88,7 @@ class Said:
             case,
             tuple(sorted((_entry(cause) for cause in verdict["causes"]), key=lambda e: -e.probability)),
             tuple(stage["name"] for stage in where.get("stage", ())),
-            tuple(tuple(int(i) for i in each) for each in inside),
+            tuple(tuple(int(i) for i in members) for members in inside),
             held[0] if held else None,
             float(verdict.get("seconds", float("nan"))),
             shares={row["effect"]: (row["share"], *row["ci90"]) for row in verdict.get("effects") or ()},
@@ -119,11 +119,11 @@ class Said:
     @property
     def probabilities(self) -> dict[str, float]:
         """Of each label; they sum to what the entries do."""
-        found: dict[str, float] = {}
+        probability: dict[str, float] = {}
         for entry in self.entries:
             for label, share in zip(entry.labels, entry.shares, strict=True):
-                found[label] = found.get(label, 0.0) + entry.probability * share
-        return found
+                probability[label] = probability.get(label, 0.0) + entry.probability * share
+        return probability
 
     def probability(self, accepted: frozenset[str]) -> float:
         return sum(p for label, p in self.probabilities.items() if label in accepted)
@@ -139,7 +139,7 @@ class Row:
 
 
 def _entry(cause: Mapping[str, Any]) -> Entry:
-    labels = tuple(_key(each) for each in cause["effects"])
+    labels = tuple(_key(effect) for effect in cause["effects"])
     split = cause.get("split") or [1.0 / len(labels)] * len(labels)
     order = sorted(range(len(labels)), key=lambda i: -split[i])
     total = sum(split) or 1.0

@@ -13,11 +13,14 @@ NO_ANSWER = "no answer"
 
 def confusion(rows: Sequence[Row]) -> dict[str, dict[str, int]]:
     """By truth, how often each label was the first one; both in falling number, then by name."""
-    said: dict[str, Counter[str]] = {}
+    answers_by_truth: dict[str, Counter[str]] = {}
     for row in rows:
         first = row.said.labels[0] if row.said.labels else NO_ANSWER
-        said.setdefault(row.label.key, Counter())[first] += 1
-    return {truth: _falling(said[truth]) for truth in sorted(said, key=lambda t: (-sum(said[t].values()), t))}
+        answers_by_truth.setdefault(row.label.key, Counter())[first] += 1
+    return {
+        truth: _falling(answers_by_truth[truth])
+        for truth in sorted(answers_by_truth, key=lambda t: (-sum(answers_by_truth[t].values()), t))
+    }
 
 
 def mistaken(rows: Sequence[Row], most: int = 12) -> list[tuple[str, str, int]]:
@@ -27,7 +30,9 @@ def mistaken(rows: Sequence[Row], most: int = 12) -> list[tuple[str, str, int]]:
         for row in rows
         if not row.said.labels or row.said.labels[0] not in row.label.accepted
     )
-    return [(truth, said, n) for (truth, said), n in sorted(wrong.items(), key=lambda item: (-item[1], item[0]))][:most]
+    return [(truth, answer, n) for (truth, answer), n in sorted(wrong.items(), key=lambda item: (-item[1], item[0]))][
+        :most
+    ]
 
 
 def _falling(counts: Counter[str]) -> dict[str, int]:

@@ -39,9 +39,9 @@ class LeftOut:
 
 def left_out(labels: Sequence[Label], without: Sequence[Said], added: Sequence[Said]) -> LeftOut:
     """From what was said without and with the effect of each label."""
-    first = [said.labels[0] if said.labels else "" for said in without]
-    shares = [(said.shrinkage or {}).get("fraction") for said in added]
-    known = [share for share in shares if share is not None]
+    first = [answer.labels[0] if answer.labels else "" for answer in without]
+    shares = [(answer.shrinkage or {}).get("fraction") for answer in added]
+    finite_shares = [share for share in shares if share is not None]
     instead: dict[str, dict[str, int]] = {}
     for label, name in sorted(zip(labels, first, strict=True), key=lambda item: item[0].key):
         counts = instead.setdefault(label.key, {})
@@ -50,8 +50,8 @@ def left_out(labels: Sequence[Label], without: Sequence[Said], added: Sequence[S
         n=len(labels),
         unknown=Rate.of(name == UNKNOWN for name in first),
         others=Rate.of("." in name for name in first),
-        stage=stage_hits([Row(label, said) for label, said in zip(labels, without, strict=True)]),
-        found=Rate.of(first_entry(Row(label, said)) for label, said in zip(labels, added, strict=True)),
-        fraction=float(np.median(known)) if known else float("nan"),
+        stage=stage_hits([Row(label, answer) for label, answer in zip(labels, without, strict=True)]),
+        found=Rate.of(first_entry(Row(label, answer)) for label, answer in zip(labels, added, strict=True)),
+        fraction=float(np.median(finite_shares)) if finite_shares else float("nan"),
         instead=instead,
     )

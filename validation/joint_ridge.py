@@ -44,7 +44,7 @@ def joint_ridge(stages: Sequence[Stage], gap: GapTable) -> dict[str, Any]:
     of the squared gap by what it grows without each effect; `seconds`."""
     began = time.perf_counter()
     metric = GapMetric.of(gap)
-    known = np.flatnonzero(np.isfinite(gap.mean[:, metric.columns]).any(axis=1))
+    observed = np.flatnonzero(np.isfinite(gap.mean[:, metric.columns]).any(axis=1))
     inside, outside = gap.mean.copy(), gap.mean.copy()
     without: dict[str, Floats] = {}
     for stage in stages:
@@ -52,25 +52,25 @@ def joint_ridge(stages: Sequence[Stage], gap: GapTable) -> dict[str, Any]:
         fit = _JointFit.of(stage, gap.mean[:, columns], _noise(gap)[columns], gap.tolerance[columns])
         if not fit.parameters:
             continue
-        x = fit.solved(known)
+        x = fit.solved(observed)
         whole = fit.change([x])[0]
         inside[:, columns] -= whole
         for name in dict.fromkeys(name for name, _ in fit.parameters):
             rest = gap.mean.copy() if name not in without else without[name]
             rest[:, columns] = gap.mean[:, columns] - fit.change([x], leave_out=name)[0]
             without[name] = rest
-        fold = np.random.default_rng(0).permutation(np.arange(len(known)) % _FOLDS)
-        for number in range(min(_FOLDS, len(known))):
-            rows = known[fold == number]
-            outside[np.ix_(rows, columns)] -= fit.change([fit.solved(known[fold != number], x)])[0][rows]
+        fold = np.random.default_rng(0).permutation(np.arange(len(observed)) % _FOLDS)
+        for number in range(min(_FOLDS, len(observed))):
+            rows = observed[fold == number]
+            outside[np.ix_(rows, columns)] -= fit.change([fit.solved(observed[fold != number], x)])[0][rows]
     floor = metric.rms(np.sqrt(gap.floor_variance))
-    before, after, left = (metric.rms(table[known]) for table in (gap.mean, outside, inside))
+    before, after, remaining = (metric.rms(table[observed]) for table in (gap.mean, outside, inside))
     share = float(fraction(*(np.array(value**2) for value in (before, after, floor))))
-    grows = {name: max(metric.rms(table[known]) ** 2 - left**2, 0.0) for name, table in without.items()}
+    grows = {name: max(metric.rms(table[observed]) ** 2 - remaining**2, 0.0) for name, table in without.items()}
     total = sum(grows.values()) or 1.0
     return {
         "before": before,
-        "inside": left,
+        "inside": remaining,
         "after": after,
         "floor": floor,
         "fraction": share if np.isfinite(share) else None,
@@ -96,11 +96,11 @@ class _JointFit:
 
     @classmethod
     def of(cls, stage: Stage, gap: Floats, noise: Floats, tolerance: Floats) -> _JointFit:
-        known = catalogue()
+        effects = catalogue()
         parameters = tuple(
             (name, item)
             for name in stage.shows
-            for item in known[name].parameters()
+            for item in effects[name].parameters()
             if item.likely is not None and item.name not in _LEFT_AT_ZERO.get(name, ())
         )
         return cls(stage, gap, np.hypot(noise, _MODEL_ERROR * tolerance), parameters)
@@ -134,9 +134,9 @@ class _JointFit:
         return best[1]
 
     def _misfit(self, change: Floats, x: Floats, rows: Rows) -> Floats:
-        left = ((self.gap - change) / self.scale)[rows]
-        left = np.where(np.isfinite(left), left, np.where(np.isfinite(self.gap[rows]), _NO_ANSWER, 0.0))
-        return np.concatenate([np.clip(left, -200, 200).ravel(), _RIDGE * x])
+        remaining = ((self.gap - change) / self.scale)[rows]
+        remaining = np.where(np.isfinite(remaining), remaining, np.where(np.isfinite(self.gap[rows]), _NO_ANSWER, 0.0))
+        return np.concatenate([np.clip(remaining, -200, 200).ravel(), _RIDGE * x])
 
     def _slopes(self, x: Floats, rows: Rows) -> Floats:
         steps = np.where(x + _STEP <= 1.0, _STEP, -_STEP)

@@ -119,11 +119,11 @@ def unknowns(rows: Rows) -> Unknowns:
 
 def reliability(rows: Rows) -> Reliability:
     """Cases without an answer said no probability: the curve leaves them out, NLL and Brier do not."""
-    said = [row for row in rows if row.said.entries]
-    entry = np.array([row.said.entries[0].probability for row in said])
-    label = np.array([row.said.probabilities[row.said.labels[0]] for row in said])
-    grouped = np.array([answer_sets.first_entry(row) for row in said], dtype=bool)
-    exact = np.array([answer_sets.first_label(row) for row in said], dtype=bool)
+    answered = [row for row in rows if row.said.entries]
+    entry = np.array([row.said.entries[0].probability for row in answered])
+    label = np.array([row.said.probabilities[row.said.labels[0]] for row in answered])
+    grouped = np.array([answer_sets.first_entry(row) for row in answered], dtype=bool)
+    exact = np.array([answer_sets.first_label(row) for row in answered], dtype=bool)
     return Reliability(
         calibration_error(entry, grouped),
         calibration_error(label, exact),
@@ -134,8 +134,8 @@ def reliability(rows: Rows) -> Reliability:
 
 
 def _seconds(rows: Rows) -> tuple[float, float]:
-    known = [row.said.seconds for row in rows if np.isfinite(row.said.seconds)]
-    return (float(np.median(known)), float(np.percentile(known, 95))) if known else (float("nan"), float("nan"))
+    seconds = [row.said.seconds for row in rows if np.isfinite(row.said.seconds)]
+    return (float(np.median(seconds)), float(np.percentile(seconds, 95))) if seconds else (float("nan"), float("nan"))
 
 
 def _mean(values: Sequence[float]) -> float:
@@ -149,7 +149,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Unknowns | Reliability | Shrunk):
         return _plain(vars(value))
     if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: _plain(element) for key, element in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
+        return [_plain(element) for element in value]
     return None if isinstance(value, float) and not np.isfinite(value) else value

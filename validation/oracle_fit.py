@@ -56,8 +56,8 @@ def oracle(asked: Asked) -> dict[str, Any]:
             stages, gap = _staged(case, seed, asked.options)
             # On a bench with many effects the right ones are not fitted: that is the diagnosis's own task.
             best = _best(case, stages, gap, asked.options) if len(case.strengths) == 1 else {"fraction": None}
-            found = {"case": asked.task.name, **best}
-            return found | {"true_fraction": _true(case, seed, gap, asked) if asked.fitted else None}
+            answer = {"case": asked.task.name, **best}
+            return answer | {"true_fraction": _true(case, seed, gap, asked) if asked.fitted else None}
     except Exception as error:  # noqa: BLE001 - an oracle that fails must not take the answers with it
         return {"case": asked.task.name, "error": f"{type(error).__name__}: {error}"}
 
@@ -89,11 +89,11 @@ def _true(case: Case, seed: int, gap: GapTable, asked: Asked) -> float | None:
     """With the scatter's part added to both sides, as the report has it."""
     stages, quiet = _staged(replace(case, floor=_QUIET), seed, asked.options)
     metric = GapMetric.of(quiet)
-    effects = [effect_from_json(each) for each in asked.fitted]
+    effects = [effect_from_json(table) for table in asked.fitted]
     change = np.concatenate([_change(stage, effects) for stage in stages], axis=1)
     before, after = metric.rms(quiet.mean), metric.rms(quiet.mean - change)
     floor = metric.rms(np.sqrt(gap.floor_variance))
-    squares = (np.array(each**2) for each in (np.hypot(before, floor), np.hypot(after, floor), floor))
+    squares = (np.array(rms**2) for rms in (np.hypot(before, floor), np.hypot(after, floor), floor))
     value = float(fraction(*squares))
     return value if np.isfinite(value) else None
 

@@ -35,7 +35,7 @@ class Forest:
 
         by_kind = {}
         for kind in sorted(set(kinds)):
-            rows = [i for i, each in enumerate(kinds) if each == kind]
+            rows = [i for i, row_kind in enumerate(kinds) if row_kind == kind]
             forest = RandomForestClassifier(trees, min_samples_leaf=2, random_state=seed, n_jobs=1)
             by_kind[kind] = forest.fit(np.stack([x[i] for i in rows]), [y[i] for i in rows])
         return cls(by_kind, most_frequent(y))
@@ -70,10 +70,10 @@ def features(problem: Problem) -> Floats:
 def most_frequent(labels: Sequence[str]) -> dict[str, str]:
     """By stage, the effect that was most often the cause, alone."""
     counts = Counter(label for label in labels if "." in label and "+" not in label)
-    found: dict[str, str] = {}
+    answers: dict[str, str] = {}
     for label, _ in sorted(counts.items(), key=lambda item: (-item[1], item[0])):
-        found.setdefault(label.split(".")[0], label)
-    return found
+        answers.setdefault(label.split(".")[0], label)
+    return answers
 
 
 def _table(problem: Problem, cells: NDArray[np.intp], values: Floats) -> Floats:

@@ -47,7 +47,7 @@ def calibration_error(p: Floats, right: Floats, bins: int = BINS) -> float:
     if not len(p):
         return math.nan
     parts = curve(p, right, bins)
-    return sum(each.right.n * abs(each.probability - (each.right.value or 0.0)) for each in parts) / len(p)
+    return sum(part.right.n * abs(part.probability - (part.right.value or 0.0)) for part in parts) / len(p)
 
 
 def negative_log(rows: Sequence[Row]) -> float:

@@ -26,8 +26,8 @@ def read_rows(file: Path) -> tuple[dict[str, Any], list[Row]]:
     if not file.is_file():
         raise ValueError(f"{file.parent}: no {file.name} there; finish this check with blind-check --folder first")
     try:
-        asked, *lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
-        return asked, [_row(line) for line in lines]
+        options, *lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+        return options, [_row(line) for line in lines]
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{file}: not the scored rows of a blind check ({error}); score it again") from error
 
@@ -38,26 +38,26 @@ def pooled(files: Sequence[Path]) -> tuple[list[dict[str, Any]], list[Row]]:
     rows: list[Row] = []
     seen: dict[tuple[int, str], Path] = {}
     for file in files:
-        asked, own = read_rows(file)
+        options, own = read_rows(file)
         for row in own:
-            if (before := seen.setdefault((asked["seed"], row.label.case), file)) is not file:
+            if (before := seen.setdefault((options["seed"], row.label.case), file)) is not file:
                 raise ValueError(
-                    f"{file}: {row.label.case} of seed {asked['seed']} is in {before} as well; pool it once"
+                    f"{file}: {row.label.case} of seed {options['seed']} is in {before} as well; pool it once"
                 )
-        checks.append(asked)
+        checks.append(options)
         rows += own
     return checks, rows
 
 
 def _row(table: Mapping[str, Any]) -> Row:
-    label, said = dict(table["label"]), dict(table["said"])
+    label, answer = dict(table["label"]), dict(table["said"])
     for name in ("effects", "stages"):
         label[name] = tuple(label[name])
     label["shown"] = tuple(label.get("shown", ()))
     label["inside"] = None if label["inside"] is None else tuple(label["inside"])
-    said["entries"] = tuple(
-        Entry(tuple(each["labels"]), each["probability"], tuple(each["shares"])) for each in said["entries"]
+    answer["entries"] = tuple(
+        Entry(tuple(entry["labels"]), entry["probability"], tuple(entry["shares"])) for entry in answer["entries"]
     )
-    said["stages"], said["inside"] = tuple(said["stages"]), tuple(tuple(each) for each in said["inside"])
-    said["shares"] = {name: tuple(values) for name, values in said.get("shares", {}).items()}
-    return Row(Label(**label), Said(**said), table["oracle"])
+    answer["stages"], answer["inside"] = tuple(answer["stages"]), tuple(tuple(members) for members in answer["inside"])
+    answer["shares"] = {name: tuple(values) for name, values in answer.get("shares", {}).items()}
+    return Row(Label(**label), Said(**answer), table["oracle"])

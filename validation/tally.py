@@ -39,11 +39,13 @@ def scored(
     usual = [task for task in work if task.tier != LEFT_OUT]
     labels = {task.name: label(task, truths[task.name]) for task in work}
     rows = rows_of(work, truths, answers, oracles)
-    ways = [*BASELINES, *([FOREST] if forest else [])] if any("simple" in each for each in answers.values()) else []
+    ways = [*BASELINES, *([FOREST] if forest else [])] if any("simple" in answer for answer in answers.values()) else []
     return Scores(
         tiers=tables(rows),
         kinds=kinds(rows),
-        baselines={way: tables([_simple(way, labels[t.name], answers[t.name], forest) for t in usual]) for way in ways},
+        baselines={
+            method: tables([_simple(method, labels[t.name], answers[t.name], forest) for t in usual]) for method in ways
+        },
         benches=bench_tables(rows, tuple(BENCHES)),
         left_out=_left_out([task for task in work if task.tier == LEFT_OUT], labels, answers, truths),
     )
@@ -78,8 +80,10 @@ def tables(rows: Sequence[Row]) -> tuple[Figures, ...]:
 
 
 def _by(names: Sequence[str], rows: Sequence[Row]) -> tuple[Figures, ...]:
-    each = {name: [row for row, own in zip(rows, names, strict=True) if own == name] for name in dict.fromkeys(names)}
-    return tuple(figures(name, some) for name, some in each.items())
+    rows_by_name = {
+        name: [row for row, own in zip(rows, names, strict=True) if own == name] for name in dict.fromkeys(names)
+    }
+    return tuple(figures(name, some) for name, some in rows_by_name.items())
 
 
 def said(case: str, answer: Mapping[str, Any], opened: Opened) -> Said:

@@ -20,8 +20,8 @@ class Rate:
 
     @classmethod
     def of(cls, outcomes: Iterable[bool]) -> Self:
-        found = [bool(each) for each in outcomes]
-        return cls(sum(found), len(found))
+        results = [bool(outcome) for outcome in outcomes]
+        return cls(sum(results), len(results))
 
     @property
     def value(self) -> float | None:

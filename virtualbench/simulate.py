@@ -87,13 +87,13 @@ def simulate(
         tasks = bench.tasks(plan_rows, repetitions)
         seeds = sequence.spawn(len(tasks))
         crew = Crew(jobs=min(jobs or min(4, os.cpu_count() or 1), len(tasks)))
-        found: dict[str, list[Truth]] = {}
+        truths_by_recording: dict[str, list[Truth]] = {}
         with closing(mapped(crew, _make, zip(tasks, seeds, strict=True), shared=(bench, partial, suffix))) as made:
             for (task, _), truth in made:
-                found[task.name] = truth
+                truths_by_recording[task.name] = truth
                 if progress:
-                    progress(len(found), len(tasks), _path(task, suffix))
-        truths = [found[task.name] for task in tasks]
+                    progress(len(truths_by_recording), len(tasks), _path(task, suffix))
+        truths = [truths_by_recording[task.name] for task in tasks]
         write_runs(partial, [{**task.cells, "recording": _path(task, suffix)} for task in tasks])
         write_card(partial, CampaignCard(name or out.name, kind, date, bench.sensors, _DESCRIPTION, bench.stages()))
         runs = [{**_key(t), "recording": _path(t, suffix), "hits": h} for t, h in zip(tasks, truths, strict=True)]

@@ -21,8 +21,8 @@ def whole_folder(out: Path) -> Iterator[Path]:
     """
     place = out.resolve()  # of a link, the folder that it stands for
     place.parent.mkdir(parents=True, exist_ok=True)
-    for left in _left_by_the_dead(place):
-        _remove(left)
+    for abandoned in _left_by_the_dead(place):
+        _remove(abandoned)
     partial = place.with_name(f".{place.name}.{os.getpid()}.part")
     partial.mkdir()
     try:
@@ -36,8 +36,8 @@ def whole_folder(out: Path) -> Iterator[Path]:
 def _left_by_the_dead(place: Path) -> Iterator[Path]:
     form = re.compile(rf"\.{re.escape(place.name)}\.(\d+)\.part")
     for path in list(place.parent.iterdir()):
-        found = form.fullmatch(path.name)
-        if found is not None and not _lives(int(found[1])):
+        match = form.fullmatch(path.name)
+        if match is not None and not _lives(int(match[1])):
             yield path
 
 

@@ -51,14 +51,14 @@ def achieved_settings(session: Session, campaign_key: int) -> Achieved:
         for quantity, figures in recorded[run["key"]].items():
             planned = wanted.get(quantity)
             if planned is not None and planned > 0:
-                told = {"plan": run["plan"], "run": run["run"], "quantity": quantity, "planned": planned}
-                rows.append(told | figures | {"deviation": figures["mean"] / planned - 1})
+                row = {"plan": run["plan"], "run": run["run"], "quantity": quantity, "planned": planned}
+                rows.append(row | figures | {"deviation": figures["mean"] / planned - 1})
     return Achieved(rows, [_summary(rows, quantity) for quantity in _OF_SHOTS if _of(rows, quantity)])
 
 
 def _recorded(session: Session, campaign_key: int) -> dict[int, dict[str, dict[str, Any]]]:
     """Figures by planned run and quantity, counted in the database; a gun's velocity is that of its shots."""
-    found: dict[int, dict[str, dict[str, Any]]] = {}
+    recorded_by_run: dict[int, dict[str, dict[str, Any]]] = {}
     for table, quantities in ((Shot, _OF_SHOTS), (Impact, _OF_IMPACTS)):
         figures = [f(c) for c in quantities.values() for f in (func.count, func.avg, func.min, func.max)]
         query = (
@@ -67,12 +67,12 @@ def _recorded(session: Session, campaign_key: int) -> dict[int, dict[str, dict[s
             .group_by(table.planned_run_id)
         )
         for key, *values in session.execute(query).all():
-            mine = found.setdefault(key, {})
+            recorded = recorded_by_run.setdefault(key, {})
             for i, quantity in enumerate(quantities):
                 count, mean, least, largest = values[4 * i : 4 * i + 4]
                 if count:
-                    mine.setdefault(quantity, {"recorded": count, "mean": mean, "least": least, "largest": largest})
-    return found
+                    recorded.setdefault(quantity, {"recorded": count, "mean": mean, "least": least, "largest": largest})
+    return recorded_by_run
 
 
 def _planned(session: Session, keys: list[int]) -> Iterable[tuple[dict[str, Any], dict[str, float]]]:
@@ -115,13 +115,13 @@ def _of(rows: list[dict[str, Any]], quantity: str) -> list[dict[str, Any]]:
 
 
 def _summary(rows: list[dict[str, Any]], quantity: str) -> dict[str, Any]:
-    mine = _of(rows, quantity)
-    worst = max(mine, key=lambda row: abs(row["deviation"]))
+    quantity_rows = _of(rows, quantity)
+    worst = max(quantity_rows, key=lambda row: abs(row["deviation"]))
     return {
         "quantity": quantity,
-        "runs": len(mine),
-        "mean_deviation": sum(row["deviation"] for row in mine) / len(mine),
-        "mean_magnitude": sum(abs(row["deviation"]) for row in mine) / len(mine),
+        "runs": len(quantity_rows),
+        "mean_deviation": sum(row["deviation"] for row in quantity_rows) / len(quantity_rows),
+        "mean_magnitude": sum(abs(row["deviation"]) for row in quantity_rows) / len(quantity_rows),
         "worst_plan": worst["plan"],
         "worst_run": worst["run"],
         "worst_deviation": worst["deviation"],

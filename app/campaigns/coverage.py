@@ -39,7 +39,7 @@ def plan_coverage(session: Session, campaign_key: int, name: str) -> list[dict[s
         .group_by(Plan.id)
         .order_by(Plan.name)
     )
-    found = []
+    gaps = []
     for key, plan, kind, method, runs, *counts in session.execute(query).all():
         wanted = select(func.sum(PlannedRun.repetitions)).where(
             PlannedRun.plan_id == key, PlannedRun.status != "discarded"
@@ -51,7 +51,7 @@ def plan_coverage(session: Session, campaign_key: int, name: str) -> list[dict[s
             .join(table, table.planned_run_id == PlannedRun.id)
             .where(PlannedRun.plan_id == key, table.campaign_id == campaign_key)
         )
-        found.append(
+        gaps.append(
             {
                 "plan": plan,
                 "method": method,
@@ -61,7 +61,7 @@ def plan_coverage(session: Session, campaign_key: int, name: str) -> list[dict[s
                 "recorded": session.scalar(recorded) or 0,
             }
         )
-    return found
+    return gaps
 
 
 def level_coverage(session: Session, campaign_key: int, name: str) -> list[dict[str, Any]]:

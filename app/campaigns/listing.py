@@ -32,8 +32,8 @@ def list_campaigns_page(
         query = query.where(func.lower(Campaign.name).contains(text.lower(), autoescape=True))
     if after is not None:
         query = query.where(_beyond(session, after))
-    found = session.execute(query.order_by(Campaign.date.desc(), Campaign.name).limit(limit + 1)).all()
-    shown = found[:limit]
+    campaigns = session.execute(query.order_by(Campaign.date.desc(), Campaign.name).limit(limit + 1)).all()
+    shown = campaigns[:limit]
     keys = [key for key, *_ in shown]
     impacts, shots = (_counts(session, table, keys) for table in (Impact, Shot))
     plans = list_plan_counts(session, keys)
@@ -49,7 +49,7 @@ def list_campaigns_page(
         }
         for key, name, of, date in shown
     ]
-    return rows, shown[-1].name if len(found) > limit else None
+    return rows, shown[-1].name if len(campaigns) > limit else None
 
 
 def _beyond(session: Session, name: str) -> ColumnElement[bool]:

@@ -142,4 +142,4 @@ def _channels_named(session: Session, campaign_key: int) -> dict[tuple[str, str]
     names: dict[tuple[str, str], list[str]] = {}
     for check, severity, name in session.execute(query):
         names.setdefault((check, severity), []).append(name)
-    return {key: enumerated(found) for key, found in names.items()}
+    return {key: enumerated(labels) for key, labels in names.items()}

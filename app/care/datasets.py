@@ -15,20 +15,20 @@ ADVICE = "build it under another name (pyroshock dataset build), or restore the 
 
 def damaged_datasets(session: Session) -> Iterator[Finding]:
     """Datasets whose rows no longer give the hash that they were frozen with, and no tombstone says why."""
-    for each in list_snapshots(session):
+    for snapshot in list_snapshots(session):
         try:
-            read_snapshot(session, each["name"])
+            read_snapshot(session, snapshot["name"])
         except SourceDeletedError:
             continue  # `datasets_without_source` tells of it
         except (ValueError, LookupError) as error:
-            yield Finding("datasets", str(error), ADVICE, {"dataset": each["name"]})
+            yield Finding("datasets", str(error), ADVICE, {"dataset": snapshot["name"]})
 
 
 def datasets_without_source(session: Session) -> Iterator[str]:
     """Datasets that lost pulses because what they stood on was deleted: which, when and why. They are no damage."""
-    for each in list_snapshots(session):
+    for snapshot in list_snapshots(session):
         try:
-            read_snapshot(session, each["name"])
+            read_snapshot(session, snapshot["name"])
         except SourceDeletedError as error:
             yield str(error)
         except (ValueError, LookupError):

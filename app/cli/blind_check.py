@@ -111,7 +111,7 @@ def _pooled(folders: tuple[Path, ...]) -> Pool:
     from ...validation.results_io import SCORED, pooled
     from ...validation.tally import kinds, tables
 
-    checks, rows = pooled([each if each.is_file() else each / SCORED for each in folders])
+    checks, rows = pooled([path if path.is_file() else path / SCORED for path in folders])
     return Pool(tuple(checks), tables(rows), kinds(rows), bench_tables(rows, tuple(BENCHES)))
 
 

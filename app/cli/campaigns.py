@@ -201,8 +201,8 @@ def tell_deletion(stone: dict[str, Any], dry_run: bool) -> None:
 
     for line in standing_lines(stone):
         note(f"  stood on it: {line}")
-    for each in stone["stood_on"]["reopened"]:
-        note(f"  to do again: run {each['run']} of plan {each['plan']}")
+    for plan_run in stone["stood_on"]["reopened"]:
+        note(f"  to do again: run {plan_run['run']} of plan {plan_run['plan']}")
 
 
 def _line(stone: dict[str, Any]) -> dict[str, Any]:

@@ -48,17 +48,17 @@ def compare(
         from ..models.comparing import draw, metrics_named, rows_of, told
 
         wanted = metrics_named(metric)
-        found = compare_versions(store, db, names, dataset=dataset, split=split, metric=wanted[0], note=note)
+        comparison = compare_versions(store, db, names, dataset=dataset, split=split, metric=wanted[0], note=note)
         if out is not None:
-            draw(found.comparisons[0], wanted[0], out)
+            draw(comparison.comparisons[0], wanted[0], out)
             note(f"plot: {out}")
         if json_to is not None:
-            write_json(rows_of(found, wanted), json_to)
+            write_json(rows_of(comparison, wanted), json_to)
             return
-        click.echo(f"{len(found.judged.pulses)} held-out pulses that none of them was trained on")
-        print_table(found.table(wanted), "")
-        for line in told(found, wanted):
+        click.echo(f"{len(comparison.judged.pulses)} held-out pulses that none of them was trained on")
+        print_table(comparison.table(wanted), "")
+        for line in told(comparison, wanted):
             click.echo(line)
-        if settings := found.settings_table():
+        if settings := comparison.settings_table():
             click.echo("What each training searched and found:")
             print_table(settings, "")

@@ -73,11 +73,11 @@ def _address(context: click.Context) -> str:
     """`--db` of the command or of its group, as far as it is typed; else what the environment says."""
     from click.core import ParameterSource
 
-    each: click.Context | None = context
-    while each is not None:
-        if each.get_parameter_source("db") is ParameterSource.COMMANDLINE and each.params.get("db"):
-            return str(each.params["db"])
-        each = each.parent
+    ancestor: click.Context | None = context
+    while ancestor is not None:
+        if ancestor.get_parameter_source("db") is ParameterSource.COMMANDLINE and ancestor.params.get("db"):
+            return str(ancestor.params["db"])
+        ancestor = ancestor.parent
     return os.environ.get("PYROSHOCK_DB") or DEFAULT_DB
 
 

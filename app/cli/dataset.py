@@ -142,12 +142,12 @@ def build(
         chosen = predictors_named(predictors) if predictors else None
         built = build_snapshot(store, name, campaigns, chosen, quality, extraction, velocity)
         if not built.added:
-            known = "" if built.snapshot.name == name else f" under the name {built.snapshot.name}"
-            note(f"dataset {name}: this content is frozen already{known}; nothing was added")
+            other_name = "" if built.snapshot.name == name else f" under the name {built.snapshot.name}"
+            note(f"dataset {name}: this content is frozen already{other_name}; nothing was added")
         with store.reading() as session:
             facts = missing_words(missing_in_campaigns(session, campaigns, built.snapshot.predictors))
-        told = built_as_json(built, _split_or_note(built.snapshot.table, split, seed))
-        _tell_built(told, len(built.snapshot.definition["extractions"]))
+        summary = built_as_json(built, _split_or_note(built.snapshot.table, split, seed))
+        _tell_built(summary, len(built.snapshot.definition["extractions"]))
         stated = built.snapshot.definition.get("velocity") or {}
         if stated.get("converted"):
             note(
@@ -157,7 +157,7 @@ def build(
         if facts:
             note(f"  {facts}")
     if json_to is not None:
-        write_json(told, json_to)
+        write_json(summary, json_to)
 
 
 def _split_or_note(table: Any, text: str, seed: int) -> Any:
@@ -203,11 +203,11 @@ def show(name: str, db: str, json_to: str | None, seed: int, plot: Path | None) 
 
             plot_dataset(snapshot.table, plot)
             note(f"written: {plot}")
-        told = snapshot_as_json(snapshot, seed)
+        summary = snapshot_as_json(snapshot, seed)
     if json_to is not None:
-        write_json(told, json_to)
+        write_json(summary, json_to)
     else:
-        _show(snapshot, told)
+        _show(snapshot, summary)
 
 
 def _show(snapshot: Any, told: dict[str, Any]) -> None:
@@ -244,13 +244,13 @@ def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
         from ...dataset.trace import trace as trace_pulse
 
         snapshot = read_snapshot(session, name)
-        found = raw_files(session, snapshot) if key is None else asdict(trace_pulse(session, snapshot, key))
+        origin = raw_files(session, snapshot) if key is None else asdict(trace_pulse(session, snapshot, key))
     if json_to is not None:
-        write_json(found, json_to)
-    elif isinstance(found, list):
-        print_table(found, "no pulses")
+        write_json(origin, json_to)
+    elif isinstance(origin, list):
+        print_table(origin, "no pulses")
     else:
-        print_table(({"of": one, "value": str(value)} for one, value in found.items()), "nothing")
+        print_table(({"of": name, "value": str(value)} for name, value in origin.items()), "nothing")
 
 
 @dataset.command()

@@ -130,8 +130,8 @@ def _make(name: str, method: str, given: dict[str, Any], options: dict[str, Any]
             **common, **taken,
         )  # fmt: skip
     stored = made.stored
-    told = f", seed {stored.seed}" if stored.seed is not None else ""
-    note(f"plan {name}: {len(stored.runs)} runs of {given['repetitions']} repetitions, {stored.method}{told}")
+    seed_text = f", seed {stored.seed}" if stored.seed is not None else ""
+    note(f"plan {name}: {len(stored.runs)} runs of {given['repetitions']} repetitions, {stored.method}{seed_text}")
     for line in made.aliases():
         note(f"aliased: {line}")
     _tell(stored, given["json_to"], given["out"])
@@ -175,8 +175,8 @@ def augment(
         count = runs if runs is not None else sum(run.status == "discarded" for run in before.runs)
         if not count:
             raise ValueError(f"plan {name!r} has no discarded runs to replace; say how many to add: --runs N")
-        each = repetitions or mode(run.repetitions for run in before.runs)
-        numbers = augment_plan(store, before, count, each, seed, gun_bench(bench))
+        repetitions_of_run = repetitions or mode(run.repetitions for run in before.runs)
+        numbers = augment_plan(store, before, count, repetitions_of_run, seed, gun_bench(bench))
         with store.reading() as session:
             stored = read_plan(session, name)
     note(f"plan {name}: added runs {', '.join(map(str, numbers))}")

@@ -45,7 +45,7 @@ def discriminate(
             note(no_setting(campaign))
             raise click.exceptions.Exit(1)
         stored, left_out = store_experiment(store, campaign, report["next_runs"], name or f"{campaign}-discriminate")
-    for words in (*(each["why"] for each in report["next_runs"]), *left_out):
+    for words in (*(run["why"] for run in report["next_runs"]), *left_out):
         note(words)
     note(f"plan {stored.name}: {len(stored.runs)} runs; pyroshock plan sheet {stored.name} --out {stored.name}.html")
     rows = ({"run": run.run, **run.row, "repetitions": run.repetitions} for run in stored.runs)

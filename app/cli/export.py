@@ -55,6 +55,6 @@ def export(
             left_out if skip_damaged else None,
             column_names(columns),
         )
-    for each in left_out:
-        note(f"left out: {each}")
+    for column in left_out:
+        note(f"left out: {column}")
     note(f"{rows} rows written: {out}")

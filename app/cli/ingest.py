@@ -135,7 +135,7 @@ def _tell(report: Any, dry_run: bool) -> None:
         if item["check"] == DISCARDED:
             note(f"  {item['message']}")
     by_check: dict[tuple[str, str], list[str | None]] = {}
-    for finding in (each for each in report.findings if each["check"] != DISCARDED):
+    for finding in (entry for entry in report.findings if entry["check"] != DISCARDED):
         if finding["check"] in _TOLD_WHOLE:
             note(f"  note: {finding['check']}: {finding['message']}")
             continue

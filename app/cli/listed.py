@@ -42,10 +42,10 @@ class Listing:
 
         listed = list(rows)
         if listed:
-            known = list(dict.fromkeys(name for row in listed for name in row))
-            check_columns([name for name in (self._sort_column, *column_names(self.columns)) if name], known)
+            columns_of_rows = list(dict.fromkeys(name for row in listed for name in row))
+            check_columns([name for name in (self._sort_column, *column_names(self.columns)) if name], columns_of_rows)
             listed = self._sorted(listed)
-            wanted = column_names(self.columns) or known
+            wanted = column_names(self.columns) or columns_of_rows
         else:
             wanted = column_names(self.columns)
         if self.json_to is not None:

@@ -65,6 +65,6 @@ def shots(db: str, listing: Listing, campaign: str | None, where: tuple[str, ...
         from ..filters import parse_where
         from ..predictions.nominal import with_predictions
 
-        found = iter_shots(session, campaign, parse_where(where))
-        rows = list(islice(with_predictions(session, found), limit))
+        shots = iter_shots(session, campaign, parse_where(where))
+        rows = list(islice(with_predictions(session, shots), limit))
         listing.show(rows, "no shots match")

@@ -103,17 +103,17 @@ class LazyGroup(click.Group):
 
 def _told(error: click.ClickException) -> str:
     """The error, and which commands there are where one was asked for that there is not."""
-    told = error.format_message()
+    message = error.format_message()
     context = error.ctx if isinstance(error, click.UsageError) else None
-    if not told.startswith("No such command") or context is None or not isinstance(context.command, click.Group):
-        return told
+    if not message.startswith("No such command") or context is None or not isinstance(context.command, click.Group):
+        return message
     names = context.command.list_commands(context)
     if context.command is main:
         from difflib import get_close_matches
 
         near = get_close_matches(getattr(error, "command_name", ""), names)
         names = near and [f"did you mean {', '.join(near)}?"]
-    return f"{told.partition('.')[0]}; {', '.join(names) or 'pyroshock --help lists them'}"
+    return f"{message.partition('.')[0]}; {', '.join(names) or 'pyroshock --help lists them'}"
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

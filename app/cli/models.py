@@ -61,26 +61,29 @@ def models(
             if promotions:
                 _tell_promotions(registry.decisions(), listing)
                 return
-            found = registry.versions()
+            versions = registry.versions()
             if version is not None:
-                _tell_version(registry, chosen(found, version), listing.json_to)
+                _tell_version(registry, chosen(versions, version), listing.json_to)
                 return
-            found = of_dataset(found, dataset) if dataset is not None else found
-            found = [version for version in found if split in (None, version.split)]
-            floors = {each: registry.floors(*each) for each in _grounds(found)}
-            listed = found if every else newest(found)
+            versions = of_dataset(versions, dataset) if dataset is not None else versions
+            versions = [version for version in versions if split in (None, version.split)]
+            floors = {ground: registry.floors(*ground) for ground in _grounds(versions)}
+            listed = versions if every else newest(versions)
             wrong = damages(registry, listed)
         withdrawn = withdrawals_at(db) if listed else {}
         if listing.csv or listing.sort or listing.columns:
-            listing.show([flat_row(each) for each in listed], "no models yet; train some: pyroshock train DATASET")
-            return
-        if listing.json_to is not None:
-            rows = ((each, json_row(each, floors[each.dataset.hash, each.seed])) for each in listed)
-            write_json(
-                [row | _damaged(wrong.get(each.label)) | _lost(each, withdrawn) for each, row in rows], listing.json_to
+            listing.show(
+                [flat_row(version) for version in listed], "no models yet; train some: pyroshock train DATASET"
             )
             return
-        _tell(found, floors, every)
+        if listing.json_to is not None:
+            rows = ((version, json_row(version, floors[version.dataset.hash, version.seed])) for version in listed)
+            write_json(
+                [row | _damaged(wrong.get(version.label)) | _lost(version, withdrawn) for version, row in rows],
+                listing.json_to,
+            )
+            return
+        _tell(versions, floors, every)
         for label, what in wrong.items():
             note(f"{label} is damaged: {what}")
         for words in withdrawn_words(withdrawn, listed):

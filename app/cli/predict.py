@@ -172,8 +172,8 @@ def predict(
                 for remark in remarks:
                     note(remark)
                 with progress_bar("predicting", "shots") as step:
-                    found = foretold(bench, rows, crew, step)
-            many.tell(found, json_to)
+                    predicted_shots = foretold(bench, rows, crew, step)
+            many.tell(predicted_shots, json_to)
             return
         from ..predictions.predicting import predicted, prediction_json
         from ..predictions.tables import quantity_rows, spectrum_rows

@@ -79,9 +79,9 @@ class Many:
         if self.out is not None:
             note(f"written: {self.out}, {write_figures(self.out, found)} shots")
         if json_to is not None:
-            write_json([finite({**each.figures, "srs": list(each.spectrum)}) for each in found], json_to)
+            write_json([finite({**shot.figures, "srs": list(shot.spectrum)}) for shot in found], json_to)
         elif self.out is None:
-            print_table((_short(each) for each in found), "")
+            print_table((_short(shot) for shot in found), "")
 
 
 def refuse_typed(*names: str) -> None:

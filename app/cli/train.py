@@ -69,12 +69,13 @@ def train(
                 store, db, dataset, [models], splits, seed=seed, budget=budget, retrain=retrain, crew=crew,
                 progress=progress,
             )  # fmt: skip
-        known = len(session.versions) - session.trained
-        note(f"{session.trained} trained, {known} found as they were trained before")
+        earlier = len(session.versions) - session.trained
+        note(f"{session.trained} trained, {earlier} found as they were trained before")
         _tell(session, floors, json_to)
         if session.failures:
             fail(
-                "not trained: " + "; ".join(f"{each.model} ({each.split}): {each.reason}" for each in session.failures)
+                "not trained: "
+                + "; ".join(f"{failure.model} ({failure.split}): {failure.reason}" for failure in session.failures)
             )
 
 

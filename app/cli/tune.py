@@ -204,12 +204,12 @@ def _words(settings: dict[str, Any]) -> dict[str, Any]:
 
 def _points(texts: tuple[str, ...], name: str) -> tuple[tuple[float, float], ...]:
     """`0.47,0.28` in m, of the outline."""
-    found = []
+    notes = []
     for text in texts:
         parts = text.split(",")
         try:
             x, y = (float(part) for part in parts)
         except ValueError as error:
             raise ValueError(f"{name} is {text!r}; expected two numbers in m, such as 0.47,0.28") from error
-        found.append((x, y))
-    return tuple(found)
+        notes.append((x, y))
+    return tuple(notes)

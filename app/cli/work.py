@@ -87,9 +87,9 @@ def jobs(context: click.Context, db: str, listing: Listing, last: int) -> None:
     with opened(db) as store:
         from ..jobs.queue import list_jobs
 
-        found = list_jobs(store, last)
-    by_key = {job.key: job for job in found}
-    listing.show([job.as_json() for job in found], "no jobs", lambda row: _row(by_key[row["id"]]))
+        jobs = list_jobs(store, last)
+    by_key = {job.key: job for job in jobs}
+    listing.show([job.as_json() for job in jobs], "no jobs", lambda row: _row(by_key[row["id"]]))
 
 
 def _row(job: Any) -> dict[str, Any]:
@@ -120,5 +120,5 @@ def stop(context: click.Context, job: int, db: str) -> None:
     with opened(db if own else context.obj) as store:
         from ..jobs.tidying import stop as stop_job
 
-        found = stop_job(store, job)
-    note(f"job {job}, {found.label}: " + (found.state if found.ended else "asked to stop"))
+        job_record = stop_job(store, job)
+    note(f"job {job}, {job_record.label}: " + (job_record.state if job_record.ended else "asked to stop"))

@@ -59,9 +59,9 @@ def running(store: Store, hand: Hand) -> list[Sighting]:
     """All jobs under way that this worker could do."""
     columns = (Job.id, Job.attempt, Job.beat, Job.deaths, Job.lease_s)
     query = select(*columns).where(Job.state == RUNNING, *hand.may()).order_by(Job.id)
-    found = store.read(lambda session: session.execute(query).all())
+    rows = store.read(lambda session: session.execute(query).all())
     # a running job has a lease: a rule of the table
-    return [Sighting(job, attempt, beat, deaths, lease_s or 0.0) for job, attempt, beat, deaths, lease_s in found]
+    return [Sighting(job, attempt, beat, deaths, lease_s or 0.0) for job, attempt, beat, deaths, lease_s in rows]
 
 
 def claim_waiting(store: Store, hand: Hand, left: Collection[int] = ()) -> Claimed | None:

@@ -25,8 +25,8 @@ class FencedRegistry(Registry):
     def record(self, trained: Trained, session: str | None = None) -> Version:
         with self._work.store.writing():  # raises where the lease is lost
             pass
-        known = next((each for each in self.versions() if each.task_key == trained.task.key), None)
-        return known or super().record(trained, session)
+        registered = next((version for version in self.versions() if version.task_key == trained.task.key), None)
+        return registered or super().record(trained, session)
 
 
 def fenced_registry_of(work: Work) -> FencedRegistry:

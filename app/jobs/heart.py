@@ -54,13 +54,13 @@ class Heart:
             raise InterruptedWorkError
 
     def _run(self) -> None:
-        told, beaten = Progress(), time.monotonic()
+        last_written, beaten = Progress(), time.monotonic()
         while self._sign.held and not self._over.wait(min(_TICK_S, self._beat_s)):
             now, progress = time.monotonic(), self.progress
             try:
-                if progress != told or now - beaten >= self._beat_s:
+                if progress != last_written or now - beaten >= self._beat_s:
                     self._sign = beat(self._store, self._lease, progress)
-                    told, beaten = progress, now
+                    last_written, beaten = progress, now
                 else:
                     self._sign = look(self._store, self._lease)
             except (StoreError, SQLAlchemyError):

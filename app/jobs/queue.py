@@ -54,9 +54,9 @@ class JobView:
 
     def as_json(self) -> dict[str, Any]:
         """As `/api/jobs` tells it; times are to the second."""
-        told = {name: value for name, value in vars(self).items() if name not in ("key", "stop_requested")}
-        times = {name: _second(told[name]) for name in ("asked_at", "started_at", "ended_at")}
-        return {"id": self.key, **told, **times, "result": finite(self.result)}
+        fields = {name: value for name, value in vars(self).items() if name not in ("key", "stop_requested")}
+        times = {name: _second(fields[name]) for name in ("asked_at", "started_at", "ended_at")}
+        return {"id": self.key, **fields, **times, "result": finite(self.result)}
 
 
 def _second(time: datetime | None) -> str | None:

@@ -36,11 +36,11 @@ class Sign:
 
 def beat(store: Store, lease: Lease, progress: Progress) -> Sign:
     """Tell that the worker lives, and how far it is."""
-    told = {"done": progress.done, "total": progress.total, "what": to_plain(progress.what)}
+    columns = {"done": progress.done, "total": progress.total, "what": to_plain(progress.what)}
 
     def work(session: Session) -> Sign:
         with suppress(LeaseLostError):  # the sign says so
-            change(session, lease, {"beat": Job.beat + 1, **told})
+            change(session, lease, {"beat": Job.beat + 1, **columns})
         return _sign(session, lease)
 
     return store.write(work, idempotent=True)
@@ -58,8 +58,8 @@ def _sign(session: Session, lease: Lease) -> Sign:
 
 def finish(session: Session, lease: Lease, result: Result, progress: Progress) -> None:
     """The job is done, in the transaction that stores the last of its work. Raises `LeaseLostError`."""
-    told = {"address": result.address, "words": result.words, "result": result.data, "what": progress.what}
-    _end(session, lease, DONE, {**to_plain(told), "done": progress.done, "total": progress.total})
+    columns = {"address": result.address, "words": result.words, "result": result.data, "what": progress.what}
+    _end(session, lease, DONE, {**to_plain(columns), "done": progress.done, "total": progress.total})
 
 
 def fail(store: Store, lease: Lease, why: str) -> None:

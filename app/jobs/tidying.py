@@ -38,10 +38,10 @@ def tidy_up(store: Store) -> None:
 
 def stop(store: Store, key: int) -> JobView:
     """As `queue.stop_job`, and nothing is left of a job that had not begun."""
-    found = stop_job(store, key)
-    if found.ended:
+    stopped_job = stop_job(store, key)
+    if stopped_job.ended:
         with store.reading() as session:
             job = session.get_one(Job, key)
             kind, arguments, host = job.kind, job.arguments, job.host
         after(kind, arguments, host)
-    return found
+    return stopped_job

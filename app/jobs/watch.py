@@ -24,12 +24,12 @@ class Watch:
     def silent(self, seen: Iterable[Sighting]) -> list[Sighting]:
         """Of all jobs that run now, those whose lease has passed under this watch's eyes."""
         now, before = self.clock(), self._since
-        known = {each.job for each in before}
-        self._since = {each: before.get(each, now) for each in seen}
-        running = {each.job for each in self._since}
-        moved = {each.job for each in self._since if each.job in known and each not in before}
+        earlier_jobs = {attempt.job for attempt in before}
+        self._since = {attempt: before.get(attempt, now) for attempt in seen}
+        running = {attempt.job for attempt in self._since}
+        moved = {attempt.job for attempt in self._since if attempt.job in earlier_jobs and attempt not in before}
         self._alive = (self._alive & running) | moved
-        return [each for each, since in self._since.items() if now - since >= each.lease_s]
+        return [attempt for attempt, since in self._since.items() if now - since >= attempt.lease_s]
 
     def forget(self) -> None:
         """Begin anew: while the store was out of reach nobody could be seen moving."""
@@ -38,4 +38,4 @@ class Watch:
     @property
     def undecided(self) -> bool:
         """Whether a job runs that has neither moved yet nor been silent for long enough."""
-        return any(each.job not in self._alive for each in self._since)
+        return any(attempt.job not in self._alive for attempt in self._since)

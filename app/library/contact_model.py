@@ -87,7 +87,10 @@ class StoredModel:
     def columns(self) -> dict[str, str]:
         """Column of a predictor -> its levels, or its unit."""
         predictors = self._registered.predictors
-        return {predictor_column(each): ", ".join(each.levels) or each.unit or "number" for each in predictors}
+        return {
+            predictor_column(predictor): ", ".join(predictor.levels) or predictor.unit or "number"
+            for predictor in predictors
+        }
 
     @raises_library_errors
     def predict(self, impacts: pd.DataFrame) -> ContactPulses:

@@ -178,15 +178,15 @@ def diagnose_campaign(
     from ..models.training import models_extra
     from ..twins import adopting
 
-    asked = Asked(target, **given)
+    request = Asked(target, **given)
     stored = is_stored(store, target)
     if adopt is not None and not stored:
         raise ValueError(f"adopting {adopt} needs a campaign of the store; ingest it first: pyroshock ingest {target}")
     with models_extra():
-        verdict = diagnosed(store, url, asked, step)
+        verdict = diagnosed(store, url, request, step)
     if adopt is not None:
         adopting.check_adoptable(verdict, adopt)
-    key = keep(store, verdict, asked) if store is not None and stored else None
+    key = keep(store, verdict, request) if store is not None and stored else None
     version = adopting.adopt(store, verdict, adopt, key) if store is not None and adopt is not None else None
     return GapDiagnosis(verdict, key, version)
 

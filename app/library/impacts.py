@@ -72,8 +72,8 @@ def with_absent_factors(session: Session, frame: pd.DataFrame, names: Iterable[s
     missing = set(names) - set(frame.columns)
     if not missing:
         return frame
-    known = {listing_key(name, si_unit) for name, si_unit in session.execute(select(Factor.name, Factor.si_unit))}
-    return frame.assign(**dict.fromkeys(sorted(missing & known), float("nan")))
+    factor_keys = {listing_key(name, si_unit) for name, si_unit in session.execute(select(Factor.name, Factor.si_unit))}
+    return frame.assign(**dict.fromkeys(sorted(missing & factor_keys), float("nan")))
 
 
 def _read(session: Session, query: Any) -> pd.DataFrame:

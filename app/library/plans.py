@@ -330,14 +330,14 @@ def _factors_text(factors: str | os.PathLike[str]) -> str:
 
 def _range_of(name: str, limits: Sequence[Quantity]) -> tuple[float, ...]:
     """Limits and step in the unit of the factor's column."""
-    known = BY_NAME.get(name) or BY_COLUMN.get(name)
-    if known is None or known.si_unit is None:
+    factor = BY_NAME.get(name) or BY_COLUMN.get(name)
+    if factor is None or factor.si_unit is None:
         return tuple(si(value, "", f"range of {name}") for value in limits)
-    name_of_column = name == known.column and name != known.name
+    name_of_column = name == factor.column and name != factor.name
 
     def in_column(value: Quantity) -> float:
         has_unit = isinstance(value, str) or hasattr(value, "to")
-        number = si(value, str(known.si_unit), f"range of {name}")
-        return number if name_of_column and not has_unit else number / known.scale
+        number = si(value, str(factor.si_unit), f"range of {name}")
+        return number if name_of_column and not has_unit else number / factor.scale
 
     return tuple(map(in_column, limits))

@@ -313,8 +313,8 @@ class ShotPrediction:
     def _repr_html_(self) -> str:
         from html import escape
 
-        said = "".join(f"<p>{escape(line)}</p>" for line in (self.rests_on, *self.warnings) if line)
-        return titled_table("predicted shot, with 90 % bands", self.to_frame()) + said
+        paragraphs = "".join(f"<p>{escape(line)}</p>" for line in (self.rests_on, *self.warnings) if line)
+        return titled_table("predicted shot, with 90 % bands", self.to_frame()) + paragraphs
 
 
 def _series(

@@ -191,7 +191,7 @@ class StoredRecording(Mapping[str, StoredChannel]):
                 raise LookupError(f"impact {impact} has no recording in the store: only its figures were ingested")
             self.path = row.recording.path if row.recording else ""
             self._channels = {
-                each.name: StoredChannel(store, each) for each in list_channels(session, row.recording_id)
+                channel.name: StoredChannel(store, channel) for channel in list_channels(session, row.recording_id)
             }
         self.impact = impact
 

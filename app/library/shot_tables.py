@@ -37,10 +37,10 @@ def shot_rows(shots: pd.DataFrame) -> list[ShotRow]:
     ]
     if not set(_ARGUMENTS) & set(map(str, shots.columns)):
         return rows_of_table([dict(_cell(name, value) for name, value in row.items()) for row in rows], "shots")
-    known = (*_ARGUMENTS, *_COMMON, *_LABELS)
-    unknown = [str(name) for name in shots.columns if name not in known]
+    columns = (*_ARGUMENTS, *_COMMON, *_LABELS)
+    unknown = [str(name) for name in shots.columns if name not in columns]
     if unknown:
-        raise ValueError(f"column {unknown[0]!r} of shots is no argument of predict; there are: {', '.join(known)}")
+        raise ValueError(f"column {unknown[0]!r} of shots is no argument of predict; there are: {', '.join(columns)}")
     return [_shot_row(row, number) for number, row in enumerate(rows, 1)]
 
 

@@ -136,10 +136,10 @@ class LaboratoryTwin:
         rows = shot_rows(shots)
         bench, rows, notes = bench_of_rows(self._store, self._url, self.request, rows, draws, seed, self.built)
         with step_bar("predicting", "shots", progress) as step:
-            found = foretold(bench, rows, Crew(jobs=jobs), step)
+            predicted_shots = foretold(bench, rows, Crew(jobs=jobs), step)
         numbers = [
-            {name: value for name, value in each.figures.items() if name not in row.labels}
-            for each, row in zip(found, rows, strict=True)
+            {name: value for name, value in shot.figures.items() if name not in row.labels}
+            for shot, row in zip(predicted_shots, rows, strict=True)
         ]
         table = with_units(shots.reset_index(drop=True).join(pd.DataFrame(numbers)))
         table.attrs["notes"] = [argument_names(note) for note in notes]

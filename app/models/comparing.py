@@ -40,16 +40,16 @@ class Comparisons:
         """The mean errors, for people."""
         errors = self.judged.errors
         return [
-            {"model": each.label, "split": each.split}
-            | {metric: float(getattr(errors[each.label], metric).mean()) for metric in metrics}
-            for each in self.versions
+            {"model": version.label, "split": version.split}
+            | {metric: float(getattr(errors[version.label], metric).mean()) for metric in metrics}
+            for version in self.versions
         ]
 
     def settings_table(self) -> list[dict[str, Any]]:
         """Rows with `setting` and a column for each version; None where a version has no such setting."""
         names = dict.fromkeys(name for version in self.versions for name in self.settings[version.label])
         return [
-            {"setting": name} | {each.label: self.settings[each.label].get(name) for each in self.versions}
+            {"setting": name} | {version.label: self.settings[version.label].get(name) for version in self.versions}
             for name in names
         ]
 
@@ -71,15 +71,17 @@ def versions_named(
         raise ValueError("no models yet; train some: pyroshock train DATASET")
     of_it = of_dataset(versions, dataset) if dataset is not None else list(versions)
     if names:
-        found = [chosen(versions if "@" in name else of_it, name, split) for name in names]
+        chosen_versions = [chosen(versions if "@" in name else of_it, name, split) for name in names]
     else:
         last = dataset or in_order(of_it)[0].dataset.hash
-        newest_first = newest(each for each in of_dataset(of_it, last) if each.split == split)
-        found = list({each.name: each for each in reversed(newest_first)}.values())
-    found = list({each.label: each for each in found}.values())
-    if len(found) < 2:
-        raise ValueError(f"{len(found)} models of split {split!r} to compare; name two or more, MODEL or MODEL@VERSION")
-    return tuple(found)
+        newest_first = newest(version for version in of_dataset(of_it, last) if version.split == split)
+        chosen_versions = list({version.name: version for version in reversed(newest_first)}.values())
+    chosen_versions = list({version.label: version for version in chosen_versions}.values())
+    if len(chosen_versions) < 2:
+        raise ValueError(
+            f"{len(chosen_versions)} models of split {split!r} to compare; name two or more, MODEL or MODEL@VERSION"
+        )
+    return tuple(chosen_versions)
 
 
 def served(
@@ -89,10 +91,10 @@ def served(
 
     Raises `ValueError` where fewer than two are left.
     """
-    found = list(versions) if names else whole(registry, versions, tell)
-    if len(found) < 2:
-        raise ValueError(f"{len(found)} of {len(versions)} models have their files; train the others again")
-    return found
+    intact = list(versions) if names else whole(registry, versions, tell)
+    if len(intact) < 2:
+        raise ValueError(f"{len(intact)} of {len(versions)} models have their files; train the others again")
+    return intact
 
 
 def comparisons_of(
@@ -110,9 +112,9 @@ def comparisons_of(
     best = ranked[0].label
     pairs = list(combinations(labels, 2)) if each_with_each else [(best, v.label) for v in ranked[1:]]
     groups = len(pairs) <= _TOLD_WHERE
-    found = [compared(judged, a, b, groups or number == 0) for number, (a, b) in enumerate(pairs)]
+    comparisons = [compared(judged, a, b, groups or number == 0) for number, (a, b) in enumerate(pairs)]
     settings = {version.label: registry.fit_settings(version) for version in ranked}
-    return Comparisons(tuple(ranked), judged, tuple(found), settings)
+    return Comparisons(tuple(ranked), judged, tuple(comparisons), settings)
 
 
 def rows_of(found: Comparisons, metrics: Sequence[str]) -> list[dict[str, Any]]:
@@ -128,7 +130,7 @@ def rows_of(found: Comparisons, metrics: Sequence[str]) -> list[dict[str, Any]]:
         for comparison in found.comparisons:
             row = comparison.of(metric)
             rows.append(row.row() | {"p_value": finite(row.p_value), "verdict": row.verdict})
-            rows[-1]["where"] = [each.row() for each in comparison.where(metric)]
+            rows[-1]["where"] = [row.row() for row in comparison.where(metric)]
     return rows
 
 

@@ -19,8 +19,8 @@ def plot_dataset(table: PulseTable, path: Path) -> None:
     d = len(table.predictors)
     figure = new_figure(14, 0.5 * d + 1.5)
     grid = figure.add_gridspec(1, 2, width_ratios=(3, 2))
-    left, right = figure.add_subfigure(grid[0, 0]), figure.add_subfigure(grid[0, 1])
-    draw_correlation(left.subplots(), table)
+    upper_left, right = figure.add_subfigure(grid[0, 0]), figure.add_subfigure(grid[0, 1])
+    draw_correlation(upper_left.subplots(), table)
     for axes, predictor, column in zip(np.ravel(right.subplots(d, 1)), table.predictors, table.x.T, strict=True):
         _draw_values(axes, predictor, column)
     save(figure, path)
@@ -28,9 +28,9 @@ def plot_dataset(table: PulseTable, path: Path) -> None:
 
 def draw_correlation(axes: Any, table: PulseTable) -> None:
     """The matrix with its numbers; predictors that never varied have none."""
-    found = correlation(table)
-    picture = axes.imshow(found.matrix, cmap="RdBu_r", vmin=-1, vmax=1)
-    for (i, j), value in np.ndenumerate(found.matrix):
+    coefficients = correlation(table)
+    picture = axes.imshow(coefficients.matrix, cmap="RdBu_r", vmin=-1, vmax=1)
+    for (i, j), value in np.ndenumerate(coefficients.matrix):
         colour = "white" if abs(value) > 0.7 else "black"
         axes.text(
             j,
@@ -41,8 +41,8 @@ def draw_correlation(axes: Any, table: PulseTable) -> None:
             color=colour,
             fontsize=7,
         )
-    axes.set_xticks(range(len(found.names)), found.names, rotation=90, fontsize=8)
-    axes.set_yticks(range(len(found.names)), found.names, fontsize=8)
+    axes.set_xticks(range(len(coefficients.names)), coefficients.names, rotation=90, fontsize=8)
+    axes.set_yticks(range(len(coefficients.names)), coefficients.names, fontsize=8)
     axes.set_title(f"correlation of the predictors, {len(table)} pulses", fontsize=10)
     axes.figure.colorbar(picture, ax=axes, shrink=0.8)
 

@@ -56,7 +56,7 @@ def snapshot_as_json(snapshot: Snapshot, seed: int = 0) -> dict[str, Any]:
 def split_rows(table: PulseTable, texts: Sequence[str], seed: int) -> list[dict[str, Any]]:
     """A row for each split that the table allows: how many pulses on either side, and what is held out."""
     rows = []
-    for text in (one for given in texts for one in expand(table, given)):
+    for text in (expanded for given in texts for expanded in expand(table, given)):
         try:
             split = split_of(table, text, seed)
         except ValueError:  # too few repetitions, configurations or treatments to part
@@ -82,10 +82,10 @@ def _counted(levels: dict[str, int]) -> str:
 
 def correlation_rows(snapshot: Snapshot) -> list[dict[str, Any]]:
     """The correlations as a table: predictors by number, as Fig. 4.8 has them."""
-    found = correlation(snapshot.table)
+    coefficients = correlation(snapshot.table)
     return [
         {"": number, "predictor": name} | {str(other): _signed(value) for other, value in enumerate(row[:number], 1)}
-        for number, (name, row) in enumerate(zip(found.names, found.matrix, strict=True), 1)
+        for number, (name, row) in enumerate(zip(coefficients.names, coefficients.matrix, strict=True), 1)
     ]
 
 

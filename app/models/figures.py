@@ -42,10 +42,10 @@ def listed_versions(
 
     Raises `LookupError` for a dataset of which there is no model.
     """
-    found = registry.versions()
-    found = of_dataset(found, dataset) if dataset is not None else found
-    found = [version for version in found if split in (None, version.split)]
-    return version_rows(registry, found if every else newest(found))
+    versions = registry.versions()
+    versions = of_dataset(versions, dataset) if dataset is not None else versions
+    versions = [version for version in versions if split in (None, version.split)]
+    return version_rows(registry, versions if every else newest(versions))
 
 
 def version_rows(registry: Registry, versions: Sequence[Version]) -> list[dict[str, Any]]:
@@ -111,15 +111,15 @@ def side_by_side(
     """
     if len({version.label for version in versions}) < 2:
         raise ValueError(f"{len(versions)} versions to compare; choose two or more")
-    each = len(versions) <= MOST_EACH_WITH_EACH
-    found = comparisons_of(registry, versions, rank_by, each_with_each=each, read=read)
-    rows = rows_of(found, metrics)
+    every_pair = len(versions) <= MOST_EACH_WITH_EACH
+    comparisons = comparisons_of(registry, versions, rank_by, each_with_each=every_pair, read=read)
+    rows = rows_of(comparisons, metrics)
     models = [row for row in rows if "model" in row]
     return {
-        "pulses": len(found.judged.pulses),
-        "models": [{"label": version.label, **row} for version, row in zip(found.versions, models, strict=True)],
+        "pulses": len(comparisons.judged.pulses),
+        "models": [{"label": version.label, **row} for version, row in zip(comparisons.versions, models, strict=True)],
         "differences": [row for row in rows if "a" in row],
-        "settings": found.settings_table(),
+        "settings": comparisons.settings_table(),
     }
 
 
@@ -177,8 +177,8 @@ def _against(measured: Floats, predicted: Floats, spread: Floats | None) -> dict
 def _coverage(judged: Judged, label: str) -> dict[str, Any]:
     from ...training.plots.coverage import coverage, standardised
 
-    found: dict[str, Any] = {"level": list(LEVELS)}
+    shares: dict[str, Any] = {"level": list(LEVELS)}
     for name, words in (("force", "force"), ("time", "contact time")):
         scores = standardised(judged.pulses, judged.predictions[label], words)
-        found[name] = None if scores is None else coverage(scores, np.array(LEVELS)).tolist()
-    return found
+        shares[name] = None if scores is None else coverage(scores, np.array(LEVELS)).tolist()
+    return shares

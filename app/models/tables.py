@@ -32,7 +32,7 @@ def table_of(versions: Sequence[Version], floors: Mapping[str, str]) -> list[dic
     by_model: dict[str, dict[str, Version]] = {}
     for version in newest(versions):
         by_model.setdefault(version.name, {}).setdefault(version.split, version)
-    rows = [_row(name, splits, found) for name, found in by_model.items()]
+    rows = [_row(name, splits, splits_of_model) for name, splits_of_model in by_model.items()]
     rows += _floor_rows(splits, floors)
     return sorted(rows, key=lambda row: _rank(row, splits))
 
@@ -117,4 +117,6 @@ def _joined(versions: Iterable[Version | None]) -> str:
 
 def _joined_numbers(versions: Iterable[Version | None]) -> str | None:
     covered = [version.metrics.get("force_covered") if version else None for version in versions]
-    return " ".join("-" if each is None else f"{each.mean:.2f}" for each in covered) if any(covered) else None
+    return (
+        " ".join("-" if interval is None else f"{interval.mean:.2f}" for interval in covered) if any(covered) else None
+    )

@@ -71,7 +71,7 @@ def splits_of(table: PulseTable, texts: str) -> list[str]:
     """Split texts from a comma list; "materials" and "campaigns" become one for each. Raises as `split_of`."""
     from ...dataset.splits import expand, split_of
 
-    chosen = [one for text in texts.split(",") if text.strip() for one in expand(table, text.strip())]
+    chosen = [expanded for text in texts.split(",") if text.strip() for expanded in expand(table, text.strip())]
     if not chosen:
         raise ValueError(f"--split {texts!r} names no split of this dataset")
     for text in chosen:

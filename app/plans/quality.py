@@ -53,12 +53,12 @@ def tables(space: Space, designs: Designs) -> Iterator[list[dict[str, Any]]]:
     confounded = [time_confounding(space, rows) for rows in designs.values()]
     yield [
         {"share of variance with time": axis}
-        | {name: round(one[axis], 3) for name, one in zip(names, confounded, strict=True)}
+        | {name: round(pairs[axis], 3) for name, pairs in zip(names, confounded, strict=True)}
         for axis in confounded[0]
     ]
     yield [
         {"axis": axis.name, "level": label}
-        | {name: one.level_counts[axis.name][label] for name, one in zip(names, judged, strict=True)}
+        | {name: design.level_counts[axis.name][label] for name, design in zip(names, judged, strict=True)}
         for axis in space.stratified.axes
         for label in axis.labels
     ]
@@ -66,11 +66,11 @@ def tables(space: Space, designs: Designs) -> Iterator[list[dict[str, Any]]]:
 
 def figures_as_json(space: Space, designs: Designs) -> Any:
     """Figures of one design, or a list of two."""
-    told = [
+    summaries = [
         {"plan": name, **asdict(quality(space, rows)), "time_confounding": time_confounding(space, rows)}
         for name, rows in designs.items()
     ]
-    return [_finite(one) for one in told] if len(told) > 1 else _finite(told[0])
+    return [_finite(summary) for summary in summaries] if len(summaries) > 1 else _finite(summaries[0])
 
 
 def plan_page(plan: StoredPlan) -> dict[str, Any]:
@@ -108,11 +108,11 @@ def plan_page(plan: StoredPlan) -> dict[str, Any]:
 
 
 def _figures(judged: Quality) -> list[dict[str, Any]]:
-    found = []
+    rows = []
     for name, (words, better) in FIGURES.items():
         value = getattr(judged, name)
-        found.append({"name": name, "words": words, "value": value, "text": figure_text(value), "better": better})
-    return [_finite(each) for each in found]
+        rows.append({"name": name, "words": words, "value": value, "text": figure_text(value), "better": better})
+    return [_finite(row) for row in rows]
 
 
 def _finite(figures: dict[str, Any]) -> dict[str, Any]:

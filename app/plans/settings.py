@@ -74,7 +74,7 @@ def _velocities(space: Space) -> dict[str, float]:
 
 def _elastic(store: Store, space: Space) -> dict[str, Elastic]:
     """Elastic constants of every material that a level names, under the level's own spelling."""
-    columns = [column for column, known in BY_COLUMN.items() if known.material]
+    columns = [column for column, factor in BY_COLUMN.items() if factor.material]
     named = {level for factor in space.factors if factor.column in columns for level in factor.levels}
     with store.reading() as session:
         names = material_names(session)

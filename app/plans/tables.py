@@ -38,9 +38,9 @@ def settings_in_si(row: Mapping[str, str]) -> dict[str, Any]:
     """Column to cell: numbers that recordings know in SI with the unit in the key, all else as the table has it."""
     cells: dict[str, Any] = {}
     for column, text in row.items():
-        known = BY_COLUMN.get(column)
-        if known is not None and known.si_unit is not None:
-            cells[f"{known.name}_{known.si_unit.lower()}"] = float(f"{parse_number(text) * known.scale:.12g}")
+        factor = BY_COLUMN.get(column)
+        if factor is not None and factor.si_unit is not None:
+            cells[f"{factor.name}_{factor.si_unit.lower()}"] = float(f"{parse_number(text) * factor.scale:.12g}")
         else:
             cells[column] = text
     return cells

@@ -75,21 +75,21 @@ def foretold(bench: Bench, rows: Sequence[ShotRow], crew: Crew, step: Step) -> l
 
     Raises as `predicted`, with the row's own words, and `ValueError` for a worker that was killed.
     """
-    found: dict[int, Foretold] = {}
+    predicted_by_row: dict[int, Foretold] = {}
     for number, result in mapped(crew, _one, list(enumerate(rows)), shared=(bench,)):
-        found[number[0]] = result
-        step(len(found), len(rows), _name(number[1]))
-    return [found[number] for number in range(len(rows))]
+        predicted_by_row[number[0]] = result
+        step(len(predicted_by_row), len(rows), _name(number[1]))
+    return [predicted_by_row[number] for number in range(len(rows))]
 
 
 def write_figures(out: Path, found: Sequence[Foretold]) -> int:
     """One row a shot, CSV or Parquet. Raises `ValueError` for another suffix."""
-    return write_batches(out, iter([_columns([each.figures for each in found])]))
+    return write_batches(out, iter([_columns([shot.figures for shot in found])]))
 
 
 def write_spectra(out: Path, found: Sequence[Foretold]) -> int:
     """One row for each shot, sensor and line. Raises `ValueError` as `write_figures`, and where no plate answered."""
-    rows = [row for each in found for row in each.spectrum]
+    rows = [row for shot in found for row in shot.spectrum]
     if not rows:
         raise ValueError(f"no spectrum to write to {out.name!r}: the twin has no plate")
     return write_batches(out, iter([_columns(rows)]))

@@ -90,8 +90,8 @@ def _why(ignored: Collection[str]) -> str:
 
     if "boundary_conditions" in ignored:
         return " (its plate hangs free)"
-    known = next((column for name in ignored if (column := resembled(name)) is not None), None)
-    return "" if known is None else f" (it resembles the column {known})"
+    resembled_column = next((column for name in ignored if (column := resembled(name)) is not None), None)
+    return "" if resembled_column is None else f" (it resembles the column {resembled_column})"
 
 
 def _taken(built: BuiltTwin) -> str:

@@ -107,10 +107,10 @@ def rows_of_table(rows: Sequence[Mapping[str, str]], name: str) -> list[ShotRow]
 
 
 def _shot(row: Mapping[str, str], name: str) -> ShotRow:
-    said = {column: row[column] for column in FIELDS if row.get(column)}
-    if (_PRESSURE in said) == (_VELOCITY in said):
+    settings = {column: row[column] for column in FIELDS if row.get(column)}
+    if (_PRESSURE in settings) == (_VELOCITY in settings):
         raise ValueError(f"{name}: expected {_PRESSURE} or {_VELOCITY}, and one of them only")
-    shot = Shot(**{FIELDS[column]: _value(column, cell, name) for column, cell in said.items()})
+    shot = Shot(**{FIELDS[column]: _value(column, cell, name) for column, cell in settings.items()})
     numbers = {column: int(row[column]) for column in ("run", "repetition") if row.get(column, "").isdecimal()}
     height = _value(_HEIGHT, row[_HEIGHT], name) if row.get(_HEIGHT) else 0.0
     return ShotRow({**row, **numbers}, shot, row.get(_PLATE) or None, height)

@@ -56,9 +56,9 @@ def domain_warnings(prediction: Prediction) -> tuple[str, ...]:
 def extrapolation_text(item: Extrapolation) -> str:
     """As a sentence in the units of the lab."""
     name, unit, scale = _in_lab_units(item.quantity)
-    asked, low, high = (f"{scale * value:.4g}" for value in (item.asked, item.low, item.high))
+    value_text, low, high = (f"{scale * value:.4g}" for value in (item.asked, item.low, item.high))
     learned = low if low == high else f"{low} to {high}"
-    text = f"{name} {asked}{unit} is beyond the {learned}{unit} of the shots that were learned from."
+    text = f"{name} {value_text}{unit} is beyond the {learned}{unit} of the shots that were learned from."
     return text[0].upper() + text[1:]
 
 

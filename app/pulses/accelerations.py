@@ -79,6 +79,6 @@ def _window(session: Session, impact: Impact) -> tuple[float, float]:
     starts: dict[int, float] = dict(iter(session.execute(query)))
     if len(starts) < 2 or impact.id not in starts:
         return -math.inf, math.inf
-    mine = starts[impact.id]
-    later = [start for start in starts.values() if start > mine]
-    return mine - REST_S, min(later) - CLEAR_S if later else math.inf
+    start_of_impact = starts[impact.id]
+    later = [start for start in starts.values() if start > start_of_impact]
+    return start_of_impact - REST_S, min(later) - CLEAR_S if later else math.inf

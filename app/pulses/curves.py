@@ -93,8 +93,8 @@ class ForceRecord:
         except (TypeError, ValueError):  # of another version of the code
             return self.level.baseline, None
         rate = self.channel.sampling_rate_hz
-        rest, found = delimit(self.upright, np.array([peak]), self.level, rate, settings)
-        return rest.baseline, found.threshold
+        rest, extent = delimit(self.upright, np.array([peak]), self.level, rate, settings)
+        return rest.baseline, extent.threshold
 
     def span(self, curves: Sequence[PulseCurve]) -> slice:
         """Samples about all contacts."""

@@ -89,27 +89,27 @@ def list_channel_figures(session: Session, impacts: Sequence[int]) -> dict[int, 
         .where(ChannelFigures.impact_id.in_(impacts))
         .order_by(ChannelFigures.impact_id, RecordedChannel.name)
     )
-    found: dict[int, list[dict[str, Any]]] = {}
+    findings: dict[int, list[dict[str, Any]]] = {}
     for row, channel in session.execute(query):
         lines = zip(row.srs_frequency_hz, row.srs_maximax_m_s2, strict=True)
-        found.setdefault(row.impact_id, []).append(
+        findings.setdefault(row.impact_id, []).append(
             {
                 "channel": channel,
                 **{name: getattr(row, name) for name in LISTED_FIGURES},
                 **{f"srs_{frequency:.0f}hz_m_s2": value for frequency, value in lines},
             }
         )
-    return found
+    return findings
 
 
 def _findings(session: Session, impact: Impact) -> list[dict[str, Any]]:
     if impact.recording_id is None:
         return []
-    mine = or_(QualityFinding.impact_id == impact.id, QualityFinding.impact_id.is_(None))
+    of_impact = or_(QualityFinding.impact_id == impact.id, QualityFinding.impact_id.is_(None))
     query = (
         select(QualityFinding.severity, QualityFinding.check, RecordedChannel.name, QualityFinding.message)
         .outerjoin(RecordedChannel, QualityFinding.channel_id == RecordedChannel.id)
-        .where(QualityFinding.recording_id == impact.recording_id, mine)
+        .where(QualityFinding.recording_id == impact.recording_id, of_impact)
     )
     heads = ("severity", "check", "channel", "message")
     return [dict(zip(heads, row, strict=True)) for row in session.execute(query.order_by(QualityFinding.id))]

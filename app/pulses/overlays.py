@@ -98,12 +98,14 @@ def pulse_overlay(
         by_level.setdefault(pulse.label if pulse.number is None else pulse.number, []).append(pulse)
     groups = []
     for level in sorted(by_level, key=_order):
-        mine = by_level[level]
-        contact = np.array([pulse.contact_time_s for pulse in mine])
+        members = by_level[level]
+        contact = np.array([pulse.contact_time_s for pulse in members])
         at = [axis * time if normalised else axis for time in contact]
-        curves = np.stack([_resampled(forces[p.impact_id], p.fine_period_s, t) for p, t in zip(mine, at, strict=True)])
-        spread = curves.std(axis=0, ddof=1) if len(mine) > 1 else np.full(points, np.nan)
-        impacts = tuple(pulse.impact_id for pulse in mine)
+        curves = np.stack(
+            [_resampled(forces[p.impact_id], p.fine_period_s, t) for p, t in zip(members, at, strict=True)]
+        )
+        spread = curves.std(axis=0, ddof=1) if len(members) > 1 else np.full(points, np.nan)
+        impacts = tuple(pulse.impact_id for pulse in members)
         groups.append(LevelPulses(level, impacts, contact, curves, curves.mean(axis=0), spread))
     return PulseOverlay(
         listing_key(row.name, row.si_unit), normalised, axis, tuple(groups), len(rows), matching, damaged

@@ -77,7 +77,7 @@ def pulse_view(session: Session, impact_key: int, preview: tuple[Pulse, Extracti
     return PulseView(
         impact=impact_key,
         recording=impact.recording.path,
-        channels=tuple(each.name for each in channels),
+        channels=tuple(channel.name for channel in channels),
         sampling_rate_hz=channel.sampling_rate_hz,
         sign=sign,
         time_s=channel.start_s + kept / channel.sampling_rate_hz,

@@ -31,10 +31,10 @@ def series_batches(
             if damage is None:
                 yield from _chunks(session, row, name, path)
                 continue
-            said = f"campaign {name}, recording {path}, channel {row.name}: {damage.message}"
+            message = f"campaign {name}, recording {path}, channel {row.name}: {damage.message}"
             if left_out is None:
-                raise SeriesError(f"{said}; --skip-damaged leaves it out, pyroshock db check says what to do")
-            left_out.append(said)
+                raise SeriesError(f"{message}; --skip-damaged leaves it out, pyroshock db check says what to do")
+            left_out.append(message)
 
 
 def _recordings(session: Session, campaign: str | None, recording: str | None) -> list[tuple[int, str, str]]:
@@ -43,10 +43,10 @@ def _recordings(session: Session, campaign: str | None, recording: str | None) -
         query = query.where(Recording.campaign_id == get_campaign_id(session, campaign))
     if recording is not None:
         query = query.where(Recording.path == recording)
-    found = [(key, path, name) for key, path, name in session.execute(query.order_by(Recording.id))]
-    if recording is not None and not found:
+    channels = [(key, path, name) for key, path, name in session.execute(query.order_by(Recording.id))]
+    if recording is not None and not channels:
         raise LookupError(f"no recording {recording!r}" + (f" in campaign {campaign!r}" if campaign else ""))
-    return found
+    return channels
 
 
 def _chunks(session: Session, row: RecordedChannel, campaign: str, recording: str) -> Iterator[dict[str, list[Any]]]:

@@ -172,9 +172,9 @@ def _explained(text: str, statement: Statement) -> QueryError:
     if column := _UNKNOWN_COLUMN.search(text):
         name = column[1] or column[2]
         named = [metadata.tables[word] for word in statement.words() if word in metadata.tables]
-        known = sorted({each.name for table in named for each in table.columns})
-        near = get_close_matches(name, known, 5, 0.5)
-        what = f"did you mean {', '.join(near)}?" if near else f"columns: {', '.join(known)}"
+        column_names = sorted({column.name for table in named for column in table.columns})
+        near = get_close_matches(name, column_names, 5, 0.5)
+        what = f"did you mean {', '.join(near)}?" if near else f"columns: {', '.join(column_names)}"
         return QueryError(
             f"no column {name!r} in {', '.join(table.name for table in named) or 'the statement'}; {what}"
         )

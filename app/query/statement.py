@@ -65,13 +65,13 @@ class Statement:
             raise QueryError(f"no value for :{', :'.join(missing)}; give it with -p {missing[0]} VALUE")
         unused = [name for name in self.parameters if name not in named]
         if unused:
-            known = ", ".join(f":{name}" for name in named) or "none"
-            raise QueryError(f"-p {unused[0]}: the statement has no :{unused[0]}; its parameters: {known}")
+            names = ", ".join(f":{name}" for name in named) or "none"
+            raise QueryError(f"-p {unused[0]}: the statement has no :{unused[0]}; its parameters: {names}")
 
     def names(self) -> list[str]:
         """Parameters in the order in which they first appear."""
-        found = (token["parameter"] for token in _TOKENS.finditer(self.sql) if token["parameter"])
-        return list(dict.fromkeys(found))
+        parameters = (token["parameter"] for token in _TOKENS.finditer(self.sql) if token["parameter"])
+        return list(dict.fromkeys(parameters))
 
     def words(self) -> list[str]:
         """Names and keywords of the statement, without quoted text."""

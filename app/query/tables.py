@@ -40,8 +40,8 @@ def list_columns(name: str) -> list[dict[str, Any]]:
     """Columns of a table: type, unit, whether they may be empty, what they refer to. Raises `LookupError`."""
     if name not in metadata.tables:
         near = get_close_matches(name, metadata.tables, 3)
-        known = f"did you mean {', '.join(near)}?" if near else f"tables: {', '.join(sorted(metadata.tables))}"
-        raise LookupError(f"no table {name!r} in the store; {known}")
+        hint = f"did you mean {', '.join(near)}?" if near else f"tables: {', '.join(sorted(metadata.tables))}"
+        raise LookupError(f"no table {name!r} in the store; {hint}")
     return [
         {
             "column": column.name,

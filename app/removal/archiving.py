@@ -142,8 +142,8 @@ def _diagnoses(session: Session, part: Part, entries: Sequence[dict[str, Any]]) 
     keys: dict[int | None, int] = {}
     for entry in entries:
         diagnosed_at = datetime.fromisoformat(entry["diagnosed_at"])
-        known = (entry["simulator"], diagnosed_at.replace(microsecond=0))  # older tombstones have seconds
-        if known not in there:
+        identity = (entry["simulator"], diagnosed_at.replace(microsecond=0))  # older tombstones have seconds
+        if identity not in there:
             row = Diagnosis(
                 campaign_id=part.campaign_id,
                 simulator=entry["simulator"],
@@ -152,6 +152,6 @@ def _diagnoses(session: Session, part: Part, entries: Sequence[dict[str, Any]]) 
             )
             session.add(row)
             session.flush()
-            there[known] = row.id
-        keys[entry["id"]] = there[known]
+            there[identity] = row.id
+        keys[entry["id"]] = there[identity]
     return keys

@@ -39,8 +39,8 @@ def told(stone: Tombstone) -> dict[str, Any]:
     """A tombstone as plain data; reports of diagnoses and digests of pulses stay in the store."""
     stood_on = {
         **stone.stood_on,
-        "datasets": [without(each, "members") for each in stone.stood_on["datasets"]],
-        "diagnoses": [without(each, "report") for each in stone.stood_on["diagnoses"]],
+        "datasets": [without(dataset, "members") for dataset in stone.stood_on["datasets"]],
+        "diagnoses": [without(diagnosis, "report") for diagnosis in stone.stood_on["diagnoses"]],
     }
     return {
         "id": stone.id,
@@ -100,7 +100,7 @@ def adopted_elsewhere(session: Session, part: Part) -> dict[str, list[Adopted]]:
 
 
 def _refuse(campaign: str, other: str, effects: Sequence[Adopted]) -> None:
-    own = next((each for each in effects if each.campaign == campaign), None)
+    own = next((effect for effect in effects if effect.campaign == campaign), None)
     what = "" if own is None else f" (version {own.version}: {', '.join(effect.id for effect in own.effects)})"
     raise DeletionRefusedError(
         f"what was adopted from campaign {campaign!r}{what} decides predictions of campaign {other!r}, which has the "

@@ -65,6 +65,6 @@ def _forget_done(session: Session, stone: Tombstone) -> None:
     session.flush()
     query = select(Plan.name, PlannedRun.run).join(Plan, PlannedRun.plan_id == Plan.id)
     done = {(name, run) for name, run in session.execute(query.where(PlannedRun.status == "done"))}
-    open_runs = [each for each in stone.stood_on["reopened"] if (each["plan"], each["run"]) not in done]
+    open_runs = [run for run in stone.stood_on["reopened"] if (run["plan"], run["run"]) not in done]
     stone.stood_on = {**stone.stood_on, "reopened": open_runs}
     session.flush()

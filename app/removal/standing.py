@@ -20,19 +20,19 @@ def standing_on(store: Store, url: str, campaign: str, recording: str | None = N
     with store.reading() as session:
         part = campaign_part(session, campaign) if recording is None else recording_part(session, campaign, recording)
         datasets = datasets_on(session, part)
-        found: dict[str, Any] = {
+        dependents: dict[str, Any] = {
             "campaign": campaign,
             "recording": recording,
             "counts": row_counts(session, part),
             "stood_on": {
-                "datasets": [without(each, "members") for each in datasets],
-                "diagnoses": [without(each, "report") for each in diagnoses_on(session, part)],
+                "datasets": [without(dataset, "members") for dataset in datasets],
+                "diagnoses": [without(diagnosis, "report") for diagnosis in diagnoses_on(session, part)],
                 "adopted": adopted_on(session, part),
                 "reopened": [],
             },
         }
-    found["stood_on"]["models"] = models_on(url, datasets)
-    return found
+    dependents["stood_on"]["models"] = models_on(url, datasets)
+    return dependents
 
 
 def models_of(store: Store, url: str, part: Part) -> list[dict[str, Any]]:
@@ -46,7 +46,7 @@ def models_on(url: str, datasets: Sequence[dict[str, Any]]) -> list[dict[str, An
     """Registered models that were trained on one of these datasets."""
     if not datasets:
         return []
-    hashes = {each["hash"] for each in datasets}
+    hashes = {dataset["hash"] for dataset in datasets}
     with models_extra():
         versions = registry_of(url).versions()
     return [
@@ -60,13 +60,16 @@ def standing_lines(stone: dict[str, Any]) -> list[str]:
     """What stood on a part, a line each: datasets, models, diagnoses, versions of the twin."""
     stood = stone["stood_on"]
     return [
-        *(f"dataset {each['name']} ({each['pulses']} pulses, hash {each['hash'][:12]})" for each in stood["datasets"]),
-        *(f"model {each['model']} (of dataset {each['dataset']})" for each in stood["models"]),
         *(
-            f"diagnosis {each['id']} of {each['diagnosed_at'][:19]} ({each['simulator']})"
-            for each in stood["diagnoses"]
+            f"dataset {dataset['name']} ({dataset['pulses']} pulses, hash {dataset['hash'][:12]})"
+            for dataset in stood["datasets"]
         ),
-        *(f"version {each['version']} of the twin ({each['reason']})" for each in stood["adopted"]),
+        *(f"model {model['model']} (of dataset {model['dataset']})" for model in stood["models"]),
+        *(
+            f"diagnosis {diagnosis['id']} of {diagnosis['diagnosed_at'][:19]} ({diagnosis['simulator']})"
+            for diagnosis in stood["diagnoses"]
+        ),
+        *(f"version {version['version']} of the twin ({version['reason']})" for version in stood["adopted"]),
     ]
 
 

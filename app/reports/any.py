@@ -141,7 +141,7 @@ def _models(db: str) -> dict[str, list[int]]:
             versions = registry_of(db).versions()
     except MissingExtraError:
         return {}
-    found: dict[str, list[int]] = {}
+    kinds: dict[str, list[int]] = {}
     for version in versions:
-        found.setdefault(version.name, []).append(version.version)
-    return found
+        kinds.setdefault(version.name, []).append(version.version)
+    return kinds

@@ -32,7 +32,7 @@ def campaign_document(session: Session, name: str) -> Document:
         *([shots_section(shots_of(session, name))] if shots else []),
     ]
     states = [status_counts(plan) for plan in plans]
-    runs = ", ".join(f"{sum(each[state] for each in states)} {word}" for state, word in _STATES) if plans else "none"
+    runs = ", ".join(f"{sum(plan[state] for plan in states)} {word}" for state, word in _STATES) if plans else "none"
     facts = {
         "Kind": campaign.kind,
         "Date": campaign.date.isoformat(),

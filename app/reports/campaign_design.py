@@ -46,12 +46,12 @@ def level_counts(plan: StoredPlan) -> dict[tuple[str, str], dict[str, int]]:
 def coverage_section(plans: Sequence[StoredPlan]) -> Section:
     """Design coverage."""
     if not plans:
-        told = "The campaign has no plan: what it holds is what was recorded, below."
-        return Section("Design coverage", (Paragraph(told, quiet=True),))
+        caption = "The campaign has no plan: what it holds is what was recorded, below."
+        return Section("Design coverage", (Paragraph(caption, quiet=True),))
     blocks: list[Block] = [Table("Runs by state.", ("plan", "method", *_HEADS), [_plan_row(plan) for plan in plans])]
     for plan in plans:
         rows = [
-            [column_heading(column), level, *_states(found)] for (column, level), found in level_counts(plan).items()
+            [column_heading(column), level, *_states(states)] for (column, level), states in level_counts(plan).items()
         ]
         blocks.append(Table(f"Levels of plan {plan.name}, in runs.", ("factor", "level", *_STATES), rows))
         if lost := [[run.run, run.reason] for run in plan.runs if run.status == "discarded"]:
@@ -81,10 +81,10 @@ def settings_section(achieved: Sequence[Achieved]) -> Section:
             title, (Paragraph("Nothing was planned in numbers, and no transducer recorded a setting.", True),)
         )
     blocks: list[Block] = [
-        Table("Deviations are shares of the planned value.", _COLUMNS, [_row(each) for each in achieved])
+        Table("Deviations are shares of the planned value.", _COLUMNS, [_row(setting) for setting in achieved])
     ]
-    if differing := [each for each in achieved if np.any(np.abs(each.off) > 1e-9)]:
-        blocks.append(Figures([_figure(each) for each in differing]))
+    if differing := [setting for setting in achieved if np.any(np.abs(setting.off) > 1e-9)]:
+        blocks.append(Figures([_figure(setting) for setting in differing]))
     return Section(title, blocks)
 
 
@@ -96,8 +96,8 @@ def _row(found: Achieved) -> list[Any]:
     at = int(np.argmax(np.abs(off)))
     exact = abs(off[at]) < 1e-7
     figures = [float(off.mean()), float(np.sqrt(np.mean(off**2))), float(off[at])]
-    told = [0.0, 0.0, 0.0, None] if exact else [*(round(each, 3) for each in figures), found.where[at]]
-    return [setting(found.key).name, found.source, off.size, *told]
+    cells = [0.0, 0.0, 0.0, None] if exact else [*(round(figure, 3) for figure in figures), found.where[at]]
+    return [setting(found.key).name, found.source, off.size, *cells]
 
 
 def _figure(found: Achieved) -> Figure:

@@ -39,14 +39,16 @@ def pulses_section(pulses: Pulses) -> Section:
 
 def _table(pulses: Pulses) -> Table:
     unit, per_newton = force_unit(max(float(group.figures["peak_force_n"].max()) for group in pulses.groups))
-    told = {
+    captions = {
         "contact_time_s": ("contact time (ms)", 1e3),
         "peak_force_n": (f"peak force ({unit})", per_newton),
         "impulse_n_s": ("impulse (N s)", 1.0),
         "compression_time_s": ("compression time (ms)", 1e3),
         "impact_velocity_m_s": ("impact velocity (m/s)", 1.0),
     }
-    shown = {key: text for key, text in told.items() if any(np.isfinite(g.figures[key]).any() for g in pulses.groups)}
+    shown = {
+        key: text for key, text in captions.items() if any(np.isfinite(g.figures[key]).any() for g in pulses.groups)
+    }
     rows = [
         [
             *(setting(key).cell(group.levels.get(key)) for key in pulses.varied),

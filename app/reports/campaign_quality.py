@@ -35,13 +35,13 @@ def quality_section(session: Session, campaign_id: int) -> Section:
 def _listed(doubts: list[list[Any]]) -> Table:
     """Without the columns that say nothing: most findings are of a whole recording."""
     heads = ("severity", "check", "recording", "run", "repetition", "channel", "message")
-    said = [i for i in range(len(heads)) if any(row[i] is not None for row in doubts)]
-    return Table("Rejects and warnings.", [heads[i] for i in said], [[row[i] for i in said] for row in doubts])
+    columns = [i for i in range(len(heads)) if any(row[i] is not None for row in doubts)]
+    return Table("Rejects and warnings.", [heads[i] for i in columns], [[row[i] for i in columns] for row in doubts])
 
 
 def _doubts(session: Session, campaign_id: int) -> list[list[Any]]:
     """One more than are listed, rejects first."""
-    found: list[list[Any]] = []
+    rows: list[list[Any]] = []
     columns = (Recording.path, Impact.run, Impact.repetition, RecordedChannel.name)
     for severity in reversed(SEVERITIES[1:]):
         query = (
@@ -51,10 +51,10 @@ def _doubts(session: Session, campaign_id: int) -> list[list[Any]]:
             .outerjoin(RecordedChannel, QualityFinding.channel_id == RecordedChannel.id)
             .where(Recording.campaign_id == campaign_id, QualityFinding.severity == severity)
             .order_by(QualityFinding.id)
-            .limit(_MOST + 1 - len(found))
+            .limit(_MOST + 1 - len(rows))
         )
-        found += [list(row) for row in session.execute(query)]
-    return found
+        rows += [list(row) for row in session.execute(query)]
+    return rows
 
 
 def _set_aside(session: Session, campaign_id: int) -> list[list[Any]]:

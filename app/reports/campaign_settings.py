@@ -46,7 +46,7 @@ def achieved_settings(session: Session, campaign: Campaign, plans: Sequence[Stor
 
     Pressures are the transducer's too, where there was one, of a shot without a plan beside the one that was set.
     """
-    found: _Found = defaultdict(list)
+    values: _Found = defaultdict(list)
     table: type[Impact] | type[Shot] = Shot if campaign.kind == "gun" else Impact
     velocity = Shot.measured_velocity_m_s if campaign.kind == "gun" else Impact.impact_velocity_m_s
     wanted = {(p.name, run.run): speed for p in plans for run in p.runs if (speed := p.space.velocity_m_s(run.row))}
@@ -64,11 +64,11 @@ def achieved_settings(session: Session, campaign: Campaign, plans: Sequence[Stor
         where = f"run {run}, repetition {repetition}"
         for key, value in numbers[planned].items():
             if key in numbers[recorded] and value != 0:  # no deviation is a share of nothing
-                found[key, WRITTEN].append((value, numbers[recorded][key], where))
+                values[key, WRITTEN].append((value, numbers[recorded][key], where))
         if speed is not None and (plan, run) in wanted:
-            found[VELOCITY, MEASURED].append((wanted[plan, run], speed, where))
-    _pressures(session, campaign, numbers, found)
-    return [_achieved(key, source, pairs) for (key, source), pairs in found.items()]
+            values[VELOCITY, MEASURED].append((wanted[plan, run], speed, where))
+    _pressures(session, campaign, numbers, values)
+    return [_achieved(key, source, pairs) for (key, source), pairs in values.items()]
 
 
 def _achieved(key: str, source: str, pairs: Sequence[tuple[float, float, str]]) -> Achieved:
@@ -91,7 +91,7 @@ def _pressures(session: Session, campaign: Campaign, numbers: Mapping[int, Mappi
 
 def _numbers(session: Session, configurations: set[int]) -> dict[int, dict[str, float]]:
     """The numeric levels of configurations, by the keys of listings."""
-    found: dict[int, dict[str, float]] = {key: {} for key in configurations}
+    numbers: dict[int, dict[str, float]] = {key: {} for key in configurations}
     keys, columns = (
         sorted(configurations),
         (ConfigurationLevel.configuration_id, Factor.name, Factor.si_unit, FactorLevel.number),
@@ -106,5 +106,5 @@ def _numbers(session: Session, configurations: set[int]) -> dict[int, dict[str, 
         )
         for key, name, si_unit, number in session.execute(query):
             assert number is not None
-            found[key][listing_key(name, si_unit)] = number
-    return found
+            numbers[key][listing_key(name, si_unit)] = number
+    return numbers

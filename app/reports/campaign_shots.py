@@ -65,12 +65,12 @@ def _chart(judged: Shots) -> Figures:
     clouds = [
         Cloud(
             name,
-            _column(found, "predicted_velocity_m_s"),
-            _column(found, "measured_velocity_m_s"),
-            [f"run {shot['run']}, repetition {shot['repetition']}" for shot in found],
+            _column(shots, "predicted_velocity_m_s"),
+            _column(shots, "measured_velocity_m_s"),
+            [f"run {shot['run']}, repetition {shot['repetition']}" for shot in shots],
             number,
         )
-        for number, (name, found) in enumerate(groups)
+        for number, (name, shots) in enumerate(groups)
     ]
     title = "Measured against model velocity, dashed: 5 % off"
     title += f"; {MOST_POINTS} of {len(judged)} shots" if len(judged) > MOST_POINTS else ""
@@ -83,11 +83,11 @@ def _by_setting(judged: Shots) -> Table:
     for shot in judged:
         groups.setdefault((shot["bullet_mass_kg"], shot["tank_pressure_pa"]), []).append(shot)
     rows: list[list[Cell]] = []
-    for (mass, pressure), found in sorted(groups.items())[:_MOST]:
-        measured, predicted = _column(found, "measured_velocity_m_s"), _column(found, "predicted_velocity_m_s")
+    for (mass, pressure), shots in sorted(groups.items())[:_MOST]:
+        measured, predicted = _column(shots, "measured_velocity_m_s"), _column(shots, "predicted_velocity_m_s")
         off = 100 * float(np.mean(measured / predicted - 1))
-        told = (mean_and_spread(measured), float(predicted.mean()), round(off, 2))
-        rows.append([_MASS.cell(mass), _PRESSURE.cell(pressure), len(found), *told])
+        cells = (mean_and_spread(measured), float(predicted.mean()), round(off, 2))
+        rows.append([_MASS.cell(mass), _PRESSURE.cell(pressure), len(shots), *cells])
     heads = (_MASS.heading, _PRESSURE.heading, "shots", "measured (m/s)", "model (m/s)", "deviation (%)")
     return Table("By setting: mean ± standard deviation of the shots.", heads, rows)
 
@@ -97,14 +97,14 @@ def _each(shots: Shots) -> Table:
     for shot in shots[:_MOST]:
         off, spread = _off(shot), shot["measured_velocity_u_m_s"]
         measured = shot["measured_velocity_m_s"]
-        told = None if measured is None else f"{measured:.4g}" + (f" ± {spread:.2g}" if spread else "")
+        velocity_text = None if measured is None else f"{measured:.4g}" + (f" ± {spread:.2g}" if spread else "")
         rows.append(
             [
                 shot["run"],
                 shot["repetition"],
                 _PRESSURE.cell(shot["tank_pressure_pa"]),
                 _MASS.cell(shot["bullet_mass_kg"]),
-                told,
+                velocity_text,
                 shot["predicted_velocity_m_s"],
                 None if off is None else round(100 * off, 2),
             ]

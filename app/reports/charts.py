@@ -41,7 +41,7 @@ def residual_chart(picture: ResidualPicture, configurations: tuple[str, ...]) ->
         level(frame, 0.0, "zero"),
         *(level(frame, float(value), "tolerance") for value in room),
         dots(frame, x, before, "before", names),
-        *(dots(frame, x, each, "after", names) for each in after),
+        *(dots(frame, x, residual, "after", names) for residual in after),
     ]
     unit = " (%)" if label.relative else "" if picture.unit == "1" else f" ({picture.unit})"
     title = f"measured {'over' if label.relative else 'less'} simulated{unit}"
@@ -78,8 +78,8 @@ def legend(pictures: Pictures) -> str:
 
 def legend_keys(pictures: Pictures) -> tuple[tuple[str, str], ...]:
     """The marks of the charts by kind, and their meaning."""
-    later = [each.after for each in pictures.residuals] + [each.after for each in pictures.curves]
-    after = any(each is not None for each in later)
+    later = [picture.after for picture in pictures.residuals] + [picture.after for picture in pictures.curves]
+    after = any(values is not None for values in later)
     keys = [("before", "nominal model")] + ([("after", "with the first cause")] if after else [])
     keys += [("measured", "measured")] if pictures.curves else []
     return (*keys, ("floor", "measurement noise, two standard deviations"), ("tolerance", "tolerance"))

@@ -56,8 +56,8 @@ def agreement_chart(
 
     Dashed on either side of it: where they are off by the share `off`.
     """
-    known = np.concatenate([np.concatenate([cloud.x, cloud.y]) for cloud in clouds]) if clouds else np.zeros(0)
-    ends = frame_of([], [known], logarithmic=logarithmic).y
+    coordinates = np.concatenate([np.concatenate([cloud.x, cloud.y]) for cloud in clouds]) if clouds else np.zeros(0)
+    ends = frame_of([], [coordinates], logarithmic=logarithmic).y
     frame = Frame(ends, ends, logarithmic)
     marks = [_diagonal(frame), *(_diagonal(frame, 1 + sign * off, "tolerance") for sign in (-1, 1) if off)]
     for cloud in clouds:
@@ -69,8 +69,8 @@ def agreement_chart(
 
 def line_keys(curves: Sequence[Curve]) -> tuple[tuple[str, str], ...]:
     """The legend of curves, each name once, in the order of their colours."""
-    found = {curve.name: f"line-{series(curve.colour)}" for curve in sorted(curves, key=lambda curve: curve.colour)}
-    return tuple((kind, name) for name, kind in found.items())
+    classes = {curve.name: f"line-{series(curve.colour)}" for curve in sorted(curves, key=lambda curve: curve.colour)}
+    return tuple((kind, name) for name, kind in classes.items())
 
 
 def dot_keys(clouds: Sequence[Cloud]) -> tuple[tuple[str, str], ...]:

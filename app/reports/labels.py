@@ -62,8 +62,8 @@ def setting(key: str) -> Setting:
 
 def column_heading(column: str) -> str:
     """A column of a table of runs: "tip radius (mm)"."""
-    known = BY_COLUMN.get(column)
-    return setting(listing_key(known.name, known.si_unit) if known else column).heading
+    factor = BY_COLUMN.get(column)
+    return setting(listing_key(factor.name, factor.si_unit) if factor else column).heading
 
 
 def settings_words(levels: Mapping[str, Any]) -> str:
@@ -73,11 +73,11 @@ def settings_words(levels: Mapping[str, Any]) -> str:
 
 def mean_and_spread(values: Floats, scale: float = 1.0) -> str | None:
     """ "5.62 ± 0.11": mean and standard deviation of `values` (n,), to two digits of the latter; of one, the value."""
-    known = scale * values[np.isfinite(values)]
-    if not known.size:
+    finite_values = scale * values[np.isfinite(values)]
+    if not finite_values.size:
         return None
-    mean = float(known.mean())
-    spread = float(known.std(ddof=1)) if known.size > 1 else 0.0
+    mean = float(finite_values.mean())
+    spread = float(finite_values.std(ddof=1)) if finite_values.size > 1 else 0.0
     if not spread > 1e-9 * abs(mean):
         return cell_text(mean)
     decimals = max(0, 1 - math.floor(math.log10(spread)))

@@ -28,7 +28,7 @@ def model_document(registry: Registry, version: Version, read: Callable[[str], P
     siblings = of_all_splits(registry.versions(), version)
     floors = registry.floors(version.dataset.hash, version.seed)
     in_use = f"the model in use for a {version.champion_of}" if version.champion_of else "not in use"
-    splits = ", ".join(f"{each.split} ({each.label})" for each in siblings)
+    splits = ", ".join(f"{version.split} ({version.label})" for version in siblings)
     return Document(
         kind="Model",
         title=version.label,
@@ -44,7 +44,7 @@ def model_document(registry: Registry, version: Version, read: Callable[[str], P
             "Figures of": splits,
         },
         sections=(
-            Section("Figures by split", [_figures(each, floors) for each in siblings]),
+            Section("Figures by split", [_figures(version, floors) for version in siblings]),
             pulses_section(registry, version, read),
             Section("Promotions", [_promotions(registry.decisions(), siblings)]),
         ),
@@ -55,8 +55,8 @@ def model_document(registry: Registry, version: Version, read: Callable[[str], P
 def of_all_splits(versions: Sequence[Version], version: Version) -> list[Version]:
     """`version` first, then the newest of the same model, dataset and seed on each other split."""
     same = (version.name, version.dataset.hash, version.seed)
-    others = newest(each for each in versions if (each.name, each.dataset.hash, each.seed) == same)
-    by_split = {each.split: each for each in sorted(others, key=lambda each: each.version)}
+    others = newest(version for version in versions if (version.name, version.dataset.hash, version.seed) == same)
+    by_split = {version.split: version for version in sorted(others, key=lambda each: each.version)}
     by_split.pop(version.split, None)
     return [version, *(by_split[split] for split in sorted(by_split))]
 
@@ -93,18 +93,18 @@ def _promotions(decisions: Sequence[Decision], versions: Sequence[Version]) -> T
     labels = {version.label for version in versions}
     rows: list[list[Cell]] = [
         [
-            f"{each.when:%Y-%m-%d %H:%M}",
-            each.candidate,
-            each.champion,
-            ("forced" if each.forced else "promoted") if each.promoted else "refused",
-            each.judged_on,
-            each.judged_against,
-            each.pulses,
-            each.reason,
-            each.who,
+            f"{decision.when:%Y-%m-%d %H:%M}",
+            decision.candidate,
+            decision.champion,
+            ("forced" if decision.forced else "promoted") if decision.promoted else "refused",
+            decision.judged_on,
+            decision.judged_against,
+            decision.pulses,
+            decision.reason,
+            decision.who,
         ]
-        for each in decisions
-        if {each.candidate, each.champion} & labels
+        for decision in decisions
+        if {decision.candidate, decision.champion} & labels
     ]
     heads = (
         *("when (UTC)", "candidate", "in use before", "decision"),

@@ -29,10 +29,14 @@ def pulses_section(registry: Registry, version: Version, read: Callable[[str], P
     except (LookupError, ValueError) as error:
         return Section(title, [Paragraph(f"Not drawn: {error}", quiet=True)])
     pulses, prediction = judged.pulses, judged.predictions[version.label]
-    told = f"{len(pulses)} pulses that it was not trained on; dashed: 10 % off."
+    caption = f"{len(pulses)} pulses that it was not trained on; dashed: 10 % off."
     if len(pulses) > MOST_POINTS:
-        told += f" {MOST_POINTS} of them are drawn."
-    blocks: list[Block] = [Paragraph(told, quiet=True), agreement(pulses, prediction), *_coverage(pulses, prediction)]
+        caption += f" {MOST_POINTS} of them are drawn."
+    blocks: list[Block] = [
+        Paragraph(caption, quiet=True),
+        agreement(pulses, prediction),
+        *_coverage(pulses, prediction),
+    ]
     return Section(title, blocks)
 
 

@@ -19,7 +19,7 @@ def html_of(document: Document) -> str:
         f"<title>{_text(document.name)}</title><style>{STYLE}{css()}</style></head>\n<body>\n"
         f'<header><p class="kind">{_text(document.kind)}</p><h1>{_text(document.title)}</h1>'
         f"<p>{_text(document.lead)}</p><dl>{facts}</dl></header>\n"
-        f"<main>{''.join(_section(each) for each in document.sections)}</main>\n"
+        f"<main>{''.join(_section(section) for section in document.sections)}</main>\n"
         "<footer><p>pyroshock report</p></footer>\n</body></html>\n"
     )
 
@@ -74,7 +74,7 @@ def _cells(kinds: Sequence[str], row: Iterable[object]) -> str:
 
 
 def _bar(bar: Bar) -> str:
-    low, high = (100 * min(max(each, 0.0), 1.0) for each in (bar.start, bar.end))
+    low, high = (100 * min(max(edge, 0.0), 1.0) for edge in (bar.start, bar.end))
     note = f'<span class="about quiet">{_text(bar.about)}</span>' if bar.about else ""
     return (
         f'<div class="row"><span>{_text(bar.name)}</span><span class="value">{_text(bar.value)}</span>'

@@ -82,7 +82,7 @@ def _flowables(block: Block, sheet: Sheet) -> list[Any]:
             return [part for bar in block.bars for part in sheet.bar(bar)]
         case Figures():
             keys = [sheet.text(_keys(block.keys), "quiet")] if block.keys else []
-            figures = [_figure(each, sheet, len(block.figures)) for each in block.figures]
+            figures = [_figure(figure, sheet, len(block.figures)) for figure in block.figures]
             return [sheet.room(sheet.figure_height(block)), *keys, *sheet.figures(figures)]
 
 

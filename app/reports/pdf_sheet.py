@@ -98,7 +98,7 @@ class Sheet:
 
     def bar(self, bar: Bar) -> list[Any]:
         """A bar on its track, its name and value above."""
-        low, high = (min(max(each, 0.0), 1.0) for each in (bar.start, bar.end))
+        low, high = (min(max(edge, 0.0), 1.0) for edge in (bar.start, bar.end))
         track = Drawing(self.width, 10)
         track.add(Rect(0, 0, self.width, 8, fillColor=HexColor(light()["rule"]), strokeColor=None))
         colour = light()[{"named": "bar"}.get(bar.kind, bar.kind)]
@@ -106,7 +106,7 @@ class Sheet:
         track.add(
             Rect(min(low * self.width, self.width - long), 0, long, 8, fillColor=HexColor(colour), strokeColor=None)
         )
-        name, value, about = (escape(clean(each)) for each in (bar.name, bar.value, bar.about))
+        name, value, about = (escape(clean(text)) for text in (bar.name, bar.value, bar.about))
         note = [self.text(about, "quiet")] if about else []
         return [self.room(4 * track.height), self.text(f"{name} &nbsp; <b>{value}</b>", "bar"), track, *note]
 

@@ -74,8 +74,8 @@ def _texts(table: Table) -> list[list[str]]:
     numbers = [table.is_number(i) for i in range(len(table.columns))]
     texts = [[clean(name) for name in table.columns]]
     for row in table.rows:
-        told = zip(map(cell_text, row), numbers, strict=True)
-        texts.append([text.replace(" ", "\u00a0") if number else text for text, number in told])
+        cells = zip(map(cell_text, row), numbers, strict=True)
+        texts.append([text.replace(" ", "\u00a0") if number else text for text, number in cells])
     return texts
 
 

@@ -106,7 +106,7 @@ def telling_factor(pulses: Pulses) -> str | None:
         """The mean square within levels, by degrees of freedom: many levels explain much by chance."""
         level = np.array([str(group.levels.get(key)) for group in pulses.groups])
         levels = np.unique(level)
-        squares = sum(float(((peak[level == each] - peak[level == each].mean()) ** 2).sum()) for each in levels)
+        squares = sum(float(((peak[level == group] - peak[level == group].mean()) ** 2).sum()) for group in levels)
         return float(squares / max(peak.size - levels.size, 1))
 
     most = min(SERIES, len(pulses.groups) // 2)

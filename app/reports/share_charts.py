@@ -90,9 +90,9 @@ def share_rows(verdict: Verdict) -> tuple[BarRow, ...]:
 
 def _share_row(name: str, share: float, ci90: tuple[float, float], kind: str) -> BarRow:
     low, high = (100 * end for end in ci90)
-    known = math.isfinite(low + high)
-    text = percent_with_range(share, ci90) if known else percent(share)
-    return BarRow(name, text, min(0.0, 100 * share), max(0.0, 100 * share), kind, (low, high) if known else None)
+    drawable = math.isfinite(low + high)
+    text = percent_with_range(share, ci90) if drawable else percent(share)
+    return BarRow(name, text, min(0.0, 100 * share), max(0.0, 100 * share), kind, (low, high) if drawable else None)
 
 
 def path_chart(verdict: Verdict) -> str:
@@ -141,8 +141,8 @@ def _axis(low: float, high: float, across: _Across, height: float, title: str) -
 
 def _row(row: BarRow, across: _Across, top: float) -> str:
     y = top + _TEXT + 3
-    left, right = across(row.start), max(across(row.end), across(row.start) + 1.0)
-    points = f"{left:.1f},{y:.1f} {right:.1f},{y:.1f} {right:.1f},{y + _BAR:.1f} {left:.1f},{y + _BAR:.1f}"
+    start, right = across(row.start), max(across(row.end), across(row.start) + 1.0)
+    points = f"{start:.1f},{y:.1f} {right:.1f},{y:.1f} {right:.1f},{y + _BAR:.1f} {start:.1f},{y + _BAR:.1f}"
     parts = [
         _text("axis", _LEFT, top + _TEXT - 1, "start", row.name),
         _text("axis", WIDTH - _RIGHT, top + _TEXT - 1, "end", row.value),

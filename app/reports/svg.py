@@ -41,8 +41,8 @@ class Frame:
 
     def _share(self, values: Floats, ends: tuple[float, float]) -> Floats:
         low, high = (_log(np.asarray(end)) if self.logarithmic else end for end in ends)
-        found = _log(values) if self.logarithmic else np.asarray(values, dtype=np.float64)
-        return np.asarray((found - low) / (high - low if high > low else 1.0))
+        coordinates = _log(values) if self.logarithmic else np.asarray(values, dtype=np.float64)
+        return np.asarray((coordinates - low) / (high - low if high > low else 1.0))
 
 
 def _log(values: Floats) -> Floats:
@@ -55,11 +55,11 @@ def frame_of(x: Sequence[Floats], y: Sequence[Floats], *, logarithmic: bool = Fa
 
 
 def _ends(values: Sequence[Floats], logarithmic: bool, margin: float) -> tuple[float, float]:
-    known = np.concatenate([np.ravel(each) for each in values]) if values else np.zeros(0)
-    known = known[np.isfinite(known) & ((known > 0) | (not logarithmic))]
-    if not known.size:
+    finite_values = np.concatenate([np.ravel(series) for series in values]) if values else np.zeros(0)
+    finite_values = finite_values[np.isfinite(finite_values) & ((finite_values > 0) | (not logarithmic))]
+    if not finite_values.size:
         return (1.0, 10.0) if logarithmic else (0.0, 1.0)
-    low, high = float(known.min()), float(known.max())
+    low, high = float(finite_values.min()), float(finite_values.max())
     if logarithmic:
         return low / 1.2, high * 1.2
     room = margin * (high - low) or (0.5 * abs(high) or 0.5) * (1.0 if high == low else 0.0)

@@ -53,8 +53,8 @@ def read_acceleration(
     if not path.is_file() or not may_crash(path):
         return _read(path, channel, unit, rate_hz)
     isolation: Isolation[Path, Acceleration] = Isolation(_lost, lambda _: PATIENCE_S, always=True)
-    ((_, found),) = map_ahead(partial(_read, channel=channel, unit=unit, rate_hz=rate_hz), [path], 1, isolation)
-    return found
+    ((_, reading),) = map_ahead(partial(_read, channel=channel, unit=unit, rate_hz=rate_hz), [path], 1, isolation)
+    return reading
 
 
 def _lost(path: Path) -> Acceleration:
@@ -80,11 +80,11 @@ def _said_unit(info: ChannelInfo) -> str | None:
 
 
 def _is_acceleration(info: ChannelInfo, alone: bool) -> bool:
-    said = _said_unit(info)
-    if said is None:
+    unit_text = _said_unit(info)
+    if unit_text is None:
         return alone or _ACCELERATION_NAME.match(info.name) is not None
     try:
-        to_si(said, "acceleration")
+        to_si(unit_text, "acceleration")
     except UnitError:
         return False
     return True
@@ -92,26 +92,30 @@ def _is_acceleration(info: ChannelInfo, alone: bool) -> bool:
 
 def _only_acceleration(path: Path, recording: OpenRecording) -> ChannelInfo:
     channels = recording.channels
-    found = [info for info in channels if _is_acceleration(info, alone=len(channels) == 1)]
-    if len(found) == 1:
-        return found[0]
-    there = ", ".join(f"{info.name} [{info.unit or 'no unit'}]" for info in found or channels)
-    what = f"{len(found)} channels can be accelerations" if found else "no channel is known to be an acceleration"
+    accelerations = [info for info in channels if _is_acceleration(info, alone=len(channels) == 1)]
+    if len(accelerations) == 1:
+        return accelerations[0]
+    there = ", ".join(f"{info.name} [{info.unit or 'no unit'}]" for info in accelerations or channels)
+    what = (
+        f"{len(accelerations)} channels can be accelerations"
+        if accelerations
+        else "no channel is known to be an acceleration"
+    )
     raise RecordingError(f"{path.name}: {what}; choose one by --channel: {there}")
 
 
 def _unit(path: Path, info: ChannelInfo, given: str | None) -> str:
     """The unit to read the channel in. The file's word and `--unit` must agree: one of them would be wrong."""
-    said = _said_unit(info)
-    if said is None:
+    unit_text = _said_unit(info)
+    if unit_text is None:
         if given is None:
             also = f" but {info.unit!r}" if info.unit else ""
             raise UnitError(f"{path.name}: {info.name!r} tells no unit{also}; give it, such as --unit g or --unit m/s2")
         return given
     try:
-        factors = to_si(said, "acceleration")
+        factors = to_si(unit_text, "acceleration")
     except UnitError as error:
-        raise UnitError(f"{path.name}: {info.name!r} is in {said!r}, which is no acceleration") from error
+        raise UnitError(f"{path.name}: {info.name!r} is in {unit_text!r}, which is no acceleration") from error
     if given is not None and not np.allclose(to_si(given, "acceleration"), factors, rtol=1e-6, atol=0):
-        raise UnitError(f"{path.name}: {info.name!r} is in {said!r} by the file, in {given!r} by --unit")
-    return said
+        raise UnitError(f"{path.name}: {info.name!r} is in {unit_text!r} by the file, in {given!r} by --unit")
+    return unit_text

@@ -19,9 +19,9 @@ def parse_lines(text: str, name: str) -> NDArray[np.float64]:
             return octave_grid(float(low), float(high), *(int(number) for number in per_octave))
         lines = np.asarray([float(number) for number in text.split(",")])
     except (ValueError, TypeError) as error:
-        said = f" ({error})" if "expected" in str(error) else ""
+        reason = f" ({error})" if "expected" in str(error) else ""
         raise ValueError(
-            f"{name} is {text!r}{said}; expected Hz as 100,200,500 or low:high:per_octave as 100:10000:6"
+            f"{name} is {text!r}{reason}; expected Hz as 100,200,500 or low:high:per_octave as 100:10000:6"
         ) from error
     return checked_lines(lines, name)
 

@@ -88,11 +88,11 @@ def spectrum_overlay(
         lines = lines[lines < min(cut.rate_hz for cut in cuts) / 2]
     if cuts and not lines.size:
         raise ValueError("every line lies at half the sampling rate or above; expected lower lines")
-    spectra = tuple(found for cut in cuts if (found := _spectrum(cut, lines, q, left_out)) is not None)
+    spectra = tuple(spectrum for cut in cuts if (spectrum := _spectrum(cut, lines, q, left_out)) is not None)
     if not spectra:
         why = f": {'; '.join(left_out[:3])}" if left_out else ""
         raise ValueError(f"no acceleration of these impacts has a spectrum{why}")
-    maximax = np.stack([each.spectrum.maximax for each in spectra])
+    maximax = np.stack([overlaid.spectrum.maximax for overlaid in spectra])
     reference = specification if specification is not None else _mean(lines, maximax, max(bands_db))
     comparison = compare(maximax, lines, reference)
     bands = _bands(comparison.target, bands_db, specification is not None)

@@ -43,7 +43,7 @@ def as_json(measured: Measured) -> dict[str, Any]:
 def summary(measured: Measured) -> dict[str, Any]:
     """What stands above the table: the channel, its moments, and how the target was met."""
     acceleration, held = measured.acceleration, measured.comparison
-    told = {
+    columns = {
         "channel": acceleration.channel,
         "sampling_rate_hz": acceleration.sampling_rate_hz,
         "samples": int(acceleration.values_m_s2.size),
@@ -51,9 +51,9 @@ def summary(measured: Measured) -> dict[str, Any]:
         **asdict(measured.moments),
     }
     if held is None:
-        return told
+        return columns
     lines = held.frequency_hz.size
-    return told | {
+    return columns | {
         "target": "met" if held.within else "missed",
         "lines_within": f"{round(float(held.share_within) * lines)} of {lines}",
         "worst_margin_db": float(held.worst_margin_db),

@@ -149,8 +149,11 @@ def outside_of(twin: Twin) -> Outside:
     """What the contact stage says of settings at their nominal velocity."""
 
     def outside(settings: Sequence[Setting]) -> list[tuple[str, ...]]:
-        found = twin.contact.outside(Strikes(settings, twin.velocities(settings)))
-        return [tuple(f"{o.predictor} = {_shown(o.value)}, learned: {o.range}" for o in each) for each in found]
+        out_of_domain = twin.contact.outside(Strikes(settings, twin.velocities(settings)))
+        return [
+            tuple(f"{o.predictor} = {_shown(o.value)}, learned: {o.range}" for o in entries)
+            for entries in out_of_domain
+        ]
 
     return outside
 

@@ -29,9 +29,9 @@ def draw_tuned(axes: Any, tuned: Tuned, goal: Goal) -> None:
     first, *others = tuned.proposals[:3]
     axes.fill_between(lines, _m_s2(first.lower_db), _m_s2(first.upper_db), color=MODEL, alpha=0.2, lw=0)
     axes.plot(lines, _m_s2(first.level_db), color=MODEL, lw=1.8, label=f"first: {first.probability_within:.0%} within")
-    for rank, each in enumerate(others, 2):
-        label = f"{rank}: {each.probability_within:.0%} within"
-        axes.plot(lines, _m_s2(each.level_db), color=MEASURED, lw=1.0, ls="--" if rank == 2 else ":", label=label)
+    for rank, proposal in enumerate(others, 2):
+        label = f"{rank}: {proposal.probability_within:.0%} within"
+        axes.plot(lines, _m_s2(proposal.level_db), color=MEASURED, lw=1.0, ls="--" if rank == 2 else ":", label=label)
     axes.set(xscale="log", yscale="log", xlabel="natural frequency (Hz)", ylabel="maximax acceleration (m/s$^2$)")
     axes.set_ylim(0.3 * _m_s2(goal.level_db).min(), 5 * _m_s2(goal.level_db).max())
     axes.legend(frameon=False)

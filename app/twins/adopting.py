@@ -65,8 +65,8 @@ def fitted(verdict: Verdict, wanted: str) -> tuple[tuple[Effect, ...], float | N
         return (), _probability(verdict, wanted)
     effects = adoptable(verdict).get(_members(wanted))
     if not effects:
-        known = ", ".join(adoptable_names(verdict)) or "nothing"
-        raise LookupError(f"the diagnosis of {verdict.campaign} has no fit of {wanted!r}; it has: {known}, and none")
+        names = ", ".join(adoptable_names(verdict)) or "nothing"
+        raise LookupError(f"the diagnosis of {verdict.campaign} has no fit of {wanted!r}; it has: {names}, and none")
     return effects, _probability(verdict, wanted)
 
 
@@ -163,7 +163,7 @@ def configuration_json(effects: Sequence[Effect], stages: Sequence[str], where: 
 def _stages_of(verdict: Verdict, effects: Sequence[Effect]) -> list[str]:
     """`simulator` names them: "gun:adiabatic | contact:hertz"; a registered model stands for the contact."""
     named = {part.split(":")[0].strip() for part in verdict.simulator.split("|")}
-    named = {"contact" if each == "models" else each for each in named} | {acts_at(effect.id) for effect in effects}
+    named = {"contact" if stage == "models" else stage for stage in named} | {acts_at(effect.id) for effect in effects}
     return [stage for stage in STAGES if stage in named]
 
 
@@ -179,14 +179,14 @@ def adopted_for(session: Session, campaign: str) -> list[Adopted]:
     Versions with effects only, the newest first. Raises `LookupError` for an unknown campaign.
     """
     bench = session.get_one(Campaign, get_campaign_id(session, campaign))
-    open_stages, found = set(STAGES), []
+    open_stages, adopted = set(STAGES), []
     for row in session.scalars(select(TwinVersion).order_by(TwinVersion.version.desc())):
         decided = {stage for stage in _decides(row, bench) if stage in open_stages}
         open_stages -= decided
         effects = tuple(effect for effect in _effects(row) if acts_at(effect.id) in decided)
         if effects:
-            found.append(Adopted(row.version, effects, row.campaign.name, row.adopted_at))
-    return found
+            adopted.append(Adopted(row.version, effects, row.campaign.name, row.adopted_at))
+    return adopted
 
 
 def _decides(row: TwinVersion, bench: Campaign) -> Iterator[str]:
@@ -235,9 +235,9 @@ def taken_up(
     by_hand = {effect.id for effect in given}
     effects: list[Effect] = []
     notes = []
-    for each in adopted_for(session, campaign):
-        own = tuple(e for e in each.effects if e.id not in by_hand and acts_at(e.id) not in without)
+    for adopted in adopted_for(session, campaign):
+        own = tuple(e for e in adopted.effects if e.id not in by_hand and acts_at(e.id) not in without)
         effects += own
         if own:
-            notes.append(Adopted(each.version, own, each.campaign, each.adopted_at).note)
+            notes.append(Adopted(adopted.version, own, adopted.campaign, adopted.adopted_at).note)
     return tuple(effects), tuple(notes)

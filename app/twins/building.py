@@ -120,8 +120,8 @@ def twin_of(store: Store | None, db: str, request: TwinRequest, shots: MeasuredS
 
 def _material_named(materials: Mapping[str, Material], name: str) -> Material:
     if name.lower() not in materials:
-        known = ", ".join(dict.fromkeys(material.name for material in materials.values()))
-        raise LookupError(f"no material {name!r}; there are: {known} (pyroshock materials)")
+        material_names = ", ".join(dict.fromkeys(material.name for material in materials.values()))
+        raise LookupError(f"no material {name!r}; there are: {material_names} (pyroshock materials)")
     return materials[name.lower()]
 
 

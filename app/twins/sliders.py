@@ -50,7 +50,7 @@ def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
     limits, of = read_limits(space.bench), {factor.name: factor for factor in space.factors}
     masses, radii = _owned(of, "bullet_mass", 1.0), _owned(of, "tip_radius", 1e-3)
     highest = min(limits.max_tank_pressure_pa, limits.max_regulated_pressure_pa, limits.max_valve_pressure_pa)
-    known, mass = _known(built), built.bench.impactor_mass_kg
+    values, mass = _known(built), built.bench.impactor_mass_kg
     ends = {
         "tank_pressure_pa": (LEAST_PRESSURE_PA, highest, TANK_PRESSURE_PA, (), None),
         "impact_velocity_m_s": (_LEAST_M_S, limits.max_impact_velocity_m_s, VELOCITY_M_S, (), "impact.velocity"),
@@ -58,8 +58,8 @@ def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
         "tip_radius_m": (min(radii), max(radii), Shot.tip_radius_m, radii, "factor.tip_radius"),
     }
     return {
-        "numbers": {name: _number(name, *each[:-1], known.get(each[-1] or "")) for name, each in ends.items()},
-        "choices": _choices(built, known),
+        "numbers": {name: _number(name, *end[:-1], values.get(end[-1] or "")) for name, end in ends.items()},
+        "choices": _choices(built, values),
         "chain_heights_m": _chain_heights_m(built),
     }
 
@@ -143,8 +143,8 @@ def _tip_known(built: BuiltTwin, known: Known, name: str) -> bool:
     material = built.material(name)
     of = {"youngs_modulus": material.youngs_modulus_pa, "poisson_ratio": material.poisson_ratio}
     of |= {"density": material.density_kg_m3, "yield_strength": material.yield_strength_pa or np.nan}
-    asked = ((known[f"tip.{key}"], value) for key, value in of.items() if f"tip.{key}" in known)
-    return all(bool(limit.inside(np.array([value]))[0]) for limit, value in asked)
+    pairs = ((known[f"tip.{key}"], value) for key, value in of.items() if f"tip.{key}" in known)
+    return all(bool(limit.inside(np.array([value]))[0]) for limit, value in pairs)
 
 
 def _level_known(known: Known, source: str) -> Callable[[str], bool]:

@@ -53,17 +53,17 @@ class TwinShelf:
     def get(self, request: TwinRequest) -> BuiltTwin:
         """The twin, ready to be asked. Raises as `twin_of`, and what is missing of `pyroshock[models]` as one line."""
         key = (request, self._stamps.stamp(request))
-        found = self._taken(key)
-        if found is not None:
-            return found
+        twin = self._taken(key)
+        if twin is not None:
+            return twin
         with self._building:
-            found = self._taken(key)
-            if found is None:
+            twin = self._taken(key)
+            if twin is None:
                 with models_extra():
-                    found = self._build(self._store, self._db, request)
-                warmed(found)
-                self._put(key, found)
-        return found
+                    twin = self._build(self._store, self._db, request)
+                warmed(twin)
+                self._put(key, twin)
+        return twin
 
     def _taken(self, key: _Key) -> BuiltTwin | None:
         with self._shelf:
@@ -73,7 +73,7 @@ class TwinShelf:
 
     def _put(self, key: _Key, built: BuiltTwin) -> None:
         with self._shelf:
-            for other in [each for each in self._ready if each[0] == key[0]]:
+            for other in [key_ready for key_ready in self._ready if key_ready[0] == key[0]]:
                 del self._ready[other]  # of an earlier state of the store
             self._ready[key] = built
             while len(self._ready) > self._kept:

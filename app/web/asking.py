@@ -46,9 +46,9 @@ _UNWRITABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff]")
 
 def writable(text: str) -> str:
     """A text that every store, page and spreadsheet takes. Raises `ValueError` with the character that is none."""
-    found = _UNWRITABLE.search(text)
-    if found is not None:
-        raise ValueError(f"has the character {found[0]!r}, which cannot be written; leave it out")
+    unwritable = _UNWRITABLE.search(text)
+    if unwritable is not None:
+        raise ValueError(f"has the character {unwritable[0]!r}, which cannot be written; leave it out")
     return text
 
 

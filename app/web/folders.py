@@ -23,26 +23,26 @@ def confined(path: str, roots: Sequence[Path]) -> Path:
         raise PathError("no folder may be read: start with pyroshock serve --data FOLDER, or upload the campaign")
     if "\0" in path:
         raise PathError(f"{path!r} is no path")
-    for root in (each.resolve() for each in roots):
+    for root in (root_path.resolve() for root_path in roots):
         try:
-            found = (root / path).resolve()  # a path that begins at the root of the disk stands for itself
+            resolved = (root / path).resolve()  # a path that begins at the root of the disk stands for itself
         except (OSError, RuntimeError):
             continue
-        if found.is_relative_to(root) and (found / FILE).is_file():
-            return found
-    known = ", ".join(str(root) for root in roots)
-    raise PathError(f"{path!r} is no campaign folder (one with a {FILE}) below {known}")
+        if resolved.is_relative_to(root) and (resolved / FILE).is_file():
+            return resolved
+    root_names = ", ".join(str(root) for root in roots)
+    raise PathError(f"{path!r} is no campaign folder (one with a {FILE}) below {root_names}")
 
 
 def campaigns_below(roots: Sequence[Path]) -> list[str]:
     """Paths of campaign folders below `roots`, as `confined` takes them; the first 200."""
-    found = []
+    campaigns = []
     for root in roots:
         for folder in _walked(root.resolve(), _DEPTH):
-            found.append(str(folder))
-            if len(found) == _MOST:
-                return found
-    return found
+            campaigns.append(str(folder))
+            if len(campaigns) == _MOST:
+                return campaigns
+    return campaigns
 
 
 def _walked(folder: Path, depth: int) -> Iterator[Path]:
@@ -50,9 +50,11 @@ def _walked(folder: Path, depth: int) -> Iterator[Path]:
         if (folder / FILE).is_file():
             yield folder
             return
-        below = sorted(each for each in folder.iterdir() if each.is_dir() and not each.is_symlink()) if depth else []
+        below = (
+            sorted(child for child in folder.iterdir() if child.is_dir() and not child.is_symlink()) if depth else []
+        )
     except OSError:
         return
-    for each in below:
-        if not each.name.startswith("."):
-            yield from _walked(each, depth - 1)
+    for child in below:
+        if not child.name.startswith("."):
+            yield from _walked(child, depth - 1)

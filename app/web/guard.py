@@ -154,7 +154,7 @@ class Guard:
 
     @staticmethod
     def _headed(send: Send, request: Request, session: str) -> Send:
-        known = _cookie(request, SESSION) is not None
+        has_session = _cookie(request, SESSION) is not None
 
         async def headed(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -164,7 +164,7 @@ class Guard:
                     _HEADERS if request.url.path.startswith("/static") else {**_HEADERS, "cache-control": "no-store"}
                 )
                 headers += [(n.encode(), v.encode()) for n, v in added.items() if n.encode() not in present]
-                if not known:
+                if not has_session:
                     cookie = f"{SESSION}={session}; HttpOnly; Path=/; SameSite=strict"
                     headers.append((b"set-cookie", cookie.encode()))
             await send(message)

@@ -32,10 +32,10 @@ class Jobs:
         self, store: Store, kind: Kind[Arguments], label: str, arguments: Arguments, host: str | None = None
     ) -> JobView:
         """Queue a job, signed by the request's `store`."""
-        found = ask(store, kind, label, arguments, host)
+        job = ask(store, kind, label, arguments, host)
         if self._worker is not None:
             self._worker.ask_now()
-        return found
+        return job
 
     def get(self, key: int) -> JobView:
         """Raises `LookupError` for a number that no job has."""

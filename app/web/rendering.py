@@ -35,16 +35,16 @@ MENU = {
 
 @cache
 def _environment() -> Environment:
-    found = Environment(
+    environment = Environment(
         loader=FileSystemLoader(HERE / "templates"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.filters |= {"heading": heading, "number": number, "part": part, "data": as_data, "when": when}
-    found.globals |= {"cell": cell, "menu": MENU}
-    return found
+    environment.filters |= {"heading": heading, "number": number, "part": part, "data": as_data, "when": when}
+    environment.globals |= {"cell": cell, "menu": MENU}
+    return environment
 
 
 def page(request: Request, template: str, status: int = 200, **values: Any) -> HTMLResponse:
@@ -90,5 +90,5 @@ def query(values: Mapping[str, Any]) -> str:
     """`?a=b&c=d` of what is given; empty values are left out."""
     from urllib.parse import urlencode
 
-    given = [(key, v) for key, each in values.items() for v in (each if isinstance(each, list) else [each]) if v]
+    given = [(key, v) for key, value in values.items() for v in (value if isinstance(value, list) else [value]) if v]
     return f"?{urlencode(given)}" if given else ""

@@ -55,25 +55,25 @@ def _is_bad(part: str) -> bool:
 
 def _written(files: Sequence[tuple[str, IO[bytes]]], target: Path, most_bytes: int) -> None:
     paths = _distinct([safe_path(name) for name, _ in files])
-    left = most_bytes
+    remaining_bytes = most_bytes
     for path, (_, content) in zip(paths, files, strict=True):
-        left = _copied(content, target / path, left)
+        remaining_bytes = _copied(content, target / path, remaining_bytes)
 
 
 def _unzipped(content: IO[bytes], target: Path, most_bytes: int) -> None:
     try:
         with zipfile.ZipFile(content) as archive:
-            members = [each for each in archive.infolist() if not each.is_dir()]
-            paths = _distinct([_member_path(each) for each in members])
+            members = [member for member in archive.infolist() if not member.is_dir()]
+            paths = _distinct([_member_path(member) for member in members])
             packed, large = (sum(getattr(m, name) for m in members) for name in ("compress_size", "file_size"))
             if large > most_bytes or large > max(SMALL_BYTES, MOST_TIMES * packed):
                 raise UploadError(
                     f"the ZIP unpacks to {large:,} bytes from {packed:,}; expected a campaign's recordings"
                 )
-            left = most_bytes
+            remaining_bytes = most_bytes
             for path, member in zip(paths, members, strict=True):
                 with archive.open(member) as packed_file:
-                    left = _copied(packed_file, target / path, left)
+                    remaining_bytes = _copied(packed_file, target / path, remaining_bytes)
     except UploadError:
         raise
     # zipfile, of a damaged archive: BadZipFile, NotImplementedError (another compression), RuntimeError (a password),
@@ -100,22 +100,22 @@ def _distinct(paths: Sequence[PurePosixPath]) -> Sequence[PurePosixPath]:
     return paths
 
 
-def _copied(content: IO[bytes], path: Path, left: int) -> int:
+def _copied(content: IO[bytes], path: Path, remaining_bytes: int) -> int:
     """How many bytes may still come. The declared size may be wrong, hence they are counted."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("xb") as out:
         while block := content.read(1 << 20):
-            left -= len(block)
-            if left < 0:
+            remaining_bytes -= len(block)
+            if remaining_bytes < 0:
                 raise UploadError("the files are larger than may be uploaded; pyroshock ingest FOLDER takes them")
             out.write(block)
-    return left
+    return remaining_bytes
 
 
 def _campaign(target: Path) -> Path:
-    found = sorted(target.rglob(FILE), key=lambda path: len(path.parts))
-    if not found:
+    cards = sorted(target.rglob(FILE), key=lambda path: len(path.parts))
+    if not cards:
         raise UploadError(f"no {FILE} among the files; it stands in the campaign's folder")
-    if len(found) > 1 and len(found[0].parts) == len(found[1].parts):
-        raise UploadError(f"{len(found)} campaigns among the files; upload one at a time")
-    return found[0].parent
+    if len(cards) > 1 and len(cards[0].parts) == len(cards[1].parts):
+        raise UploadError(f"{len(cards)} campaigns among the files; upload one at a time")
+    return cards[0].parent

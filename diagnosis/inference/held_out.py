@@ -77,7 +77,7 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
     fits = fit_subsets(inside, [_start_again(inside, fit) for fit in picked], iterations=_SETTLING)
     table = _answered(problem.simulator.changes([fit.point() for fit in fits]))
     kriged = [_with_discrepancy(problem, inside, fit, own) for fit, own in zip(fits, table, strict=True)]
-    averaged, corrected = (np.tensordot(weights, each, axes=1) for each in (table, np.array(kriged)))
+    averaged, corrected = (np.tensordot(weights, corrections, axes=1) for corrections in (table, np.array(kriged)))
     return FoldFit(training, tuple(fits), weights, averaged, corrected)
 
 
@@ -90,10 +90,12 @@ def stacking_weights(problem: InferenceProblem, fits: Sequence[SubsetFit]) -> Fl
         return np.ones(1)
     metric = GapMetric.of(problem.gap).weights(problem.gap)
     scale = np.concatenate([np.sqrt(metric[block.observable]) for block in problem.blocks])
-    left = np.column_stack([_left_out_residuals(problem, fit) for fit in fits]) * scale[:, None]
+    residuals = np.column_stack([_left_out_residuals(problem, fit) for fit in fits]) * scale[:, None]
     # Of weights that sum to one the mean residual is the residual of the mean prediction.
-    total = _SUM_TO_ONE * max(float(np.abs(left).max()), 1e-9) * np.sqrt(len(left))
-    weights, _ = nnls(np.vstack([left, np.full(len(fits), total)]), np.concatenate([np.zeros(len(left)), [total]]))
+    total = _SUM_TO_ONE * max(float(np.abs(residuals).max()), 1e-9) * np.sqrt(len(residuals))
+    weights, _ = nnls(
+        np.vstack([residuals, np.full(len(fits), total)]), np.concatenate([np.zeros(len(residuals)), [total]])
+    )
     return np.asarray(weights / weights.sum())
 
 
@@ -186,8 +188,8 @@ def _with_discrepancy(problem: InferenceProblem, inside: InferenceProblem, fit: 
         contributions = np.nan_to_num(changes[index][0] - changes[index][1:])
         matrix = covariance(whole, contributions, fit.errors[index])
         noise = whole.covariances[0]
-        known = cho_factor(matrix[np.ix_(rows, rows)])
-        weights = cho_solve(known, residual(part, np.nan_to_num(changes[index][0][rows])))
+        factorised = cho_factor(matrix[np.ix_(rows, rows)])
+        weights = cho_solve(factorised, residual(part, np.nan_to_num(changes[index][0][rows])))
         mean = (matrix - noise)[:, rows] @ weights
         corrected[whole.configuration, whole.observable] += mean * whole.tolerance
     return np.asarray(corrected)

@@ -109,9 +109,11 @@ class Posterior:
 
     def taken(self, fit: SubsetFit) -> float:
         """The fraction of the reducible gap (roots, as the report has it) that a set takes in the sample."""
-        left = self._square([residual(block, own) for block, own in zip(self.problem.blocks, fit.change, strict=True)])
+        residual_square = self._square(
+            [residual(block, own) for block, own in zip(self.problem.blocks, fit.change, strict=True)]
+        )
         room = np.sqrt(self._before) - np.sqrt(self.floor)
-        return float((np.sqrt(self._before) - np.sqrt(left)) / room) if room > 0 else 0.0
+        return float((np.sqrt(self._before) - np.sqrt(residual_square)) / room) if room > 0 else 0.0
 
     def rough_shares(self, fit: SubsetFit) -> dict[str, tuple[float, float]]:
         """By effect of a set, of the squared gap: the mean of what it takes alone and after all others, and the latter
@@ -150,9 +152,9 @@ class Posterior:
             self.library.log_joint(self.library.fits[tuple(sorted(key))]) + evidence.gain
             for key, evidence in self.unexplained.items()
         ]
-        known = [self.library.log_joint(fit) for fit, _ in self.weighted]
+        log_joints = [self.library.log_joint(fit) for fit, _ in self.weighted]
         prior = float(np.log(UNKNOWN_PRIOR / (1 - UNKNOWN_PRIOR)))
-        return prior + float(np.logaddexp.reduce(joint)) - float(np.logaddexp.reduce(known))
+        return prior + float(np.logaddexp.reduce(joint)) - float(np.logaddexp.reduce(log_joints))
 
     @property
     def likeliest_pattern(self) -> UnexplainedEvidence:

@@ -163,7 +163,7 @@ def _ranges(stages: Sequence[Stage], kinds: Sequence[type[Effect]]) -> LawRanges
                 continue
             end = item.likely[1] if item.off <= item.likely[1] else item.likely[0]
             values = end * _PROBES if item.off <= item.likely[1] else end / _PROBES
-            off = {each.name: each.off for each in kind.parameters()}
+            off = {parameter.name: parameter.off for parameter in kind.parameters()}
             values = values[(values >= item.low) & (values <= item.high)]
             sets = [[kind(**{**off, item.name: float(value)})] for value in values]
             size = np.max([_sizes(stage, sets) for stage in stages if kind.id in stage.shows], axis=0)
@@ -177,7 +177,7 @@ def _sizes(stage: Stage, sets: Sequence[Sequence[Effect]]) -> Floats:
     """(k,): rms over configurations of the observable that moves most, in tolerances; 0 without an answer."""
     tolerance = np.array([item.tolerance for item in stage.observables])
     ratio = stage.changes(sets) / tolerance
-    known = np.isfinite(ratio)
-    total = np.where(known, ratio, 0.0) ** 2
-    rms = np.sqrt(total.sum(axis=1) / np.maximum(known.sum(axis=1), 1))
+    finite = np.isfinite(ratio)
+    total = np.where(finite, ratio, 0.0) ** 2
+    rms = np.sqrt(total.sum(axis=1) / np.maximum(finite.sum(axis=1), 1))
     return np.asarray(rms.max(axis=1))

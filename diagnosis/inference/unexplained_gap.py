@@ -79,12 +79,12 @@ def factor_levels(factors: Sequence[Mapping[str, str | float]]) -> list[tuple[st
 
 
 def _ramps(loudness: Floats) -> list[tuple[float, Floats]]:
-    known = np.isfinite(loudness)
-    if known.sum() < 3 or np.ptp(loudness[known]) < _ALIKE:
+    finite = np.isfinite(loudness)
+    if finite.sum() < 3 or np.ptp(loudness[finite]) < _ALIKE:
         return []
     ramps = []
     for share in _LIMITS:
-        ramp = np.where(known, np.maximum(np.nan_to_num(loudness) - np.quantile(loudness[known], share), 0.0), 0.0)
+        ramp = np.where(finite, np.maximum(np.nan_to_num(loudness) - np.quantile(loudness[finite], share), 0.0), 0.0)
         if (ramp > _ALIKE).sum() >= 2:
             ramps.append((share, ramp / np.sqrt((ramp[ramp > 0] ** 2).mean())))
     return ramps
@@ -110,10 +110,10 @@ def unexplained_evidence(
     slope_gain = drift.log_gains(AMPLITUDES)
     for index, block in enumerate(blocks):
         base = covariance(block, fit.contributions[index], fit.errors[index])
-        left = residual(block, fit.change[index])
+        unexplained = residual(block, fit.change[index])
         # parameters of the effects adapt to what is unexplained, as they do without it
         free = base + fit.jacobian[index] @ fit.jacobian[index].T
-        start = left + fit.jacobian[index] @ fit.u
+        start = unexplained + fit.jacobian[index] @ fit.u
         plain = _log_density(free, start)
         lower = np.linalg.cholesky(free)
         white = solve_triangular(lower, start, lower=True)

@@ -30,7 +30,7 @@ class Landscape:
     """
 
     def __init__(self, kernel: Kernel, levels: Ids, counts: Floats, sign: float, penalty: Floats) -> None:
-        self.table = np.vstack([kernel.between(one, levels) for one in levels])
+        self.table = np.vstack([kernel.between(level, levels) for level in levels])
         beside = (self.table * counts).sum(
             axis=1
         )  # no product of BLAS: its last digits depend on the number of threads

@@ -21,7 +21,9 @@ def factorial(space: Space, levels: int = 3) -> Design:
     than a million runs.
     """
     places = axis_places(space, levels)
-    return Design(space, combined(places, pydoe.full_factorial([len(each) for each in places])), "factorial", None)
+    return Design(
+        space, combined(places, pydoe.full_factorial([len(axis_levels) for axis_levels in places])), "factorial", None
+    )
 
 
 def subset(space: Space, reduction: int = 2, levels: int = 3) -> Design:
@@ -33,7 +35,7 @@ def subset(space: Space, reduction: int = 2, levels: int = 3) -> Design:
     if not 2 <= reduction <= _MOST_LEVELS:
         raise ValueError(f"reduction is {reduction}; expected 2 to {_MOST_LEVELS}")
     places = axis_places(space, levels)
-    varied = [index for index, each in enumerate(places) if len(each) > 1]
+    varied = [index for index, axis_levels in enumerate(places) if len(axis_levels) > 1]
     chosen = pydoe.generalized_subset([len(places[index]) for index in varied], reduction)
     rows = np.zeros((len(chosen), len(places)), dtype=np.int64)
     rows[:, varied] = chosen
@@ -53,7 +55,7 @@ def axis_places(space: Space, levels: int) -> list[NDArray[np.int64]]:
         else np.arange(axis.size)
         for axis in space.axes
     ]
-    runs = float(np.prod([float(len(each)) for each in places]))
+    runs = float(np.prod([float(len(axis_levels)) for axis_levels in places]))
     if runs > _MOST_RUNS:
         raise ValueError(f"space {space.name!r}: {runs:.0f} treatments; expected at most {_MOST_RUNS} to list")
     return places
@@ -61,4 +63,4 @@ def axis_places(space: Space, levels: int) -> list[NDArray[np.int64]]:
 
 def combined(places: list[NDArray[np.int64]], rows: NDArray[np.int64]) -> NDArray[np.int64]:
     """Rows (n, axes) of indices into the places of each axis, as treatments (n, axes)."""
-    return np.stack([each[rows[:, axis]] for axis, each in enumerate(places)], axis=1)
+    return np.stack([axis_levels[rows[:, axis]] for axis, axis_levels in enumerate(places)], axis=1)

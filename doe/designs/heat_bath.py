@@ -46,9 +46,9 @@ def annealed(
                 change[partner * axes + axis] = gain - loss
                 floor = min(floor, gain - loss)
         reached = 0.0
-        for each in range(n * axes):
-            reached += math.exp((floor - change[each]) / temperature)
-            total[each] = reached
+        for cell_step in range(n * axes):
+            reached += math.exp((floor - change[cell_step]) / temperature)
+            total[cell_step] = reached
         drawn = draws[step] * (reached + math.exp(floor / temperature))
         if drawn >= reached:
             continue

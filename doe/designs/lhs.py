@@ -132,8 +132,8 @@ def _started(task: _Task, levels: Ids, sign: float, landscape: Landscape, rng: n
     ]
     start = cut_hypercube(shares, task.n, rng)
     steps = task.steps or _steps(start.size, _MOST_STEPS)
-    found = anneal_tabulated(landscape, start, task.sizes, steps, rng)
-    return repaired(_numbers(task.space, found), task.pool, levels, shares)
+    annealed = anneal_tabulated(landscape, start, task.sizes, steps, rng)
+    return repaired(_numbers(task.space, annealed), task.pool, levels, shares)
 
 
 def _starts(task: _Task) -> int:
@@ -149,12 +149,14 @@ def _choose_directly(
     if 2 * (n + len(recorded)) > space.size:
         raise ValueError(f"{n + len(recorded)} runs of {space.size} treatments; expected half of them at most")
     already = [np.bincount(recorded[:, axis], minlength=size) for axis, size in enumerate(sizes)]
-    shares = [level_counts(one.astype(np.float64), np.full(len(one), n), n, rng) for one in already]
+    shares = [
+        level_counts(treatments.astype(np.float64), np.full(len(treatments), n), n, rng) for treatments in already
+    ]
     start = cut_hypercube(shares, n, rng)
     kernel = Kernel(axis_centres(space), n + len(recorded), weights)
     surface = DirectSurface(kernel, sizes, _numbers(space, start), _numbers(space, recorded))
-    found = anneal(surface, start, sizes, steps or _steps(start.size, _MOST_DIRECT_STEPS), rng)
-    return _different(found, recorded, sizes, rng)
+    annealed = anneal(surface, start, sizes, steps or _steps(start.size, _MOST_DIRECT_STEPS), rng)
+    return _different(annealed, recorded, sizes, rng)
 
 
 def _different(found: Ids, recorded: Ids, sizes: tuple[int, ...], rng: np.random.Generator) -> Ids:

@@ -85,12 +85,16 @@ class DesignMethod:
 
         Raises `ValueError` for one that the method has not, naming those that it has.
         """
-        known = {option.name: option for option in self.options}
+        options_by_name = {option.name: option for option in self.options}
         for name in given:
-            if name not in known:
-                expected = ", ".join(known) or "none"
+            if name not in options_by_name:
+                expected = ", ".join(options_by_name) or "none"
                 raise ValueError(f"unknown option {name!r}; the method has: {expected}")
-        return {name: known[name].value(value) for name, value in given.items() if value is not None and value != ""}
+        return {
+            name: options_by_name[name].value(value)
+            for name, value in given.items()
+            if value is not None and value != ""
+        }
 
     def make(self, space: Space, request: DesignRequest) -> Design:
         """The design, not yet in order of run. Its `method` names the options that are not the usual ones.
@@ -101,8 +105,8 @@ class DesignMethod:
         options = self.checked(request.options)
         design = self.function(space, request, **options)
         usual = {option.name: option.default for option in self.options}
-        told = [f"{name}={value}" for name, value in options.items() if value != usual[name]]
-        return replace(design, method=" ".join([design.method, *told]))
+        changed = [f"{name}={value}" for name, value in options.items() if value != usual[name]]
+        return replace(design, method=" ".join([design.method, *changed]))
 
 
 def _of_space(design: Callable[..., Design]) -> Callable[..., Design]:
@@ -269,7 +273,7 @@ METHODS: Mapping[str, DesignMethod] = {
 
 def get_method(name: str) -> DesignMethod:
     """Raises `ValueError` that names those there are."""
-    for known, method in METHODS.items():
-        if known == name:
+    for method_name, method in METHODS.items():
+        if method_name == name:
             return method
     raise ValueError(f"method is {name!r}; expected one of {', '.join(METHODS)}")

@@ -36,10 +36,10 @@ def optimal(
     if not 1 <= degree <= _HIGHEST_DEGREE:
         raise ValueError(f"degree is {degree}; expected 1 (main effects), 2 (quadratic), at most {_HIGHEST_DEGREE}")
     places = axis_places(space, max(levels, degree + 1))
-    count = int(np.prod([len(each) for each in places]))
+    count = int(np.prod([len(axis_levels) for axis_levels in places]))
     if not n <= count <= _MOST_CANDIDATES:
         raise ValueError(f"{count} candidates; expected {n} (the runs) to {_MOST_CANDIDATES}: other levels")
-    treatments = combined(places, pydoe.full_factorial([len(each) for each in places]))
+    treatments = combined(places, pydoe.full_factorial([len(axis_levels) for axis_levels in places]))
     columns = [_columns(axis, treatments[:, index], degree) for index, axis in enumerate(space.axes) if axis.size > 1]
     candidates = np.hstack(columns)
     shuffled = rng.permutation(len(candidates))

@@ -31,7 +31,10 @@ def cut_hypercube(counts: Sequence[Ids], n: int, rng: np.random.Generator) -> Id
     """Runs (n, axes) with `counts` (levels,) of each axis: a Latin hypercube's ranks, cut where the levels end."""
     unit = unit_lhs(n, len(counts), rng)
     ranks = unit.argsort(axis=0).argsort(axis=0)
-    columns = [np.repeat(np.arange(len(one)), one)[ranks[:, axis]] for axis, one in enumerate(counts)]
+    columns = [
+        np.repeat(np.arange(len(level_counts)), level_counts)[ranks[:, axis]]
+        for axis, level_counts in enumerate(counts)
+    ]
     return np.stack(columns, axis=1)
 
 
@@ -44,8 +47,8 @@ def repaired(found: Ids, pool: Ids, levels: Ids, counts: Sequence[Ids]) -> Ids:
     for _ in range(len(found) - len(kept)):
         free = np.setdiff1d(pool, kept)
         missing = [
-            (one - np.bincount(levels[kept, axis], minlength=len(one)))[levels[free, axis]]
-            for axis, one in enumerate(counts)
+            (level_counts - np.bincount(levels[kept, axis], minlength=len(level_counts)))[levels[free, axis]]
+            for axis, level_counts in enumerate(counts)
         ]
         kept = np.append(kept, free[np.minimum(missing, 1).sum(axis=0).argmax()])
     return np.asarray(kept)

@@ -71,8 +71,8 @@ class BenchLimits:
             if isinstance(value, float | int) and not (item.name in _MAY_BE_INFINITE and value == math.inf):
                 positive(**{item.name: value})
         if self.safety_plate_material not in BALLISTIC_LAWS:
-            known = ", ".join(BALLISTIC_LAWS)
-            raise ValueError(f"safety_plate_material = {self.safety_plate_material!r}: expected one of {known}")
+            law_names = ", ".join(BALLISTIC_LAWS)
+            raise ValueError(f"safety_plate_material = {self.safety_plate_material!r}: expected one of {law_names}")
         if self.safety_plate_margin < 1:
             raise ValueError(f"safety_plate_margin = {self.safety_plate_margin!r}: expected at least 1")
 
@@ -95,10 +95,10 @@ def read_limits(table: Mapping[str, Any]) -> BenchLimits:
     `thickness_m` and `area_m2`; where given, it replaces both of the thesis's. Raises `ValueError` for a key that is
     not known, a value of another kind, and a value out of range.
     """
-    known = [item.name for item in fields(BenchLimits)]
-    unknown = [key for key in table if key not in known]
+    field_names = [item.name for item in fields(BenchLimits)]
+    unknown = [key for key in table if key not in field_names]
     if unknown:
-        raise ValueError(f"bench limit {unknown[0]!r} is not known; expected {', '.join(known)}")
+        raise ValueError(f"bench limit {unknown[0]!r} is not known; expected {', '.join(field_names)}")
     return BenchLimits(**{key: _value(key, table[key]) for key in table})
 
 

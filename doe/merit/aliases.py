@@ -47,8 +47,8 @@ def aliases(space: Space, treatments: NDArray[np.int64]) -> tuple[Alias, ...]:
     words = [*names, *(f"{names[a]}*{names[b]}" for a, b in pairs)]
     cosines = effects.T @ effects / len(rows)  # of columns of 1 and -1
     first, second = np.nonzero(np.triu(np.abs(cosines) > _DIGITS, 1))
-    found = (Alias(words[a], words[b], float(cosines[a, b])) for a, b in zip(first, second, strict=True))
-    return tuple(sorted(found, key=lambda alias: -abs(alias.correlation)))
+    aliases = (Alias(words[a], words[b], float(cosines[a, b])) for a, b in zip(first, second, strict=True))
+    return tuple(sorted(aliases, key=lambda alias: -abs(alias.correlation)))
 
 
 def alias_lines(found: tuple[Alias, ...]) -> list[str]:

@@ -31,18 +31,18 @@ def deviations(treatments: Levels, sizes: Sequence[int], order: int) -> Iterator
 
 def worst_deviation(treatments: Levels, sizes: Sequence[int], order: int) -> float:
     """The largest distance of a cell's count from its share, in runs; 0 where there are too few axes."""
-    return max((float(np.abs(one).max()) for _, one in deviations(treatments, sizes, order)), default=0.0)
+    return max((float(np.abs(deviation).max()) for _, deviation in deviations(treatments, sizes, order)), default=0.0)
 
 
 def rms_deviation(treatments: Levels, sizes: Sequence[int], order: int) -> float:
     """Root mean square of count minus share over the cells of all sets of axes; 0 where there are too few axes."""
-    parts = [one.ravel() for _, one in deviations(treatments, sizes, order)]
+    parts = [deviation.ravel() for _, deviation in deviations(treatments, sizes, order)]
     return float(np.sqrt(np.mean(np.concatenate(parts) ** 2))) if parts else 0.0
 
 
 def beyond_one(treatments: Levels, sizes: Sequence[int], order: int) -> int:
     """Cells whose count is a whole run or more from its share: 0 is as even as whole runs can be."""
-    return sum(int((np.abs(one) > 1 - 1e-9).sum()) for _, one in deviations(treatments, sizes, order))
+    return sum(int((np.abs(deviation) > 1 - 1e-9).sum()) for _, deviation in deviations(treatments, sizes, order))
 
 
 def distinct(treatments: Levels) -> int:

@@ -78,8 +78,8 @@ def quality(space: Space, treatments: NDArray[np.int64]) -> Quality:
 def _level_counts(space: Space, rows: NDArray[np.int64]) -> dict[str, dict[str, int]]:
     counts = [np.bincount(rows[:, index], minlength=axis.size) for index, axis in enumerate(space.axes)]
     return {
-        axis.name: dict(zip(axis.labels, one.tolist(), strict=True))
-        for axis, one in zip(space.axes, counts, strict=True)
+        axis.name: dict(zip(axis.labels, axis_counts.tolist(), strict=True))
+        for axis, axis_counts in zip(space.axes, counts, strict=True)
     }
 
 

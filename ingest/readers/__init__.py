@@ -52,8 +52,8 @@ def reader_for(path: Path) -> Reader:
     for reader in READERS:
         if suffix in reader.suffixes:
             return reader
-    known = ", ".join(known for reader in READERS for known in reader.suffixes)
-    raise RecordingError(f"{Path(path).name}: no reader for {suffix or 'a file without suffix'}; known: {known}")
+    suffixes = ", ".join(suffixes for reader in READERS for suffixes in reader.suffixes)
+    raise RecordingError(f"{Path(path).name}: no reader for {suffix or 'a file without suffix'}; known: {suffixes}")
 
 
 def open_recording(path: Path, options: ReadingOptions = AS_IN_FILE) -> OpenRecording:

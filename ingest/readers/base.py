@@ -92,8 +92,8 @@ class OpenRecording(ABC):
         if alike:
             names = ", ".join(repr(channel.name) for channel in alike)
             raise RecordingError(f"{name!r} can be each of {names}; expected the name as the file has it")
-        known = ", ".join(c.name for c in self.channels) or "none"
-        raise RecordingError(f"no channel {name!r}; the file has: {known}")
+        channel_names = ", ".join(c.name for c in self.channels) or "none"
+        raise RecordingError(f"no channel {name!r}; the file has: {channel_names}")
 
     def __enter__(self) -> Self:
         return self

@@ -91,8 +91,8 @@ def is_clock_name(name: str) -> bool:
 def time_scale(name: str, unit: str | None) -> float | None:
     """Seconds per unit of a time column called `name`; None for an unknown unit."""
     suffix = _TIME_NAME.fullmatch(name)
-    said = unit.strip() if unit and unit.strip() else (suffix.group(1) if suffix and suffix.group(1) else "s")
-    return TIME_UNITS.get(said.lower())
+    unit_text = unit.strip() if unit and unit.strip() else (suffix.group(1) if suffix and suffix.group(1) else "s")
+    return TIME_UNITS.get(unit_text.lower())
 
 
 def is_unit(text: str) -> bool:

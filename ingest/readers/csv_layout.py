@@ -75,7 +75,7 @@ class _Table:
             ways = [_WORD_AND_UNIT.findall(text), *ways, re.split(r"\s*\t\s*|\s{2,}", text)]
         for fields in ways:
             padded = self._as_wide(fields)
-            if padded is not None and all(self._is_title(each) for each in padded):
+            if padded is not None and all(self._is_title(cell) for cell in padded):
                 return padded
         return None
 
@@ -125,8 +125,8 @@ def split(line: str, delimiter: str) -> list[str]:
         return []
     if '"' in text:
         text = " ".join(text.split()) if delimiter == BLANKS else text
-        return [each.strip() for each in next(csv.reader([text], delimiter=delimiter))]
-    return text.split() if delimiter == BLANKS else [each.strip() for each in text.split(delimiter)]
+        return [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter))]
+    return text.split() if delimiter == BLANKS else [cell.strip() for cell in text.split(delimiter)]
 
 
 def _read_as(sample: list[str], delimiter: str, decimal: str) -> _Table | None:
@@ -211,12 +211,12 @@ def _given_names(
 
 def _statements(above: list[str], table: _Table) -> dict[str, str]:
     """`# fs = 51200`, `fs: 51200` and `fs;51200` in the lines above the numbers."""
-    found: dict[str, str] = {}
+    header: dict[str, str] = {}
     for line in above:
-        fields = [each for each in split(line, table.delimiter) if each]
+        fields = [field for field in split(line, table.delimiter) if field]
         match = _STATEMENT.fullmatch(_COMMENT.sub("", line, count=1).strip())
         if match is not None:
-            found[match.group(1).strip()] = match.group(2).strip().rstrip(table.delimiter)
+            header[match.group(1).strip()] = match.group(2).strip().rstrip(table.delimiter)
         elif len(fields) == 2 and fields not in table.titles:
-            found[fields[0]] = fields[1]
-    return found
+            header[fields[0]] = fields[1]
+    return header

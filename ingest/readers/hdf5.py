@@ -41,15 +41,15 @@ def hdf5_contents(path: Path, open_files: ExitStack) -> Contents:
 def _contents(path: Path, file: h5py.File) -> Contents:
     import h5py
 
-    found: list[h5py.Dataset] = []
+    datasets: list[h5py.Dataset] = []
 
     def collect(_: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset) and not item.name.startswith("/#"):  # `#refs#`: MATLAB's cells
-            found.append(item)
+            datasets.append(item)
 
     file.visititems(collect)
-    texts = {d.name.rpartition("/")[2]: text for d in found if (text := _text(d)) is not None}
-    arrays = [_array(path, d) for d in found if _text(d) is None]
+    texts = {d.name.rpartition("/")[2]: text for d in datasets if (text := _text(d)) is not None}
+    arrays = [_array(path, d) for d in datasets if _text(d) is None]
     return Contents(arrays, header={**_attributes(file), **texts})
 
 

@@ -50,7 +50,7 @@ def _mat5_contents(path: Path, complex_names: set[str]) -> Contents:
 
     structures = struct_arrays(path)
     listed = [(name, shape, kind) for name, shape, kind in whosmat(path) if not name.startswith("__")]
-    declared = [each for each in listed if each[0] not in structures]
+    declared = [variable for variable in listed if variable[0] not in structures]
     texts = [n for n, shape, kind in declared if kind == "char" and 0 < np.prod(shape) <= _LONGEST_TEXT]
     header = {name: " ".join(_load(path, name).reshape(-1)) for name in texts}
     kinds = {name: "complex" if name in complex_names else _DTYPES.get(kind, "O") for name, _, kind in declared}

@@ -105,10 +105,10 @@ def _refuse_false_count(path: Path, head: bytes, order: str) -> tuple[str, bool]
 
 def _whole(path: Path, head: bytes, position: int, order: str) -> tuple[bytes, int]:
     """The bytes of a part that precedes the numbers, and where the next begins: scipy believes any count there."""
-    _, count, found, after = tag(head, position, order)
-    if len(found) != count:
+    _, count, array_name, after = tag(head, position, order)
+    if len(array_name) != count:
         raise RecordingError(f"{path.name}: a variable declares {count} bytes before its numbers; it is damaged")
-    return found, after
+    return array_name, after
 
 
 def tag(head: bytes, position: int, order: str) -> tuple[int, int, bytes, int]:

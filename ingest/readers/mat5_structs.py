@@ -33,7 +33,7 @@ def struct_arrays(path: Path) -> dict[str, list[Array]]:
     Text is left out; a field that holds something else than real numbers cannot be a channel. Raises `RecordingError`
     where a nested count is false.
     """
-    order, size, found = byte_order(path), path.stat().st_size, dict[str, list[Array]]()
+    order, size, arrays_by_name = byte_order(path), path.stat().st_size, dict[str, list[Array]]()
     with path.open("rb") as file:
         for kind, start, count in elements(path, file, order, size):
             file.seek(start - 8 if kind == MATRIX else start)
@@ -58,8 +58,8 @@ def struct_arrays(path: Path) -> dict[str, list[Array]]:
             except struct.error:
                 raise _damaged(path) from None
             if arrays:
-                found[name] = arrays
-    return found
+                arrays_by_name[name] = arrays
+    return arrays_by_name
 
 
 def _damaged(path: Path) -> RecordingError:

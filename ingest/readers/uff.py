@@ -99,9 +99,9 @@ def _rate_and_start(path: Path, head: dict[str, Any], name: str, load: Callable[
 
 def _load(path: Path, file: pyuff.UFF, number: int, name: str, samples: int) -> _Pair:
     """(times, values) of one set, as many as it declares."""
-    found = file.read_sets(number)
-    if len(found["data"]) != samples:
+    data_set = file.read_sets(number)
+    if len(data_set["data"]) != samples:
         raise RecordingError(
-            f"{path.name}: {name!r} declares {samples} samples and holds {len(found['data'])}; it is cut or damaged"
+            f"{path.name}: {name!r} declares {samples} samples and holds {len(data_set['data'])}; it is cut or damaged"
         )
-    return found["x"], found["data"]
+    return data_set["x"], data_set["data"]

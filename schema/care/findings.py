@@ -23,6 +23,6 @@ class Finding:
         return {"check": self.check, **self.place, "message": self.message, "advice": self.advice}
 
     def __str__(self) -> str:
-        known = [key for key in _PLACE if key in self.place] + [key for key in self.place if key not in _PLACE]
-        where = ", ".join(f"{key} {self.place[key]}" for key in known)
+        keys = [key for key in _PLACE if key in self.place] + [key for key in self.place if key not in _PLACE]
+        where = ", ".join(f"{key} {self.place[key]}" for key in keys)
         return f"{self.check}: {where}{': ' if where else ''}{self.message}; {self.advice}"

@@ -32,8 +32,8 @@ _KINDS: tuple[tuple[type[Any], str], ...] = (
 def kind_of(column: Column[Any]) -> str:
     """One of the kinds above. Raises `TypeError` for a type that no table had when this was written."""
     own = column.type.impl_instance if isinstance(column.type, TypeDecorator) else column.type
-    for known, kind in _KINDS:
-        if isinstance(own, known):
+    for known_type, kind in _KINDS:
+        if isinstance(own, known_type):
             return kind
     raise TypeError(f"{column} is a {own!r}: say in schema/care/kinds.py how it is copied and checked")
 

@@ -37,7 +37,11 @@ def load(connection: Connection, target: Table, batches: Iterable[Sequence[Value
 
 def insert_into(target: Table) -> Any:
     """An insert that takes a row's values as they are stored."""
-    return insert(table(target.name, *(column(each.name, stored_type(each)) for each in target.columns)))
+    return insert(
+        table(
+            target.name, *(column(target_column.name, stored_type(target_column)) for target_column in target.columns)
+        )
+    )
 
 
 def _by_insert(connection: Connection, target: Table, batches: Iterable[Sequence[Values]]) -> None:
@@ -56,7 +60,7 @@ def _by_copy(connection: Connection, target: Table, batches: Iterable[Sequence[V
     )
     try:
         with driver.cursor() as cursor, cursor.copy(statement) as copy:
-            copy.set_types([_postgres_type(each) for each in target.columns])
+            copy.set_types([_postgres_type(column) for column in target.columns])
             for batch in batches:
                 for row in batch:
                     copy.write_row(row)

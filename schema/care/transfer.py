@@ -25,9 +25,9 @@ def transfer(
 
 def verify(copy: Connection, table: Table, written: TableDigest, bar: Bar) -> None:
     """Raise `StoreError` where the table does not hold what was written to it."""
-    found = TableDigest().take(bar.watch(iter_batches(copy, table), f"verifying {table.name}"))
-    if found != written:
+    digest = TableDigest().take(bar.watch(iter_batches(copy, table), f"verifying {table.name}"))
+    if digest != written:
         raise StoreError(
-            f"table {table.name} does not read back as it was copied ({found.rows} rows of {written.rows}); "
+            f"table {table.name} does not read back as it was copied ({digest.rows} rows of {written.rows}); "
             "nothing is kept"
         )

@@ -53,9 +53,9 @@ def address_of(file: Path) -> str:
 
 
 def _refuse_damaged(origin: Connection, campaign: str, key: int) -> None:
-    found = next(iter_findings(origin, checks(of_a_campaign=True), key), None)
-    if found is not None:
-        raise StoreError(f"campaign {campaign} is not whole: {found}; pyroshock db check names all of it")
+    finding = next(iter_findings(origin, checks(of_a_campaign=True), key), None)
+    if finding is not None:
+        raise StoreError(f"campaign {campaign} is not whole: {finding}; pyroshock db check names all of it")
 
 
 def _carried(origin: Connection, copy: Connection, campaign: int, progress: Progress | None) -> dict[str, int]:

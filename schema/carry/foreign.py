@@ -83,9 +83,11 @@ def _refuse_other_schema(connection: Connection, file: Path) -> None:
             raise ForeignFileError(f"{file} is refused: it holds the {kind} {name!r:.80}, which no export has")
     tables = {name for kind, name, _ in parts if kind == "table"}
     _refuse_other_revision(connection, file, tables)
-    known = set(metadata.tables)
-    for name in sorted((tables - _OWN_TABLES) ^ known):
-        raise ForeignFileError(f"{file} is refused: table {name!r:.80} is {'missing' if name in known else 'unknown'}")
+    own_tables = set(metadata.tables)
+    for name in sorted((tables - _OWN_TABLES) ^ own_tables):
+        raise ForeignFileError(
+            f"{file} is refused: table {name!r:.80} is {'missing' if name in own_tables else 'unknown'}"
+        )
     for table in metadata.sorted_tables:
         columns = connection.execute(text("SELECT name, hidden FROM pragma_table_xinfo(:table)"), {"table": table.name})
         if {(name, hidden) for name, hidden in columns} != {(column.name, 0) for column in table.columns}:

@@ -68,9 +68,9 @@ def merge(store: Store, session: Session, origin: Connection) -> dict[str, int]:
 def _refuse_aliases(origin: Connection, target: Connection) -> None:
     """A material that has another's name here: which of the two a table means would depend on who reads it."""
     query = select(MaterialAlias.alias, Material.name).join(Material, MaterialAlias.material_id == Material.id)
-    known = {alias.lower(): name for alias, name in target.execute(query)}
+    aliases = {alias.lower(): name for alias, name in target.execute(query)}
     for name in origin.scalars(select(Material.name)):
-        other = known.get(name.lower())
+        other = aliases.get(name.lower())
         if other not in (None, name):
             raise MergeRefusedError(
                 f"material {name!r} of the file is another name of {other!r} in this store; one of them needs another"

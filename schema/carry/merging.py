@@ -68,10 +68,10 @@ class Merge:
         return row
 
     def _merge(self, rule: Rule, rows: list[dict[str, Any]]) -> None:
-        known = self._known(rule, rows)
+        existing = self._known(rule, rows)
         new = []
         for row in rows:
-            here = known.get(_key(rule, row))
+            here = existing.get(_key(rule, row))
             settled = Settled.NEW if here is None else self._settled(rule, row, here)
             if settled is Settled.NEW:
                 new.append(row)
@@ -97,14 +97,14 @@ class Merge:
             return {}
         names = rule.of.columns.keys()
         wanted = list(dict.fromkeys(_key(rule, row) for row in rows))
-        found: dict[tuple[Any, ...], Row] = {}
+        rows_by_key: dict[tuple[Any, ...], Row] = {}
         for i in range(0, len(wanted), _ASKED):
             own = tuple_(*(rule.of.columns[name] for name in rule.key))
             query = select(*stored_columns(rule.of)).where(own.in_(wanted[i : i + _ASKED]))
             for values in self._target.execute(query):
                 here = dict(zip(names, values, strict=True))
-                found[_key(rule, here)] = here
-        return found
+                rows_by_key[_key(rule, here)] = here
+        return rows_by_key
 
     def _add(self, rule: Rule, rows: list[dict[str, Any]]) -> None:
         if not rows:
@@ -134,9 +134,9 @@ class Merge:
         here = self._target.scalar(select(Provenance.id).filter_by(**content).limit(1))
         if here is not None:
             return int(here)
-        (mine,) = reserve_keys(self._target, table, 1)
-        load(self._target, table, [[[{**content, "id": mine}[column.name] for column in table.columns]]])
-        return mine
+        (new_key,) = reserve_keys(self._target, table, 1)
+        load(self._target, table, [[[{**content, "id": new_key}[column.name] for column in table.columns]]])
+        return new_key
 
 
 def _key(rule: Rule, row: Row) -> tuple[Any, ...]:

@@ -64,9 +64,9 @@ SETTLED: dict[str, Callable[[Connection, Any, Row, Writer], Settled]] = {
 
 def leave_in_use(target: Connection, rows: list[dict[str, Any]]) -> None:
     """New versions of pulses do not push aside those that are in use here."""
-    mine = {row["impact_id"] for row in rows if row["current"]}
+    current_impacts = {row["impact_id"] for row in rows if row["current"]}
     used: set[int] = set()
-    if mine:  # at most a batch of them
-        used = set(target.scalars(select(Pulse.impact_id).where(Pulse.impact_id.in_(mine), Pulse.current)))
+    if current_impacts:  # at most a batch of them
+        used = set(target.scalars(select(Pulse.impact_id).where(Pulse.impact_id.in_(current_impacts), Pulse.current)))
     for row in rows:
         row["current"] = row["current"] and row["impact_id"] not in used

@@ -96,7 +96,7 @@ def recording_of_runs(session: Session, campaign: str, runs: Sequence[int], repe
         raise ValueError(f"{what} of campaign {campaign!r} came from a row without a recording; only recordings go")
     paths = dict(iter(session.execute(select(Recording.id, Recording.path).where(Recording.campaign_id == key))))
     if len(recordings) > 1:
-        names = ", ".join(sorted(paths[each] for each in recordings if each is not None))
+        names = ", ".join(sorted(paths[recording] for recording in recordings if recording is not None))
         raise ValueError(f"{what} of campaign {campaign!r} is in several recordings ({names}); name one of them")
     (recording,) = recordings
     assert recording is not None

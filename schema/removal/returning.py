@@ -63,7 +63,7 @@ def give_back(session: Session, part: Part, written_by: int) -> dict[str, int]:
     How many came back, by the dataset's name; `written_by` is the key of who writes.
     """
     stones = session.scalars(select(Tombstone).where(Tombstone.campaign == part.campaign).order_by(Tombstone.id)).all()
-    wanted = {each["hash"] for stone in stones for each in stone.stood_on["datasets"] if _still_lost(each)}
+    wanted = {entry["hash"] for stone in stones for entry in stone.stood_on["datasets"] if _still_lost(entry)}
     if not wanted:
         return {}
     keys = {digest: key for key, digest in pulse_digests(session, part).items()}
@@ -71,7 +71,9 @@ def give_back(session: Session, part: Part, written_by: int) -> dict[str, int]:
     for stone in stones:
         stone.stood_on = {
             **stone.stood_on,
-            "datasets": [_given_back(session, each, keys, written_by, returned) for each in stone.stood_on["datasets"]],
+            "datasets": [
+                _given_back(session, entry, keys, written_by, returned) for entry in stone.stood_on["datasets"]
+            ],
         }
     session.flush()
     return returned
@@ -102,8 +104,10 @@ def note_whole(session: Session, content_hash: str) -> None:
     """Tombstones say that the dataset of this content has all of its pulses again."""
     for stone in session.scalars(select(Tombstone)):
         entries = stone.stood_on["datasets"]
-        if any(each["hash"] == content_hash and _still_lost(each) for each in entries):
-            whole = [{**each, "returned": each["pulses"]} if each["hash"] == content_hash else each for each in entries]
+        if any(entry["hash"] == content_hash and _still_lost(entry) for entry in entries):
+            whole = [
+                {**entry, "returned": entry["pulses"]} if entry["hash"] == content_hash else entry for entry in entries
+            ]
             stone.stood_on = {**stone.stood_on, "datasets": whole}
 
 

@@ -46,9 +46,9 @@ def by_contact(channel: Channel, contacts: tuple[Contact, ...], flat: Plateaus, 
     all lost. `warning` outside: the pulse is whole, but a spectrum of the recording is not.
     """
     findings = []
-    for contact, mine in flat.runs.by_contact(contacts):
+    for contact, contact_runs in flat.runs.by_contact(contacts):
         severity: Severity = "warning" if contact is None and contacts else "reject"
-        evidence = {"level": flat.level, "unit": channel.si_unit, **mine.evidence(channel)}
+        evidence = {"level": flat.level, "unit": channel.si_unit, **contact_runs.evidence(channel)}
         message = (
             f"{what} of {evidence['samples']} samples at {flat.level:.6g} {channel.si_unit} "
             f"from {evidence['first_time_s']:.6g} s: the value there is only a bound"

@@ -57,14 +57,16 @@ def _not_finite(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding
 
 
 def _missing(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
-    told = channel.header.get("time_gaps", [])
-    gaps = np.array(told if told != [] else np.empty((0, 2)), dtype=np.int64)
+    stated_gaps = channel.header.get("time_gaps", [])
+    gaps = np.array(stated_gaps if stated_gaps != [] else np.empty((0, 2)), dtype=np.int64)
     if gaps.ndim != 2 or gaps.shape[1] != 2:
-        raise ValueError(f"{channel.name}: header time_gaps is {told!r}; expected a list of [sample, missing_samples]")
+        raise ValueError(
+            f"{channel.name}: header time_gaps is {stated_gaps!r}; expected a list of [sample, missing_samples]"
+        )
     findings = []
     # A gap has no samples of its own: for "which contact" it is the one sample that follows it.
-    for contact, mine in Runs(gaps[:, 0], np.zeros(len(gaps), np.int64)).by_contact(contacts):
-        lost = Runs(mine.first, gaps[np.isin(gaps[:, 0], mine.first), 1])
+    for contact, contact_gaps in Runs(gaps[:, 0], np.zeros(len(gaps), np.int64)).by_contact(contacts):
+        lost = Runs(contact_gaps.first, gaps[np.isin(gaps[:, 0], contact_gaps.first), 1])
         findings.append(_finding(channel, contact, lost, "gap", "missing from the time axis"))
     return findings
 
@@ -120,7 +122,7 @@ def _live_around(x: NDArray[np.float64], first: int, last: int, least: float) ->
 
 
 def _findings(channel: Channel, contacts: tuple[Contact, ...], runs: Runs, kind: str, what: str) -> list[Finding]:
-    return [_finding(channel, contact, mine, kind, what) for contact, mine in runs.by_contact(contacts)]
+    return [_finding(channel, contact, contact_runs, kind, what) for contact, contact_runs in runs.by_contact(contacts)]
 
 
 def _finding(channel: Channel, contact: int | None, runs: Runs, kind: str, what: str) -> Finding:

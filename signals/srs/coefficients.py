@@ -54,10 +54,10 @@ def _kept_steps(theta: bytes, damping_ratio: float) -> Steps:
 
 
 def _steps(theta: Floats, damping_ratio: float) -> Steps:
-    small, found = theta < _SERIES_BELOW, np.empty((3, theta.size))
+    small, values = theta < _SERIES_BELOW, np.empty((3, theta.size))
     for of, form in ((small, _series), (~small, _closed)):
-        found[:, of] = form(theta[of], damping_ratio)
-    return Steps(theta, damping_ratio, *found)
+        values[:, of] = form(theta[of], damping_ratio)
+    return Steps(theta, damping_ratio, *values)
 
 
 def _closed(theta: Floats, zeta: float) -> Floats:

@@ -31,19 +31,27 @@ def absolute_acceleration(omega_rad_s: Floats, time_step_s: float, damping_ratio
 
     1 - S / theta of eq. 1.4 is written as H + 2 zeta G / theta, which does not lose digits; so are the others.
     """
-    one = steps(np.asarray(omega_rad_s * time_step_s), damping_ratio)
-    rest = one.h + 2 * damping_ratio * one.g / one.theta
-    b1 = 2 * (one.g + damping_ratio * one.s - rest)
-    return RampInvariantFilter(np.stack([rest, b1, np.expm1(-2 * damping_ratio * one.theta) + rest]), _poles(one))
+    step_values = steps(np.asarray(omega_rad_s * time_step_s), damping_ratio)
+    rest = step_values.h + 2 * damping_ratio * step_values.g / step_values.theta
+    b1 = 2 * (step_values.g + damping_ratio * step_values.s - rest)
+    return RampInvariantFilter(
+        np.stack([rest, b1, np.expm1(-2 * damping_ratio * step_values.theta) + rest]), _poles(step_values)
+    )
 
 
 def relative_displacement(omega_rad_s: Floats, time_step_s: float, damping_ratio: float) -> RampInvariantFilter:
     """Base acceleration, m/s2, to displacement relative to the base, m."""
-    one = steps(np.asarray(omega_rad_s * time_step_s), damping_ratio)
-    held, slope = one.g - one.h, one.g / one.theta
-    stay = 1 - one.g - 2 * damping_ratio * one.s
-    b = np.stack([one.h, held - stay * one.h + one.s * slope, one.s * (one.s - slope) - stay * held])
-    return RampInvariantFilter(-b / np.asarray(omega_rad_s) ** 2, _poles(one))
+    step_values = steps(np.asarray(omega_rad_s * time_step_s), damping_ratio)
+    held, slope = step_values.g - step_values.h, step_values.g / step_values.theta
+    stay = 1 - step_values.g - 2 * damping_ratio * step_values.s
+    b = np.stack(
+        [
+            step_values.h,
+            held - stay * step_values.h + step_values.s * slope,
+            step_values.s * (step_values.s - slope) - stay * held,
+        ]
+    )
+    return RampInvariantFilter(-b / np.asarray(omega_rad_s) ** 2, _poles(step_values))
 
 
 def _poles(one: Steps) -> Floats:

@@ -39,11 +39,11 @@ def run(records: Floats, oscillators: Steps, threads: int | None = None) -> Floa
     """
     k, f = len(records), oscillators.theta.size
     table = _blocks(oscillators)
-    found = np.empty((k, len(table), _FOUND, WIDTH))
+    extremes = np.empty((k, len(table), _FOUND, WIDTH))
     tasks, twice_zeta = k * len(table), 2 * oscillators.damping_ratio
     most = min(checked_threads(threads), 1 + tasks * WIDTH * records.shape[1] // _WORTH_A_THREAD)
-    spread_over_threads(lambda start, stop: _run_tasks(records, table, twice_zeta, start, stop, found), tasks, most)
-    return found.transpose(2, 0, 1, 3).reshape(_FOUND, k, -1)[..., :f]
+    spread_over_threads(lambda start, stop: _run_tasks(records, table, twice_zeta, start, stop, extremes), tasks, most)
+    return extremes.transpose(2, 0, 1, 3).reshape(_FOUND, k, -1)[..., :f]
 
 
 def _blocks(each: Steps) -> Floats:

@@ -73,9 +73,9 @@ def spread(typing_context: Any, value: Any) -> Any:
     """A number in every lane."""
 
     def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        one = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), args[0], ir.Constant(ir.IntType(32), 0))
+        inserted = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), args[0], ir.Constant(ir.IntType(32), 0))
         zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-        return builder.shuffle_vector(one, ir.Constant(_VECTOR, ir.Undefined), zeros)
+        return builder.shuffle_vector(inserted, ir.Constant(_VECTOR, ir.Undefined), zeros)
 
     return LANES(types.float64), build
 

@@ -38,8 +38,16 @@ def oscillator_response(
     if record.ndim != 1:
         raise ValueError(f"acceleration has shape {record.shape}: expected one record (n,)")
     zeta, omega = checked_damping(q, damping_ratio), 2 * np.pi * checked_lines([frequency_hz], rate)
-    one = steps(omega / rate, zeta)
+    step_values = steps(omega / rate, zeta)
     series = np.empty((2, record.size))
-    run_series(record, one.g[0], one.s[0], one.h[0], (one.g / one.theta)[0], 2 * zeta, series)
+    run_series(
+        record,
+        step_values.g[0],
+        step_values.s[0],
+        step_values.h[0],
+        (step_values.g / step_values.theta)[0],
+        2 * zeta,
+        series,
+    )
     p, v = series
     return Response(float(frequency_hz), zeta, p + 2 * zeta * v, -p / omega[0] ** 2)

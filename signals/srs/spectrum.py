@@ -46,12 +46,12 @@ def shock_response_spectrum(
     lines = checked_lines(grid_of_record(records.shape[-1], rate) if frequency_hz is None else frequency_hz, rate)
     factor = factors(lines, rate, resample)
     flat = records.reshape(-1, records.shape[-1])
-    found = np.empty((6, len(flat), lines.size))
+    responses = np.empty((6, len(flat), lines.size))
     for times in np.unique(factor):  # an octave of lines each, so that only the highest pay for the highest rate
         block = factor == times
         theta = 2 * np.pi * lines[block] / (rate * times)
-        found[..., block] = _largest(upsampled(flat, int(times)), theta, zeta, threads)
-    peaks = _Peaks(*found.reshape(6, *records.shape[:-1], lines.size))
+        responses[..., block] = _largest(upsampled(flat, int(times)), theta, zeta, threads)
+    peaks = _Peaks(*responses.reshape(6, *records.shape[:-1], lines.size))
     return peaks.spectrum(lines, zeta, sampling_error(lines, np.asarray(rate * factor, dtype=np.float64)))
 
 

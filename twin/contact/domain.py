@@ -25,9 +25,10 @@ def outside(strikes: Strikes, pulse: ContactPulse, effects: frozenset[str]) -> l
 
 
 def _restitution(pulse: ContactPulse) -> dict[int, Outside]:
-    found = pulse.restitution
+    restitution = pulse.restitution
     return {
-        row: Outside("restitution", float(found.value[row]), f"{LEAST:g} to 1; clipped") for row in _rows(found.clipped)
+        row: Outside("restitution", float(restitution.value[row]), f"{LEAST:g} to 1; clipped")
+        for row in _rows(restitution.clipped)
     }
 
 
@@ -45,8 +46,10 @@ def _yield(strikes: Strikes) -> dict[int, Outside]:
 
 
 def _insulator(strikes: Strikes) -> dict[int, Outside]:
-    known = "none; the law knows no layer"
-    return {row: Outside("insulator", strikes.settings[row].insulator, known) for row in _rows(insulated(strikes))}
+    known_layers = "none; the law knows no layer"
+    return {
+        row: Outside("insulator", strikes.settings[row].insulator, known_layers) for row in _rows(insulated(strikes))
+    }
 
 
 def _rows(chosen: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]) -> Iterator[int]:

@@ -17,8 +17,8 @@ def bodies_of(strikes: Strikes) -> Bodies:
     """Tip, first layer hit, impactor's mass, plate's thickness; yield strengths where all materials tell their own."""
 
     def each(value: Callable[[Setting], float | None]) -> Floats | None:
-        found = [value(setting) for setting in strikes.settings]
-        return None if None in found else np.array(found, dtype=np.float64)
+        values = [value(setting) for setting in strikes.settings]
+        return None if None in values else np.array(values, dtype=np.float64)
 
     return Bodies.of(
         impactor_radius_m=each(lambda s: s.tip_radius_m),

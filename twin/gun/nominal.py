@@ -78,15 +78,15 @@ def trajectory(bench: GunBench, tank_pressure_pa: float, bullet_mass_kg: float, 
     if pressure * bench.projectile_area_m2 / mass <= drag:
         rest = np.zeros(1)
         return Trajectory(rest, rest, rest, np.full(1, pressure), math.nan, 0.0, "did not start")
-    time, state, left = _integrate(bench, pressure, mass, points)
+    time, state, exited = _integrate(bench, pressure, mass, points)
     return Trajectory(
         time,
         state[0],
         state[1],
         _gas_pressure(bench, pressure, state[0]),
-        float(time[-1]) if left else math.nan,
-        bench.efficiency * float(state[1, -1]) if left else 0.0,
-        "left" if left else "stopped in the barrel",
+        float(time[-1]) if exited else math.nan,
+        bench.efficiency * float(state[1, -1]) if exited else 0.0,
+        "left" if exited else "stopped in the barrel",
     )
 
 

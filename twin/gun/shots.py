@@ -105,20 +105,20 @@ def _fired(shot: Shot, effects: Sequence[GunEffect], efficiency: float, coarser:
     valve = np.isfinite(shot.valve_area_m2)
     shots = GunShots(np.zeros(n), np.full(n, np.nan), np.full(n, Status.STOPPED, dtype=np.int_))
     ways = ((~moving & ~valve, _closed), (moving & ~valve, _one_chamber), (valve, _two_chambers))
-    for mask, way in ways:
+    for mask, solver in ways:
         rows = np.flatnonzero(mask)
         if rows.size:
             acting = [effect.take(rows) for effect in effects if effect.has_hooks() and not effect.off(n)[rows].all()]
-            shots.put(rows, way(shot.take(rows), acting, coarser))
+            shots.put(rows, solver(shot.take(rows), acting, coarser))
     return replace(shots, velocity_m_s=efficiency * shots.velocity_m_s)
 
 
 def _closed(shot: Shot, _: Sequence[GunEffect], __: float) -> GunShots:
     velocity = ideal_velocity_m_s(shot)
-    left = velocity > 0
+    exited = velocity > 0
     time = np.full(len(shot), np.nan)
-    time[left] = travel_time_s(shot.take(np.flatnonzero(left)))
-    status = np.where(left, Status.LEFT, np.where(starting_force_n(shot) > 0, Status.STOPPED, Status.NOT_STARTED))
+    time[exited] = travel_time_s(shot.take(np.flatnonzero(exited)))
+    status = np.where(exited, Status.LEFT, np.where(starting_force_n(shot) > 0, Status.STOPPED, Status.NOT_STARTED))
     return GunShots(velocity, time, status)
 
 

@@ -15,17 +15,17 @@ def ears(corners: Floats) -> Indices:
 
     Ear clipping (Meisters, Am. Math. Monthly 82, 1975); any simple polygon has an ear.
     """
-    left = list(range(len(corners)))
+    remaining = list(range(len(corners)))
     cut = []
-    while len(left) > 3:
-        triples = [(left[i - 1], left[i], left[(i + 1) % len(left)]) for i in range(len(left))]
-        fatness = [_ear_fatness(corners, triple, left) for triple in triples]
+    while len(remaining) > 3:
+        triples = [(remaining[i - 1], remaining[i], remaining[(i + 1) % len(remaining)]) for i in range(len(remaining))]
+        fatness = [_ear_fatness(corners, triple, remaining) for triple in triples]
         best = int(np.argmax(fatness))
         if fatness[best] <= 0:
             raise ValueError("the outline has no ear: expected a simple polygon, counter-clockwise")
         cut.append(triples[best])
-        left.pop(best)
-    return np.array([*cut, tuple(left)], dtype=np.intp)
+        remaining.pop(best)
+    return np.array([*cut, tuple(remaining)], dtype=np.intp)
 
 
 def flipped(points: Floats, triangles: Indices) -> Indices:
@@ -46,9 +46,9 @@ def smoothed(points: Floats, triangles: Indices, held: NDArray[np.bool_]) -> Flo
 
     Triangles go counter-clockwise.
     """
-    one, next_one = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    first, next_one = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     total, count = np.zeros_like(points), np.zeros(len(points))
-    for here, there in ((one, next_one), (next_one, one)):
+    for here, there in ((first, next_one), (next_one, first)):
         np.add.at(total, here, points[there])
         np.add.at(count, here, 1)
     moved = np.where(held[:, None], points, total / count[:, None])
@@ -86,11 +86,11 @@ def _ear_fatness(corners: Floats, triple: tuple[int, int, int], left: list[int])
 
 def _sides(triangles: Indices) -> dict[tuple[int, int], list[int]]:
     """The triangles at each side."""
-    found: dict[tuple[int, int], list[int]] = {}
+    triangles_by_edge: dict[tuple[int, int], list[int]] = {}
     for number, (a, b, c) in enumerate(triangles.tolist()):
         for side in ((a, b), (b, c), (c, a)):
-            found.setdefault(_key(*side), []).append(number)
-    return found
+            triangles_by_edge.setdefault(_key(*side), []).append(number)
+    return triangles_by_edge
 
 
 def _key(a: int, b: int) -> tuple[int, int]:

@@ -20,11 +20,11 @@ def filtered(series: Floats, design: Design, *parameters: Value) -> Floats:
     """
     from scipy.signal import lfilter
 
-    if all(np.ndim(each) == 0 for each in parameters):
+    if all(np.ndim(parameter) == 0 for parameter in parameters):
         return np.asarray(lfilter(*design(*map(float, parameters)), series, axis=-1))
-    columns = [np.broadcast_to(np.ravel(along_first(each, series)), series.shape[:1]) for each in parameters]
-    found, (different, which) = np.empty(series.shape), np.unique(columns, axis=1, return_inverse=True)
+    columns = [np.broadcast_to(np.ravel(along_first(parameter, series)), series.shape[:1]) for parameter in parameters]
+    filtered, (different, which) = np.empty(series.shape), np.unique(columns, axis=1, return_inverse=True)
     for number, row in enumerate(different.T):
         alike = which.ravel() == number
-        found[alike] = lfilter(*design(*map(float, row)), series[alike], axis=-1)
-    return found
+        filtered[alike] = lfilter(*design(*map(float, row)), series[alike], axis=-1)
+    return filtered

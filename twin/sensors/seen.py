@@ -62,7 +62,7 @@ def _cut(force: Floats, step: float, pulses: Pulses) -> Pulses:
     last = np.max(np.arange(force.shape[1]) * _above_end(force), axis=1)
     end = np.maximum(pulses.contact_time_s, last * step)
     phases = np.linspace(0.0, 1.0, pulses.force_n.shape[1])
-    rows = [np.interp(phases * each, time, row) for each, row in zip(end, force, strict=True)]
+    rows = [np.interp(phases * end_s, time, row) for end_s, row in zip(end, force, strict=True)]
     late = np.argmax(force, axis=1) * step - _peak_time(pulses)
     return Pulses(end, np.array(rows), pulses.compression_time_s + np.maximum(late, 0.0))
 

@@ -100,14 +100,14 @@ def _column(name: str) -> str:
 
 def _level_column(source: str, columns: list[str]) -> tuple[str, float]:
     for word in _LEVELS:
-        found = [name for name in columns if name in {f"{word}_{unit}" for unit in _UNITS}]
-        if len(found) > 1:
-            raise ValueError(f"{source}: {' and '.join(found)} both give the level; expected one of them")
-        if found:
-            return found[0], _UNITS[found[0].removeprefix(f"{word}_")]
+        level_columns = [name for name in columns if name in {f"{word}_{unit}" for unit in _UNITS}]
+        if len(level_columns) > 1:
+            raise ValueError(f"{source}: {' and '.join(level_columns)} both give the level; expected one of them")
+        if level_columns:
+            return level_columns[0], _UNITS[level_columns[0].removeprefix(f"{word}_")]
     bare = next((name for name in columns if name in _LEVELS), None)
-    said = f"column {bare!r} has no unit" if bare else f"no column of levels in {', '.join(columns)}"
-    raise ValueError(f"{source}: {said}; expected level_g or level_m_s2")
+    complaint = f"column {bare!r} has no unit" if bare else f"no column of levels in {', '.join(columns)}"
+    raise ValueError(f"{source}: {complaint}; expected level_g or level_m_s2")
 
 
 def _level(

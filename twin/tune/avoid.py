@@ -34,32 +34,32 @@ def avoided(
 ) -> list[Avoid]:
     """The nearest of each kind: `outside` of the model's domain, likely to overtest of those `kept`, `refused`."""
     kinds = (_refused(refused, goal), _outside(outside, goal), _overtest(kept, goal))
-    return [each for kind in kinds for each in _nearest(kind)]
+    return [neighbour for kind in kinds for neighbour in _nearest(kind)]
 
 
 def _nearest(found: Iterator[Avoid]) -> list[Avoid]:
-    near = [each for each in found if abs(each.level_error_db) <= NEAR_DB]
+    near = [candidate for candidate in found if abs(candidate.level_error_db) <= NEAR_DB]
     return sorted(near, key=lambda each: abs(each.level_error_db))[:_EACH]
 
 
 def _refused(candidates: Sequence[Candidate], goal: Goal) -> Iterator[Avoid]:
-    for each in candidates:
-        error = float(np.mean(each.level_db - goal.level_db))
-        yield Avoid(each.setting, f"beyond the bench: {'; '.join(each.refused)}", error)
+    for candidate in candidates:
+        error = float(np.mean(candidate.level_db - goal.level_db))
+        yield Avoid(candidate.setting, f"beyond the bench: {'; '.join(candidate.refused)}", error)
 
 
 def _outside(outside: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:
-    for each in outside:
-        error = float(np.mean(each.level_db - goal.level_db))
-        yield Avoid(each.setting, f"outside of the model: {'; '.join(each.outside)}", error)
+    for candidate in outside:
+        error = float(np.mean(candidate.level_db - goal.level_db))
+        yield Avoid(candidate.setting, f"outside of the model: {'; '.join(candidate.outside)}", error)
 
 
 def _overtest(kept: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:
     """All but the first, which is the best there is even where it overtests."""
-    for each in kept[1:]:
-        over = each.level_db - goal.level_db - goal.upper_db
+    for candidate in kept[1:]:
+        over = candidate.level_db - goal.level_db - goal.upper_db
         line = int(np.argmax(over))
-        if each.probability_overtest >= OVERTEST and over[line] > 0:
+        if candidate.probability_overtest >= OVERTEST and over[line] > 0:
             words = f"{over[line]:.1f} dB above the upper edge at {goal.frequency_hz[line]:.0f} Hz expected"
-            error = float(np.mean(each.level_db - goal.level_db))
-            yield Avoid(each.setting, f"overtests: {words}", error)
+            error = float(np.mean(candidate.level_db - goal.level_db))
+            yield Avoid(candidate.setting, f"overtests: {words}", error)

@@ -124,6 +124,6 @@ def search(
 def best_of_mounts(candidates: Iterable[Candidate]) -> list[Candidate]:
     """The most promising candidate of each mount, best first."""
     best: dict[Mount, Candidate] = {}
-    for each in sorted(candidates, key=lambda c: -c.score):
-        best.setdefault(mount_of(each.setting), each)
+    for candidate in sorted(candidates, key=lambda c: -c.score):
+        best.setdefault(mount_of(candidate.setting), candidate)
     return list(best.values())

@@ -37,7 +37,7 @@ def scaled_factors(settings: Sequence[Setting]) -> Floats:
     words = [(s.tip_material, s.face_material, s.insulator, s.hammer_speed) for s in settings]
     columns = [np.array(column, dtype=np.float64) for column in zip(*numbers, strict=True)]
     for column in zip(*words, strict=True):
-        columns += [np.array([word == known for word in column], dtype=np.float64) for known in sorted(set(column))[1:]]
+        columns += [np.array([word == level for word in column], dtype=np.float64) for level in sorted(set(column))[1:]]
     spread = [column.std() for column in columns]
     kept = [(c - c.mean()) / s for c, s in zip(columns, spread, strict=True) if s > 1e-9]
     return np.stack(kept, axis=1) if kept else np.zeros((len(settings), 1))

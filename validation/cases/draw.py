@@ -46,9 +46,9 @@ def draw_case(
     for _ in range(_TRIES):
         case = base_case(kind, tier, rng, rough=rough, number=number)
         case = replace(case, decoys=_decoys(kind, rng, decoy))
-        found = _CAUSES[cause](case, rng, split) if cause in _CAUSES else with_cause(case, cause, rng)
-        if found:
-            return found
+        drawn = _CAUSES[cause](case, rng, split) if cause in _CAUSES else with_cause(case, cause, rng)
+        if drawn:
+            return drawn
     raise ValueError(f"no {kind} case found in {_TRIES} draws: cause {cause!r}, tier {tier!r}")
 
 
@@ -57,9 +57,9 @@ def _check(kind: str, tier: str, cause: str) -> None:
         raise ValueError(f"kind {kind!r}: expected one of {', '.join(KINDS)}")
     if tier not in TIERS:
         raise ValueError(f"tier {tier!r}: expected one of {', '.join(TIERS)}")
-    known = [*_CAUSES, *RANGES, *FAMILIES]
-    if cause not in known:
-        raise ValueError(f"cause {cause!r}: expected one of {', '.join(known)}")
+    cause_names = [*_CAUSES, *RANGES, *FAMILIES]
+    if cause not in cause_names:
+        raise ValueError(f"cause {cause!r}: expected one of {', '.join(cause_names)}")
     shown = {name for number in range(DESIGNS) for name in shown_by(kind, number)}
     shown |= {name for name, family in FAMILIES.items() if family.stage in STAGES[kind]}
     if cause not in _CAUSES and cause not in shown:
@@ -105,15 +105,15 @@ def _catalogue(case: Case, rng: np.random.Generator, split: str) -> Case | None:
 def _unknown(case: Case, rng: np.random.Generator, split: str) -> Case | None:
     name = str(rng.choice(families(case.kind, split)))
     setting = FAMILIES[name].varies
-    if setting and len({getattr(each, setting) for each in design(case.kind, case.design)}) < 2:
+    if setting and len({getattr(case_setting, setting) for case_setting in design(case.kind, case.design)}) < 2:
         return None
     return _fitting(case, name, rng)
 
 
 def _fitting(case: Case, name: str, rng: np.random.Generator) -> Case | None:
     """None where the cause does not reach the tier."""
-    found = with_cause(case, name, rng)
-    return found if found is not None and inside(found, TIERS[case.tier]) else None
+    drawn = with_cause(case, name, rng)
+    return drawn if drawn is not None and inside(drawn, TIERS[case.tier]) else None
 
 
 def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # noqa: ARG001 - as above
@@ -121,10 +121,10 @@ def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # no
     strengths: dict[str, float] = {}
     for name in names:
         ratio = math.exp(rng.uniform(math.log(1.7), math.log(12.0)))
-        one = sized(case, name, int(rng.choice(signs(name))), ratio, rng)
-        if ratio_of(replace(one, floor=case.floor)) < _EACH:
+        drawn = sized(case, name, int(rng.choice(signs(name))), ratio, rng)
+        if ratio_of(replace(drawn, floor=case.floor)) < _EACH:
             return None
-        strengths |= one.strengths
+        strengths |= drawn.strengths
     both = replace(case, strengths=strengths)
     return both if inside(both, _BOTH) else None
 

@@ -49,12 +49,16 @@ def sized(case: Case, name: str, sign: int, ratio: float, rng: np.random.Generat
     if name in FAMILIES and FAMILIES[name].drift:
         case = replace(case, blocked=True)
     order = places(case) if name in FAMILIES else ()
-    known = name in RANGES and RANGES[name].low > 0  # what is known of it leaves only the noise free
-    found = None if known else strength_for(case.kind, case.design, name, sign, ratio * case.floor, order, case.laws)
-    strength = (
-        float(rng.uniform(RANGES[name].low, RANGES[name].high)) if known else found or largest(name, sign, case.laws)
+    one_sided = name in RANGES and RANGES[name].low > 0  # what is known of it leaves only the noise free
+    found_strength = (
+        None if one_sided else strength_for(case.kind, case.design, name, sign, ratio * case.floor, order, case.laws)
     )
-    if found is None:
+    strength = (
+        float(rng.uniform(RANGES[name].low, RANGES[name].high))
+        if one_sided
+        else found_strength or largest(name, sign, case.laws)
+    )
+    if found_strength is None:
         reached = gap(case.kind, case.design, cause_of(name, strength, order, case.laws))
         case = replace(case, floor=min(max(reached / ratio, FLOORS[0]), FLOORS[1]))
     if name in FAMILIES:

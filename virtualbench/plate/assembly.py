@@ -40,11 +40,11 @@ def deflection_rows(mesh: Mesh, points_m: Sequence[Point]) -> Matrix:
     """The matrix (points, size) that takes the deflection at some points. Raises `ValueError` off the plate."""
     from scipy.sparse import csc_array
 
-    found = [mesh.deflection_at(point) for point in points_m]
-    rows = np.repeat(np.arange(len(found)), (mesh.degree + 1) ** 2)
-    columns = np.concatenate([unknowns for unknowns, _ in found]) if found else np.empty(0, dtype=np.intp)
-    values = np.concatenate([weights for _, weights in found]) if found else np.empty(0)
-    return csc_array((values, (rows, columns)), shape=(len(found), mesh.size))
+    deflections = [mesh.deflection_at(point) for point in points_m]
+    rows = np.repeat(np.arange(len(deflections)), (mesh.degree + 1) ** 2)
+    columns = np.concatenate([unknowns for unknowns, _ in deflections]) if deflections else np.empty(0, dtype=np.intp)
+    values = np.concatenate([weights for _, weights in deflections]) if deflections else np.empty(0)
+    return csc_array((values, (rows, columns)), shape=(len(deflections), mesh.size))
 
 
 def at_points(rows: Matrix, amounts: NDArray[np.float64]) -> Matrix:

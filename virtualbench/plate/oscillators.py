@@ -45,9 +45,9 @@ class Oscillators:
         self, step_s: float, state: NDArray[np.complex128], samples: NDArray[np.float64]
     ) -> NDArray[np.complex128]:
         """States (m, samples) at the samples of a force, from the state (m,) at the first; one block at most."""
-        one, none = np.ones(1), np.zeros((self.poles.size, 1), dtype=np.complex128)
-        from_level = self.after(step_s * one, none, one, 0 * one)
-        from_slope = self.after(step_s * one, none, 0 * one, one / step_s)
+        unit, none = np.ones(1), np.zeros((self.poles.size, 1), dtype=np.complex128)
+        from_level = self.after(step_s * unit, none, unit, 0 * unit)
+        from_slope = self.after(step_s * unit, none, 0 * unit, unit / step_s)
         decay = np.exp(np.outer(self.poles, step_s * np.arange(samples.size - 1)))
         added = from_level * samples[:-1] + from_slope * np.diff(samples)
         gathered = np.cumsum(added / decay, axis=1) + (np.exp(self.poles * step_s) * state)[:, None]

@@ -57,7 +57,7 @@ def import_(file: Path, db: str, json_to: str | None) -> None:
             write_json(vars(report), json_to)
     names = ", ".join(report.campaigns)
     note(f"{names}: {sum(report.added.values())} rows added" if report.added else f"{names}: all of it was there")
-    for each in report.discarded:
-        note(f"was discarded here, and is back with the file: {each}")
-    for each in report.left_behind:
-        note(f"left behind: {each}")
+    for discarded in report.discarded:
+        note(f"was discarded here, and is back with the file: {discarded}")
+    for discarded in report.left_behind:
+        note(f"left behind: {discarded}")

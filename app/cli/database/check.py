@@ -46,19 +46,19 @@ def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair
         if repair is not None:
             _repair(store, repair)
         with progress_bar("Checking", "samples") as step:
-            found = list(findings_of(store, db, Wanted(campaign, fast), step))
+            findings = list(findings_of(store, db, Wanted(campaign, fast), step))
         if json_to is not None:
-            write_json({"sound": not found, "findings": [each.as_json() for each in found]}, json_to)
+            write_json({"sound": not findings, "findings": [finding.as_json() for finding in findings]}, json_to)
         else:
-            for each in found:
-                click.echo(str(each))
+            for finding in findings:
+                click.echo(str(finding))
         if not fast and campaign is None:
             with store.reading() as session:
                 for words in datasets_without_source(session):
                     note(words)
         address = describe(store.engine)
-    note(f"{address}: {len(found)} findings" if found else f"{address} is sound")
-    if found:
+    note(f"{address}: {len(findings)} findings" if findings else f"{address} is sound")
+    if findings:
         raise click.exceptions.Exit(1)
 
 
@@ -66,7 +66,7 @@ def _repair(store: object, folder: Path) -> None:
     from ....ingest.repair import repair_series
 
     report = repair_series(store, folder)  # type: ignore[arg-type]
-    for each in report.mended:
-        note(f"mended: {report.campaign}, {each}")
-    for each, reason in report.left.items():
-        note(f"left as it is: {report.campaign}, {each}: {reason}")
+    for finding in report.mended:
+        note(f"mended: {report.campaign}, {finding}")
+    for finding, reason in report.left.items():
+        note(f"left as it is: {report.campaign}, {finding}: {reason}")

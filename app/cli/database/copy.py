@@ -35,8 +35,8 @@ def copy(source: str, target: str, json_to: str | None) -> None:
         finally:
             engine.dispose()
         if json_to is not None:
-            write_json([vars(each) for each in tables], json_to)
-        note(f"{describe(engine)}: {sum(each.rows for each in tables)} rows, the same as in {describe(store.engine)}")
+            write_json([vars(table) for table in tables], json_to)
+        note(f"{describe(engine)}: {sum(table.rows for table in tables)} rows, the same as in {describe(store.engine)}")
     with errors_as_one_line():
         _say_where_models_are(source)
 

@@ -33,9 +33,9 @@ class Kind(Generic[Arguments]):
         try:
             return self.record(**stored)
         except TypeError as error:
-            known = ", ".join(field.name for field in fields(self.record))  # type: ignore[arg-type]  # a dataclass
+            field_names = ", ".join(field.name for field in fields(self.record))  # type: ignore[arg-type]  # a dataclass
             was = f"a job of kind {self.name} with {', '.join(stored)}"
-            raise ValueError(f"{was}; this software knows {known}: ask for it anew") from error
+            raise ValueError(f"{was}; this software knows {field_names}: ask for it anew") from error
 
     def plain(self, arguments: Arguments) -> dict[str, Any]:
         """The inverse of `read`."""

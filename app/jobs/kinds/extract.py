@@ -24,8 +24,8 @@ def _do(work: Work, asked: ExtractArguments) -> Ending:
     from ....ingest.settings import ExtractionSettings
 
     report = reextract(work.store, asked.campaign, ExtractionSettings(**asked.settings), work.step)
-    left = f"; {len(report.skipped)} recordings left as they were" if report.skipped else ""
-    words = f"{report.added} pulses cut, {report.reused} earlier ones put back in use{left}"
+    skipped_text = f"; {len(report.skipped)} recordings left as they were" if report.skipped else ""
+    words = f"{report.added} pulses cut, {report.reused} earlier ones put back in use{skipped_text}"
     return told(Result(f"/campaigns/{quote(asked.campaign, safe='')}", words, report.as_json()))
 
 

@@ -31,10 +31,12 @@ def _do(work: Work, asked: TrainArguments) -> Ending:
     with models_extra():
         session = _trained(work, asked)
     if not session.versions and session.failures:
-        raise ValueError("; ".join(f"{each.model} ({each.split}): {each.reason}" for each in session.failures))
-    known = len(session.versions) - session.trained
-    failed = f"; not trained: {', '.join(each.model for each in session.failures)}" if session.failures else ""
-    words = f"{session.trained} trained, {known} found as they were trained before{failed}"
+        raise ValueError(
+            "; ".join(f"{failure.model} ({failure.split}): {failure.reason}" for failure in session.failures)
+        )
+    earlier = len(session.versions) - session.trained
+    failed = f"; not trained: {', '.join(failure.model for failure in session.failures)}" if session.failures else ""
+    words = f"{session.trained} trained, {earlier} found as they were trained before{failed}"
     return told(Result("/models", words, _rows(work, asked, session)))
 
 

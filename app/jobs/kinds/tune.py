@@ -84,8 +84,8 @@ def _answer(asked: TuneArguments, session: TuningSession, found: Tuned) -> dict[
     goal = session.goal
     return {
         "attainability": finite(found.attainability.as_json()),
-        "proposals": [proposal_json(each, rank) for rank, each in enumerate(found.proposals[:SHOWN], 1)],
-        "avoid": [avoid_json(each) for each in found.avoid[:SHOWN]],
+        "proposals": [proposal_json(proposal, rank) for rank, proposal in enumerate(found.proposals[:SHOWN], 1)],
+        "avoid": [avoid_json(setting) for setting in found.avoid[:SHOWN]],
         "notes": list(session.notes),
         "frequency_hz": goal.frequency_hz.tolist(),
         "prescribed_m_s2": (10 ** (goal.level_db / 20)).tolist(),

@@ -61,17 +61,17 @@ def shots(
 ) -> list[dict[str, Any]]:
     """Shots of the gun beside the nominal model's velocity."""
     with store.reading() as session:
-        found, _ = list_shots_page(session, campaign, parse_where(tuple(where)), after, limit)
-        return list(with_predictions(session, found))
+        shots, _ = list_shots_page(session, campaign, parse_where(tuple(where)), after, limit)
+        return list(with_predictions(session, shots))
 
 
 @router.get("/impacts/{impact}")
 def impact(impact: Key, store: OpenStore) -> Any:
     """One impact: figures, versions of its pulse, findings, and channels with the keys of `/channels`."""
     with store.reading() as session:
-        found = impact_page(session, impact)
+        page = impact_page(session, impact)
         recording = get_impact(session, impact).recording_id
-        return finite({**found, "signals": [] if recording is None else list_signals(session, recording)})
+        return finite({**page, "signals": [] if recording is None else list_signals(session, recording)})
 
 
 @router.get("/channels/{channel}")
@@ -84,8 +84,8 @@ def channel(
 ) -> Any:
     """A channel between two instants in SI: every sample where they fit into `points`, else the extremes of buckets."""
     with store.reading() as session:
-        found = channel_window(session, channel, start_s, stop_s, points)
-    return finite({**vars(found), "time_s": found.time_s.tolist(), "values": found.values.tolist()})
+        window = channel_window(session, channel, start_s, stop_s, points)
+    return finite({**vars(window), "time_s": window.time_s.tolist(), "values": window.values.tolist()})
 
 
 @router.post("/impacts/{impact}/preview")

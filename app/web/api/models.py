@@ -29,8 +29,8 @@ def models(settings: Configured, dataset: str | None = None, split: str | None =
     """Versions with their figures, floors and the thesis's; the newest of each kind unless `every`."""
     with models_extra():
         registry = registry_at(settings.db)
-        found = [] if registry is None else listed_versions(registry, dataset=dataset, split=split, every=every)
-    return finite(found)
+        rows = [] if registry is None else listed_versions(registry, dataset=dataset, split=split, every=every)
+    return finite(rows)
 
 
 @router.get("/models/compare")
@@ -50,7 +50,7 @@ def promotions(settings: Configured) -> list[dict[str, Any]]:
     """Promotions and refusals, with who, when and why."""
     with models_extra():
         registry = registry_at(settings.db)
-        return [] if registry is None else [decision_json(each) for each in registry.decisions()]
+        return [] if registry is None else [decision_json(decision) for decision in registry.decisions()]
 
 
 @router.get("/models/{name}/{version}")
@@ -58,8 +58,8 @@ def held_out(name: Name, version: Key, store: OpenStore, settings: Configured) -
     """Predicted against measured on held-out pulses, and how often the intervals hold."""
     with models_extra():
         registry = needed(settings.db)
-        found = chosen_versions(registry, [f"{name}@{version}"])[0]
-        return finite(held_out_figures(registry, found, reader_of(store)))
+        version_found = chosen_versions(registry, [f"{name}@{version}"])[0]
+        return finite(held_out_figures(registry, version_found, reader_of(store)))
 
 
 @router.post("/models/{name}/{version}/promote")

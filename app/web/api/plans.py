@@ -73,5 +73,5 @@ def quality(name: Name, store: OpenStore) -> dict[str, Any]:
 @router.post("/plans/{name}/runs/{run}")
 def tick(name: Name, run: Key, asked: Tick, store: OpenStore) -> dict[str, Any]:
     """Mark a run at the bench."""
-    found = tick_run(store, name, run, status=asked.status, note=asked.note)
-    return {"run": found.run, "status": found.status, "reason": found.reason, "recorded": found.recorded}
+    ticked = tick_run(store, name, run, status=asked.status, note=asked.note)
+    return {"run": ticked.run, "status": ticked.status, "reason": ticked.reason, "recorded": ticked.recorded}

@@ -33,8 +33,8 @@ def srs(series: Series) -> Any:
     """The spectrum of a series, in the form of `pyroshock srs --json` without its checks."""
     record = np.asarray(series.acceleration_m_s2, dtype=np.float64)
     lines = np.asarray(series.frequency_hz, dtype=np.float64)
-    found = shock_response_spectrum(record, series.sampling_rate_hz, lines, q=series.q)
-    sides = {name: getattr(found, name).tolist() for name in _SIDES}
+    spectrum = shock_response_spectrum(record, series.sampling_rate_hz, lines, q=series.q)
+    sides = {name: getattr(spectrum, name).tolist() for name in _SIDES}
     return finite({"unit": "m/s2", "frequency_hz": lines.tolist(), **sides})
 
 
@@ -50,20 +50,20 @@ def spectra(
     """Spectra of stored impacts, held against a specification (text of its CSV), else their mean."""
     wanted = target_from_upload(specification, "specification", tolerance or None) if specification else None
     with store.reading() as session:
-        found = spectrum_overlay(session, impact, channel, q=q, specification=wanted)
+        overlay = spectrum_overlay(session, impact, channel, q=q, specification=wanted)
     rows = [
         {
-            "impact": each.impact,
-            "channel": each.channel,
-            **{name: getattr(each.spectrum, name).tolist() for name in _SIDES},
-            "share_within": float(found.comparison.share_within[i]),
-            "worst_margin_db": float(found.comparison.worst_margin_db[i]),
-            "worst_frequency_hz": float(found.comparison.worst_frequency_hz[i]),
+            "impact": overlaid.impact,
+            "channel": overlaid.channel,
+            **{name: getattr(overlaid.spectrum, name).tolist() for name in _SIDES},
+            "share_within": float(overlay.comparison.share_within[i]),
+            "worst_margin_db": float(overlay.comparison.worst_margin_db[i]),
+            "worst_frequency_hz": float(overlay.comparison.worst_frequency_hz[i]),
         }
-        for i, each in enumerate(found.spectra)
+        for i, overlaid in enumerate(overlay.spectra)
     ]
     reference = {
-        "frequency_hz": found.reference.frequency_hz.tolist(),
-        "level_m_s2": found.reference.level_m_s2.tolist(),
+        "frequency_hz": overlay.reference.frequency_hz.tolist(),
+        "level_m_s2": overlay.reference.level_m_s2.tolist(),
     }
-    return finite({"frequency_hz": found.frequency_hz.tolist(), "spectra": rows, "reference": reference})
+    return finite({"frequency_hz": overlay.frequency_hz.tolist(), "spectra": rows, "reference": reference})

@@ -18,7 +18,7 @@ def spelled(value: Any) -> Any:
     if isinstance(value, str):
         return value.replace("&", "&amp;").replace("<", "&lt;")
     if isinstance(value, list) and value and isinstance(value[0], str):
-        return [spelled(each) for each in value]
+        return [spelled(element) for element in value]
     return value
 
 
@@ -29,14 +29,14 @@ def _spelled(trace: Trace) -> Trace:
 def plain(values: ArrayLike, digits: int = 6) -> list[float | None]:
     """Numbers for JSON, to as many digits as a screen can show; null where there is none."""
     array = np.asarray(values, dtype=np.float64).ravel()
-    known = np.isfinite(array)
-    size = np.abs(np.where(known & (array != 0), array, 1.0))
+    finite = np.isfinite(array)
+    size = np.abs(np.where(finite & (array != 0), array, 1.0))
     # all at once: a format for each number takes longer than the twin's plate
     places = digits - 1 - np.floor(np.log10(size))
     up, down = 10.0 ** np.clip(places, 0, 300), 10.0 ** np.clip(-places, 0, 300)
     with np.errstate(over="ignore", invalid="ignore"):
         short = np.round(array * up / down) / up * down
-    return [value if there else None for value, there in zip(short.tolist(), known.tolist(), strict=True)]
+    return [value if there else None for value, there in zip(short.tolist(), finite.tolist(), strict=True)]
 
 
 def line(
@@ -74,13 +74,13 @@ def figure(
         "xaxis": {"title": {"text": spelled(x)}, "type": "log" if log_x else "linear"},
         "yaxis": {"title": {"text": spelled(y)}, "type": "log" if log_y else "linear"},
     }
-    for each, log in (("xaxis", log_x), ("yaxis", log_y)):
+    for axis, log in (("xaxis", log_x), ("yaxis", log_y)):
         if log:
-            axes[each] |= {"exponentformat": "power", "dtick": 1}
-    return {"data": [_spelled(each) for each in traces], "layout": {**axes, **layout}}
+            axes[axis] |= {"exponentformat": "power", "dtick": 1}
+    return {"data": [_spelled(trace) for trace in traces], "layout": {**axes, **layout}}
 
 
 def categories(traces: Sequence[Trace], x: str, y: str, **layout: Any) -> Figure:
     """A chart over words."""
     axes = {"xaxis": {"title": {"text": spelled(x)}, "type": "category"}, "yaxis": {"title": {"text": spelled(y)}}}
-    return {"data": [_spelled(each) for each in traces], "layout": {**axes, **layout}}
+    return {"data": [_spelled(trace) for trace in traces], "layout": {**axes, **layout}}

@@ -11,18 +11,18 @@ from .base import Figure, figure, line, points
 
 def achieved_figure(rows: Sequence[Mapping[str, Any]], quantity: str) -> Figure:
     """Achieved (mean, least and largest of a run) over planned, of one quantity of `achieved.achieved_settings`."""
-    mine = [row for row in rows if row["quantity"] == quantity]
+    quantity_rows = [row for row in rows if row["quantity"] == quantity]
     scale = HEADINGS.get(quantity, ("", 1.0))[1]
-    planned = [row["planned"] * scale for row in mine]
-    mean = [row["mean"] * scale for row in mine]
+    planned = [row["planned"] * scale for row in quantity_rows]
+    mean = [row["mean"] * scale for row in quantity_rows]
     bars = {
         "type": "data",
         "symmetric": False,
-        "array": [row["largest"] * scale - m for row, m in zip(mine, mean, strict=True)],
-        "arrayminus": [m - row["least"] * scale for row, m in zip(mine, mean, strict=True)],
+        "array": [row["largest"] * scale - m for row, m in zip(quantity_rows, mean, strict=True)],
+        "arrayminus": [m - row["least"] * scale for row, m in zip(quantity_rows, mean, strict=True)],
         "color": "c0/0.5",
     }
-    names = [f"{row['plan']}, run {row['run']}" for row in mine]
+    names = [f"{row['plan']}, run {row['run']}" for row in quantity_rows]
     ends = [min(planned + mean), max(planned + mean)]
     return figure(
         [

@@ -11,8 +11,8 @@ from .base import COLOURS, Figure, bars, categories
 
 def balance_figure(axis: Mapping[str, Any]) -> Figure:
     """Runs of each level of one axis (`plan_quality.plan_page`), beside the balanced share."""
-    levels = [str(each["level"]) for each in axis["levels"]]
-    shown = [bars(levels, [each["runs"] for each in axis["levels"]], "runs")]
+    levels = [str(level["level"]) for level in axis["levels"]]
+    shown = [bars(levels, [level["runs"] for level in axis["levels"]], "runs")]
     share = axis["share"]
     level = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": share, "y1": share}
     rule = {**level, "line": {"color": "quiet", "dash": "dash"}}
@@ -21,8 +21,8 @@ def balance_figure(axis: Mapping[str, Any]) -> Figure:
 
 def coverage_figure(levels: Sequence[Mapping[str, Any]], factor: str) -> Figure:
     """Planned, done and discarded runs of each level of one factor (`coverage.level_coverage`)."""
-    mine = [row for row in levels if row["factor"] == factor]
-    names = [cell(factor, row["level"]) for row in mine]
+    factor_levels = [row for row in levels if row["factor"] == factor]
+    names = [cell(factor, row["level"]) for row in factor_levels]
     states = (("done", COLOURS[2]), ("planned", COLOURS[7]), ("discarded", COLOURS[1]))
-    shown = [bars(names, [row[state] for row in mine], state, colour) for state, colour in states]
+    shown = [bars(names, [row[state] for row in factor_levels], state, colour) for state, colour in states]
     return categories(shown, heading(factor), "runs", barmode="stack")

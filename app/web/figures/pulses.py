@@ -18,7 +18,7 @@ _CURVES = 60
 
 def segmentation_figure(view: PulseView) -> Figure:
     """Force about the contact in N over ms since the contact of the version in use, each version over it."""
-    used = next((each for each in view.versions if each.in_use), view.versions[-1])
+    used = next((version for version in view.versions if version.in_use), view.versions[-1])
     zero = used.start_s
     traces = [points(_ms(view.time_s, zero), view.force_n, "record", "quiet", hoverinfo="x+y")]
     traces[0]["marker"]["size"] = 4
@@ -64,7 +64,7 @@ def overlay_figure(overlay: PulseOverlay) -> Figure:
     scale, axis = (1.0, "share of contact") if overlay.normalised else (1e3, "time since contact (ms)")
     x = overlay.axis * scale
     traces: list[Trace] = []
-    each = max(1, _CURVES // max(1, len(overlay.groups)))
+    per_group = max(1, _CURVES // max(1, len(overlay.groups)))
     for i, group in enumerate(overlay.groups):
         colour, name = COLOURS[i % len(COLOURS)], f"{level_words(overlay.factor, group.level)} ({group.count})"
         if group.count > 1:
@@ -72,7 +72,7 @@ def overlay_figure(overlay: PulseOverlay) -> Figure:
             traces += band(x, low * 1e-3, high * 1e-3, f"{name}: ± standard deviation", colour)
             traces[-1]["legendgroup"] = traces[-2]["legendgroup"] = name
             traces[-1]["showlegend"] = False
-        for place in np.linspace(0, group.count - 1, min(each, group.count)).astype(int):
+        for place in np.linspace(0, group.count - 1, min(per_group, group.count)).astype(int):
             thin = line(x, group.force_n[place] * 1e-3, f"impact {group.impacts[place]}", f"{colour}/0.35", width=1)
             traces.append({**thin, "showlegend": False, "legendgroup": name, "hoverinfo": "name"})
         traces.append({**line(x, group.mean_n * 1e-3, name, colour, width=3), "legendgroup": name})

@@ -22,13 +22,13 @@ def spectra_figure(overlay: SpectrumOverlay, sides: bool = False) -> Figure:
     target = overlay.comparison.target
     lines = overlay.comparison.frequency_hz
     traces: list[Trace] = []
-    for each in sorted(overlay.bands, key=_width, reverse=True):
-        traces += band(lines, each.lower_m_s2, each.upper_m_s2, _band_name(each), "c7")
+    for overlaid_band in sorted(overlay.bands, key=_width, reverse=True):
+        traces += band(lines, overlaid_band.lower_m_s2, overlaid_band.upper_m_s2, _band_name(overlaid_band), "c7")
     shown = "%{y:.4g} m/s²<extra>reference</extra>"
     reference = line(lines, target.level_m_s2, "reference", "quiet", dash="dash", hovertemplate=shown)
     traces.append(reference)
-    for i, one in enumerate(overlay.spectra):
-        traces += _curves(overlay, one, COLOURS[i % len(COLOURS)], sides)
+    for i, overlaid in enumerate(overlay.spectra):
+        traces += _curves(overlay, overlaid, COLOURS[i % len(COLOURS)], sides)
     return figure(traces, "frequency (Hz)", _HELD, log_x=True, log_y=True, hovermode="x")
 
 
@@ -61,8 +61,8 @@ def _decibels(overlay: SpectrumOverlay, level: Floats) -> list[float | None]:
     held = np.interp(np.log(overlay.frequency_hz), np.log(target.frequency_hz), np.log10(target.level_m_s2))
     with np.errstate(divide="ignore"):
         error = 20 * (np.log10(level) - held)
-    found = np.where(inside & (level > 0), error, np.nan)
-    return [None if math.isnan(value) else round(float(value), 2) for value in found]
+    shown = np.where(inside & (level > 0), error, np.nan)
+    return [None if math.isnan(value) else round(float(value), 2) for value in shown]
 
 
 def _width(each: Band) -> float:
@@ -76,10 +76,10 @@ def _band_name(each: Band) -> str:
 def four_coordinate_figure(overlay: SpectrumOverlay) -> Figure:
     """Pseudo-velocity on four-coordinate paper: diagonals are constant acceleration (falling) and displacement."""
     x = overlay.frequency_hz
-    curves = [each.spectrum.pseudo_velocity_m_s for each in overlay.spectra]
+    curves = [overlaid.spectrum.pseudo_velocity_m_s for overlaid in overlay.spectra]
     traces = [
-        line(x, _above(curve), f"impact {each.impact}, {each.channel}", COLOURS[i % len(COLOURS)])
-        for i, (each, curve) in enumerate(zip(overlay.spectra, curves, strict=True))
+        line(x, _above(curve), f"impact {overlaid.impact}, {overlaid.channel}", COLOURS[i % len(COLOURS)])
+        for i, (overlaid, curve) in enumerate(zip(overlay.spectra, curves, strict=True))
     ]
     positive = np.concatenate([curve[curve > 0] for curve in curves])
     low, high = 10 ** np.floor(np.log10(positive.min())), 10 ** np.ceil(np.log10(positive.max()))
@@ -128,9 +128,9 @@ def _diagonal(
     name: str,
 ) -> None:
     """v = constant * f ** slope, cut by the frame; a corner alone is no line."""
-    left, right, low, high = frame
+    lowest_hz, right, low, high = frame
     crossings = sorted((v / constant) ** slope for v in (low, high))
-    begin, end = max(left, crossings[0]), min(right, crossings[1])
+    begin, end = max(lowest_hz, crossings[0]), min(right, crossings[1])
     if end <= begin * 1.05:
         return
     f = np.array([begin, end])

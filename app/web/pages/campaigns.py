@@ -24,7 +24,7 @@ PAGE = 50
 def campaigns(request: Request, store: OpenStore, kind: str = "", name: str = "", after: str = "") -> Response:
     with store.reading() as session:
         rows, following = list_campaigns_page(session, kind=kind or None, text=name, after=after or None, limit=PAGE)
-    asked = {"kind": kind, "name": name}
+    filters = {"kind": kind, "name": name}
     return page(
         request,
         "campaigns.html",
@@ -32,8 +32,8 @@ def campaigns(request: Request, store: OpenStore, kind: str = "", name: str = ""
         kinds=KINDS,
         kind=kind,
         name=name,
-        following=query({**asked, "after": following}) if following else "",
-        beginning=(query(asked) or "/campaigns") if after else "",
+        following=query({**filters, "after": following}) if following else "",
+        beginning=(query(filters) or "/campaigns") if after else "",
     )
 
 
@@ -43,7 +43,7 @@ def campaign(request: Request, name: Name, store: OpenStore) -> Response:
         overview = campaign_overview(session, name)
     levels, achieved = overview["levels"], overview["achieved"]
     factors = dict.fromkeys(row["factor"] for row in levels) if overview["plans"] else {}
-    quantities = [each["quantity"] for each in overview["achieved_summary"]]
+    quantities = [summary["quantity"] for summary in overview["achieved_summary"]]
     return page(
         request,
         "campaign.html",
@@ -67,4 +67,4 @@ def _deviation(row: dict[str, Any]) -> dict[str, Any]:
 
 def _bench(parts: dict[str, dict[str, Any]]) -> list[tuple[str, str, Any]]:
     every = [(part, key, value) for part, figures in parts.items() for key, value in figures.items()]
-    return [each for each in every if each[2] is not None]
+    return [entry for entry in every if entry[2] is not None]

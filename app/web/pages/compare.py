@@ -40,7 +40,7 @@ def compare(
     factor: str = "tip_material",
     normalised: bool = False,
 ) -> Response:
-    where = [each for each in where if each.strip()]
+    where = [condition for condition in where if condition.strip()]
     with store.reading() as session:
         factors = list(session.scalars(select(Factor.name).order_by(Factor.name).limit(200)))
         campaigns = _campaigns(session)
@@ -75,15 +75,15 @@ def _groups(overlay: PulseOverlay) -> list[dict[str, Any]]:
     rows = []
     for group in overlay.groups:
         peaks = group.force_n.max(axis=1)
-        one = group.count < 2
+        single = group.count < 2
         rows.append(
             {
                 "level": level_words(overlay.factor, group.level),
                 "pulses": group.count,
                 "mean_peak_n": float(peaks.mean()),
-                "deviation_n": None if one else float(peaks.std(ddof=1)),
+                "deviation_n": None if single else float(peaks.std(ddof=1)),
                 "contact_time_s": float(group.contact_time_s.mean()),
-                "deviation_s": None if one else float(np.std(group.contact_time_s, ddof=1)),
+                "deviation_s": None if single else float(np.std(group.contact_time_s, ddof=1)),
             }
         )
     return rows
@@ -137,13 +137,13 @@ def spectra(
         paper=four_coordinate_figure(overlay) if overlay else None,
         rows=[
             {
-                "impact": each.impact,
-                "channel": each.channel,
+                "impact": overlaid.impact,
+                "channel": overlaid.channel,
                 "share_within": f"{overlay.comparison.share_within[i]:.0%}",
                 "worst_margin_db": float(overlay.comparison.worst_margin_db[i]),
                 "worst_frequency_hz": float(overlay.comparison.worst_frequency_hz[i]),
             }
-            for i, each in enumerate(overlay.spectra)
+            for i, overlaid in enumerate(overlay.spectra)
         ]
         if overlay
         else [],

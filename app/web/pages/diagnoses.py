@@ -78,7 +78,7 @@ def diagnose(
     only: Annotated[list[EffectId], Form(alias="with")] = [],  # noqa: B006 - a form's default, which nobody changes
     without: Annotated[list[EffectId], Form()] = [],  # noqa: B006
 ) -> Response:
-    asked = DiagnoseArguments(
+    arguments = DiagnoseArguments(
         campaign,
         simulator=simulator or None,
         tolerances=_tolerances({"gun": gun, "contact": contact, "plate": plate}),
@@ -87,7 +87,7 @@ def diagnose(
         with_effects=only,
         without_effects=without,
     )
-    return followed(diagnose_job(jobs, store, asked))
+    return followed(diagnose_job(jobs, store, arguments))
 
 
 @router.post("/diagnoses/{diagnosis}/what-if")
@@ -102,25 +102,27 @@ def what_if(
     with store.reading() as session:
         campaign = kept_report(session, diagnosis)["campaign"]
         options = kept_options(session, diagnosis)
-    asked = DiagnoseArguments(**{**options, "target": campaign, "with_effects": only, "without_effects": without})
-    return followed(diagnose_job(jobs, store, asked))
+    arguments = DiagnoseArguments(**{**options, "target": campaign, "with_effects": only, "without_effects": without})
+    return followed(diagnose_job(jobs, store, arguments))
 
 
 def _tolerances(given: dict[str, str]) -> dict[str, float]:
     """Shares from percent, dB as they are."""
-    found = {stage: _positive(text, f"the tolerance of the {stage}") for stage, text in given.items() if text.strip()}
-    return {stage: size if stage == "plate" else size / 100 for stage, size in found.items()}
+    tolerances = {
+        stage: _positive(text, f"the tolerance of the {stage}") for stage, text in given.items() if text.strip()
+    }
+    return {stage: size if stage == "plate" else size / 100 for stage, size in tolerances.items()}
 
 
 def _uncertain(text: str) -> dict[str, float]:
     """`gun.friction_coefficient=0.05`, one a line."""
-    found = {}
+    values = {}
     for line in filter(None, map(str.strip, text.splitlines())):
-        name, _, size = (each.strip() for each in line.partition("="))
+        name, _, size = (part.strip() for part in line.partition("="))
         if "." not in name:
             raise ValueError(f"{line!r} names no number of the twin; expected gun.friction_coefficient=0.05")
-        found[name] = _positive(size, name)
-    return found
+        values[name] = _positive(size, name)
+    return values
 
 
 def _positive(text: str, what: str) -> float:

@@ -36,7 +36,7 @@ After = Annotated[int | None, Query(ge=1, le=2**31 - 1)]
 
 @router.get("/impacts")
 def impacts(request: Request, store: OpenStore, where: Where = [], campaign: str = "", after: After = None) -> Response:  # noqa: B006
-    where = [each for each in where if each.strip()]
+    where = [condition for condition in where if condition.strip()]
     with store.reading() as session:
         rows, following = list_impacts_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
     return _listed(
@@ -46,10 +46,10 @@ def impacts(request: Request, store: OpenStore, where: Where = [], campaign: str
 
 @router.get("/shots")
 def shots(request: Request, store: OpenStore, where: Where = [], campaign: str = "", after: After = None) -> Response:  # noqa: B006
-    where = [each for each in where if each.strip()]
+    where = [condition for condition in where if condition.strip()]
     with store.reading() as session:
-        found, following = list_shots_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
-        rows = list(with_predictions(session, found))
+        shots, following = list_shots_page(session, campaign or None, parse_where(tuple(where)), after, PAGE)
+        rows = list(with_predictions(session, shots))
     return _listed(request, "shots", rows, {"campaign": campaign, "where": where}, following, after)
 
 
@@ -88,10 +88,10 @@ def impact(
     smoothing: float | None = None,
 ) -> Response:
     with store.reading() as session:
-        found = impact_page(session, impact)
+        impact_view = impact_page(session, impact)
         recording = get_impact(session, impact).recording_id
-    asked = _settings(found, segmentation, threshold, smoothing)
-    view, why_not = _viewed(store, impact, recording, asked if preview else None)
+    settings = _settings(impact_view, segmentation, threshold, smoothing)
+    view, why_not = _viewed(store, impact, recording, settings if preview else None)
     with store.reading() as session:
         signals = [] if recording is None else list_signals(session, recording)
         figures, damaged = _drawn(session, signals)
@@ -100,16 +100,16 @@ def impact(
         request,
         "impact.html",
         impact=impact,
-        facts={key: value for key, value in found.items() if key not in lists},
-        **{key: found[key] for key in lists},
+        facts={key: value for key, value in impact_view.items() if key not in lists},
+        **{key: impact_view[key] for key in lists},
         signals=signals,
         figures=figures,
         damaged=damaged,
         segmentation=None if view is None else segmentation_figure(view),
         previewed=view.preview if view else None,
-        used=next((each for each in view.versions if each.in_use), None) if view else None,
+        used=next((version for version in view.versions if version.in_use), None) if view else None,
         why_not=why_not,
-        asked=asked,
+        asked=settings,
         points=POINTS,
     )
 
@@ -117,11 +117,11 @@ def impact(
 def _drawn(session: Session, signals: list[dict[str, Any]]) -> tuple[dict[int, Figure], dict[int, str]]:
     """Channels as charts, and why one is none: a damaged series keeps no page from being shown."""
     figures, damaged = {}, {}
-    for each in signals:
+    for signal in signals:
         try:
-            figures[each["key"]] = signal_figure(channel_window(session, each["key"], points=POINTS))
+            figures[signal["key"]] = signal_figure(channel_window(session, signal["key"], points=POINTS))
         except SeriesError as error:
-            damaged[each["key"]] = str(error)
+            damaged[signal["key"]] = str(error)
     return figures, damaged
 
 
@@ -129,9 +129,9 @@ def _settings(
     found: dict[str, Any], segmentation: str, threshold: float | None, smoothing: float | None
 ) -> ExtractionSettings:
     """What the form asks for; what it leaves open is as the version in use was cut."""
-    used: dict[str, Any] = next((each for each in found["pulses"] if each["in_use"] == "yes"), {})
-    known = {field.name for field in fields(ExtractionSettings)}
-    settings = replace(ExtractionSettings(), **{key: value for key, value in used.items() if key in known})
+    used: dict[str, Any] = next((pulse for pulse in found["pulses"] if pulse["in_use"] == "yes"), {})
+    setting_names = {field.name for field in fields(ExtractionSettings)}
+    settings = replace(ExtractionSettings(), **{key: value for key, value in used.items() if key in setting_names})
     given = {"segmentation": segmentation or None, "threshold": threshold, "smoothing": smoothing}
     return replace(settings, **{key: value for key, value in given.items() if value is not None})  # type: ignore[arg-type]
 
@@ -160,11 +160,11 @@ def extract(
 ) -> Response:
     """Store what was previewed, of the whole recording: its hits are told apart together."""
     with store.reading() as session:
-        found = impact_page(session, impact)
+        page = impact_page(session, impact)
         recording = get_impact(session, impact).recording_id
     if recording is None:
         raise LookupError(f"impact {impact} has no recording to cut")
-    settings = _settings(found, segmentation, threshold, smoothing)
+    settings = _settings(page, segmentation, threshold, smoothing)
     report = reextract_recording(store, recording, settings)
     if report.skipped:
         raise ValueError(f"left as it was: {report.skipped[0]['reason']}")

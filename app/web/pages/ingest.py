@@ -63,8 +63,10 @@ async def uploaded(request: Request, store: Store, jobs: Jobs, settings: Setting
     async with request.form(max_files=MOST_FILES) as form:
         plan, segmentation, threshold = (form.get(name) for name in ("plan", "segmentation", "threshold"))
         chosen = ExtractionSettings(segmentation=_way(segmentation), threshold=_number(threshold, 0.005))
-        sent = [(each.filename or "", each.file) for each in form.getlist("files") if isinstance(each, UploadFile)]
-        files = [each for each in sent if each[0]]
+        sent = [
+            (upload.filename or "", upload.file) for upload in form.getlist("files") if isinstance(upload, UploadFile)
+        ]
+        files = [file for file in sent if file[0]]
         scratch = make_scratch()
         try:
             folder = await run_in_threadpool(unpacked, files, scratch, settings.max_upload_bytes)

@@ -19,15 +19,15 @@ Before = Annotated[int | None, Query(ge=1, le=2**31 - 1)]
 
 @router.get("/jobs")
 def jobs(request: Request, running: Running, before: Before = None) -> Response:
-    found = running.listed(PAGE + 1, before)
-    earlier = f"/jobs?before={found[PAGE - 1].key}" if len(found) > PAGE else ""
-    return page(request, "jobs.html", jobs=found[:PAGE], earlier=earlier)
+    listed = running.listed(PAGE + 1, before)
+    earlier = f"/jobs?before={listed[PAGE - 1].key}" if len(listed) > PAGE else ""
+    return page(request, "jobs.html", jobs=listed[:PAGE], earlier=earlier)
 
 
 @router.get("/jobs/{job}")
 def job(request: Request, job: Key, running: Running) -> Response:
-    found = running.get(job)
-    return page(request, "job.html", job=found, ended=found.ended)
+    job_row = running.get(job)
+    return page(request, "job.html", job=job_row, ended=job_row.ended)
 
 
 @router.post("/jobs/{job}/stop")

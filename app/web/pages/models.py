@@ -74,12 +74,12 @@ def compare(
         registry = needed(settings.db)
         chosen = chosen_versions(registry, version)
         rows = version_rows(registry, chosen)
-        found = side_by_side(registry, chosen, reader_of(store))
+        comparison = side_by_side(registry, chosen, reader_of(store))
     return page(
         request,
         "models_compare.html",
         rows=rows,
-        found=found,
+        found=comparison,
         metrics=list(rows[0]["metrics"]),
         figures={name: errors_figure(rows, name) for name in ("force_nrmse", "contact_time_error")},
     )
@@ -96,20 +96,20 @@ def _page(request: Request, store: OpenStore, db: str, name: str, version: int, 
         chosen = chosen_versions(registry, [f"{name}@{version}"])[0]
         row = version_rows(registry, [chosen])[0]
         try:
-            found, why_not = held_out_figures(registry, chosen, reader_of(store)), ""
+            figures, why_not = held_out_figures(registry, chosen, reader_of(store)), ""
         except ValueError as error:
-            found, why_not = None, str(error)
+            figures, why_not = None, str(error)
         settings = registry.fit_settings(chosen)
-        decisions = [each for each in registry.decisions() if each.candidate == chosen.label]
+        decisions = [decision for decision in registry.decisions() if decision.candidate == chosen.label]
     return page(
         request,
         "model.html",
         status=200 if decision is None or decision.promoted else 409,
         row=row,
-        found=found,
+        found=figures,
         why_not=why_not,
-        against={} if found is None else {q: against_figure(found, q) for q in ("peak_force_n", "contact_time_s")},
-        coverage=None if found is None else coverage_figure(found),
+        against={} if figures is None else {q: against_figure(figures, q) for q in ("peak_force_n", "contact_time_s")},
+        coverage=None if figures is None else coverage_figure(figures),
         decisions=decisions,
         decision=decision,
         settings=settings,

@@ -77,14 +77,14 @@ def make(
 @router.get("/plans/{name}")
 def plan(request: Request, name: Name, store: OpenStore) -> Response:
     with store.reading() as session:
-        found = read_plan(session, name)
-    judged = plan_page(found)
+        plan = read_plan(session, name)
+    judged = plan_page(plan)
     return page(
         request,
         "plan.html",
-        plan=found,
+        plan=plan,
         judged=judged,
-        sheet=sheet_of(found),
+        sheet=sheet_of(plan),
         figures={axis["axis"]: balance_figure(axis) for axis in judged["levels"]},
     )
 
@@ -93,9 +93,9 @@ def plan(request: Request, name: Name, store: OpenStore) -> Response:
 def sheet(request: Request, name: Name, store: OpenStore) -> Response:
     """The run sheet at the bench: large targets, one run after the other."""
     with store.reading() as session:
-        found = read_plan(session, name)
-    rows = list(zip(found.runs, sheet_of(found).rows, strict=True))
-    return page(request, "sheet.html", plan=found, rows=rows, columns=_settings(found), following=_next(found))
+        plan = read_plan(session, name)
+    rows = list(zip(plan.runs, sheet_of(plan).rows, strict=True))
+    return page(request, "sheet.html", plan=plan, rows=rows, columns=_settings(plan), following=_next(plan))
 
 
 def _settings(plan: StoredPlan) -> list[str]:
@@ -111,13 +111,13 @@ def sheet_file(name: Name, ending: str, store: OpenStore) -> Response:
     if ending not in _FORMATS:
         raise HTTPException(404, f"no sheet of format {ending!r}; known: {', '.join(_FORMATS)}")
     with store.reading() as session:
-        found = read_plan(session, name)
+        plan = read_plan(session, name)
     with tempfile.TemporaryDirectory(prefix="pyroshock-sheet-") as scratch:
         path = Path(scratch) / f"sheet.{ending}"
-        write_sheet(found, path)
+        write_sheet(plan, path)
         content = path.read_bytes()
     shown = "inline" if ending == "html" else "attachment"
-    called = f"{shown}; filename*=UTF-8''{part(found.name)}.{ending}"
+    called = f"{shown}; filename*=UTF-8''{part(plan.name)}.{ending}"
     return Response(content, media_type=_FORMATS[ending], headers={"content-disposition": called})
 
 

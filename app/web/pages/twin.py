@@ -43,7 +43,7 @@ def twin(request: Request, question: Asked, twins: Twins, store: OpenStore) -> R
     with store.reading() as session:
         campaigns = _campaigns(session)
     question = _complete(question, built)
-    found, why_not = _answer(twins, question)
+    answer, why_not = _answer(twins, question)
     return page(
         request,
         "twin.html",
@@ -54,7 +54,7 @@ def twin(request: Request, question: Asked, twins: Twins, store: OpenStore) -> R
         plate=built.plate.name,
         campaigns=campaigns,
         laws=list(LAWS),
-        answer=found,
+        answer=answer,
         why_not=why_not,
     )
 
@@ -108,8 +108,8 @@ def answered(twins: Twins, question: Question) -> dict[str, Any]:
 def answer(question: Asked, twins: Twins) -> dict[str, Any]:
     """What the sliders ask for while they move."""
     built = twins.get(question.request())
-    found: dict[str, Any] = finite(answered(twins, _complete(question, built)))
-    return found
+    answer: dict[str, Any] = finite(answered(twins, _complete(question, built)))
+    return answer
 
 
 @router.post("/tune")
@@ -132,8 +132,8 @@ async def tune(
         text = (await sent.read(MOST_BYTES + 1)).decode("utf-8-sig", "replace")
     if not text.strip():
         raise ValueError("no specification; choose its CSV, or paste it")
-    names = [name for name in (each.strip() for each in measured.split(",")) if name]
-    asked = Tuning(
+    names = [name for name in (text.strip() for text in measured.split(",")) if name]
+    tuning = Tuning(
         target=text,
         tolerance=tolerance.strip(),
         campaign=campaign or None,
@@ -143,18 +143,19 @@ async def tune(
         at_least=at_least,
         share=share,
     )
-    return followed(tune_job(running, store, asked))
+    return followed(tune_job(running, store, tuning))
 
 
 @router.get("/tune/{job}")
 def tuned(request: Request, job: Key, running: Running) -> Response:
-    found = running.get(job)
-    if found.state != DONE or found.kind != TUNE.name:
+    job_row = running.get(job)
+    if job_row.state != DONE or job_row.kind != TUNE.name:
         raise LookupError(f"job {job} is no finished tuning; its page is /jobs/{job}")
-    data = found.result
+    data = job_row.result
     twin = {key: value for key, value in data["twin"].items() if value}
     links = [
-        "/twin" + query({**twin, **{name: each["settings"][name] for name in _SETTINGS}}) for each in data["proposals"]
+        "/twin" + query({**twin, **{name: proposal["settings"][name] for name in _SETTINGS}})
+        for proposal in data["proposals"]
     ]
     return page(
         request, "tuned.html", found=data, links=links, figure=tuned_figure(data) if data["proposals"] else None

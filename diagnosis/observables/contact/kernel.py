@@ -10,12 +10,12 @@ def crossings(force, top, level, steps):  # type: ignore[no-untyped-def]
     """Into `steps` (2, n): where pulses (n, m) cross `level` of their peak at `top` (n,), before and behind it."""
     for i in range(len(force)):
         row, threshold, last = force[i], level * force[i, top[i]], force.shape[1] - 1
-        left, right = top[i] - 1, top[i] + 1
-        while left >= 0 and not row[left] < threshold:
-            left -= 1
+        below, right = top[i] - 1, top[i] + 1
+        while below >= 0 and not row[below] < threshold:
+            below -= 1
         while right <= last and not row[right] < threshold:
             right += 1
-        steps[0, i] = 0.0 if left < 0 else _crossing(row, left, threshold)
+        steps[0, i] = 0.0 if below < 0 else _crossing(row, below, threshold)
         steps[1, i] = last if right > last else _crossing(row, right - 1, threshold)
 
 

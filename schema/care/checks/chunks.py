@@ -26,8 +26,8 @@ def check_chunks(connection: Connection, scope: Scope) -> Iterator[Finding]:
         .group_by(RecordedChannel.id, Recording.id, Campaign.id)
         .having(chunks != expected)
     )
-    for campaign, recording, channel, found, samples, long in connection.execute(
+    for campaign, recording, channel, frames, samples, long in connection.execute(
         scope.within(query, Recording.campaign_id)
     ):
         place = {"campaign": campaign, "recording": recording, "channel": channel}
-        yield Finding("series", f"{found} chunks; expected {-(-samples // long)}", ADVICE, place)
+        yield Finding("series", f"{frames} chunks; expected {-(-samples // long)}", ADVICE, place)

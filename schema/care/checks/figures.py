@@ -67,10 +67,10 @@ def figures_problem(row: Mapping[str, Any], columns: tuple[str, ...]) -> str | N
     recorded = row["figures_sha256"]
     if recorded is None:
         return "its row does not say the SHA-256 of its figures"
-    found = figures.figures_hash(_decoded(row), columns)
-    if found == recorded:
+    computed_hash = figures.figures_hash(_decoded(row), columns)
+    if computed_hash == recorded:
         return None
-    return f"a figure was altered: its figures have the SHA-256 {found[:12]}…, its row says {recorded[:12]}…"
+    return f"a figure was altered: its figures have the SHA-256 {computed_hash[:12]}…, its row says {recorded[:12]}…"
 
 
 def _decoded(row: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -31,9 +31,9 @@ def check_fingerprints(connection: Connection, _: Scope) -> Iterator[Finding]:
 
 def _told(table: str, rows: Iterable[tuple[int, str, object]]) -> Iterator[Finding]:
     for key, fingerprint, content in rows:
-        found = fingerprint_of(content)
-        if found != fingerprint:
-            message = f"its content has the fingerprint {found[:12]}…, its row says {fingerprint[:12]}…"
+        computed = fingerprint_of(content)
+        if computed != fingerprint:
+            message = f"its content has the fingerprint {computed[:12]}…, its row says {fingerprint[:12]}…"
             yield Finding("fingerprints", message, RESTORE, {"table": table, "row": key})
 
 

@@ -23,7 +23,9 @@ def check_references(connection: Connection, _: Scope) -> Iterator[Finding]:
         if not keys:
             continue
         joined, orphans = _joined(table, keys)
-        counts = connection.execute(select(*(func.count().filter(each) for each in orphans)).select_from(joined)).one()
+        counts = connection.execute(
+            select(*(func.count().filter(orphan) for orphan in orphans)).select_from(joined)
+        ).one()
         for key, orphan, count in zip(keys, orphans, counts, strict=True):
             if count:
                 yield from _named(connection, joined, key, orphan, count)

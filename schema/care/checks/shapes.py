@@ -24,8 +24,8 @@ def _points(value: Any) -> bool:
 
 
 def _settings(value: Any) -> bool:
-    known = isinstance(value, dict) and isinstance(value.get("segmentation"), str)
-    return known and all(_number(value.get(key)) for key in ("threshold", "smoothing"))
+    well_formed = isinstance(value, dict) and isinstance(value.get("segmentation"), str)
+    return well_formed and all(_number(value.get(key)) for key in ("threshold", "smoothing"))
 
 
 def _report(value: Any) -> bool:
@@ -33,8 +33,8 @@ def _report(value: Any) -> bool:
     if not isinstance(value, dict) or not isinstance(value.get("gap"), dict):
         return False
     causes, gap = value.get("causes"), value["gap"]
-    told = isinstance(causes, list) and bool(causes) and all(map(_cause, causes))
-    return told and isinstance(gap.get("metric"), str) and {"before", "noise_floor"} <= gap.keys()
+    well_formed = isinstance(causes, list) and bool(causes) and all(map(_cause, causes))
+    return well_formed and isinstance(gap.get("metric"), str) and {"before", "noise_floor"} <= gap.keys()
 
 
 def _cause(value: Any) -> bool:

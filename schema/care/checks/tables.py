@@ -27,7 +27,7 @@ def check_tables(connection: Connection, _: Scope) -> Iterator[Finding]:
             continue
         columns = {column["name"] for column in there.get_columns(table.name)}
         indices = {index["name"] for index in there.get_indexes(table.name)}
-        missing = [f"column {each.name}" for each in table.columns if each.name not in columns]
-        missing += [f"index {each.name}" for each in table.indexes if each.name not in indices]
+        missing = [f"column {column.name}" for column in table.columns if column.name not in columns]
+        missing += [f"index {index.name}" for index in table.indexes if index.name not in indices]
         for what in sorted(missing):
             yield Finding("tables", f"{what} is missing", RESTORE, {"table": table.name})

@@ -38,7 +38,7 @@ def check_tombstones(connection: Connection, _: Scope) -> Iterator[Finding]:
         return
     files = _files(connection, {stone.campaign for stone in stones})
     for number, stone in enumerate(stones):
-        later = [each for each in stones[number + 1 :] if each.campaign == stone.campaign]
+        later = [tombstone for tombstone in stones[number + 1 :] if tombstone.campaign == stone.campaign]
         wrong = _wrong(stone, later, files.get(stone.campaign))
         if wrong is not None:
             place = {"campaign": stone.campaign, "recording": stone.recording, "table": "tombstones", "row": stone.id}
@@ -59,17 +59,17 @@ def _files(connection: Connection, names: set[str]) -> _Files:
 
 def _wrong(stone: Any, later: Sequence[Any], there: set[tuple[str, str]] | None) -> tuple[str, str] | None:
     """What is wrong with a tombstone, and the advice; `there` are the campaign's files, None where it is not there."""
-    if any(each.kind == CAMPAIGN for each in later):
+    if any(tombstone.kind == CAMPAIGN for tombstone in later):
         return None
     files = there or set()
     if stone.kind == CAMPAIGN:
         if stone.restored_at is not None and there is None:
             return "the campaign was restored by what its tombstone says, and is not in the store", RESTORE
     elif stone.replaced_by is not None:
-        gone = any(each.file_sha256 == stone.replaced_by for each in later)
+        gone = any(tombstone.file_sha256 == stone.replaced_by for tombstone in later)
         if not gone and stone.replaced_by not in {sha256 for _, sha256 in files}:
             return "the recording was replaced by a file that is not in the store", RESTORE
-    elif not any(each.recording == stone.recording for each in later):
+    elif not any(tombstone.recording == stone.recording for tombstone in later):
         present = any(path == stone.recording and stone.file_sha256 in (None, sha256) for path, sha256 in files)
         if stone.restored_at is not None and not present:
             return "the recording was stored again by what its tombstone says, and is not in the store", RESTORE

@@ -33,7 +33,7 @@ def check_values(connection: Connection, _: Scope) -> Iterator[Finding]:
     for table in tables_there(connection):
         columns = list(table.columns)
         counts = connection.execute(
-            select(*(func.count().filter(_wrong(each)) for each in columns)).select_from(table)
+            select(*(func.count().filter(_wrong(column)) for column in columns)).select_from(table)
         ).one()
         for column, count in zip(columns, counts, strict=True):
             if count:

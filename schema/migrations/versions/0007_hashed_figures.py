@@ -53,7 +53,7 @@ def downgrade() -> None:
 
 def _fill(name: str, columns: tuple[str, ...]) -> None:
     connection, after = op.get_bind(), 0
-    own = [sa.column(each, _TYPES.get(each, sa.Integer if each in _INTEGERS else sa.Float)) for each in columns]
+    own = [sa.column(column, _TYPES.get(column, sa.Integer if column in _INTEGERS else sa.Float)) for column in columns]
     table = sa.table(name, sa.column("id", sa.Integer), sa.column("figures_sha256", sa.String), *own)
     query = sa.select(table.c.id, *own).order_by(table.c.id).limit(_PAGE)
     write = sa.update(table).where(table.c.id == sa.bindparam("key"))

@@ -125,7 +125,7 @@ def first_fall(values: Floats) -> Floats:
 
 def _at(running: Floats, place: Floats) -> Floats:
     """Rows (n, p) at places between their points (n,), linearly; NaN stays."""
-    known = np.isfinite(place)
-    left = np.clip(np.where(known, place, 0.0).astype(np.intp), 0, running.shape[1] - 2)
-    rows, share = np.arange(len(running)), place - left
-    return np.asarray(running[rows, left] * (1 - share) + running[rows, left + 1] * share)
+    finite = np.isfinite(place)
+    point = np.clip(np.where(finite, place, 0.0).astype(np.intp), 0, running.shape[1] - 2)
+    rows, share = np.arange(len(running)), place - point
+    return np.asarray(running[rows, point] * (1 - share) + running[rows, point + 1] * share)
