@@ -23,7 +23,7 @@ from pyroshock.training.metrics.errors import METRICS
 from pyroshock.training.models.analytic import Analytic
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.stores.hammer_stores import filled_store, full_campaign
-from support.stores.registries import fresh_registry, without_figures
+from support.stores.registries import fresh_registry, without_figures, without_judging_the_first
 from support.stores.stores import opened
 
 COMMANDS = {"train": train, "models": models, "compare": compare, "promote": promote}
@@ -128,12 +128,12 @@ def test_repeat_says_that_nothing_was_trained(lab):
 
 
 def test_compare_json_tells_which_is_better(lab):
-    done(lab("train", "spring", "--models", "kernel-ridge,hann", "--split", "repetitions"))
-    rows = json.loads(done(lab("compare", "kernel-ridge", "hann@1", "--json")).stdout)
+    done(lab("train", "spring", "--models", "tree,hann", "--split", "repetitions"))
+    rows = json.loads(done(lab("compare", "tree", "hann@1", "--json")).stdout)
     models = [row for row in rows if "model" in row]
     (pair,) = (row for row in rows if "a" in row)
-    assert [row["model"] for row in models] == ["kernel-ridge", "hann"]
-    assert (pair["a"], pair["b"], pair["metric"]) == ("kernel-ridge@1", "hann@1", "force_nrmse")
+    assert [row["model"] for row in models] == ["tree", "hann"]
+    assert (pair["a"], pair["b"], pair["metric"]) == ("tree@1", "hann@1", "force_nrmse")
     difference = models[0]["metrics"]["force_nrmse"] - models[1]["metrics"]["force_nrmse"]
     assert pair["difference"] == pytest.approx(difference)
     assert pair["ci90"][0] < difference < pair["ci90"][1] < 0
@@ -181,9 +181,9 @@ def test_models_shows_one_version_with_settings_and_histories(lab, reporting_law
 
 
 def test_compare_without_names_takes_the_best_and_all_others(lab, tmp_path):
-    done(lab("train", "spring", "--models", "kernel-ridge,hann,hertz", "--split", "repetitions"))
+    done(lab("train", "spring", "--models", "tree,hann,hertz", "--split", "repetitions"))
     result = done(lab("compare", "--metric", "cost", "--out", tmp_path / "d.png"))
-    assert result.stdout.count("kernel-ridge@1 is better than") == 2
+    assert result.stdout.count("tree@1 is better than") == 2
     assert "60 held-out pulses that none of them was trained on" in result.stdout
     assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
     every = json.loads(done(lab("compare", "--metric", "all", "--json")).stdout)
@@ -199,7 +199,8 @@ def test_compare_needs_pulses_in_common(lab):
     assert "no held-out pulse in common" in result.stderr
 
 
-def test_promotion_and_refusal(lab):
+def test_promotion_and_refusal(lab, monkeypatch):
+    without_judging_the_first(monkeypatch)
     done(lab("train", "spring", "--models", "kernel-ridge,hann", "--split", "repetitions"))
     first = done(lab("promote", "kernel-ridge@1", "--force", "--reason", "a start")).stderr
     assert "kernel-ridge@1 is now in use for the hammer (none before): a start" in first
@@ -218,7 +219,8 @@ def test_promotion_and_refusal(lab):
     assert [(each["candidate"], each["promoted"]) for each in history] == [("hann@1", False), ("kernel-ridge@1", True)]
 
 
-def test_promotion_judged_on_another_dataset(lab):
+def test_promotion_judged_on_another_dataset(lab, monkeypatch):
+    without_judging_the_first(monkeypatch)
     done(lab("train", "spring", "--models", "kernel-ridge,hann", "--split", "repetitions"))
     done(lab("promote", "kernel-ridge", "1", "--force", "--reason", "a start"))
     refused = lab("promote", "hann", "1", "--on", "autumn")
@@ -251,7 +253,8 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
     )
     (row,) = json.loads(done(run(models, "--promotions", "--json")).stdout)
     assert row["judged_against"] == "the contact law updated by the measured shots"
-    done(run(promote, "linear", "1", "--force", "--reason", "the first one"))
+    first = done(run(promote, "linear", "1", "--force", "--reason", "the first one")).stderr
+    assert "(none before): the first one; promoted by force although without a model the contact law" in first
     judged = run(promote, "hertz", "1", "--on", "autumn", "--force", "--reason", "a law for all")
     assert "judged on 20 pulses, unseen configurations of autumn" in done(judged).stderr
     row = next(row for row in json.loads(done(run(models, "--json")).stdout) if row["model"] == "hertz")

@@ -36,9 +36,5 @@ def test_nothing_is_between_before_and_after_in_many_kills(forge, operation, dat
 
 
 @pytest.mark.parametrize("operation", COMMANDS)
-def test_killed_it_is_before_or_after(operation, tmp_path):
-    forge = Forge(tmp_path, models=False)
-    try:
-        killed(forge, operation, Files(tmp_path), tmp_path / "places", 2)
-    finally:
-        forge.close()
+def test_killed_it_is_before_or_after(forge_without_models, operation, tmp_path):
+    killed(forge_without_models, operation, Files(tmp_path), tmp_path / "places", 2)

@@ -28,13 +28,19 @@ from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url
 from support.records.pulse_tables import PREDICTORS, frame_of_inputs, inputs_at, pulse_table
 from support.stores.databases import _execute
-from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.registries import fresh_registry, ground_in, without_figures, without_judging_the_first
 
 
 @pytest.fixture
 def registry(tmp_path, monkeypatch) -> Registry:
     without_figures(monkeypatch)
     return fresh_registry(tmp_path)
+
+
+@pytest.fixture
+def first_unjudged(monkeypatch) -> None:
+    """A model is put in use by force, as another's champion to beat."""
+    without_judging_the_first(monkeypatch)
 
 
 def trained(ground: Ground, model: str, split: str = "repetitions") -> Trained:
@@ -306,7 +312,7 @@ def _scaled(table, factor):
     return replace(table, force_n=table.force_n * factor[:, None], peak_force_n=table.peak_force_n * factor, **times)
 
 
-def test_worse_model_is_refused_and_the_refusal_kept(registry):
+def test_worse_model_is_refused_and_the_refusal_kept(registry, first_unjudged):
     ground = ground_in(registry, _two_repetitions())
     registry.record(trained(ground, "kernel-ridge"))
     registry.record(trained(ground, "hann"))
@@ -322,7 +328,7 @@ def test_worse_model_is_refused_and_the_refusal_kept(registry):
     assert [decision.promoted for decision in registry.decisions()] == [False, True]
 
 
-def test_force_needs_a_reason_and_dethrones(registry):
+def test_force_needs_a_reason_and_dethrones(registry, first_unjudged):
     ground = ground_in(registry, _two_repetitions())
     registry.record(trained(ground, "kernel-ridge"))
     registry.record(trained(ground, "hann"))
@@ -350,7 +356,7 @@ def test_single_configuration_cannot_be_judged(registry):
     assert decision.promoted and decision.judged_on == "nothing"
 
 
-def test_each_predictor_set_has_its_champion(registry):
+def test_each_predictor_set_has_its_champion(registry, first_unjudged):
     ground = ground_in(registry)
     registry.record(trained(ground, "kernel-ridge"))
     gun = replace(ground, dataset=DatasetName("shots", "f" * 64, "gun"))
@@ -360,7 +366,7 @@ def test_each_predictor_set_has_its_champion(registry):
     assert {v.version: v.champion_of for v in registry.versions()} == {1: "hammer", 2: "gun"}
 
 
-def test_version_states_its_kinds_and_how_much_it_learned_from(registry):
+def test_version_states_its_kinds_and_how_much_it_learned_from(registry, first_unjudged):
     ground = ground_in(registry)
     stated = replace(ground.dataset, bench_kind="hammer", velocity_kind="integrated to the peak")
     version = registry.record(trained(replace(ground, dataset=stated), "hann"))
@@ -371,7 +377,7 @@ def test_version_states_its_kinds_and_how_much_it_learned_from(registry):
     assert registry.load(version).shots == len(registry.held_out(version).trained_on) > 0
 
 
-def test_other_kinds_of_velocity_are_not_judged_on_the_same_pulses(registry):
+def test_other_kinds_of_velocity_are_not_judged_on_the_same_pulses(registry, first_unjudged):
     ground = ground_in(registry)
     for model, kind in (("tree", "before contact"), ("hann", "integrated to the peak")):
         registry.record(trained(replace(ground, dataset=replace(ground.dataset, velocity_kind=kind)), model))
@@ -393,7 +399,7 @@ def test_champion_half_dethroned_is_no_second_one(registry):
     assert [version.label for version in registry.versions() if version.champion_of] == ["hertz@1"]
 
 
-def test_other_campaign_judges_models_without_its_configurations(registry):
+def test_other_campaign_judges_models_without_its_configurations(registry, first_unjudged):
     ground = ground_in(registry)
     registry.record(trained(ground, "kernel-ridge"))
     registry.record(trained(ground, "hann"))
