@@ -128,12 +128,12 @@ def test_repeat_says_that_nothing_was_trained(lab):
 
 
 def test_compare_json_tells_which_is_better(lab):
-    done(lab("train", "spring", "--models", "tree,hann", "--split", "repetitions"))
-    rows = json.loads(done(lab("compare", "tree", "hann@1", "--json")).stdout)
+    done(lab("train", "spring", "--models", "kernel-ridge,hann", "--split", "repetitions"))
+    rows = json.loads(done(lab("compare", "kernel-ridge", "hann@1", "--json")).stdout)
     models = [row for row in rows if "model" in row]
     (pair,) = (row for row in rows if "a" in row)
-    assert [row["model"] for row in models] == ["tree", "hann"]
-    assert (pair["a"], pair["b"], pair["metric"]) == ("tree@1", "hann@1", "force_nrmse")
+    assert [row["model"] for row in models] == ["kernel-ridge", "hann"]
+    assert (pair["a"], pair["b"], pair["metric"]) == ("kernel-ridge@1", "hann@1", "force_nrmse")
     difference = models[0]["metrics"]["force_nrmse"] - models[1]["metrics"]["force_nrmse"]
     assert pair["difference"] == pytest.approx(difference)
     assert pair["ci90"][0] < difference < pair["ci90"][1] < 0
@@ -181,9 +181,9 @@ def test_models_shows_one_version_with_settings_and_histories(lab, reporting_law
 
 
 def test_compare_without_names_takes_the_best_and_all_others(lab, tmp_path):
-    done(lab("train", "spring", "--models", "tree,hann,hertz", "--split", "repetitions"))
+    done(lab("train", "spring", "--models", "kernel-ridge,hann,hertz", "--split", "repetitions"))
     result = done(lab("compare", "--metric", "cost", "--out", tmp_path / "d.png"))
-    assert result.stdout.count("tree@1 is better than") == 2
+    assert result.stdout.count("kernel-ridge@1 is better than") == 2
     assert "60 held-out pulses that none of them was trained on" in result.stdout
     assert (tmp_path / "d.png").read_bytes().startswith(b"\x89PNG")
     every = json.loads(done(lab("compare", "--metric", "all", "--json")).stdout)
