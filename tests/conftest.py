@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -37,14 +37,15 @@ def real_data(shared: Path) -> Path:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def played_here() -> Iterator[None]:
+def played_here() -> Iterator[Callable[[], int]]:
     """The virtual bench plays in the test's own process where no number of processes is given: others cost seconds to
-    start, and the tests run in several processes already."""
+    start, and the tests run in several processes already. Gives what else says how many."""
     from pyroshock.virtualbench import simulate
 
+    really = simulate.default_jobs
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(simulate, "default_jobs", lambda: 1)
-        yield
+        yield really
 
 
 @pytest.fixture(scope="module")
