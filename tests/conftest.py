@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
-pytest_plugins = ["support.stores.databases", "support.stores.care_fixtures", "support.stores.web_stores"]
+pytest_plugins = [
+    "support.stores.databases",
+    "support.stores.quick_stores",
+    "support.stores.care_fixtures",
+    "support.stores.web_stores",
+]
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 
@@ -29,6 +34,18 @@ def shared() -> Path:
 def real_data(shared: Path) -> Path:
     """Measured records of others (checks only, not part of the product)."""
     return shared / "real-data"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def played_here() -> Iterator[Callable[[], int]]:
+    """The virtual bench plays in the test's own process where no number of processes is given: others cost seconds to
+    start, and the tests run in several processes already. Gives what else says how many."""
+    from pyroshock.virtualbench import simulate
+
+    really = simulate.default_jobs
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(simulate, "default_jobs", lambda: 1)
+        yield really
 
 
 @pytest.fixture(scope="module")

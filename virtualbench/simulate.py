@@ -86,7 +86,7 @@ def simulate(
             bench = replace(bench, trigger=trigger)
         tasks = bench.tasks(plan_rows, repetitions)
         seeds = sequence.spawn(len(tasks))
-        crew = Crew(jobs=min(jobs or min(4, os.cpu_count() or 1), len(tasks)))
+        crew = Crew(jobs=min(jobs or default_jobs(), len(tasks)))
         truths_by_recording: dict[str, list[Truth]] = {}
         with closing(mapped(crew, _make, zip(tasks, seeds, strict=True), shared=(bench, partial, suffix))) as made:
             for (task, _), truth in made:
@@ -99,6 +99,11 @@ def simulate(
         runs = [{**_key(t), "recording": _path(t, suffix), "hits": h} for t, h in zip(tasks, truths, strict=True)]
         write_seal(partial, Seal(kind, seed, effects.as_json(), runs, folder_hash(partial), echoes=echoes))
     return SimulatedCampaign(out, seal_path(out), len(tasks), sum(len(hits) for hits in truths))
+
+
+def default_jobs() -> int:
+    """Processes where nobody says how many: one per processor that this process may use, four at most."""
+    return min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
 
 
 def _check(rows: Sequence[Row], kind: str, out: Path, seed: int, repetitions: int, suffix: str) -> None:

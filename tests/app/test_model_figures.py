@@ -15,7 +15,7 @@ from pyroshock.training.models.base import ContactPrediction
 from pyroshock.training.promotion import promote
 from pyroshock.training.session import train
 from support.records.pulse_tables import held_out, pulse_table
-from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.registries import fresh_registry, ground_in, without_figures, without_judging_the_first
 
 
 @pytest.fixture(scope="module")
@@ -24,6 +24,7 @@ def trained(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("MLFLOW_TRACKING_URI", raising=False)
         without_figures(patch)
+        without_judging_the_first(patch)
         registry = fresh_registry(tmp_path_factory.mktemp("lab"))
         ground = ground_in(registry)
         train(registry, ground, ["tree", "linear", "hann"], ["repetitions"])

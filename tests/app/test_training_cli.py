@@ -23,7 +23,7 @@ from pyroshock.training.metrics.errors import METRICS
 from pyroshock.training.models.analytic import Analytic
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.stores.hammer_stores import filled_store, full_campaign
-from support.stores.registries import fresh_registry, without_figures
+from support.stores.registries import fresh_registry, without_figures, without_judging_the_first
 from support.stores.stores import opened
 
 COMMANDS = {"train": train, "models": models, "compare": compare, "promote": promote}
@@ -199,33 +199,35 @@ def test_compare_needs_pulses_in_common(lab):
     assert "no held-out pulse in common" in result.stderr
 
 
-def test_promotion_and_refusal(lab):
-    done(lab("train", "spring", "--models", "kernel-ridge,hann", "--split", "repetitions"))
-    first = done(lab("promote", "kernel-ridge@1", "--force", "--reason", "a start")).stderr
-    assert "kernel-ridge@1 is now in use for the hammer (none before): a start" in first
-    refused = lab("promote", "hann", "1", "--json")
+def test_promotion_and_refusal(lab, monkeypatch):
+    without_judging_the_first(monkeypatch)
+    done(lab("train", "spring", "--models", "hann,linear", "--split", "repetitions"))
+    first = done(lab("promote", "hann@1", "--force", "--reason", "a start")).stderr
+    assert "hann@1 is now in use for the hammer (none before): a start" in first
+    refused = lab("promote", "linear", "1", "--json")
     assert refused.exit_code == 1
     assert json.loads(refused.stdout)["promoted"] is False
-    stays = "hann@1 is refused, kernel-ridge@1 stays in use for the hammer: kernel-ridge@1 predicts unseen"
+    stays = "linear@1 is refused, hann@1 stays in use for the hammer: hann@1 predicts unseen"
     assert stays in refused.stderr
-    assert lab("promote", "hann").exit_code == lab("promote", "hann@1", "1").exit_code == 2
+    assert lab("promote", "linear").exit_code == lab("promote", "linear@1", "1").exit_code == 2
     rows = json.loads(done(lab("models", "--json")).stdout)
-    assert {row["model"]: row.get("champion_of") for row in rows} == {"kernel-ridge": "hammer", "hann": None}
-    assert "kernel-ridge *" in done(lab("models")).stdout
-    assert "kernel-ridge@1 is better than hann@1" in done(lab("compare", "kernel-ridge@champion", "hann")).stdout
-    assert "versions: 1 (repetitions)" in lab("compare", "hann@2", "kernel-ridge").stderr
+    assert {row["model"]: row.get("champion_of") for row in rows} == {"hann": "hammer", "linear": None}
+    assert "hann *" in done(lab("models")).stdout
+    assert "hann@1 leads linear@1 in force NRMSE" in done(lab("compare", "hann@champion", "linear")).stdout
+    assert "versions: 1 (repetitions)" in lab("compare", "linear@2", "hann").stderr
     history = json.loads(done(lab("models", "--promotions", "--json")).stdout)
-    assert [(each["candidate"], each["promoted"]) for each in history] == [("hann@1", False), ("kernel-ridge@1", True)]
+    assert [(each["candidate"], each["promoted"]) for each in history] == [("linear@1", False), ("hann@1", True)]
 
 
-def test_promotion_judged_on_another_dataset(lab):
-    done(lab("train", "spring", "--models", "kernel-ridge,hann", "--split", "repetitions"))
-    done(lab("promote", "kernel-ridge", "1", "--force", "--reason", "a start"))
-    refused = lab("promote", "hann", "1", "--on", "autumn")
+def test_promotion_judged_on_another_dataset(lab, monkeypatch):
+    without_judging_the_first(monkeypatch)
+    done(lab("train", "spring", "--models", "hann,linear", "--split", "repetitions"))
+    done(lab("promote", "hann", "1", "--force", "--reason", "a start"))
+    refused = lab("promote", "linear", "1", "--on", "autumn")
     assert refused.exit_code == 1
     assert "judged on 120 pulses, unseen configurations of autumn" in refused.stderr
-    forced = lab("promote", "hann", "1", "--on", "autumn", "--force", "--reason", "a trial")
-    trial = "hann@1 is now in use for the hammer (kernel-ridge@1 before): a trial; promoted by force although"
+    forced = lab("promote", "linear", "1", "--on", "autumn", "--force", "--reason", "a trial")
+    trial = "linear@1 is now in use for the hammer (hann@1 before): a trial; promoted by force although"
     assert trial in done(forced).stderr
     assert "a trial" in done(lab("models", "--promotions")).stdout
 
@@ -251,7 +253,8 @@ def test_campaign_to_promoted_model(tmp_path, monkeypatch):
     )
     (row,) = json.loads(done(run(models, "--promotions", "--json")).stdout)
     assert row["judged_against"] == "the contact law updated by the measured shots"
-    done(run(promote, "linear", "1", "--force", "--reason", "the first one"))
+    first = done(run(promote, "linear", "1", "--force", "--reason", "the first one")).stderr
+    assert "(none before): the first one; promoted by force although without a model the contact law" in first
     judged = run(promote, "hertz", "1", "--on", "autumn", "--force", "--reason", "a law for all")
     assert "judged on 20 pulses, unseen configurations of autumn" in done(judged).stderr
     row = next(row for row in json.loads(done(run(models, "--json")).stdout) if row["model"] == "hertz")

@@ -14,7 +14,13 @@ from pyroshock.training.records import DatasetName, Version
 from pyroshock.training.registry.registry import Registry
 from pyroshock.training.session import Progress, train
 from pyroshock.training.whole import damages
-from support.stores.registries import at_its_place, fresh_registry, ground_in, without_figures
+from support.stores.registries import (
+    at_its_place,
+    fresh_registry,
+    ground_in,
+    without_figures,
+    without_judging_the_first,
+)
 from support.stores.stores import opened, pyroshock
 
 MODELS = ["hann", "hertz", "linear"]
@@ -27,6 +33,7 @@ def trained(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("trained")
     with pytest.MonkeyPatch.context() as patch:
         without_figures(patch)
+        without_judging_the_first(patch)
         (folder / "made").mkdir()
         registry = fresh_registry(folder / "made")
         ground = ground_in(registry)

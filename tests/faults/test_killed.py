@@ -61,9 +61,5 @@ def test_nothing_is_lost_in_many_upgrades(forge, revision, databases, tmp_path):
     killed_upgrade(forge, databases, tmp_path, revision, math.ceil(KILLS * SHARES["db upgrade"] / 2 / len(OLD)))
 
 
-def test_killed_upgrade_is_before_or_after(tmp_path):
-    forge = Forge(tmp_path, models=False)
-    try:
-        killed_upgrade(forge, Files(tmp_path), tmp_path, OLD[0], 3)
-    finally:
-        forge.close()
+def test_killed_upgrade_is_before_or_after(forge_without_models, tmp_path):
+    killed_upgrade(forge_without_models, Files(tmp_path), tmp_path, OLD[0], 3)

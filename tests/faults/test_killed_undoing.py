@@ -19,6 +19,11 @@ SEED = int(os.environ.get("PYROSHOCK_FAULTS_SEED", "8"))
 KILLS = int(os.environ.get("PYROSHOCK_FAULTS_KILLS", "200"))
 
 
+#: Those that take seconds; the slow tests kill all. Of an archive, `tests/app/removal/test_archiving.py` looks at the
+#: moment between file and deletion in the default tests; a restoration is one transaction, as a deletion is.
+QUICK = {"campaigns delete", "runs discard", "runs replace"}
+
+
 def killed(forge: Forge, operation: str, databases: Databases, folder: Path, kills: int) -> None:
     """Kill and look; the tally is told whatever comes of it."""
     make = undone_places(operation, databases, folder)
@@ -35,10 +40,8 @@ def test_nothing_is_between_before_and_after_in_many_kills(forge, operation, dat
     killed(forge, operation, databases, tmp_path, round(KILLS / 2 / len(COMMANDS)))
 
 
-@pytest.mark.parametrize("operation", COMMANDS)
-def test_killed_it_is_before_or_after(operation, tmp_path):
-    forge = Forge(tmp_path, models=False)
-    try:
-        killed(forge, operation, Files(tmp_path), tmp_path / "places", 2)
-    finally:
-        forge.close()
+@pytest.mark.parametrize(
+    "operation", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in COMMANDS]
+)
+def test_killed_it_is_before_or_after(forge_without_models, operation, tmp_path):
+    killed(forge_without_models, operation, Files(tmp_path), tmp_path / "places", 2)

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import pytest
+from support.processes.crowd import complaints, together
 from support.records.campaigns import gun_campaign, hammer_campaign
-from support.stores.stores import assert_whole, content, ingested, start_cli
+from support.stores.stores import assert_whole, content, ingested, opened, pyroshock
 
 
-def run_together(*commands):
-    processes = [start_cli(*command) for command in commands]
-    errors = [process.communicate(timeout=100)[1] for process in processes]
-    assert [process.returncode for process in processes] == [0] * len(processes), errors
-    assert not any("Traceback" in text for text in errors), errors
+@pytest.fixture
+def run_together(tmp_path):
+    """Commands at the same moment, each in a process of its own that is forked from one with all imports."""
+
+    def run(*commands):
+        assert complaints(together(tmp_path / "said", [[command] for command in commands])) == []
+
+    return run
 
 
 @pytest.fixture
@@ -26,7 +30,7 @@ def sequential(tmp_path):
     return store
 
 
-def test_same_folder_at_once(database_url, tmp_path, sequential):
+def test_same_folder_at_once(database_url, tmp_path, sequential, run_together):
     folder = hammer_campaign(tmp_path / "c", recordings=8)
     run_together(*[("ingest", folder, "--db", database_url, "--jobs", "1")] * 2)
     assert content(database_url) == sequential(folder)
@@ -34,21 +38,22 @@ def test_same_folder_at_once(database_url, tmp_path, sequential):
 
 
 @pytest.mark.slow  # the default run has tests/clients/test_few_clients.py, which asks more
-def test_different_folders_at_once(database_url, tmp_path, sequential):
+def test_different_folders_at_once(database_url, tmp_path, sequential, run_together):
     folders = [hammer_campaign(tmp_path / f"c{i}", 6, name=f"c{i}", seed=i) for i in range(2)]
     folders.append(gun_campaign(tmp_path / "gun", 20, name="gun"))
     run_together(*[("ingest", folder, "--db", database_url, "--jobs", "1") for folder in folders])
     assert content(database_url) == sequential(*folders)
 
 
-def test_store_made_by_all_at_once(database_url):
+def test_store_made_by_all_at_once(database_url, run_together):
     run_together(*[("init", "--db", database_url)] * 4)
-    run_together(("campaigns", "--db", database_url))
+    assert pyroshock("campaigns", "--db", database_url).exit_code == 0
 
 
-def test_reading_while_another_writes(database_url, tmp_path):
+def test_reading_while_another_writes(database_url, tmp_path, run_together):
     folder = hammer_campaign(tmp_path / "c", recordings=8)
-    run_together(("init", "--db", database_url))
+    with opened(database_url, create=True):
+        pass
     run_together(
         ("ingest", folder, "--db", database_url, "--jobs", "1"),
         *[("impacts", "--db", database_url, "--json")] * 2,

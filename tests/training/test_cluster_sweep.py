@@ -31,6 +31,7 @@ def silent(*_: object) -> None:
     pass
 
 
+@pytest.mark.slow
 def test_sweep_outlives_a_killed_worker_and_is_that_of_one_process(tmp_path, monkeypatch):
     """The worker is killed over a training that it holds, when another training is registered already."""
     without_figures(monkeypatch)

@@ -28,13 +28,19 @@ from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url
 from support.records.pulse_tables import PREDICTORS, frame_of_inputs, inputs_at, pulse_table
 from support.stores.databases import _execute
-from support.stores.registries import fresh_registry, ground_in, without_figures
+from support.stores.registries import fresh_registry, ground_in, without_figures, without_judging_the_first
 
 
 @pytest.fixture
 def registry(tmp_path, monkeypatch) -> Registry:
     without_figures(monkeypatch)
     return fresh_registry(tmp_path)
+
+
+@pytest.fixture
+def first_unjudged(monkeypatch) -> None:
+    """A model is put in use by force, as another's champion to beat."""
+    without_judging_the_first(monkeypatch)
 
 
 def trained(ground: Ground, model: str, split: str = "repetitions") -> Trained:
@@ -306,37 +312,38 @@ def _scaled(table, factor):
     return replace(table, force_n=table.force_n * factor[:, None], peak_force_n=table.peak_force_n * factor, **times)
 
 
-def test_worse_model_is_refused_and_the_refusal_kept(registry):
+def test_worse_model_is_refused_and_the_refusal_kept(registry, first_unjudged):
     ground = ground_in(registry, _two_repetitions())
-    registry.record(trained(ground, "kernel-ridge"))
     registry.record(trained(ground, "hann"))
-    promote(registry, "kernel-ridge", 1, lambda _: ground.table, forced=True, reason="a start")
-    decision = promote(registry, "hann", 1, lambda _: ground.table)
+    registry.record(trained(ground, "linear"))
+    promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="a start")
+    decision = promote(registry, "linear", 1, lambda _: ground.table)
     assert not decision.promoted
-    assert decision.reason.startswith("kernel-ridge@1 predicts unseen configurations better than hann@1")
+    assert decision.reason.startswith("hann@1 predicts unseen configurations better than linear@1")
     assert decision.figures["crps.candidate"] > decision.figures["crps.reference"]
-    assert decision.figures["cost.candidate"] > decision.figures["cost.champion"]  # as further information
-    assert (decision.pulses, decision.judged_against) == (120, "kernel-ridge@1")
+    # As further information: of configurations that it knows, the refused one predicts the pulses better.
+    assert decision.figures["cost.candidate"] < decision.figures["cost.champion"]
+    assert (decision.pulses, decision.judged_against) == (120, "hann@1")
     assert "crps.prior" not in decision.figures
-    assert registry.champion("hammer").name == "kernel-ridge"
+    assert registry.champion("hammer").name == "hann"
     assert [decision.promoted for decision in registry.decisions()] == [False, True]
 
 
-def test_force_needs_a_reason_and_dethrones(registry):
+def test_force_needs_a_reason_and_dethrones(registry, first_unjudged):
     ground = ground_in(registry, _two_repetitions())
-    registry.record(trained(ground, "kernel-ridge"))
     registry.record(trained(ground, "hann"))
-    promote(registry, "kernel-ridge", 1, lambda _: ground.table, forced=True, reason="a start")
+    registry.record(trained(ground, "linear"))
+    promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="a start")
     with pytest.raises(ValueError, match="--reason"):
-        promote(registry, "hann", 1, lambda _: ground.table, forced=True)
-    decision = promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="to show it")
+        promote(registry, "linear", 1, lambda _: ground.table, forced=True)
+    decision = promote(registry, "linear", 1, lambda _: ground.table, forced=True, reason="to show it")
     assert decision.promoted
-    assert decision.reason.startswith("to show it; promoted by force although kernel-ridge@1 predicts")
-    assert [version.label for version in registry.versions() if version.champion_of] == ["hann@1"]
+    assert decision.reason.startswith("to show it; promoted by force although hann@1 predicts")
+    assert [version.label for version in registry.versions() if version.champion_of] == ["linear@1"]
     with registry.connection.client() as client:
         assert {m.name: m.aliases for m in client.search_registered_models()} == {
-            "hann": {"champion": 1, "champion-hammer": 1},
-            "kernel-ridge": {},
+            "linear": {"champion": 1, "champion-hammer": 1},
+            "hann": {},
         }
 
 
@@ -350,17 +357,17 @@ def test_single_configuration_cannot_be_judged(registry):
     assert decision.promoted and decision.judged_on == "nothing"
 
 
-def test_each_predictor_set_has_its_champion(registry):
+def test_each_predictor_set_has_its_champion(registry, first_unjudged):
     ground = ground_in(registry)
-    registry.record(trained(ground, "kernel-ridge"))
+    registry.record(trained(ground, "linear"))
     gun = replace(ground, dataset=DatasetName("shots", "f" * 64, "gun"))
-    registry.record(trained(gun, "kernel-ridge"))
+    registry.record(trained(gun, "linear"))
     for version in (1, 2):
-        promote(registry, "kernel-ridge", version, lambda _: ground.table, forced=True, reason="one for each set")
+        promote(registry, "linear", version, lambda _: ground.table, forced=True, reason="one for each set")
     assert {v.version: v.champion_of for v in registry.versions()} == {1: "hammer", 2: "gun"}
 
 
-def test_version_states_its_kinds_and_how_much_it_learned_from(registry):
+def test_version_states_its_kinds_and_how_much_it_learned_from(registry, first_unjudged):
     ground = ground_in(registry)
     stated = replace(ground.dataset, bench_kind="hammer", velocity_kind="integrated to the peak")
     version = registry.record(trained(replace(ground, dataset=stated), "hann"))
@@ -371,7 +378,7 @@ def test_version_states_its_kinds_and_how_much_it_learned_from(registry):
     assert registry.load(version).shots == len(registry.held_out(version).trained_on) > 0
 
 
-def test_other_kinds_of_velocity_are_not_judged_on_the_same_pulses(registry):
+def test_other_kinds_of_velocity_are_not_judged_on_the_same_pulses(registry, first_unjudged):
     ground = ground_in(registry)
     for model, kind in (("tree", "before contact"), ("hann", "integrated to the peak")):
         registry.record(trained(replace(ground, dataset=replace(ground.dataset, velocity_kind=kind)), model))
@@ -393,13 +400,13 @@ def test_champion_half_dethroned_is_no_second_one(registry):
     assert [version.label for version in registry.versions() if version.champion_of] == ["hertz@1"]
 
 
-def test_other_campaign_judges_models_without_its_configurations(registry):
+def test_other_campaign_judges_models_without_its_configurations(registry, first_unjudged):
     ground = ground_in(registry)
-    registry.record(trained(ground, "kernel-ridge"))
     registry.record(trained(ground, "hann"))
-    promote(registry, "kernel-ridge", 1, lambda _: ground.table, forced=True, reason="a start")
+    registry.record(trained(ground, "linear"))
+    promote(registry, "hann", 1, lambda _: ground.table, forced=True, reason="a start")
     other = pulse_table(np.random.default_rng(2), repetitions=1, campaign="autumn")
-    decision = promote(registry, "hann", 1, lambda _: ground.table, other=("autumn", other))
+    decision = promote(registry, "linear", 1, lambda _: ground.table, other=("autumn", other))
     judged = (False, "unseen configurations of autumn", 60)
     assert (decision.promoted, decision.judged_on, decision.pulses) == judged
 

@@ -165,6 +165,7 @@ def test_run_that_a_kill_left_open_is_closed_by_a_repeat(registry):
         assert client.get_run(version.run_id).info.status == "FINISHED"
 
 
+@pytest.mark.slow
 def test_two_at_once_train_each_model_once(registry, tmp_path):
     both = [start(tmp_path) for _ in range(2)]
     ends = [process.communicate(timeout=100) for process in both]

@@ -17,7 +17,7 @@ from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url, text
 from support.processes.crowd import MODELS, complaints, together
 from support.stores.databases import _execute
-from support.stores.registries import ground_in, without_figures
+from support.stores.registries import ground_in, without_figures, without_judging_the_first
 from support.stores.stores import opened
 
 
@@ -45,6 +45,7 @@ def test_tables_made_by_all_at_once(shared: Place, tmp_path: Path) -> None:
 def test_what_one_registers_another_reads_and_promotes(shared: Place, tmp_path: Path, monkeypatch) -> None:
     """Two machines differ in their current folder, and in nothing of the place."""
     without_figures(monkeypatch)
+    without_judging_the_first(monkeypatch)
     one, other = Registry(shared), Registry(shared)
     ground = ground_in(one)
     version = one.record(fitted(task_of("hann", "repetitions", ground), ground))

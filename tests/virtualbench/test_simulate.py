@@ -178,6 +178,12 @@ def test_what_is_written_by_hand_does_not_depend_on_the_effects(tmp_path):
         assert (folders[0] / name).read_bytes() == (folders[1] / name).read_bytes()
 
 
+@pytest.mark.parametrize(("processors", "jobs"), [(1, 1), (3, 3), (9, 4)])
+def test_processes_are_as_many_as_there_are_processors_up_to_four(played_here, monkeypatch, processors, jobs) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(processors)), raising=False)
+    assert played_here() == jobs
+
+
 def test_number_of_processes_changes_no_byte(hammer, tmp_path):
     again = simulate(
         HAMMER_ROWS, "hammer", tmp_path / "campaign", seed=SEED, effects=Effects.default(), repetitions=4, jobs=2

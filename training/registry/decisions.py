@@ -24,15 +24,16 @@ _OF_RUN = ("candidate", "champion", "promoted", "forced", "reason", "judged_on",
 
 def decide(client: MlflowClient, experiment: str, decision: Decision, candidate: Version) -> None:
     """Keep a decision, and crown its candidate where it says so. One process at a time, after `settle`."""
+    from mlflow.entities import Metric, Param
+
     stamp = next_stamp(client)
     number = max((_number(run) for run in _runs(client, experiment)), default=0) + 1
     tags = decision_tags(decision) | {_STAMP_TAG: stamp, _NUMBER_TAG: str(number)}
     verb = "promote" if decision.promoted else "refuse"
     run = client.create_run(experiment, run_name=f"{verb} {decision.candidate}", tags=tags)
-    for name in _OF_RUN:
-        client.log_param(run.info.run_id, name, str(getattr(decision, name)))
-    for name, value in decision.figures.items():
-        client.log_metric(run.info.run_id, name, value)
+    parameters = [Param(name, str(getattr(decision, name))) for name in _OF_RUN]
+    metrics = [Metric(name, value, run.info.start_time, 0) for name, value in decision.figures.items()]
+    client.log_batch(run.info.run_id, metrics, parameters)  # one request in place of one for each figure
     if decision.promoted:
         crown(client, candidate, stamp)
     client.set_terminated(run.info.run_id)

@@ -60,12 +60,24 @@ def sound(url):
     return result.stderr
 
 
-@pytest.fixture
-def hammer(tables_url, tmp_path):
+@pytest.fixture(scope="module")
+def ingested_hammer(tmp_path_factory):
+    """The folder of a store `lab.db` and of the campaign in it, to be copied."""
+    folder = tmp_path_factory.mktemp("hammer")
+    ingested(f"sqlite:///{folder / 'lab.db'}", hammer_campaign(folder / "campaign"))
+    return folder
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def hammer(request, ingested_hammer, tmp_path):
     """A store of two recordings of two hits each, and the folder that they came from."""
-    folder = hammer_campaign(tmp_path / "campaign")
-    ingested(tables_url, folder)
-    return tables_url, folder
+    folder = shutil.copytree(ingested_hammer / "campaign", tmp_path / "campaign")
+    if request.param == "sqlite":
+        file = shutil.copyfile(ingested_hammer / "lab.db", tmp_path / "lab.db")
+        yield f"sqlite:///{file}", folder
+        return
+    with request.getfixturevalue("postgres_copy")(ingested_hammer / "lab.db") as url:
+        yield url, folder
 
 
 def test_discarded_recording_goes_with_its_hits_and_all_else_stays(care_store):

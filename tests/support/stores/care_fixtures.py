@@ -26,15 +26,14 @@ def care_copy(care_source: Path, tmp_path: Path) -> str:
     return f"sqlite:///{tmp_path / 'lab.db'}"
 
 
-@pytest.fixture
-def care_store(care_copy: str, database_url: str) -> str:
+@pytest.fixture(params=["sqlite", "postgresql"])
+def care_store(request: pytest.FixtureRequest, care_source: Path) -> Iterator[str]:
     """The same on either engine in turn."""
-    from support.stores.care_stores import copied
-
-    if database_url.startswith("sqlite"):
-        return care_copy
-    copied(care_copy, database_url)
-    return database_url
+    if request.param == "sqlite":
+        yield request.getfixturevalue("care_copy")
+        return
+    with request.getfixturevalue("postgres_copy")(care_source / "lab.db") as url:
+        yield url
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import os
 import shutil
 import uuid
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
 from itertools import count
 from pathlib import Path
 
@@ -51,7 +51,7 @@ def database_url(request: pytest.FixtureRequest) -> Iterator[str]:
 def sqlite_tables(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A file with a store's tables and no row, to be copied."""
     file = tmp_path_factory.mktemp("tables") / "tables.db"
-    _make_tables(f"sqlite:///{file}")
+    make_tables(f"sqlite:///{file}")
     return file
 
 
@@ -59,7 +59,7 @@ def sqlite_tables(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def postgres_tables(postgres_url: str) -> Iterator[str]:
     """The name of a database with a store's tables and no row, to be copied."""
     with fresh_database(postgres_url) as url:
-        _make_tables(url)
+        make_tables(url)
         yield str(make_url(url).database)
 
 
@@ -78,7 +78,26 @@ def tables_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
         yield url
 
 
-def _make_tables(url: str) -> None:
+@pytest.fixture(scope="session")
+def postgres_copy(postgres_url: str) -> Iterator[Callable[[Path], AbstractContextManager[str]]]:
+    """Of an SQLite store, a PostgreSQL database with its content, gone after the block: read in once, then copied."""
+    from support.stores.care_stores import copied
+
+    templates: dict[Path, str] = {}
+    with ExitStack() as made:
+
+        def copy(store: Path) -> AbstractContextManager[str]:
+            if store not in templates:
+                url = made.enter_context(fresh_database(postgres_url))
+                copied(f"sqlite:///{store}", url)
+                templates[store] = str(make_url(url).database)
+            return fresh_database(postgres_url, templates[store])
+
+        yield copy
+
+
+def make_tables(url: str) -> None:
+    """Of a store, in an empty database, revision by revision."""
     from pyroshock.schema import migrate
     from pyroshock.schema.engine import make_engine
 

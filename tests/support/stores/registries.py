@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from pyroshock.dataset.table import PulseTable
-from pyroshock.training import fitting
+from pyroshock.training import fitting, promotion
 from pyroshock.training.fitting import Ground
 from pyroshock.training.place import place_beside
 from pyroshock.training.records import DatasetName
@@ -65,3 +65,16 @@ def without_figures(monkeypatch) -> None:  # pytest's fixture
     monkeypatch.setattr(
         "pyroshock.training.session.summary_figures", lambda _, split: {f"summary_{split}.png": b"drawn"}
     )
+
+
+def without_judging_the_first(monkeypatch) -> None:  # pytest's fixture
+    """Judging a first model takes ten seconds, of a law that learns from all shots five times; forced, it is in use.
+
+    `test_first_model_that_learned_nothing_of_other_configurations_is_refused` has it judged, and so has
+    `test_campaign_to_promoted_model`.
+    """
+    monkeypatch.setattr(promotion, "updated_law_draws", _not_judged)
+
+
+def _not_judged(*_: object) -> None:
+    raise ValueError("no law is asked here")
