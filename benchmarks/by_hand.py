@@ -19,7 +19,11 @@ from pyroshock.doe.space import space_of
 from pyroshock.training.estimators.exact_process import PRIOR, Process, inverse, leave_folds_out
 from pyroshock.training.gp.basis_process import BasisProcess
 from pyroshock.training.gp.kernels import kernel_matrix
-from pyroshock.training.gp.marginal_likelihood import exact_likelihood
+from pyroshock.training.gp.marginal_likelihood import (
+    CholeskyMarginalLogLikelihood,
+    KroneckerMarginalLogLikelihood,
+    exact_likelihood,
+)
 from pyroshock.training.gp.maximise import exactly
 from pyroshock.training.gp.one_core import one_core
 
@@ -79,6 +83,43 @@ def likelihoods(rows: int = TRAINED) -> dict[str, Callable[[], float]]:
     return {"NumPy, no gradient of the kernel": numpy_alone, "GPyTorch's model": coregional_peers.ours(rows)}
 
 
+def one_output(kernel: str, rows: int) -> dict[str, Callable[[], None]]:
+    """Loss and gradient of a process of one output, by the likelihood of several and by that of one."""
+    from pyroshock.training.gp.multitask import CoregionalModel, named_kernel
+
+    x, outputs = pulses(rows)
+    several = CoregionalModel(x, outputs[:, [9]], named_kernel(kernel, x.shape[1]), 1)
+    one = BasisProcess(x, np.empty((rows, 0)), outputs[:, 9], kernel, np.full(x.shape[1], 3.0), 1.0, 0.3, 0.01, PRIOR)
+
+    def evaluated(objective: Any) -> None:
+        model = objective.model
+        model.zero_grad()
+        with exactly():
+            objective(model(*model.train_inputs), model.train_targets).backward()
+
+    return {
+        "Kronecker": partial(evaluated, KroneckerMarginalLogLikelihood(several.likelihood, several)),
+        "Cholesky": partial(evaluated, CholeskyMarginalLogLikelihood(one.likelihood, one)),
+    }
+
+
+def kernels(rows: int = TRAINED) -> dict[str, Callable[[], Floats]]:
+    """Derivatives of a sum of covariances by the lengthscales, one for each of 13 predictors."""
+    import torch
+    from gpytorch.kernels import RBFKernel
+    from pyroshock.training.gp.squared_exponential import SquaredExponential
+
+    x = torch.tensor(pulses(rows)[0])
+
+    def slopes(kernel: Any) -> Floats:
+        kernel.zero_grad()
+        kernel(x).to_dense().sum().backward()
+        return np.asarray(kernel.raw_lengthscale.grad.numpy()).copy()
+
+    made = {"SquaredExponential": SquaredExponential, "GPyTorch's RBFKernel": RBFKernel}
+    return {name: partial(slopes, kind(ard_num_dims=x.shape[1]).double()) for name, kind in made.items()}
+
+
 def alias_tables(generators: str = SATURATED) -> dict[str, Callable[[], object]]:
     """What a two-level design cannot tell apart; pyDOE3 lists interactions of all orders."""
     import pyDOE3
@@ -126,6 +167,9 @@ def main() -> None:
     with one_core():
         printed(f"{FOLDS} folds of {SEARCHED} pulses left out", left_out(), 9, 1e-8)
         printed(f"likelihood and gradient, {TRAINED:,} pulses x 20", likelihoods(), 9, 1e-4)
+        for kernel, rows in (("rbf", SEARCHED), ("rbf", TRAINED), ("matern52", SEARCHED)):
+            printed(f"likelihood of one output, {rows:,} pulses, {kernel}", one_output(kernel, rows), 9)
+        printed(f"kernel and gradient, {TRAINED:,} pulses x 13", kernels(), 9, 1e-6)
         printed("aliases of 15 factors in 16 runs", alias_tables(), 2)
     print(f"\n{fewest_runs()}")
 

@@ -21,6 +21,12 @@ def test_likelihoods_are_the_same_with_and_without_pytorch():
     assert alone == pytest.approx(model, abs=1e-6)
 
 
+def test_kernels_have_the_same_derivatives():
+    ours, theirs = (way() for way in by_hand.kernels(30).values())
+    assert ours.shape == (1, 13) and np.abs(ours).max() > 1e-3
+    np.testing.assert_allclose(ours, theirs, atol=1e-9)
+
+
 def test_another_number_ends_the_run():
     with pytest.raises(ValueError, match="a sum: theirs gives other numbers"):
         by_hand.printed("a sum", {"ours": lambda: 1.0, "theirs": lambda: 1.1}, 1, 0.01)
