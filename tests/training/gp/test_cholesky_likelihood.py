@@ -12,6 +12,7 @@ torch = pytest.importorskip("torch", reason="the extra [models] is not installed
 gpytorch = pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
 
 from gpytorch.mlls import ExactMarginalLogLikelihood  # noqa: E402
+from gpytorch.models import ExactGP  # noqa: E402
 from linear_operator.utils.warnings import NumericalWarning  # noqa: E402
 from pyroshock.training.gp.basis_process import BasisProcess  # noqa: E402
 from pyroshock.training.gp.marginal_likelihood import CholeskyMarginalLogLikelihood, _CholeskyLikelihood  # noqa: E402
@@ -24,7 +25,7 @@ Y = np.sin(Z[:, 0]) + 0.3 * Z[:, 1] + 0.1 * RNG.normal(size=40)
 KINDS = ("rbf", "matern32", "matern52", "rational-quadratic")
 
 
-class PriorProcess(gpytorch.models.ExactGP):
+class PriorProcess(ExactGP):  # type: ignore[misc]  # GPyTorch publishes no types
     """A constant mean, a kernel with a prior and a noise with another, all of them learned."""
 
     def __init__(self, z: np.ndarray = Z, y: np.ndarray = Y, noise: float = 0.05) -> None:
@@ -40,7 +41,7 @@ class PriorProcess(gpytorch.models.ExactGP):
         self.likelihood.noise_covar.register_constraint("raw_noise", gpytorch.constraints.Positive())
         self.likelihood.noise = noise
 
-    def forward(self, x: torch.Tensor) -> Any:
+    def forward(self, x: Any) -> Any:
         return gpytorch.distributions.MultivariateNormal(self.mean_module(x), self.covar_module(x))
 
 
@@ -96,7 +97,7 @@ def test_priors_count() -> None:
 def test_gradient_checks() -> None:
     """PyTorch's own check of a function against its gradient, all three arguments."""
 
-    def symmetric(factor: torch.Tensor, noise: torch.Tensor, y: torch.Tensor) -> Any:
+    def symmetric(factor: Any, noise: Any, y: Any) -> Any:
         return _CholeskyLikelihood.apply(factor @ factor.T, noise.exp(), y)
 
     arguments = [torch.tensor(RNG.normal(size=shape), requires_grad=True) for shape in ((6, 6), (6,), (6,))]
