@@ -24,9 +24,8 @@ from pyroshock.training.estimators.perceptron import one_thread, outputs_of, tra
 from pyroshock.training.estimators.standard import Standard
 from pyroshock.training.tuning.folds import grouped_folds
 
-from tests.support.records.pulse_tables import held_out, pulse_table
-
 from .measuring import Spread, interleaved, ratio
+from .shared_records import held_out, pulse_table
 
 Floats = NDArray[np.float64]
 

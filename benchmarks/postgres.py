@@ -20,7 +20,7 @@ def server() -> Iterator[str]:
     if named:
         yield make_url(named).set(drivername="postgresql+psycopg").render_as_string(hide_password=False)
         return
-    from tests.support.stores.postgres_server import running_server
+    from .shared_records import running_server
 
     with running_server(durable=True) as url:
         yield url

@@ -18,10 +18,8 @@ from pyroshock.twin.plates import PlateStage
 from pyroshock.twin.setting import Setting
 from pyroshock.twin.strikes import ContactStage
 
-from tests.support.records.pulse_tables import PREDICTORS, pulse_table
-from tests.support.records.twin_parts import BENCH, ringing_plate, setting
-
 from .measuring import Spread
+from .shared_records import BENCH, PREDICTORS, pulse_table, ringing_plate, setting
 
 RUNS, WARM, SEARCHED = 40, 5, 2_000
 LAW_LIMIT_S, PROCESS_LIMIT_S = 0.050, 0.150

@@ -14,8 +14,6 @@ import numpy as np
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact
 
-from tests.support.records.twin_parts import setting
-
 from .figures import Figure
 from .measuring import Spread, interleaved, ratio
 from .prediction import (
@@ -30,6 +28,7 @@ from .prediction import (
     searched,
     twin_with,
 )
+from .shared_records import setting
 
 THEME = "The twin: 64 random shots through gun, contact, plate (300 modes), two sensors and 41 lines"
 DRAWS, SENSORS = 64, 2

@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from .models.kinds import kinds_within
+from .models.kinds import parts_within
 from .tasks import TRAINING_VERSION
 
 _PACKAGE = Path(__file__).resolve().parent.parent
@@ -28,7 +28,7 @@ TO_FIT: Mapping[str, tuple[str, ...]] = {
     "contact-time": ("gpytorch", "optuna", "scikit-learn", "torch"),
     "calibrated": ("scikit-learn",),
 }
-#: Kind -> libraries that a stored model of it is evaluated by.
+#: Kind -> libraries that a stored model of it is evaluated by, beside those of a kernel that was handed in.
 TO_PREDICT: Mapping[str, tuple[str, ...]] = dict.fromkeys(_PIPELINES, ("scikit-learn", "skops"))
 
 
@@ -55,8 +55,13 @@ def requirements(model: Mapping[str, Any]) -> list[str]:
 
 def _libraries(model: Mapping[str, Any], by_kind: Mapping[str, Iterable[str]]) -> list[str]:
     """Those of all parts of a model, in a fixed order."""
-    own = sorted({library for kind in kinds_within(model) for library in by_kind.get(kind, ())})
-    return [*_ALWAYS, *own]
+    own = {library for part in parts_within(model) for library in (*by_kind.get(part["kind"], ()), *_of_kernel(part))}
+    return [*_ALWAYS, *sorted(own)]
+
+
+def _of_kernel(part: Mapping[str, Any]) -> tuple[str, ...]:
+    """A kernel that was handed in is described by a mapping, and evaluated by GPyTorch; one with a name by NumPy."""
+    return ("gpytorch", "torch") if isinstance(part["settings"].get("kernel"), Mapping) else ()
 
 
 def _version(name: str) -> str:

@@ -12,7 +12,6 @@ from .estimators.base import Estimator
 from .models.base import ContactModel
 
 Budget = Literal["reduced", "full"]
-BUDGETS: tuple[Budget, ...] = ("reduced", "full")
 
 
 @dataclass(frozen=True)
@@ -154,6 +153,7 @@ ZOO: dict[str, Entry] = {
     "gp": _with_time_process("single-outputs", "momentum"),
     "hybrid": Entry(_hybrid),
     "single-pass": Entry(_single_pass),
+    # Hidden layers of MATLAB's presets, which Table 4.5 names.
     "nn-narrow": _with_time_process("network", layers=(10,)),
     "nn-medium": _with_time_process("network", layers=(25,)),
     "nn-wide": _with_time_process("network", layers=(100,)),

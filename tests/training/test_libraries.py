@@ -73,6 +73,22 @@ def test_every_kind_that_needs_a_library_exists():
     assert TO_FIT.keys() | TO_PREDICT.keys() <= KINDS.keys()
 
 
+def test_handed_in_kernel_needs_gpytorch():
+    gpytorch = pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
+    from pyroshock.training.estimators.coregional import Coregional
+    from pyroshock.training.estimators.linear import LinearPowers
+    from pyroshock.training.models.calibrated import Calibrated
+    from pyroshock.training.models.pair import Pair
+
+    def names(kernel):
+        model = Calibrated(Pair(Coregional(kernel), LinearPowers()))
+        return {text.partition("==")[0] for text in requirements(describe(model))}
+
+    always = {"pyroshock", "numpy", "scipy", "scikit-learn", "skops"}
+    assert names("rbf") == always
+    assert names(gpytorch.kernels.RBFKernel()) == always | {"gpytorch", "torch"}
+
+
 def test_law_needs_the_package_and_numbers_alone():
     names = [text.partition("==")[0] for text in requirements({"kind": "analytic", "settings": {"law": "hann"}})]
     assert names == ["pyroshock", "numpy", "scipy"]

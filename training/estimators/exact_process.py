@@ -69,17 +69,17 @@ def most_likely(
 ) -> tuple[Process, Floats]:
     """The process of greatest marginal likelihood near `start`, and the losses of the search per row.
 
-    Without `ard`, lengthscales stay equal; the noise's standard deviation keeps above `noise_floor`.
+    Without `ard`, lengthscales stay equal; the noise's standard deviation keeps above `noise_floor`. Raises
+    `ValueError` where the covariance is not positive definite.
     """
-    from gpytorch.mlls import ExactMarginalLogLikelihood
-
     from ..gp.basis_process import BasisProcess
+    from ..gp.marginal_likelihood import CholeskyMarginalLogLikelihood
     from ..gp.maximise import maximise
 
     model = BasisProcess(
         z, h, y, start.kernel, start.lengthscales if ard else start.lengthscales[:1], start.signal,
         max(start.noise, noise_floor), noise_floor, PRIOR,
     )  # fmt: skip
-    search = maximise(ExactMarginalLogLikelihood(model.likelihood, model), iterations, change=2.2e-9, gradient=1e-5)
+    search = maximise(CholeskyMarginalLogLikelihood(model.likelihood, model), iterations, change=2.2e-9, gradient=1e-5)
     lengthscales = np.broadcast_to(model.lengthscales, z.shape[1]).copy()
     return Process(start.kernel, lengthscales, model.signal, model.noise), search.losses

@@ -14,15 +14,6 @@ from .learned import LearnedArrays, Shape
 from .perceptron import OPTIMISER, Layer, outputs_of, train_network
 from .standard import Standard
 
-#: Hidden layers of MATLAB's presets, which Table 4.5 names.
-PRESETS = {
-    "narrow": (10,),
-    "medium": (25,),
-    "wide": (100,),
-    "bilayered": (10, 10),
-    "trilayered": (10, 10, 10),
-}
-
 
 class Network(LearnedArrays):
     """Hidden layers of `layers` neurons; `penalty` is lambda for standardised rows (see `perceptron`).

@@ -11,9 +11,12 @@ import numpy as np
 import torch
 from gpytorch.kernels import Kernel
 
+from .squared_exponential import SquaredExponential
+
 #: Class -> the arguments of its constructor that a description keeps, beside `ard_num_dims` and `active_dims`.
 _ARGUMENTS: dict[str, tuple[str, ...]] = {
     "RBFKernel": (),
+    "SquaredExponential": (),
     "MaternKernel": ("nu",),
     "RQKernel": (),
     "PeriodicKernel": (),
@@ -39,7 +42,7 @@ def described(kernel: Kernel) -> dict[str, Any]:
         return {"class": name, "kernels": [described(kernel.base_kernel)], **_dimensions(kernel)}
     if name in _WRAPPERS:
         return {"class": name, "kernels": [described(part) for part in kernel.kernels], **_dimensions(kernel)}
-    if name not in _ARGUMENTS or type(kernel) is not getattr(gpytorch.kernels, name):
+    if name not in _ARGUMENTS or type(kernel) is not _class_named(name):
         known = ", ".join((*_ARGUMENTS, *_WRAPPERS))
         raise ValueError(f"a model with {type(kernel).__name__} cannot be stored; kernels that can: {known}")
     arguments = {argument: _plain(getattr(kernel, argument)) for argument in _ARGUMENTS[name]}
@@ -56,9 +59,14 @@ def kernel_of(description: Mapping[str, Any]) -> Kernel:
         raise ValueError(f"no kernel {name!r}; there are: {', '.join((*_ARGUMENTS, *_WRAPPERS))}")
     parts = [kernel_of(part) for part in description.get("kernels", ())]
     try:
-        return getattr(gpytorch.kernels, name)(*parts, **arguments).double()
+        return _class_named(name)(*parts, **arguments).double()
     except (TypeError, RuntimeError) as error:
         raise ValueError(f"{name} cannot be made with {arguments}: {error}") from error
+
+
+def _class_named(name: str) -> Any:
+    """Of this package or of GPyTorch."""
+    return SquaredExponential if name == SquaredExponential.__name__ else getattr(gpytorch.kernels, name)
 
 
 def kernel_numbers(kernel: Kernel) -> dict[str, np.ndarray[Any, np.dtype[np.float64]]]:

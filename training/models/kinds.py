@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..estimators.base import Estimator
@@ -61,13 +61,12 @@ def describe(thing: ContactModel | Estimator) -> dict[str, Any]:
     return {"kind": thing.kind, "settings": thing.settings()}
 
 
-def kinds_within(description: Mapping[str, Any]) -> set[str]:
-    """The kind of {"kind", "settings"} and of every part that its settings describe."""
-    kinds = {str(description["kind"])}
+def parts_within(description: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
+    """{"kind", "settings"} itself and every part that its settings describe."""
+    yield description
     for value in description["settings"].values():
         if _is_part(value):
-            kinds |= kinds_within(value)
-    return kinds
+            yield from parts_within(value)
 
 
 def _is_part(value: Any) -> bool:

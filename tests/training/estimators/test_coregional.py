@@ -211,6 +211,21 @@ class TestOwnKernels:
         assert report.settings["kernel"] == "AdditiveKernel(RBFKernel, LinearKernel)"
         assert report.settings["kernel.kernels.0.lengthscale"] > 0
 
+    @pytest.mark.parametrize("name", ["rbf", "matern52", "rational-quadratic"])
+    def test_named_kernel_may_be_handed_in_and_stored(self, kind: type[Any], name: str) -> None:
+        """With GPyTorch's bounds after it is read, to the same predictions."""
+        import json
+
+        pytest.importorskip("gpytorch", reason="the extra [models] is not installed")
+        from pyroshock.training.gp.multitask import named_kernel
+
+        x, y = waves(40, 0.05)
+        one = fit(kind(kernel=named_kernel(name, 2), iterations=5), x, y)
+        again = type(one)(**json.loads(json.dumps(one.settings()))).restore(one.arrays())
+        np.testing.assert_allclose(again.predict(x).mean, one.predict(x).mean, rtol=1e-9)
+        named = fit(kind(kernel=name, iterations=5), x, y).predict(x)
+        np.testing.assert_allclose(one.predict(x).mean, named.mean, rtol=1e-5, atol=1e-6)
+
     def test_a_prior_that_is_handed_in_decides(self, kind: type[Any]) -> None:
         x, y = waves(40, 0.05)
         scales: list[Any] = [

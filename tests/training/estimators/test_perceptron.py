@@ -9,7 +9,7 @@ import warnings
 import numpy as np
 import pytest
 import torch
-from pyroshock.training.estimators.network import PRESETS, Network
+from pyroshock.training.estimators.network import Network
 from pyroshock.training.estimators.perceptron import (
     _layers,
     glorot_module,
@@ -18,6 +18,8 @@ from pyroshock.training.estimators.perceptron import (
     outputs_of,
     train_network,
 )
+from pyroshock.training.models.kinds import describe
+from pyroshock.training.zoo import Making, entry_of
 from sklearn.neural_network import MLPRegressor
 from support.checks.estimator_checks import fitted, known_law
 
@@ -164,10 +166,11 @@ def test_weights_of_another_size_are_refused() -> None:
 
 
 def test_presets_are_those_of_the_table() -> None:
-    assert list(PRESETS) == ["narrow", "medium", "wide", "bilayered", "trilayered"]
-    assert all(
-        fitted(Network(layers, iterations=1)).settings()["layers"] == list(layers) for layers in PRESETS.values()
-    )
+    layers = {
+        name: describe(entry_of(name).make(Making()))["settings"]["model"]["settings"]["force"]["settings"]["layers"]
+        for name in ("nn-narrow", "nn-medium", "nn-wide", "nn-bilayer", "nn-trilayer")
+    }
+    assert list(layers.values()) == [[10], [25], [100], [10, 10], [10, 10, 10]]
 
 
 def test_predictor_that_never_varied_is_ignored() -> None:

@@ -18,7 +18,6 @@ from pyroshock.training.plots.coverage import LEVELS, coverage, coverage_figure
 from pyroshock.training.plots.difference import difference_figure
 from pyroshock.training.plots.heat_map import heat_map
 from pyroshock.training.plots.pulses import pulse_grid
-from pyroshock.training.plots.scatter import predicted_against_measured
 from support.records.pulse_tables import held_out, pulse_table
 
 
@@ -81,15 +80,6 @@ def test_pulse_grid_shows_the_worst(pulses: PulseTable) -> None:
 def test_pulse_grid_without_spread_has_no_band(pulses: PulseTable) -> None:
     figure = pulse_grid(pulses, off_by(pulses, 0.05, spread=False))
     assert not figure.axes[0].collections and not figure.axes[0].patches
-
-
-def test_scatter_tells_what_it_cannot_show(pulses: PulseTable) -> None:
-    prediction = off_by(pulses, 0.05)
-    prediction.contact_time_s[:3] *= -1
-    figure = predicted_against_measured(pulses, prediction)
-    assert figure.axes[1].get_title() == "3 predictions are not positive"
-    assert figure.axes[0].get_title() == ""
-    assert written(figure)
 
 
 def test_difference_figure_has_every_group(pulses: PulseTable, errors: dict[str, PulseErrors]) -> None:
