@@ -79,8 +79,8 @@ def compare(
         for label in np.unique(labels):
             rows = labels == label
             part = (errors[0][rows], errors[1][rows])
-            found = _differences(part, configuration[rows], rng, names, resamples, draws)
-            by_group += [replace(row, group=(grouping, str(label))) for row in found]
+            differences = _differences(part, configuration[rows], rng, names, resamples, draws)
+            by_group += [replace(row, group=(grouping, str(label))) for row in differences]
     return Comparison(*names, overall, _corrected(by_group))
 
 

@@ -187,13 +187,13 @@ def _materials(setting: Setting) -> Mapping[str, Properties]:
 
 
 def _properties(material: Material) -> Properties:
-    known = {
+    known_columns = {
         "youngs_modulus_pa": material.youngs_modulus_pa,
         "poisson_ratio": material.poisson_ratio,
         "density_kg_m3": material.density_kg_m3,
     }
     strength = material.yield_strength_pa
-    return known if strength is None else {**known, "yield_strength_pa": strength}
+    return known_columns if strength is None else {**known_columns, "yield_strength_pa": strength}
 
 
 def _value(predictor: Predictor, source: str, case: Case, materials: Mapping[str, Properties]) -> float:

@@ -23,19 +23,22 @@ def floor_text(table: PulseTable, dataset_hash: str, split_text: str, seed: int)
     """
     split = split_of(table, split_text, seed)
     training, held_out = table.take(split.train), table.take(split.test)
-    found: dict[str, Any] = {}
+    floors_by_scope: dict[str, Any] = {}
     for scope in SCOPES:
         try:
             floor = repeatability_floor(training, held_out, scope)
         except ValueError as error:
-            found[scope] = {"metrics": {}, "note": str(error)}
+            floors_by_scope[scope] = {"metrics": {}, "note": str(error)}
             continue
         rng = rng_of("bootstrap", dataset_hash, split_text, seed)
         estimates = summary(floor.errors, held_out.configuration[floor.rows], rng)
-        found[scope] = {"metrics": {name: asdict(each) for name, each in estimates.items()}, "note": floor.note}
-    return json.dumps(found)
+        floors_by_scope[scope] = {
+            "metrics": {name: asdict(estimate) for name, estimate in estimates.items()},
+            "note": floor.note,
+        }
+    return json.dumps(floors_by_scope)
 
 
 def floor_metrics(text: str, scope: str) -> Mapping[str, Estimate]:
     """The metrics of one scope from `floor_text`."""
-    return {name: Estimate(**each) for name, each in json.loads(text)[scope]["metrics"].items()}
+    return {name: Estimate(**estimate) for name, estimate in json.loads(text)[scope]["metrics"].items()}

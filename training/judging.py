@@ -32,22 +32,22 @@ def on_held_out(registry: Registry, versions: Sequence[Version], read: Callable[
     `ValueError` where there are none.
     """
     held_out = {version.label: registry.held_out(version) for version in versions}
-    common: set[str] = set.intersection(*(set(each.keys.tolist()) for each in held_out.values()))
+    common: set[str] = set.intersection(*(set(predicted.keys.tolist()) for predicted in held_out.values()))
     if not common:
         raise ValueError(
             f"{' and '.join(held_out)} have no held-out pulse in common: compare models of one dataset and split, "
             "or judge them on another campaign (promote --on)"
         )
     pulses = _pulses_of(versions, common, read)
-    predictions = {label: _in_order(each, pulses.key) for label, each in held_out.items()}
+    predictions = {label: _in_order(predicted, pulses.key) for label, predicted in held_out.items()}
     errors = {label: pulse_errors(pulses, prediction) for label, prediction in predictions.items()}
     return Judged(pulses, errors, predictions, dict.fromkeys(predictions, 0))
 
 
 def on_other(registry: Registry, versions: Sequence[Version], pulses: PulseTable) -> Judged:
     """On those of other `pulses` that none was trained on. Raises `ValueError` where there are none."""
-    known = [registry.held_out(version).trained_on for version in versions]
-    fresh = ~np.isin(pulses.key, np.concatenate(known))
+    trained_on = [registry.held_out(version).trained_on for version in versions]
+    fresh = ~np.isin(pulses.key, np.concatenate(trained_on))
     if not fresh.any():
         raise ValueError(f"all {len(pulses)} pulses were trained on by {' or '.join(v.label for v in versions)}")
     pulses = pulses.take(fresh)

@@ -16,10 +16,10 @@ COVERED = ("force_covered", "time_covered")
 def newest(versions: Iterable[Version]) -> list[Version]:
     """The newest of each model, dataset, split and seed, in the order given; champions stay."""
     every = list(versions)
-    found: dict[tuple[str, str, str, int], Version] = {}
+    newest_by_name: dict[tuple[str, str, str, int], Version] = {}
     for version in sorted(every, key=lambda version: version.version):  # numbers rise, clocks may go back
-        found[version.name, version.dataset.hash, version.split, version.seed] = version
-    labels = {version.label for version in found.values()}
+        newest_by_name[version.name, version.dataset.hash, version.split, version.seed] = version
+    labels = {version.label for version in newest_by_name.values()}
     return [version for version in every if version.label in labels or version.champion_of is not None]
 
 
@@ -30,8 +30,10 @@ def of_dataset(versions: Iterable[Version], dataset: str) -> list[Version]:
         v for v in every if v.dataset.name == dataset or (len(dataset) >= 8 and v.dataset.hash.startswith(dataset))
     ]
     if not of_it:
-        known = ", ".join(dict.fromkeys(version.dataset.name for version in every)) or "none yet (pyroshock train)"
-        raise LookupError(f"no model of a dataset {dataset!r}; there are models of: {known}")
+        dataset_names = (
+            ", ".join(dict.fromkeys(version.dataset.name for version in every)) or "none yet (pyroshock train)"
+        )
+        raise LookupError(f"no model of a dataset {dataset!r}; there are models of: {dataset_names}")
     return of_it
 
 
@@ -43,18 +45,20 @@ def chosen(versions: Sequence[Version], text: str, split: str | None = None) -> 
     name, _, which = text.partition("@")
     named = [version for version in versions if version.name == name]
     if not named:
-        known = ", ".join(dict.fromkeys(version.name for version in versions)) or "none yet (pyroshock train)"
-        raise LookupError(f"no registered model {name!r}; there are: {known}")
+        model_names = ", ".join(dict.fromkeys(version.name for version in versions)) or "none yet (pyroshock train)"
+        raise LookupError(f"no registered model {name!r}; there are: {model_names}")
     if which == "champion":
-        found = [version for version in named if version.champion_of is not None]
+        matches = [version for version in named if version.champion_of is not None]
     elif which:
-        found = [version for version in named if str(version.version) == which]
+        matches = [version for version in named if str(version.version) == which]
     else:
-        found = [version for version in named if split is None or version.split == split]
-    if not found:
-        known = ", ".join(f"{version.version} ({version.split})" for version in named[:12])
-        raise LookupError(f"no {text!r}{f' of split {split!r}' if split and not which else ''}; versions: {known}")
-    return max(found, key=lambda version: version.version)
+        matches = [version for version in named if split is None or version.split == split]
+    if not matches:
+        version_names = ", ".join(f"{version.version} ({version.split})" for version in named[:12])
+        raise LookupError(
+            f"no {text!r}{f' of split {split!r}' if split and not which else ''}; versions: {version_names}"
+        )
+    return max(matches, key=lambda version: version.version)
 
 
 def in_order(versions: Iterable[Version]) -> list[Version]:

@@ -109,5 +109,5 @@ def _or_nan(spread: Floats | None, like: Floats) -> Floats:
 
 def _load_pyfunc(path: str) -> ServedModel:
     model, about = read_model(Path(path))
-    predictors = tuple(Predictor(each["name"], each["unit"], tuple(each["levels"])) for each in about["predictors"])
+    predictors = tuple(Predictor(entry["name"], entry["unit"], tuple(entry["levels"])) for entry in about["predictors"])
     return ServedModel(model, predictors)

@@ -24,15 +24,15 @@ def outcomes(
     tasks: Sequence[Task], ground: Ground, crew: Crew, step: Step, tell: Tell
 ) -> Iterator[tuple[Task, Outcome]]:
     """Each task with what came of it, as it is finished. What a training comes to does not depend on the crew."""
-    left = {task.key: task for task in tasks}
+    remaining = {task.key: task for task in tasks}
 
     def show() -> None:
-        under_way = ", ".join(f"{task.model} ({task.split})" for task in list(left.values())[: crew.jobs])
-        step(len(tasks) - len(left), len(tasks), under_way)
+        under_way = ", ".join(f"{task.model} ({task.split})" for task in list(remaining.values())[: crew.jobs])
+        step(len(tasks) - len(remaining), len(tasks), under_way)
 
     show()
     for task, outcome in _outcomes(tasks, ground, crew, tell):
-        del left[task.key]
+        del remaining[task.key]
         yield task, outcome
         show()
 
@@ -49,11 +49,11 @@ def _outcomes(tasks: Sequence[Task], ground: Ground, crew: Crew, tell: Tell) -> 
     yield from _first(alone, dict.fromkeys(task.split for task in sharing), times, ground, crew)
     ready = list[Training]()
     for task in sharing:
-        found = times[task.split]
-        if isinstance(found, Failure):
-            yield task, Failure(task.model, task.split, found.reason)
+        contact_time = times[task.split]
+        if isinstance(contact_time, Failure):
+            yield task, Failure(task.model, task.split, contact_time.reason)
         else:
-            ready.append(Training(task, found.tuned))
+            ready.append(Training(task, contact_time.tuned))
     searching = [training for training in ready if entry_of(training.task.model).searches]
     for task, outcome in _sent([training for training in ready if training not in searching], ground, crew):
         yield task, _with_search(outcome, times)

@@ -30,11 +30,11 @@ def groups_of(training: PulseTable, held_out: PulseTable, scope: str) -> list[Gr
     known_labels, asked_labels = getattr(training, scope), getattr(held_out, scope)
     for label in np.unique(asked_labels):
         rows = np.flatnonzero(asked_labels == label)
-        known, asked = np.flatnonzero(known_labels == label), held_out.take(rows)
-        if len(known):
-            groups.append(Group(training.take(known), asked, rows, alone=False))
+        known_rows, asked_pulses = np.flatnonzero(known_labels == label), held_out.take(rows)
+        if len(known_rows):
+            groups.append(Group(training.take(known_rows), asked_pulses, rows, alone=False))
         elif len(rows) > 1:
-            groups.append(Group(asked, asked, rows, alone=True))
+            groups.append(Group(asked_pulses, asked_pulses, rows, alone=True))
     return groups
 
 
@@ -93,8 +93,8 @@ def _terms(pulses: PulseTable, degree: int) -> tuple[float, int]:
 def misfit(groups: list[Group], degree: int, targets: Targets) -> float:
     """Mean leave-one-out error over the pulses that are learned from; force relative to its range."""
     errors = []
-    for known in (group.known for group in groups if len(group.known) > 1):
-        miss, actual = _leave_one_out(known, degree, targets)[0], targets(known)
+    for known_pulses in (group.known for group in groups if len(group.known) > 1):
+        miss, actual = _leave_one_out(known_pulses, degree, targets)[0], targets(known_pulses)
         size = np.ptp(actual, axis=1) if actual.shape[1] > 1 else 1.0
         errors.append(np.sqrt(np.mean(miss**2, axis=1)) / size)
     return float(np.mean(np.concatenate(errors))) if errors else float(degree)

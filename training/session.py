@@ -58,9 +58,9 @@ def train(
     tasks = [task_of(model, split, ground) for split in splits for model in models]
     what = f"training {ground.dataset.hash[:16]}"
     with turn(registry.place, what, lambda: progress.tell("another process trains on this dataset; waiting for it")):
-        found = {} if retrain else _found(registry, {task.key for task in tasks}, progress.tell)
-        registry.close_runs(found.values())
-        to_do = [task for task in tasks if task.key not in found]
+        trained_before = {} if retrain else _found(registry, {task.key for task in tasks}, progress.tell)
+        registry.close_runs(trained_before.values())
+        to_do = [task for task in tasks if task.key not in trained_before]
         session = Session()
         summed_up = registry.floors(ground.dataset.hash, ground.seed).keys() >= set(splits)
         run = None if summed_up and not to_do else registry.open_session(ground.dataset, ground.seed)
@@ -69,11 +69,11 @@ def train(
                 session.failures.append(outcome)
                 progress.tell(f"{task.model} not trained on {task.split}: {outcome.reason}")
                 continue
-            found[task.key] = registry.record(outcome, run)
+            trained_before[task.key] = registry.record(outcome, run)
             session.trained += 1
             journal_of(task, ground).unlink(missing_ok=True)
             progress.tell(_told(outcome))
-        session.versions = [found[task.key] for task in tasks if task.key in found]
+        session.versions = [trained_before[task.key] for task in tasks if task.key in trained_before]
         if run is not None:
             _sum_up(registry, ground, run, splits)
     return session
@@ -94,14 +94,14 @@ def _sum_up(registry: Registry, ground: Ground, run: str, splits: Sequence[str])
     """What stands over all models, earlier ones too: each split's floor and figures, in the run over all trainings."""
     figures: dict[str, bytes] = {}
     floors = {split: floor_text(ground.table, ground.dataset.hash, split, ground.seed) for split in splits}
-    known = newest(
+    versions = newest(
         version
         for version in registry.versions()
         if (version.dataset.hash, version.seed) == (ground.dataset.hash, ground.seed)
     )
-    known = whole(registry, known)
+    versions = whole(registry, versions)
     for split in splits:
-        of_split = {version.name: version for version in reversed(known) if version.split == split}
+        of_split = {version.name: version for version in reversed(versions) if version.split == split}
         if of_split:
             judged = on_held_out(registry, list(of_split.values()), lambda _hash: ground.table)
             figures |= summary_figures(judged, split)

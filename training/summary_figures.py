@@ -16,8 +16,8 @@ def summary_figures(judged: Judged, split: str) -> dict[str, bytes]:
     from .plots.coverage import coverage_figure
     from .plots.heat_map import heat_map
 
-    errors = {label.partition("@")[0]: each for label, each in judged.errors.items()}
-    predictions = {label.partition("@")[0]: each for label, each in judged.predictions.items()}
+    errors = {label.partition("@")[0]: model_errors for label, model_errors in judged.errors.items()}
+    predictions = {label.partition("@")[0]: prediction for label, prediction in judged.predictions.items()}
     ranked = sorted(errors, key=lambda name: float(errors[name].cost.mean()))
     shown = list(dict.fromkeys([*ranked[:_BEST], *(name for name in _ANALYTIC if name in errors)]))
     some = {name: errors[name] for name in shown}

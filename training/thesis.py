@@ -35,8 +35,8 @@ def all_figures() -> tuple[ThesisFigure, ...]:
 
 def thesis_figures(model: str) -> dict[str, ThesisFigure]:
     """By metric, what the thesis reports of a model; empty for one that it does not have."""
-    found: dict[str, ThesisFigure] = {}
+    figures: dict[str, ThesisFigure] = {}
     for figure in all_figures():
         if figure.model == model:
-            found.setdefault(figure.metric, figure)
-    return found
+            figures.setdefault(figure.metric, figure)
+    return figures

@@ -10,8 +10,8 @@ from .registry.registry import Registry
 
 def damages(registry: Registry, versions: Iterable[Version]) -> dict[str, str]:
     """Label ("hybrid@3") -> what is wrong, of those whose files are not whole."""
-    found = ((version.label, registry.damage(version)) for version in versions)
-    return {label: wrong for label, wrong in found if wrong is not None}
+    damages = ((version.label, registry.damage(version)) for version in versions)
+    return {label: wrong for label, wrong in damages if wrong is not None}
 
 
 def whole(

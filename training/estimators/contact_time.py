@@ -154,9 +154,9 @@ class ContactTimeProcess(LearnedArrays):
             self.search_errors_ = (error,)
             return dict(fixed), error
         first = {name: THESIS[name] for name in space}
-        found = bayesian_minimum(error_of, space, self.iterations, rng, first)
-        self.search_errors_ = found.history
-        return {**fixed, **found.settings}, found.value
+        minimum = bayesian_minimum(error_of, space, self.iterations, rng, first)
+        self.search_errors_ = minimum.history
+        return {**fixed, **minimum.settings}, minimum.value
 
     def fit_report(self) -> FitReport:
         tuned = self._tuned()

@@ -110,7 +110,7 @@ class Coregional(LearnedArrays):
         learned = self._learned()
         settings, by_predictor = self.input_kernel.report(learned)
         search = self.maximisation_
-        found = {} if search is None else {"converged": search.converged, "evaluations": len(search.losses)}
+        convergence = {} if search is None else {"converged": search.converged, "evaluations": len(search.losses)}
         return FitReport(
             {
                 **settings,
@@ -118,7 +118,7 @@ class Coregional(LearnedArrays):
                 "noise": float(np.median(np.exp(0.5 * learned["log_noise"]))),
                 "components": len(learned["turn"]) if self.components else 0,
                 "iterations": self.iterations,
-                **found,
+                **convergence,
             },
             by_predictor,
             {} if search is None else {"loss": search.losses.tolist()},

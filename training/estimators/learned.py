@@ -59,10 +59,10 @@ class LearnedArrays(Estimator):
 
     def _asked(self, x: Floats, predictors: int) -> Floats:
         """x as n x d float64. Raises `ValueError` for another number of predictors than learned."""
-        asked = np.asarray(x, dtype=np.float64)
-        if asked.ndim != 2 or asked.shape[1] != predictors:
-            raise ValueError(f"{self.kind!r} learned from {predictors} predictors; asked with the shape {asked.shape}")
-        return asked
+        inputs = np.asarray(x, dtype=np.float64)
+        if inputs.ndim != 2 or inputs.shape[1] != predictors:
+            raise ValueError(f"{self.kind!r} learned from {predictors} predictors; asked with the shape {inputs.shape}")
+        return inputs
 
 
 def _fits(found: tuple[int, ...], shape: Shape, lengths: dict[str, int]) -> bool:

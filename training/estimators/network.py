@@ -66,8 +66,8 @@ class Network(LearnedArrays):
         inputs = Standard(learned["x_mean"], learned["x_width"])
         outputs = Standard(learned["y_mean"], learned["y_width"])
         layers = [(learned[f"weights_{i}"], learned[f"biases_{i}"]) for i in range(1, len(self.layers) + 2)]
-        asked = inputs.apply(self._asked(x, len(inputs.mean)))
-        return Gaussian(outputs.undo(outputs_of(layers, asked)), None)
+        scaled_inputs = inputs.apply(self._asked(x, len(inputs.mean)))
+        return Gaussian(outputs.undo(outputs_of(layers, scaled_inputs)), None)
 
 
 def _arrays(inputs: Standard, outputs: Standard, layers: Sequence[Layer]) -> Arrays:

@@ -95,5 +95,5 @@ class Solution:
         between = self._process.between(z, h, *self._rows)
         explained = solve_triangular(self._lower, between.T, lower=True)
         own = self._process.signal**2 + PRIOR * (h * h).sum(axis=1) + self._process.noise**2
-        left = np.maximum(own - (explained * explained).sum(axis=0), self._process.noise**2)
-        return self._view.undo(between @ self._weights, np.sqrt(left))
+        variance = np.maximum(own - (explained * explained).sum(axis=0), self._process.noise**2)
+        return self._view.undo(between @ self._weights, np.sqrt(variance))

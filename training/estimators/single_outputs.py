@@ -59,7 +59,9 @@ class SingleOutputs(LearnedArrays):
         self.losses_ = []
         with one_core():
             tuned = [self._tuned(z, columns[:, [j]]) for j in range(columns.shape[1])]
-        self._keep(x, y, inputs, outputs, {name: np.stack([each[name] for each in tuned]) for name in tuned[0]})
+        self._keep(
+            x, y, inputs, outputs, {name: np.stack([parameters[name] for parameters in tuned]) for name in tuned[0]}
+        )
         return self
 
     def refit(self, x: Floats, y: Floats, groups: NDArray[Any], rng: np.random.Generator) -> Self:  # noqa: ARG002

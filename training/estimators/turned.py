@@ -94,12 +94,12 @@ def repetition_covariance(x: Floats, y: Floats, groups: NDArray[Any]) -> Floats 
     for group in np.unique(groups):
         rows = groups == group
         terms = x[rows][:, np.ptp(x[rows], axis=0) > 0]
-        left = int(rows.sum()) - 1 - terms.shape[1]
-        if left < 1:
+        degrees_left = int(rows.sum()) - 1 - terms.shape[1]
+        if degrees_left < 1:
             continue
         terms = terms - terms.mean(axis=0)
         centred = y[rows] - y[rows].mean(axis=0)
         centred = centred - terms @ np.linalg.lstsq(terms, centred, rcond=None)[0]
         total += centred.T @ centred
-        freedom += left
+        freedom += degrees_left
     return total / freedom if freedom > y.shape[1] else None

@@ -43,8 +43,8 @@ def described(kernel: Kernel) -> dict[str, Any]:
     if name in _WRAPPERS:
         return {"class": name, "kernels": [described(part) for part in kernel.kernels], **_dimensions(kernel)}
     if name not in _ARGUMENTS or type(kernel) is not _class_named(name):
-        known = ", ".join((*_ARGUMENTS, *_WRAPPERS))
-        raise ValueError(f"a model with {type(kernel).__name__} cannot be stored; kernels that can: {known}")
+        class_names = ", ".join((*_ARGUMENTS, *_WRAPPERS))
+        raise ValueError(f"a model with {type(kernel).__name__} cannot be stored; kernels that can: {class_names}")
     arguments = {argument: _plain(getattr(kernel, argument)) for argument in _ARGUMENTS[name]}
     return {"class": name, **arguments, **_dimensions(kernel)}
 

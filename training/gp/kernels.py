@@ -51,8 +51,8 @@ KERNELS: dict[str, Callable[[Floats], Floats]] = {
 def kernel_named(kind: str) -> Callable[[Floats], Floats]:
     """Raises `LookupError` that names those there are."""
     if kind not in KERNELS:
-        known = ", ".join(KERNELS)
-        raise LookupError(f"no kernel {kind!r}; there are: {known}; or hand in a kernel of gpytorch.kernels")
+        kernel_names = ", ".join(KERNELS)
+        raise LookupError(f"no kernel {kind!r}; there are: {kernel_names}; or hand in a kernel of gpytorch.kernels")
     return KERNELS[kind]
 
 

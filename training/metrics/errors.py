@@ -95,13 +95,15 @@ def pulse_errors(pulses: PulseTable, prediction: ContactPrediction) -> PulseErro
 def _of_the_fine(pulses: PulseTable, force_n: Floats, contact_time_s: Floats) -> dict[str, Floats]:
     """Errors that need whole pulses."""
     measured, predicted = reconstruct(pulses.force_n), reconstruct(force_n)
-    found = figures(predicted, contact_time_s)
+    predicted_figures = figures(predicted, contact_time_s)
     return {
         "cost": pulse_cost(measured, pulses.contact_time_s, predicted, contact_time_s),
-        "peak_force_error": _relative(found.peak_force_n, pulses.peak_force_n),
-        "compression_time_error": _relative(found.compression_time_s, pulses.compression_time_s),
-        "impulse_error": _relative(found.impulse_n_s, pulses.impulse_n_s),
-        "compression_impulse_error": _relative(found.compression_impulse_n_s, pulses.compression_impulse_n_s),
+        "peak_force_error": _relative(predicted_figures.peak_force_n, pulses.peak_force_n),
+        "compression_time_error": _relative(predicted_figures.compression_time_s, pulses.compression_time_s),
+        "impulse_error": _relative(predicted_figures.impulse_n_s, pulses.impulse_n_s),
+        "compression_impulse_error": _relative(
+            predicted_figures.compression_impulse_n_s, pulses.compression_impulse_n_s
+        ),
     }
 
 

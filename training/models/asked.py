@@ -14,9 +14,9 @@ def spelled(predictors: tuple[Predictor, ...]) -> Texts:
 
 def check_same_predictors(inputs: Inputs, learned: Texts) -> None:
     """Raises `ValueError` for other predictors than learned, by name, and for values that are not finite."""
-    asked = spelled(inputs.predictors)
-    if not np.array_equal(asked, learned):
-        other = sorted(set(asked.tolist()) ^ set(learned.tolist())) or ["their order"]
+    given = spelled(inputs.predictors)
+    if not np.array_equal(given, learned):
+        other = sorted(set(given.tolist()) ^ set(learned.tolist())) or ["their order"]
         raise ValueError(f"the model learned from other predictors; different: {', '.join(other)}")
     check_finite(inputs)
 

@@ -66,12 +66,12 @@ class Calibrated(ContactModel):
         force_spread, time_spread = self._spreads(unseen)
         force_over, time_over = _over(force, force_spread), _over(time, time_spread)
         squares = (force_over**2).mean(axis=1), time_over**2
-        self.difficulty_ = tuple(most_likely(pulses.x, each, folds) for each in squares)
-        alike = [left_out(pulses.x, each.squares, folds, each.reach) for each in self.difficulty_]
+        self.difficulty_ = tuple(most_likely(pulses.x, output_squares, folds) for output_squares in squares)
+        alike = [left_out(pulses.x, scaling.squares, folds, scaling.reach) for scaling in self.difficulty_]
         self.factors_ = np.array([_factor(force_over / alike[0][:, None]), _factor(time_over / alike[1])])
         force_spread = self.factors_[0] * alike[0][:, None] * force_spread
         apart = np.hypot(*_relative(unseen, force_spread, self.factors_[1] * alike[1] * time_spread))
-        measured, predicted = (impulse(each.force_n, each.contact_time_s) for each in (pulses, unseen))
+        measured, predicted = (impulse(pulse.force_n, pulse.contact_time_s) for pulse in (pulses, unseen))
         self.impulse_ = _factor(_over(np.log(measured / predicted), apart))
         return self
 
@@ -86,7 +86,7 @@ class Calibrated(ContactModel):
     def predict(self, inputs: Inputs) -> ContactPrediction:
         prediction = self._learned().predict(inputs)
         force, time = self._spreads(prediction)
-        factors = self.factors_ * np.column_stack([each.at(inputs.x) for each in self.difficulty_])
+        factors = self.factors_ * np.column_stack([scaling.at(inputs.x) for scaling in self.difficulty_])
         force, time = factors[:, :1] * force, factors[:, 1] * time
         together = prediction.log_correlation
         if self.impulse_ is not None:
@@ -115,8 +115,8 @@ class Calibrated(ContactModel):
             "factors": self.factors_,
             "relative": self.relative_,
             "x": self.difficulty_[0].x,
-            "squares": np.column_stack([each.squares for each in self.difficulty_]),
-            "reach": np.array([each.reach for each in self.difficulty_]),
+            "squares": np.column_stack([scaling.squares for scaling in self.difficulty_]),
+            "reach": np.array([scaling.reach for scaling in self.difficulty_]),
             **({} if self.impulse_ is None else {"impulse": np.array(self.impulse_)}),
         }
 
@@ -161,8 +161,8 @@ def _log_correlation(impulse: float, force: Floats, time: Floats) -> Floats:
 
 
 def _joined(parts: list[Floats | None], order: NDArray[np.intp]) -> Floats | None:
-    known = [part for part in parts if part is not None]
-    return np.concatenate(known)[order] if len(known) == len(parts) else None
+    existing = [part for part in parts if part is not None]
+    return np.concatenate(existing)[order] if len(existing) == len(parts) else None
 
 
 def _peak(prediction: ContactPrediction) -> Floats:

@@ -23,8 +23,8 @@ def prefixed(prefix: str, arrays: Arrays) -> Arrays:
 def restored(part: _P, prefix: str, arrays: Arrays) -> _P:
     """A copy of the part that has learned what stands under the prefix."""
     begin = f"{prefix}."
-    found = {name.removeprefix(begin): array for name, array in arrays.items() if name.startswith(begin)}
-    return own(part).restore(found)
+    own_arrays = {name.removeprefix(begin): array for name, array in arrays.items() if name.startswith(begin)}
+    return own(part).restore(own_arrays)
 
 
 def taken(arrays: Arrays, name: str, kind: str) -> Any:

@@ -34,8 +34,8 @@ def coverage_figure(pulses: PulseTable, predictions: Mapping[str, ContactPredict
             score = standardised(pulses, prediction, name)
             if score is not None:
                 style = {"color": COLOURS[drawn % len(COLOURS)], "marker": MARKERS[drawn % len(MARKERS)]}
-                found = coverage(score)
-                axes.plot(LEVELS, found, lw=1, ms=4, label=f"{model} ({found[LEVELS == 0.9][0]:.3f})", **style)
+                shares = coverage(score)
+                axes.plot(LEVELS, shares, lw=1, ms=4, label=f"{model} ({shares[LEVELS == 0.9][0]:.3f})", **style)
                 drawn += 1
         if drawn:
             axes.legend(frameon=False, loc="upper left", title="at 0.90")
@@ -46,8 +46,8 @@ def coverage(scores: Floats, levels: Floats = LEVELS) -> Floats:
     """Share of standardised errors within the central normal interval of each of `levels`."""
     from scipy.special import ndtri
 
-    found: Floats = np.mean(np.abs(scores.ravel()) <= ndtri((1 + levels) / 2)[:, None], axis=1)
-    return found
+    shares: Floats = np.mean(np.abs(scores.ravel()) <= ndtri((1 + levels) / 2)[:, None], axis=1)
+    return shares
 
 
 def standardised(pulses: PulseTable, prediction: ContactPrediction, name: str) -> Floats | None:

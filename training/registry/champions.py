@@ -31,12 +31,12 @@ def champions_of(
     tags: Mapping[tuple[str, int], Mapping[str, str]], aliases: Mapping[str, Mapping[str, str]]
 ) -> dict[tuple[str, int], str]:
     """(name, version) -> predictor set: of the carriers of a set's alias the one promoted last."""
-    found: dict[str, tuple[str, int]] = {}
+    champions: dict[str, tuple[str, int]] = {}
     for key in sorted(tags, key=lambda key: tags[key].get(PROMOTED_TAG, "")):
         predictor_set = tags[key]["pyroshock.predictor_set"]
         if str(aliases.get(key[0], {}).get(alias_of(predictor_set))) == str(key[1]):
-            found[predictor_set] = key
-    return {key: predictor_set for predictor_set, key in found.items()}
+            champions[predictor_set] = key
+    return {key: predictor_set for predictor_set, key in champions.items()}
 
 
 def next_stamp(client: MlflowClient) -> str:

@@ -95,9 +95,9 @@ class Connection:
             import mlflow.store.tracking.sqlalchemy_store  # takes a second, for which nobody should wait in turn
         with turn(self.place, "tables"):
             client = mlflow.MlflowClient()
-            found = client.get_experiment_by_name(EXPERIMENT)
-            if found is not None:
-                return str(found.experiment_id)
+            experiment = client.get_experiment_by_name(EXPERIMENT)
+            if experiment is not None:
+                return str(experiment.experiment_id)
             return str(client.create_experiment(EXPERIMENT, artifact_location=self.place.artifact_uri))
 
 

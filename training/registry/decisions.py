@@ -56,14 +56,14 @@ def settle(client: MlflowClient, experiment: str, versions: Sequence[Version]) -
 def decisions(client: MlflowClient, experiment: str, versions: Sequence[Version]) -> list[Decision]:
     """Those that count, the newest first."""
     by_label = {version.label: version for version in versions}
-    found = []
+    decisions = []
     for run in sorted(_runs(client, experiment), key=lambda run: (_number(run), run.info.start_time), reverse=True):
         decision = decision_from(run.data.tags)
         candidate = by_label.get(decision.candidate)
         if _is_open(run) and (candidate is None or not is_crowned(client, candidate, run.data.tags[_STAMP_TAG])):
             continue
-        found.append(decision)
-    return found
+        decisions.append(decision)
+    return decisions
 
 
 def _runs(client: MlflowClient, experiment: str) -> list[Run]:

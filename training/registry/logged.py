@@ -46,7 +46,9 @@ def log_figures(client: MlflowClient, run_id: str, model_id: str, trained: Train
     from mlflow.utils.mlflow_tags import MLFLOW_DATASET_CONTEXT
 
     sides = {side: _dataset(trained, side) for side in ("training", "held-out")}
-    inputs = [DatasetInput(each, [InputTag(MLFLOW_DATASET_CONTEXT, side)]) for side, each in sides.items()]
+    inputs = [
+        DatasetInput(side_dataset, [InputTag(MLFLOW_DATASET_CONTEXT, side)]) for side, side_dataset in sides.items()
+    ]
     client.log_inputs(run_id, inputs)
     parameters = [Param(name, value) for name, value in _parameters(trained).items()]
     metrics = _held_out_metrics(trained, model_id, sides["held-out"]) + _fit_metrics(trained)

@@ -61,8 +61,8 @@ class Registry:
             return []
         with self.connection.client() as client:
             aliases = {model.name: model.aliases for model in client.search_registered_models(max_results=1000)}
-            found = client.search_model_versions(max_results=10_000)
-        rows = [(v, int(v.version), v.tags) for v in found if TASK_TAG in v.tags]
+            model_versions = client.search_model_versions(max_results=10_000)
+        rows = [(v, int(v.version), v.tags) for v in model_versions if TASK_TAG in v.tags]
         champion_of = champions_of({(v.name, number): tags for v, number, tags in rows}, aliases)
         return in_order(
             version_from(v.name, number, v.run_id, v.creation_timestamp, tags, champion_of.get((v.name, number)))
@@ -186,9 +186,9 @@ class Registry:
         """The run over all trainings of a dataset with a seed: the one begun earlier, or a new one."""
         with self.connection.client() as client:
             key = f"{dataset.hash} {seed}"
-            found = client.search_runs([self.connection.experiment], f"tags.`{_SESSION_TAG}` = '{key}'", max_results=1)
-            if found:
-                return str(found[0].info.run_id)
+            runs = client.search_runs([self.connection.experiment], f"tags.`{_SESSION_TAG}` = '{key}'", max_results=1)
+            if runs:
+                return str(runs[0].info.run_id)
             run = client.create_run(
                 self.connection.experiment, run_name=f"train {dataset.name}", tags={_SESSION_TAG: key}
             )
@@ -215,8 +215,8 @@ class Registry:
             return {}
         with self.connection.client() as client:
             key = f"{dataset_hash} {seed}"
-            found = client.search_runs([self.connection.experiment], f"tags.`{_SESSION_TAG}` = '{key}'", max_results=1)
-            tags = found[0].data.tags if found else {}
+            runs = client.search_runs([self.connection.experiment], f"tags.`{_SESSION_TAG}` = '{key}'", max_results=1)
+            tags = runs[0].data.tags if runs else {}
         return dict(json.loads(text) for key, text in tags.items() if key.startswith(_FLOOR_TAG))
 
     @contextmanager
@@ -313,16 +313,23 @@ def _again(version: Version) -> str:
 def _registered(client: MlflowClient, runs: Sequence[str]) -> Version | None:
     """The version that one of these runs has registered, though nobody was told."""
     for run in runs:
-        for found in client.search_model_versions(f"run_id = '{run}'"):
-            return version_from(found.name, int(found.version), run, found.creation_timestamp, found.tags, None)
+        for model_version in client.search_model_versions(f"run_id = '{run}'"):
+            return version_from(
+                model_version.name,
+                int(model_version.version),
+                run,
+                model_version.creation_timestamp,
+                model_version.tags,
+                None,
+            )
     return None
 
 
 def _next_order(client: MlflowClient) -> int:
     """In the turn of those who register; of a tracking server's other machines one may get the same: clocks tell."""
     models = client.search_registered_models(max_results=1000)
-    known = [int(version.tags.get(ORDER_TAG, "0")) for model in models for version in model.latest_versions]
-    return max(known, default=0) + 1
+    orders = [int(version.tags.get(ORDER_TAG, "0")) for model in models for version in model.latest_versions]
+    return max(orders, default=0) + 1
 
 
 def _floor_tag(split: str) -> str:

@@ -125,7 +125,9 @@ def sha256_of_keys(keys: NDArray[np.str_]) -> str:
 
 def read_about(document: Mapping[str, Any]) -> tuple[tuple[Predictor, ...], Domain]:
     """Predictors and validity domain from what `about` made."""
-    predictors = tuple(Predictor(each["name"], each["unit"], tuple(each["levels"])) for each in document["predictors"])
+    predictors = tuple(
+        Predictor(entry["name"], entry["unit"], tuple(entry["levels"])) for entry in document["predictors"]
+    )
     return predictors, Domain.from_json(document["domain"])
 
 
@@ -191,11 +193,11 @@ def decision_from(tags: Mapping[str, str]) -> Decision:
 
 def flat(settings: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
     """Nested settings as parameters: {"force": {"kind": .., "settings": {"rank": 3}}} has "force.rank"."""
-    found: dict[str, str] = {}
+    flattened: dict[str, str] = {}
     for key, value in settings.items():
         if isinstance(value, dict) and value.keys() == {"kind", "settings"}:
-            found[prefix + key] = value["kind"]
-            found |= flat(value["settings"], f"{prefix}{key}.")
+            flattened[prefix + key] = value["kind"]
+            flattened |= flat(value["settings"], f"{prefix}{key}.")
         else:
-            found[prefix + key] = value if isinstance(value, str) else json.dumps(value, default=str)
-    return found
+            flattened[prefix + key] = value if isinstance(value, str) else json.dumps(value, default=str)
+    return flattened

@@ -84,7 +84,7 @@ def searched(
     A crew of this process works in `search.workers` threads; to another `evaluate` is sent, pickled.
     """
     population = _first(search, np.random.default_rng([seed, 0]))
-    best, evaluated, seen, asked = list[float](), list[int](), set[Genes](), 0
+    best, evaluated, seen, requested = list[float](), list[int](), set[Genes](), 0
     for generation in range(search.generations + 1):
         if generation:
             values = [journal.values[genes] for genes in population]
@@ -94,16 +94,16 @@ def searched(
         for genes, value in _evaluated(missing, evaluate, search.workers, crew):
             journal.add(genes, value)
         seen.update(population)
-        asked += search.population if generation == 0 else search.population - search.elite
+        requested += search.population if generation == 0 else search.population - search.elite
         leader = _ranked(seen, journal)
         best.append(journal.values[leader])
         evaluated.append(len(seen))
         if progress:
             progress(
                 f"generation {generation} of {search.generations}: {best[-1]:.4f} with {show(leader)};"
-                f" {len(seen)} evaluated, {asked - len(seen)} duplicates saved"
+                f" {len(seen)} evaluated, {requested - len(seen)} duplicates saved"
             )
-    return Found(leader, best[-1], tuple(best), asked, tuple(evaluated))
+    return Found(leader, best[-1], tuple(best), requested, tuple(evaluated))
 
 
 def _ranked(seen: Iterable[Genes], journal: Journal) -> Genes:
@@ -142,8 +142,8 @@ def _first(search: Search, rng: np.random.Generator) -> list[Genes]:
 def _bred(search: Search, parents: list[Genes], values: list[float], rng: np.random.Generator) -> list[Genes]:
     """The next generation: the best survive, the rest are children."""
     order = sorted(range(len(parents)), key=lambda one: (values[one], parents[one]))
-    elite = list(dict.fromkeys(parents[one] for one in order))[: search.elite]
-    place = {one: rank for rank, one in enumerate(order)}
+    elite = list(dict.fromkeys(parents[place] for place in order))[: search.elite]
+    place = {parent: rank for rank, parent in enumerate(order)}
 
     def chosen() -> np.ndarray[tuple[int], np.dtype[np.float64]]:
         rivals = rng.integers(len(parents), size=2)
