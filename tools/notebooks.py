@@ -3,7 +3,7 @@
 A notebook is a file of docs/notebooks in Jupyter's percent format (`# %%` before a cell), which a reviewer reads as
 Python and Jupyter opens with jupytext. It is run in an empty folder, so that it makes its own store.
 
-    python -m tools.notebooks docs/notebooks/srs_and_records.py
+    python -m tools.notebooks docs/notebooks/ingest_and_look.py
 """
 
 from __future__ import annotations

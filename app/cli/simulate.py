@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from ..library.quantities import parse_quantity
 from .common import db_option, json_option, note, opened, write_json
 from .completion import plan_names
-
-if TYPE_CHECKING:
-    from ...virtualbench.effects import Effects
-    from ...virtualbench.gun.channels import Trigger
 
 
 @click.command()
@@ -60,24 +54,25 @@ def simulate(
         pyroshock ingest spring/
     """
     with opened(db) as store:
-        from ...virtualbench.simulate import simulate as play
-        from ..plans.simulation import rows_of
+        from ...doe.plans import read_plan
+        from ..plans.simulation import simulate_plan
         from ..progress import progress_bar
 
-        kind, rows, planned = rows_of(store, plan)
+        with store.reading() as session:
+            stored = read_plan(session, plan)
         with progress_bar(plan, "recordings") as step:
-            made = play(
-                rows,
-                kind,
+            made = simulate_plan(
+                stored,
                 out,
                 seed=seed,
-                effects=_effects(effects),
+                effects=_strengths(effects),
                 echoes=echoes,
-                repetitions=repetitions or planned,
+                name=name,
+                repetitions=repetitions,
+                trigger=trigger,
+                pre_trigger=pre_trigger,
                 jobs=jobs,
                 progress=step,
-                name=name or plan,
-                trigger=_trigger(trigger, pre_trigger),
             )
     note(f"{made.folder}: {made.recordings} recordings, {made.hits} hits; sealed: {made.seal}")
     if json_to is not None:
@@ -87,34 +82,13 @@ def simulate(
         )
 
 
-def _effects(texts: tuple[str, ...]) -> Effects:
-    from ...virtualbench.effects import Effects
-
-    effects = Effects.default()
+def _strengths(texts: tuple[str, ...]) -> dict[str, float]:
+    """Effect -> strength, of NAME=STRENGTH; 1 where none is given. Raises `ValueError`."""
+    strengths = {}
     for text in texts:
         name, sign, strength = text.partition("=")
         try:
-            value = float(strength) if sign else 1.0
+            strengths[name.strip()] = float(strength) if sign else 1.0
         except ValueError as error:
             raise ValueError(f"--effect {text!r}; expected NAME=STRENGTH, such as gun.blow_by=2") from error
-        effects = effects.with_strength(name.strip(), value)
-    return effects
-
-
-def _trigger(share: str | None, pre_trigger: str | None) -> Trigger | None:
-    """What the options say; None where they say nothing. Raises `ValueError`."""
-    from ...virtualbench.gun.channels import Trigger
-
-    if share is None and pre_trigger is None:
-        return None
-    usual = Trigger()
-    before_s = usual.pre_trigger_s if pre_trigger is None else parse_quantity(pre_trigger, "s", "--pre-trigger")
-    if share is None or share == "none":
-        return Trigger(None if share else usual.share, before_s)
-    number, percent, rest = share.partition("%")
-    try:
-        if not percent or rest.strip():
-            raise ValueError(share)
-        return Trigger(float(number) / 100, before_s)
-    except ValueError as error:
-        raise ValueError(f"--trigger is {share!r}; expected a share such as 5%, or none") from error
+    return strengths

@@ -153,6 +153,51 @@ class PlannedDesign:
         write_sheet(self.stored, Path(path))
         return Path(path)
 
+    @raises_library_errors
+    def simulate(
+        self,
+        folder: str | os.PathLike[str],
+        *,
+        seed: int = 0,
+        effects: Mapping[str, float] | None = None,
+        echoes: bool = False,
+        name: str | None = None,
+        repetitions: int | None = None,
+        trigger: str | float | None = None,
+        pre_trigger: Quantity | None = None,
+        jobs: int | None = None,
+        progress: bool = True,
+    ) -> Path:
+        """Fire the plan on the virtual bench into a new campaign folder, as `pyroshock simulate` does.
+
+        The folder is returned: `store.ingest(plan.simulate("summer"))`. The same `seed` gives the same files. `effects`
+        are strengths by name ({"gun.blow_by": 3}): 0 takes an effect away, 1 is a realistic bench's and the usual one.
+        With `echoes` the edges of the plate act on what strikes it while it touches. `name` is the campaign's and
+        `repetitions` the hits or shots of each run, both the plan's unless they are given. Of a gun, a recording begins
+        `pre_trigger` ("300ms") before the share `trigger` of the tank's pressure is lost ("5%" or 0.05; "none": a
+        recorder started by hand). `jobs` processes work at once, by default one for each core, at most 4.
+
+        What was set and what really happened is in FOLDER.sealed.json beside the folder. Raises `InvalidValueError` for
+        a folder that is not empty and for what cannot be fired.
+        """
+        from ..plans.simulation import simulate_plan
+        from .progress import step_bar
+
+        with step_bar(self.name, "recordings", progress) as step:
+            return simulate_plan(
+                self.stored,
+                Path(folder),
+                seed=seed,
+                effects=effects,
+                echoes=echoes,
+                name=name,
+                repetitions=repetitions,
+                trigger=trigger,
+                pre_trigger=pre_trigger,
+                jobs=jobs,
+                progress=step,
+            ).folder
+
     def plot(self, ax: Axes | None = None) -> Axes:
         """The levels of every factor from run to run, on `ax` or on axes that are made."""
         from ...doe.plots import draw_runs

@@ -1,9 +1,20 @@
-"""A stored plan as the rows that the virtual bench plays."""
+"""A stored plan fired on the virtual bench, by the command line and by notebooks alike."""
 
 from __future__ import annotations
 
-from ...doe.plans import read_plan
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...doe.plans import StoredPlan, read_plan
 from ...schema.session import Store
+from ..library.quantities import si
+
+if TYPE_CHECKING:
+    from ...virtualbench.gun.channels import Trigger
+    from ...virtualbench.simulate import SimulatedCampaign
+    from ..library.quantities import Quantity
+    from ..progress import Step
 
 
 def rows_of(store: Store, name: str) -> tuple[str, list[dict[str, str]], int]:
@@ -13,10 +24,82 @@ def rows_of(store: Store, name: str) -> tuple[str, list[dict[str, str]], int]:
     """
     with store.reading() as session:
         plan = read_plan(session, name)
+    return rows_of_stored(plan)
+
+
+def rows_of_stored(plan: StoredPlan) -> tuple[str, list[dict[str, str]], int]:
+    """As `rows_of`, of a plan that was read. Raises `ValueError` where nothing is left to play."""
     runs = [run for run in plan.runs if run.status != "discarded"]
     if not runs:
-        raise ValueError(f"plan {name!r} has no run that is not discarded")
+        raise ValueError(f"plan {plan.name!r} has no run that is not discarded")
     rows = [
         {"run": str(run.run), **run.row, **{key: repr(value) for key, value in run.settings.items()}} for run in runs
     ]
     return plan.space.kind, rows, max(run.repetitions for run in runs)
+
+
+def simulate_plan(
+    plan: StoredPlan,
+    folder: Path,
+    *,
+    seed: int = 0,
+    effects: Mapping[str, float] | None = None,
+    echoes: bool = False,
+    name: str | None = None,
+    repetitions: int | None = None,
+    trigger: str | float | None = None,
+    pre_trigger: Quantity | None = None,
+    jobs: int | None = None,
+    progress: Step | None = None,
+) -> SimulatedCampaign:
+    """Fire a plan on the virtual bench into a new campaign folder, as `virtualbench.simulate.simulate` does.
+
+    `effects` are strengths by name; the others keep their usual strength of 1. `name` and `repetitions` are the plan's
+    unless they are given. Raises `ValueError` as that function, `Effects.with_strength` and `trigger_of`.
+    """
+    from ...virtualbench.effects import Effects
+    from ...virtualbench.simulate import simulate
+
+    kind, rows, planned = rows_of_stored(plan)
+    acting = Effects.default()
+    for effect, strength in (effects or {}).items():
+        acting = acting.with_strength(effect, float(strength))
+    return simulate(
+        rows,
+        kind,
+        folder,
+        seed=seed,
+        effects=acting,
+        echoes=echoes,
+        repetitions=planned if repetitions is None else repetitions,
+        jobs=jobs,
+        progress=progress,
+        name=name or plan.name,
+        trigger=trigger_of(trigger, pre_trigger),
+    )
+
+
+def trigger_of(share: str | float | None, pre_trigger: Quantity | None) -> Trigger | None:
+    """When recordings begin: "5%" or 0.05 of the tank's pressure lost, or "none" for a recorder started by hand.
+
+    None where neither is given. Raises `ValueError`.
+    """
+    from ...virtualbench.gun.channels import Trigger
+
+    if share is None and pre_trigger is None:
+        return None
+    usual = Trigger()
+    before_s = usual.pre_trigger_s if pre_trigger is None else si(pre_trigger, "s", "--pre-trigger")
+    if share is None:
+        return Trigger(usual.share, before_s)
+    if not isinstance(share, str):
+        return Trigger(float(share), before_s)
+    if share == "none":
+        return Trigger(None, before_s)
+    number, percent, rest = share.partition("%")
+    try:
+        if not percent or rest.strip():
+            raise ValueError(share)
+        return Trigger(float(number) / 100, before_s)
+    except ValueError as error:
+        raise ValueError(f"--trigger is {share!r}; expected a share such as 5%, or none") from error

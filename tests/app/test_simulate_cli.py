@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from pyroshock.app.cli.simulate import _trigger
+from pyroshock.app.plans.simulation import trigger_of
 from pyroshock.virtualbench.gun.channels import Trigger
 from support.stores.stores import pyroshock
 
@@ -81,10 +81,10 @@ def test_simulated_campaign_works_its_plan_off(url, tmp_path):
     ],
 )
 def test_options_say_when_the_recorder_begins(share, before, expected):
-    assert _trigger(share, before) == expected
+    assert trigger_of(share, before) == expected
 
 
 @pytest.mark.parametrize("share", ["10", "0%", "x%", "100%"])
 def test_a_share_that_triggers_nothing_is_refused(share):
     with pytest.raises(ValueError, match=r"--trigger is .* expected a share such as 5%, or none"):
-        _trigger(share, None)
+        trigger_of(share, None)

@@ -216,20 +216,89 @@ def test_factors_are_a_text_or_a_file(store, tmp_path: Path) -> None:
     assert plan.stored.factors == FEW
 
 
+def test_plan_is_fired_with_the_options_of_the_command(store, tmp_path: Path, monkeypatch) -> None:
+    from pyroshock.virtualbench.simulate import SimulatedCampaign
+    from support.stores.stores import pyroshock
+
+    calls = []
+
+    def fake(rows, kind, out, *, progress, **options) -> SimulatedCampaign:
+        calls.append((rows, kind, out, options))
+        return SimulatedCampaign(out, out.with_suffix(".sealed.json"), 0, 0)
+
+    monkeypatch.setattr("pyroshock.virtualbench.simulate.simulate", fake)
+    plan = store.plan.lhs("summer", runs=2, seed=1, factors=FEW)
+    folder = plan.simulate(
+        str(tmp_path / "a"),
+        seed=3,
+        effects={"gun.blow_by": 3, "plate.damping": 0},
+        echoes=True,
+        name="b",
+        repetitions=2,
+        trigger=0.1,
+        pre_trigger="500 ms",
+        jobs=2,
+    )
+    words = [
+        "--effect",
+        "gun.blow_by=3",
+        "--effect",
+        "plate.damping=0",
+        "--echoes",
+        "--name",
+        "b",
+        "--repetitions",
+        "2",
+    ]
+    words += ["--trigger", "10%", "--pre-trigger", "500ms", "--jobs", "2", "--seed", "3"]
+    result = pyroshock("simulate", "summer", "--out", tmp_path / "a", "--db", store.url, *words)
+    assert result.exit_code == 0, result.output
+    assert folder == tmp_path / "a"
+    assert calls[0] == calls[1]
+    assert calls[0][3]["effects"]["gun.blow_by"] == 3
+
+
+@pytest.mark.slow
+def test_fired_plan_is_ingested(store, tmp_path: Path) -> None:
+    plan = store.plan.lhs("summer", kind="hammer", runs=2, repetitions=1, seed=1)
+    folder = plan.simulate(tmp_path / "summer", seed=3, jobs=1, progress=False)
+    assert (tmp_path / "summer.sealed.json").is_file()
+    assert store.ingest(folder, progress=False).added["impacts"] == 2
+    assert store.plan.open("summer").to_frame()["status"].tolist() == ["done"] * 2
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"effects": {"gun.tea": 1.0}}, "unknown effect 'gun.tea'"),
+        ({"trigger": "much"}, r"^trigger is 'much'; expected a share such as 5%"),
+        ({"pre_trigger": "5 kg"}, "^pre_trigger is '5 kg'; expected a unit such as 's'"),
+        ({"repetitions": 0}, "repetitions = 0"),
+    ],
+)
+def test_what_cannot_be_fired_is_refused(store, tmp_path: Path, options, message) -> None:
+    plan = store.plan.lhs("summer", runs=2, seed=1, factors=FEW)
+    with pytest.raises(ps.InvalidValueError, match=message):
+        plan.simulate(tmp_path / "summer", progress=False, **options)
+    assert not (tmp_path / "summer").exists()
+
+
+def test_trigger_is_a_share_and_a_time_in_si() -> None:
+    from pyroshock.app.plans.simulation import trigger_of
+    from pyroshock.virtualbench.gun.channels import Trigger
+
+    assert trigger_of(0.1, 0.5) == trigger_of("10%", "500 ms") == Trigger(0.1, 0.5)
+
+
 @pytest.mark.slow
 def test_continuous_plan_is_played_ingested_and_linked(store, tmp_path: Path) -> None:
     """From the factors file to recorded runs: pressures are set by hand, and still belong to their planned runs."""
-    from pyroshock.app.plans.simulation import rows_of
     from pyroshock.ingest.load import ingest_folder
     from pyroshock.ingest.plan_link import link_campaign
-    from pyroshock.virtualbench.effects import Effects
-    from pyroshock.virtualbench.simulate import simulate
 
     plan = store.plan.lhs("summer", runs=3, repetitions=1, seed=1, factors=FEW)
     planned = plan.to_frame().set_index("run")
-    kind, rows, repetitions = rows_of(store.store, "summer")
-    folder = tmp_path / "summer"
-    simulate(rows, kind, folder, seed=1, effects=Effects.default(), repetitions=repetitions, name="summer", jobs=1)
+    folder = plan.simulate(tmp_path / "summer", seed=1, jobs=1, progress=False)
     with (folder / "runs.csv").open(newline="", encoding="utf-8") as file:
         played = list(csv.DictReader(file))
     set_pressures = np.array([float(row["tank_pressure_bar"]) for row in played])
