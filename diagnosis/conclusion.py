@@ -49,13 +49,13 @@ def conclude(posterior: Posterior, shares: GapShares, held: HeldOut | None, unkn
     gains = _held_out_gains(posterior, held)
     named = _named(posterior, shares, gains)
     listed = _listed_sets(posterior, [name for name in named if shares.share[name] >= _LEAST_LISTED])
-    weighed_causes, p_unknown = _known_causes(posterior, *listed), 0.0
-    first_evidence = weighed_causes[0].probability
+    causes_in_catalogue, p_unknown = _known_causes(posterior, *listed), 0.0
+    first_evidence = causes_in_catalogue[0].probability
     if _large(posterior):
-        fraction, remaining = _held_out_figures(posterior, held)
-        p_unknown = unknown(posterior.log_odds_unknown, fraction, remaining, posterior.none_probability)
-        weighed_causes = _weighed(weighed_causes, fraction)
-    causes = _listed(weighed_causes, p_unknown)
+        fraction, remaining_gap = _held_out_figures(posterior, held)
+        p_unknown = unknown(posterior.log_odds_unknown, fraction, remaining_gap, posterior.none_probability)
+        causes_in_catalogue = _weighed(causes_in_catalogue, fraction)
+    causes = _listed(causes_in_catalogue, p_unknown)
     path = _path(posterior, held, named)
     if causes[0].effects == (UNKNOWN,):
         named = ()  # those that are nearest, no causes
@@ -79,10 +79,10 @@ def _held_out_figures(posterior: Posterior, held: HeldOut | None) -> tuple[float
     floor, in tolerances."""
     if held is None:
         return None, None
-    remaining_squares = held.squares(held.correction).mean() - held.gaps.floor[held.split.held_out].mean()
+    remaining_square = held.squares(held.correction).mean() - held.gaps.floor[held.split.held_out].mean()
     tolerance = posterior.metric.size(posterior.gap).tolerance
     fraction = held.fraction(held.correction) if held.is_gap else None
-    return fraction, float(np.sqrt(max(remaining_squares, 0.0)) / tolerance)
+    return fraction, float(np.sqrt(max(remaining_square, 0.0)) / tolerance)
 
 
 def _held_out_gains(posterior: Posterior, held: HeldOut | None) -> dict[str, tuple[float, float]]:
@@ -153,7 +153,7 @@ def _listed_sets(
     for major, p in posterior.set_probabilities().items():
         fit = posterior.representative(major)
         names = (*major, *(name for name in named if name in fit.effects and name not in major))
-        same = next((fitted for fitted in fits if set(fitted) == set(names)), names)
+        same = next((earlier_set for earlier_set in fits if set(earlier_set) == set(names)), names)
         probabilities[same] = probabilities.get(same, 0.0) + p
         fits.setdefault(same, fit)
     return probabilities, fits

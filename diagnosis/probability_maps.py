@@ -47,16 +47,16 @@ class UnknownMap:
 
 
 def unknown_features(
-    log_odds: float, fraction: float | None, left: float | None, none: float = 0.0
+    log_odds: float, fraction: float | None, remaining_gap: float | None, none: float = 0.0
 ) -> tuple[float, float, float, float]:
     """One, and the figures of the logit in the order of `UnknownMap`."""
     fraction = 0.5 if fraction is None or not np.isfinite(fraction) else fraction
-    left = 1.0 if left is None or not np.isfinite(left) else left
+    remaining_gap = 1.0 if remaining_gap is None or not np.isfinite(remaining_gap) else remaining_gap
     return (
         1.0,
         float(np.arcsinh(log_odds / 2)),
         (1 - none) * (0.5 - float(np.clip(fraction, -0.5, 1.0))),
-        float(np.log(np.clip(left, _LEAST_LEFT, _MOST_LEFT))),
+        float(np.log(np.clip(remaining_gap, _LEAST_LEFT, _MOST_LEFT))),
     )
 
 

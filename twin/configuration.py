@@ -135,9 +135,9 @@ class TwinConfiguration:
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Self:
         """Raises `ValueError` naming what is missing, unknown or out of range, `LookupError` for an unknown effect."""
-        keys = (*_KEYS, *_OPTIONAL)
-        if unknown := sorted(set(data) - set(keys)):
-            raise ValueError(f"unknown key {unknown[0]!r}; known: {', '.join(keys)}")
+        known_keys = (*_KEYS, *_OPTIONAL)
+        if unknown := sorted(set(data) - set(known_keys)):
+            raise ValueError(f"unknown key {unknown[0]!r}; known: {', '.join(known_keys)}")
         if data.get("format") != FORMAT:
             raise ValueError(f"format is {data.get('format')!r}; expected {FORMAT}")
         try:
@@ -154,7 +154,7 @@ class TwinConfiguration:
                 velocity_shots=_velocity_shots(data.get("velocity_shots")),
             )
         except KeyError as error:
-            raise ValueError(f"key {error} is missing; known: {', '.join(keys)}") from error
+            raise ValueError(f"key {error} is missing; known: {', '.join(known_keys)}") from error
         except TypeError as error:  # a keyword that a record has not
             raise ValueError(str(error)) from error
 

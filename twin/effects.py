@@ -121,15 +121,15 @@ _FOLDERS = ("gun", "contact", "plate", "sensors")
 @cache
 def catalogue() -> Mapping[str, type[Effect]]:
     """Every effect there is, by id, in the order of stages and ids."""
-    kinds_by_id: dict[str, type[Effect]] = {}
+    effects_by_id: dict[str, type[Effect]] = {}
     for folder in _FOLDERS:
         package = importlib.import_module(f".{folder}.effects", __package__)
         for name in sorted(module.name for module in pkgutil.iter_modules(package.__path__)):
             module = importlib.import_module(f"{package.__name__}.{name}")
             for thing in vars(module).values():
                 if isinstance(thing, type) and issubclass(thing, Effect) and thing.__module__ == module.__name__:
-                    kinds_by_id[thing.id] = thing
-    return kinds_by_id
+                    effects_by_id[thing.id] = thing
+    return effects_by_id
 
 
 def effect(identity: str, **parameters: Value) -> Effect:

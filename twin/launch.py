@@ -196,9 +196,9 @@ def beyond_sentence(beyond: Sequence[Extrapolation]) -> str:
     for item in beyond:
         name, unit, symbol = words[item.quantity]
         side = "below" if item.asked < item.low else "above"
-        range_text = _range(np.array([item.low, item.high]) / unit, symbol)
+        measured_range = _range(np.array([item.low, item.high]) / unit, symbol)
         parts.append(
-            f"the {name} of {item.asked / unit:.3g} {symbol} lies {side} the {range_text} of the measured shots"
+            f"the {name} of {item.asked / unit:.3g} {symbol} lies {side} the {measured_range} of the measured shots"
         )
     if not parts:
         return ""
@@ -238,5 +238,8 @@ def _beyond(setting: Setting, shots: VelocityShots) -> tuple[Extrapolation, ...]
         ("tank_pressure_pa", setting.tank_pressure_pa, shots.tank_pressure_pa),
         ("bullet_mass_kg", setting.impactor_mass_kg, shots.bullet_mass_kg),
     )
-    ranges = ((name, values, float(learned.min()), float(learned.max())) for name, values, learned in compared)
+    ranges = (
+        (name, requested_value, float(measured_values.min()), float(measured_values.max()))
+        for name, requested_value, measured_values in compared
+    )
     return tuple(Extrapolation(*row) for row in ranges if not row[2] * (1 - _SAME) <= row[1] <= row[3] * (1 + _SAME))

@@ -49,8 +49,8 @@ class PlateStage:
 
     def __post_init__(self) -> None:
         if len({plate.sensors for plate in self.plates.values()}) > 1:
-            sensors_text = "; ".join(f"{name}: {', '.join(plate.sensors)}" for name, plate in self.plates.items())
-            raise ValueError(f"plates with different sensors: {sensors_text}")
+            sensor_lists = "; ".join(f"{name}: {', '.join(plate.sensors)}" for name, plate in self.plates.items())
+            raise ValueError(f"plates with different sensors: {sensor_lists}")
         for name in self.plates:
             self.ensemble(name)
 

@@ -94,7 +94,7 @@ class Prediction:
             "srs": self._srs_json(),
             "models": dict(self.models),
             "outside_domain": [{"predictor": o.predictor, "value": o.value, "range": o.range} for o in self.outside],
-            "extrapolation": [asdict(domain_entry) for domain_entry in self.extrapolation],
+            "extrapolation": [asdict(extrapolation) for extrapolation in self.extrapolation],
             "rests_on": asdict(self.rests_on),
         }
 

@@ -83,8 +83,8 @@ def _derivatives(
     later = np.repeat(time[None, :], k + 1, axis=0)
     small = 1e-6 * step
     later[k] += small
-    change = rates(later, moved) - first[:, None, :]
-    return change[:, :k] / delta, change[:, k] / small
+    rate_changes = rates(later, moved) - first[:, None, :]
+    return rate_changes[:, :k] / delta, rate_changes[:, k] / small
 
 
 def _inverse(system: Floats) -> Floats:

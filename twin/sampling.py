@@ -22,10 +22,10 @@ def sampled(pulses: Pulses, step_s: float, most: int | None = None) -> Floats:
     time = np.arange(samples if most is None else min(samples, most)) * step_s
     last = pulses.force_n.shape[1] - 1
     position = np.minimum(time / pulses.contact_time_s[:, None], 1.0) * last
-    below = np.minimum(position.astype(np.intp), last - 1)
-    rows = np.arange(len(below))[:, None]
-    before, after = pulses.force_n[rows, below], pulses.force_n[rows, below + 1]
-    force = before + (position - below) * (after - before)
+    lower_index = np.minimum(position.astype(np.intp), last - 1)
+    rows = np.arange(len(lower_index))[:, None]
+    before, after = pulses.force_n[rows, lower_index], pulses.force_n[rows, lower_index + 1]
+    force = before + (position - lower_index) * (after - before)
     between = pulses.contact_time_s <= step_s
     force[between] = 0.0
     force[between, 1] = pulses.impulse_n_s[between] / step_s  # where the sample of a slightly longer contact is
@@ -36,8 +36,8 @@ def sampled(pulses: Pulses, step_s: float, most: int | None = None) -> Floats:
 
 def _scale(sampled_n_s: Floats, impulse_n_s: Floats) -> Floats:
     """1 where there is no impulse to keep."""
-    measured = sampled_n_s > 0
-    return np.where(measured, impulse_n_s / np.where(measured, sampled_n_s, 1.0), 1.0)
+    has_impulse = sampled_n_s > 0
+    return np.where(has_impulse, impulse_n_s / np.where(has_impulse, sampled_n_s, 1.0), 1.0)
 
 
 @dataclass(frozen=True, eq=False)

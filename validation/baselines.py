@@ -26,8 +26,8 @@ def noise_only(problem: Problem) -> dict[str, float]:
     none, logs = _log_likelihoods(problem)
     share = _EFFECTS / max(1, len(logs))
     joint = {
-        name: float(logsumexp(log_values) - np.log(len(log_values)) + np.log(share))
-        for name, log_values in logs.items()
+        name: float(logsumexp(log_likelihoods) - np.log(len(log_likelihoods)) + np.log(share))
+        for name, log_likelihoods in logs.items()
     }
     return _normalised({NONE: none + np.log(_NONE), **joint})
 
@@ -36,7 +36,9 @@ def bic(problem: Problem) -> dict[str, float]:
     """exp(-BIC / 2) of each effect at its best place: Schwarz, Ann. Stat. 6 (1978) 461."""
     none, logs = _log_likelihoods(problem)
     cost = 0.5 * np.log(len(problem.z))
-    best = {name: float(log_values.max() - cost * problem.parameters[name]) for name, log_values in logs.items()}
+    best = {
+        name: float(log_likelihoods.max() - cost * problem.parameters[name]) for name, log_likelihoods in logs.items()
+    }
     return _normalised({NONE: none, **best})
 
 

@@ -63,9 +63,9 @@ def run(
     tell, options = progress or (lambda *_: None), options or OPTIONS
     work = tasks(cases, seed, tiers, split, kinds)
     with _place(folder) as place:
-        question: dict[str, Any] = {"cases": cases, "seed": seed, "tiers": list(dict.fromkeys(tiers)), "split": split}
-        question |= {"kinds": list(kinds)} if kinds else {}
-        _same_check(place, question | {"shrinkage": options.shrink})
+        request: dict[str, Any] = {"cases": cases, "seed": seed, "tiers": list(dict.fromkeys(tiers)), "split": split}
+        request |= {"kinds": list(kinds)} if kinds else {}
+        _same_check(place, request | {"shrinkage": options.shrink})
         published = _published(place, work, crew, tell)
         answers = _answers(place, [Job(task, options, baselines) for task in work], crew, tell, patience_s)
         learn = (len(work) if learn_from is None else learn_from) if baselines else 0
@@ -73,7 +73,7 @@ def run(
         opened = _opened(place, published)
         truths = dict(zip((task.name for task in work), opened, strict=True))
         best = _oracles(place, work, truths, answers, options, crew, tell) if oracle else {}
-        write_rows(place / SCORED, question, rows_of(work, truths, answers, best))
+        write_rows(place / SCORED, request, rows_of(work, truths, answers, best))
     return Report(cases, seed, published=published, **scored(work, truths, answers, best, forest))
 
 
@@ -104,14 +104,14 @@ def _answers(
     place: Path, work: Sequence[Job], crew: Crew, tell: Progress, patience_s: float
 ) -> dict[str, dict[str, Any]]:
     journal = Journal(place / _ANSWERS)
-    answered_before = journal.read()
-    remaining = [job for job in work if job.task.name not in answered_before]
-    tell(len(work) - len(remaining), len(work), "answers")
-    for job, answer in mapped(crew, answered, remaining, lost=lost, patience_s=patience_s):
+    answers = journal.read()
+    remaining_jobs = [job for job in work if job.task.name not in answers]
+    tell(len(work) - len(remaining_jobs), len(work), "answers")
+    for job, answer in mapped(crew, answered, remaining_jobs, lost=lost, patience_s=patience_s):
         journal.add(answer)
-        answered_before[job.task.name] = answer
-        tell(len(answered_before), len(work), "answers")
-    return {job.task.name: answered_before[job.task.name] for job in work}
+        answers[job.task.name] = answer
+        tell(len(answers), len(work), "answers")
+    return {job.task.name: answers[job.task.name] for job in work}
 
 
 def _oracles(
@@ -125,33 +125,33 @@ def _oracles(
 ) -> dict[str, dict[str, Any]]:
     """For one effect with a gap beyond tolerance, and for the answers about benches that named an effect."""
     journal = Journal(place / _ORACLES)
-    answered = journal.read()
+    oracle_fits = journal.read()
     wanted = [
         task
         for task in work
         if (len(truths[task.name].strengths) == 1 and not truths[task.name].within_tolerance)
         or (task.tier in BENCHES and said[task.name].get("fitted"))
     ]
-    opened_tasks = [
+    requests = [
         oracle_fit.Asked(task, options, tuple(said[task.name].get("fitted", ())))
         for task in wanted
-        if task.name not in answered and "added" not in said[task.name]
+        if task.name not in oracle_fits and "added" not in said[task.name]
     ]
-    answers = mapped(crew, oracle_fit.oracle, opened_tasks, lost=oracle_fit.lost, patience_s=PATIENCE_S)
-    for done, (_, answer) in enumerate(answers, start=1):
-        journal.add(answer)
-        answered[answer["case"]] = answer
-        tell(done, len(opened_tasks), "oracles")
-    return answered
+    answers = mapped(crew, oracle_fit.oracle, requests, lost=oracle_fit.lost, patience_s=PATIENCE_S)
+    for done, (_, fit) in enumerate(answers, start=1):
+        journal.add(fit)
+        oracle_fits[fit["case"]] = fit
+        tell(done, len(requests), "oracles")
+    return oracle_fits
 
 
 def _labels(work: Sequence[Task], crew: Crew, tell: Progress) -> list[Opened]:
     """Of every task, in their order: nobody is to tell a case by when it was finished."""
-    opened: dict[str, Opened] = {}
+    labels: dict[str, Opened] = {}
     for task, label in mapped(crew, _labelled, work):
-        opened[task.name] = label
-        tell(len(opened), len(work), "labels sealed")
-    return [opened[task.name] for task in work]
+        labels[task.name] = label
+        tell(len(labels), len(work), "labels sealed")
+    return [labels[task.name] for task in work]
 
 
 def _labelled(task: Task) -> Opened:

@@ -88,7 +88,7 @@ class Said:
             case,
             tuple(sorted((_entry(cause) for cause in verdict["causes"]), key=lambda e: -e.probability)),
             tuple(stage["name"] for stage in where.get("stage", ())),
-            tuple(tuple(int(i) for i in members) for members in inside),
+            tuple(tuple(int(i) for i in indices) for indices in inside),
             held[0] if held else None,
             float(verdict.get("seconds", float("nan"))),
             shares={row["effect"]: (row["share"], *row["ci90"]) for row in verdict.get("effects") or ()},
@@ -119,11 +119,11 @@ class Said:
     @property
     def probabilities(self) -> dict[str, float]:
         """Of each label; they sum to what the entries do."""
-        probability: dict[str, float] = {}
+        probability_by_label: dict[str, float] = {}
         for entry in self.entries:
             for label, share in zip(entry.labels, entry.shares, strict=True):
-                probability[label] = probability.get(label, 0.0) + entry.probability * share
-        return probability
+                probability_by_label[label] = probability_by_label.get(label, 0.0) + entry.probability * share
+        return probability_by_label
 
     def probability(self, accepted: frozenset[str]) -> float:
         return sum(p for label, p in self.probabilities.items() if label in accepted)

@@ -13,14 +13,11 @@ NO_ANSWER = "no answer"
 
 def confusion(rows: Sequence[Row]) -> dict[str, dict[str, int]]:
     """By truth, how often each label was the first one; both in falling number, then by name."""
-    answers_by_truth: dict[str, Counter[str]] = {}
+    counts: dict[str, Counter[str]] = {}
     for row in rows:
         first = row.said.labels[0] if row.said.labels else NO_ANSWER
-        answers_by_truth.setdefault(row.label.key, Counter())[first] += 1
-    return {
-        truth: _falling(answers_by_truth[truth])
-        for truth in sorted(answers_by_truth, key=lambda t: (-sum(answers_by_truth[t].values()), t))
-    }
+        counts.setdefault(row.label.key, Counter())[first] += 1
+    return {truth: _falling(counts[truth]) for truth in sorted(counts, key=lambda t: (-sum(counts[t].values()), t))}
 
 
 def mistaken(rows: Sequence[Row], most: int = 12) -> list[tuple[str, str, int]]:
@@ -30,9 +27,8 @@ def mistaken(rows: Sequence[Row], most: int = 12) -> list[tuple[str, str, int]]:
         for row in rows
         if not row.said.labels or row.said.labels[0] not in row.label.accepted
     )
-    return [(truth, answer, n) for (truth, answer), n in sorted(wrong.items(), key=lambda item: (-item[1], item[0]))][
-        :most
-    ]
+    falling = sorted(wrong.items(), key=lambda item: (-item[1], item[0]))
+    return [(truth, answer, n) for (truth, answer), n in falling[:most]]
 
 
 def _falling(counts: Counter[str]) -> dict[str, int]:

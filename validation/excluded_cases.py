@@ -41,7 +41,7 @@ def left_out(labels: Sequence[Label], without: Sequence[Said], added: Sequence[S
     """From what was said without and with the effect of each label."""
     first = [answer.labels[0] if answer.labels else "" for answer in without]
     shares = [(answer.shrinkage or {}).get("fraction") for answer in added]
-    finite_shares = [share for share in shares if share is not None]
+    reported_shares = [share for share in shares if share is not None]
     instead: dict[str, dict[str, int]] = {}
     for label, name in sorted(zip(labels, first, strict=True), key=lambda item: item[0].key):
         counts = instead.setdefault(label.key, {})
@@ -52,6 +52,6 @@ def left_out(labels: Sequence[Label], without: Sequence[Said], added: Sequence[S
         others=Rate.of("." in name for name in first),
         stage=stage_hits([Row(label, answer) for label, answer in zip(labels, without, strict=True)]),
         found=Rate.of(first_entry(Row(label, answer)) for label, answer in zip(labels, added, strict=True)),
-        fraction=float(np.median(finite_shares)) if finite_shares else float("nan"),
+        fraction=float(np.median(reported_shares)) if reported_shares else float("nan"),
         instead=instead,
     )

@@ -36,15 +36,15 @@ class Shrunk:
 def shrunk(rows: Sequence[Row]) -> Shrunk:
     """Over the rows whose oracle found a gap to shrink. A report without a share counts as 0: nothing was removed."""
     held = [row for row in rows if (_fraction(row.oracle) or 0.0) > _LEAST]
-    fractions = np.array([_fraction(row.said.shrinkage) or 0.0 for row in held])
+    reported = np.array([_fraction(row.said.shrinkage) or 0.0 for row in held])
     best = np.array([_fraction(row.oracle) for row in held], dtype=np.float64)
     if not held:
         return Shrunk(math.nan, math.nan, math.nan, 0, covered(rows))
-    ratio = fractions / best
+    ratio = reported / best
     return Shrunk(
         float(np.median(ratio)),
         float(np.percentile(ratio, 10)),
-        float(np.median(fractions)),
+        float(np.median(reported)),
         len(held),
         covered(rows),
     )

@@ -44,7 +44,7 @@ def joint_ridge(stages: Sequence[Stage], gap: GapTable) -> dict[str, Any]:
     of the squared gap by what it grows without each effect; `seconds`."""
     began = time.perf_counter()
     metric = GapMetric.of(gap)
-    observed = np.flatnonzero(np.isfinite(gap.mean[:, metric.columns]).any(axis=1))
+    measured_rows = np.flatnonzero(np.isfinite(gap.mean[:, metric.columns]).any(axis=1))
     inside, outside = gap.mean.copy(), gap.mean.copy()
     without: dict[str, Floats] = {}
     for stage in stages:
@@ -52,25 +52,25 @@ def joint_ridge(stages: Sequence[Stage], gap: GapTable) -> dict[str, Any]:
         fit = _JointFit.of(stage, gap.mean[:, columns], _noise(gap)[columns], gap.tolerance[columns])
         if not fit.parameters:
             continue
-        x = fit.solved(observed)
+        x = fit.solved(measured_rows)
         whole = fit.change([x])[0]
         inside[:, columns] -= whole
         for name in dict.fromkeys(name for name, _ in fit.parameters):
             rest = gap.mean.copy() if name not in without else without[name]
             rest[:, columns] = gap.mean[:, columns] - fit.change([x], leave_out=name)[0]
             without[name] = rest
-        fold = np.random.default_rng(0).permutation(np.arange(len(observed)) % _FOLDS)
-        for number in range(min(_FOLDS, len(observed))):
-            rows = observed[fold == number]
-            outside[np.ix_(rows, columns)] -= fit.change([fit.solved(observed[fold != number], x)])[0][rows]
+        fold = np.random.default_rng(0).permutation(np.arange(len(measured_rows)) % _FOLDS)
+        for number in range(min(_FOLDS, len(measured_rows))):
+            rows = measured_rows[fold == number]
+            outside[np.ix_(rows, columns)] -= fit.change([fit.solved(measured_rows[fold != number], x)])[0][rows]
     floor = metric.rms(np.sqrt(gap.floor_variance))
-    before, after, remaining = (metric.rms(table[observed]) for table in (gap.mean, outside, inside))
+    before, after, inside_rms = (metric.rms(table[measured_rows]) for table in (gap.mean, outside, inside))
     share = float(fraction(*(np.array(value**2) for value in (before, after, floor))))
-    grows = {name: max(metric.rms(table[observed]) ** 2 - remaining**2, 0.0) for name, table in without.items()}
+    grows = {name: max(metric.rms(table[measured_rows]) ** 2 - inside_rms**2, 0.0) for name, table in without.items()}
     total = sum(grows.values()) or 1.0
     return {
         "before": before,
-        "inside": remaining,
+        "inside": inside_rms,
         "after": after,
         "floor": floor,
         "fraction": share if np.isfinite(share) else None,
@@ -134,9 +134,9 @@ class _JointFit:
         return best[1]
 
     def _misfit(self, change: Floats, x: Floats, rows: Rows) -> Floats:
-        remaining = ((self.gap - change) / self.scale)[rows]
-        remaining = np.where(np.isfinite(remaining), remaining, np.where(np.isfinite(self.gap[rows]), _NO_ANSWER, 0.0))
-        return np.concatenate([np.clip(remaining, -200, 200).ravel(), _RIDGE * x])
+        residuals = ((self.gap - change) / self.scale)[rows]
+        residuals = np.where(np.isfinite(residuals), residuals, np.where(np.isfinite(self.gap[rows]), _NO_ANSWER, 0.0))
+        return np.concatenate([np.clip(residuals, -200, 200).ravel(), _RIDGE * x])
 
     def _slopes(self, x: Floats, rows: Rows) -> Floats:
         steps = np.where(x + _STEP <= 1.0, _STEP, -_STEP)

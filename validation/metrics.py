@@ -134,8 +134,12 @@ def reliability(rows: Rows) -> Reliability:
 
 
 def _seconds(rows: Rows) -> tuple[float, float]:
-    seconds = [row.said.seconds for row in rows if np.isfinite(row.said.seconds)]
-    return (float(np.median(seconds)), float(np.percentile(seconds, 95))) if seconds else (float("nan"), float("nan"))
+    durations_s = [row.said.seconds for row in rows if np.isfinite(row.said.seconds)]
+    return (
+        (float(np.median(durations_s)), float(np.percentile(durations_s, 95)))
+        if durations_s
+        else (float("nan"), float("nan"))
+    )
 
 
 def _mean(values: Sequence[float]) -> float:
@@ -149,7 +153,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Unknowns | Reliability | Shrunk):
         return _plain(vars(value))
     if isinstance(value, dict):
-        return {key: _plain(element) for key, element in value.items()}
+        return {key: _plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(element) for element in value]
+        return [_plain(entry) for entry in value]
     return None if isinstance(value, float) and not np.isfinite(value) else value

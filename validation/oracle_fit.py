@@ -56,8 +56,8 @@ def oracle(asked: Asked) -> dict[str, Any]:
             stages, gap = _staged(case, seed, asked.options)
             # On a bench with many effects the right ones are not fitted: that is the diagnosis's own task.
             best = _best(case, stages, gap, asked.options) if len(case.strengths) == 1 else {"fraction": None}
-            answer = {"case": asked.task.name, **best}
-            return answer | {"true_fraction": _true(case, seed, gap, asked) if asked.fitted else None}
+            fit = {"case": asked.task.name, **best}
+            return fit | {"true_fraction": _true(case, seed, gap, asked) if asked.fitted else None}
     except Exception as error:  # noqa: BLE001 - an oracle that fails must not take the answers with it
         return {"case": asked.task.name, "error": f"{type(error).__name__}: {error}"}
 
@@ -89,7 +89,7 @@ def _true(case: Case, seed: int, gap: GapTable, asked: Asked) -> float | None:
     """With the scatter's part added to both sides, as the report has it."""
     stages, quiet = _staged(replace(case, floor=_QUIET), seed, asked.options)
     metric = GapMetric.of(quiet)
-    effects = [effect_from_json(table) for table in asked.fitted]
+    effects = [effect_from_json(effect) for effect in asked.fitted]
     change = np.concatenate([_change(stage, effects) for stage in stages], axis=1)
     before, after = metric.rms(quiet.mean), metric.rms(quiet.mean - change)
     floor = metric.rms(np.sqrt(gap.floor_variance))

@@ -70,10 +70,10 @@ def features(problem: Problem) -> Floats:
 def most_frequent(labels: Sequence[str]) -> dict[str, str]:
     """By stage, the effect that was most often the cause, alone."""
     counts = Counter(label for label in labels if "." in label and "+" not in label)
-    answers: dict[str, str] = {}
+    label_by_kind: dict[str, str] = {}
     for label, _ in sorted(counts.items(), key=lambda item: (-item[1], item[0])):
-        answers.setdefault(label.split(".")[0], label)
-    return answers
+        label_by_kind.setdefault(label.split(".")[0], label)
+    return label_by_kind
 
 
 def _table(problem: Problem, cells: NDArray[np.intp], values: Floats) -> Floats:

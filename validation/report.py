@@ -37,11 +37,14 @@ class Report:
         return {
             "cases": self.cases,
             "seed": self.seed,
-            "tiers": [_tier(tier) for tier in self.tiers],
+            "tiers": [_tier(figures) for figures in self.tiers],
             "baselines": [
-                {"name": name, "tiers": [_tier(tier) for tier in tables]} for name, tables in self.baselines.items()
+                {"name": name, "tiers": [_tier(figures) for figures in tables]}
+                for name, tables in self.baselines.items()
             ],
-            "kinds": [{"kind": row.pop("name"), **row} for row in (kind.as_json() for kind in self.kinds)],
+            "kinds": [
+                {"kind": row.pop("name"), **row} for row in (kind_figures.as_json() for kind_figures in self.kinds)
+            ],
             "benches": [bench.as_json() for bench in self.benches],
             "left_out": self.left_out.as_json() if self.left_out else None,
             "published": list(self.published),
@@ -76,17 +79,19 @@ class Pool:
     def as_json(self) -> dict[str, Any]:
         return {
             "pooled": [dict(check) for check in self.checks],
-            "tiers": [_tier(tier) for tier in self.tiers],
-            "kinds": [{"kind": row.pop("name"), **row} for row in (kind.as_json() for kind in self.kinds)],
+            "tiers": [_tier(figures) for figures in self.tiers],
+            "kinds": [
+                {"kind": row.pop("name"), **row} for row in (kind_figures.as_json() for kind_figures in self.kinds)
+            ],
             "benches": [bench.as_json() for bench in self.benches],
         }
 
     def text(self) -> str:
-        paragraphs = [f"{len(self.checks)} checks: seeds {', '.join(str(check['seed']) for check in self.checks)}"]
+        sections = [f"{len(self.checks)} checks: seeds {', '.join(str(check['seed']) for check in self.checks)}"]
         if self.tiers:
-            paragraphs += [table(self.tiers, "tier"), table(self.kinds, "kind"), bench_text(self.benches)]
-            paragraphs.append(_errors(self.tiers[-1]))
-        return "\n\n".join(part for part in paragraphs if part)
+            sections += [table(self.tiers, "tier"), table(self.kinds, "kind"), bench_text(self.benches)]
+            sections.append(_errors(self.tiers[-1]))
+        return "\n\n".join(part for part in sections if part)
 
 
 #: A column each: its name, and how its cell is made.
@@ -117,9 +122,9 @@ COLUMNS: Mapping[str, Callable[[Figures], str]] = {
 
 def table(tables: Sequence[Figures], heading: str, names: Sequence[str] | None = None) -> str:
     """Markdown, a row for each of `tables`; columns that none of them fills are left out."""
-    cells = {name: [cell(row_metrics) for row_metrics in tables] for name, cell in COLUMNS.items()}
+    cells = {name: [cell(figures) for figures in tables] for name, cell in COLUMNS.items()}
     kept = {name: column for name, column in cells.items() if any(cell.strip("-() ") for cell in column)}
-    rows = [[heading, *kept], *zip(names or [row_metrics.name for row_metrics in tables], *kept.values(), strict=True)]
+    rows = [[heading, *kept], *zip(names or [figures.name for figures in tables], *kept.values(), strict=True)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = ["| " + " | ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)) + " |" for row in rows]
     return "\n".join([lines[0], "| " + " | ".join("-" * w for w in widths) + " |", *lines[1:]])
@@ -161,6 +166,6 @@ def _left_out(found: LeftOut | None) -> str:
         f"put back: first, or in the first group {_rate(found.found)}; the gap shrinks by {_number(found.fraction)}",
     ]
     instead = [
-        f"{effect}: " + ", ".join(f"{k} {n}" for k, n in answers.items()) for effect, answers in found.instead.items()
+        f"{effect}: " + ", ".join(f"{k} {n}" for k, n in counts.items()) for effect, counts in found.instead.items()
     ]
     return "\n".join([*lines, *instead])

@@ -26,8 +26,8 @@ def read_rows(file: Path) -> tuple[dict[str, Any], list[Row]]:
     if not file.is_file():
         raise ValueError(f"{file.parent}: no {file.name} there; finish this check with blind-check --folder first")
     try:
-        options, *lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
-        return options, [_row(line) for line in lines]
+        request, *lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+        return request, [_row(line) for line in lines]
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{file}: not the scored rows of a blind check ({error}); score it again") from error
 
@@ -38,13 +38,13 @@ def pooled(files: Sequence[Path]) -> tuple[list[dict[str, Any]], list[Row]]:
     rows: list[Row] = []
     seen: dict[tuple[int, str], Path] = {}
     for file in files:
-        options, own = read_rows(file)
+        request, own = read_rows(file)
         for row in own:
-            if (before := seen.setdefault((options["seed"], row.label.case), file)) is not file:
+            if (before := seen.setdefault((request["seed"], row.label.case), file)) is not file:
                 raise ValueError(
-                    f"{file}: {row.label.case} of seed {options['seed']} is in {before} as well; pool it once"
+                    f"{file}: {row.label.case} of seed {request['seed']} is in {before} as well; pool it once"
                 )
-        checks.append(options)
+        checks.append(request)
         rows += own
     return checks, rows
 
@@ -58,6 +58,6 @@ def _row(table: Mapping[str, Any]) -> Row:
     answer["entries"] = tuple(
         Entry(tuple(entry["labels"]), entry["probability"], tuple(entry["shares"])) for entry in answer["entries"]
     )
-    answer["stages"], answer["inside"] = tuple(answer["stages"]), tuple(tuple(members) for members in answer["inside"])
+    answer["stages"], answer["inside"] = tuple(answer["stages"]), tuple(tuple(indices) for indices in answer["inside"])
     answer["shares"] = {name: tuple(values) for name, values in answer.get("shares", {}).items()}
     return Row(Label(**label), Said(**answer), table["oracle"])

@@ -57,8 +57,8 @@ def _from_folder(folder: Path, job: Job, left_out: str | None) -> dict[str, Any]
             simple = _simply(folder, job.options) if job.simple else {}
             naive = {"naive": _naive(folder, job.options)} if job.task.tier in BENCHES and job.options.shrink else {}
             return {**diagnosed(folder, job.options), **simple, **naive}
-        effects = tuple(name for name in job.options.catalogue or tuple(catalogue()) if name != left_out)
-        without = diagnosed(folder, replace(job.options, catalogue=effects, shrink=False))
+        catalogue_names = tuple(name for name in job.options.catalogue or tuple(catalogue()) if name != left_out)
+        without = diagnosed(folder, replace(job.options, catalogue=catalogue_names, shrink=False))
         return {**without, "added": diagnosed(folder, job.options)}
     except Exception as error:  # noqa: BLE001 - whatever went wrong, the case was not answered, and is counted
         return {"error": f"{type(error).__name__}: {error}", "seconds": None}

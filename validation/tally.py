@@ -39,12 +39,15 @@ def scored(
     usual = [task for task in work if task.tier != LEFT_OUT]
     labels = {task.name: label(task, truths[task.name]) for task in work}
     rows = rows_of(work, truths, answers, oracles)
-    ways = [*BASELINES, *([FOREST] if forest else [])] if any("simple" in answer for answer in answers.values()) else []
+    baseline_names = (
+        [*BASELINES, *([FOREST] if forest else [])] if any("simple" in answer for answer in answers.values()) else []
+    )
     return Scores(
         tiers=tables(rows),
         kinds=kinds(rows),
         baselines={
-            method: tables([_simple(method, labels[t.name], answers[t.name], forest) for t in usual]) for method in ways
+            baseline: tables([_simple(baseline, labels[t.name], answers[t.name], forest) for t in usual])
+            for baseline in baseline_names
         },
         benches=bench_tables(rows, tuple(BENCHES)),
         left_out=_left_out([task for task in work if task.tier == LEFT_OUT], labels, answers, truths),

@@ -20,8 +20,8 @@ class Rate:
 
     @classmethod
     def of(cls, outcomes: Iterable[bool]) -> Self:
-        results = [bool(outcome) for outcome in outcomes]
-        return cls(sum(results), len(results))
+        flags = [bool(outcome) for outcome in outcomes]
+        return cls(sum(flags), len(flags))
 
     @property
     def value(self) -> float | None:

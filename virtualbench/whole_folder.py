@@ -21,8 +21,8 @@ def whole_folder(out: Path) -> Iterator[Path]:
     """
     place = out.resolve()  # of a link, the folder that it stands for
     place.parent.mkdir(parents=True, exist_ok=True)
-    for abandoned in _left_by_the_dead(place):
-        _remove(abandoned)
+    for abandoned_path in _left_by_the_dead(place):
+        _remove(abandoned_path)
     partial = place.with_name(f".{place.name}.{os.getpid()}.part")
     partial.mkdir()
     try:
@@ -36,8 +36,8 @@ def whole_folder(out: Path) -> Iterator[Path]:
 def _left_by_the_dead(place: Path) -> Iterator[Path]:
     form = re.compile(rf"\.{re.escape(place.name)}\.(\d+)\.part")
     for path in list(place.parent.iterdir()):
-        match = form.fullmatch(path.name)
-        if match is not None and not _lives(int(match[1])):
+        name_match = form.fullmatch(path.name)
+        if name_match is not None and not _lives(int(name_match[1])):
             yield path
 
 

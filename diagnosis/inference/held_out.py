@@ -77,7 +77,7 @@ def fit_fold(library: ModelLibrary, training: Rows, only: Sequence[SubsetFit] = 
     fits = fit_subsets(inside, [_start_again(inside, fit) for fit in picked], iterations=_SETTLING)
     table = _answered(problem.simulator.changes([fit.point() for fit in fits]))
     kriged = [_with_discrepancy(problem, inside, fit, own) for fit, own in zip(fits, table, strict=True)]
-    averaged, corrected = (np.tensordot(weights, corrections, axes=1) for corrections in (table, np.array(kriged)))
+    averaged, corrected = (np.tensordot(weights, changes, axes=1) for changes in (table, np.array(kriged)))
     return FoldFit(training, tuple(fits), weights, averaged, corrected)
 
 
@@ -188,8 +188,8 @@ def _with_discrepancy(problem: InferenceProblem, inside: InferenceProblem, fit: 
         contributions = np.nan_to_num(changes[index][0] - changes[index][1:])
         matrix = covariance(whole, contributions, fit.errors[index])
         noise = whole.covariances[0]
-        factorised = cho_factor(matrix[np.ix_(rows, rows)])
-        weights = cho_solve(factorised, residual(part, np.nan_to_num(changes[index][0][rows])))
+        factor = cho_factor(matrix[np.ix_(rows, rows)])
+        weights = cho_solve(factor, residual(part, np.nan_to_num(changes[index][0][rows])))
         mean = (matrix - noise)[:, rows] @ weights
         corrected[whole.configuration, whole.observable] += mean * whole.tolerance
     return np.asarray(corrected)

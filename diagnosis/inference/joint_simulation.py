@@ -97,7 +97,7 @@ def negligible_places(simulator: JointSimulator, tolerance: Floats) -> dict[str,
     law moves no observable by a twentieth of its tolerance (D,)."""
     places = np.linspace(-4.0, 0.0, 9)
     laws = [law for law in simulator.laws if law.coordinates[0].one_sided and not law.levels]
-    values: dict[str, float] = {}
+    negligible: dict[str, float] = {}
     for law in laws:
         points = []
         for place in places:
@@ -108,5 +108,5 @@ def negligible_places(simulator: JointSimulator, tolerance: Floats) -> dict[str,
             size = np.nanmax(np.abs(simulator.changes(points)) / tolerance, axis=(1, 2))
         small = np.flatnonzero(size < 0.05)
         if small.size:
-            values[law.key] = float(places[small[-1]])
-    return values
+            negligible[law.key] = float(places[small[-1]])
+    return negligible

@@ -109,11 +109,11 @@ class Posterior:
 
     def taken(self, fit: SubsetFit) -> float:
         """The fraction of the reducible gap (roots, as the report has it) that a set takes in the sample."""
-        residual_square = self._square(
+        remaining_square = self._square(
             [residual(block, own) for block, own in zip(self.problem.blocks, fit.change, strict=True)]
         )
         room = np.sqrt(self._before) - np.sqrt(self.floor)
-        return float((np.sqrt(self._before) - np.sqrt(residual_square)) / room) if room > 0 else 0.0
+        return float((np.sqrt(self._before) - np.sqrt(remaining_square)) / room) if room > 0 else 0.0
 
     def rough_shares(self, fit: SubsetFit) -> dict[str, tuple[float, float]]:
         """By effect of a set, of the squared gap: the mean of what it takes alone and after all others, and the latter
@@ -152,9 +152,9 @@ class Posterior:
             self.library.log_joint(self.library.fits[tuple(sorted(key))]) + evidence.gain
             for key, evidence in self.unexplained.items()
         ]
-        log_joints = [self.library.log_joint(fit) for fit, _ in self.weighted]
+        catalogue_joint = [self.library.log_joint(fit) for fit, _ in self.weighted]
         prior = float(np.log(UNKNOWN_PRIOR / (1 - UNKNOWN_PRIOR)))
-        return prior + float(np.logaddexp.reduce(joint)) - float(np.logaddexp.reduce(log_joints))
+        return prior + float(np.logaddexp.reduce(joint)) - float(np.logaddexp.reduce(catalogue_joint))
 
     @property
     def likeliest_pattern(self) -> UnexplainedEvidence:

@@ -62,8 +62,8 @@ class RunOrderDrift:
         time = (order - order.min()) / max(float(np.ptp(order)), 1.0)
         time, residuals = time[here], gap.residuals[here]
         member = (of[here][None, :] == np.arange(len(gap.mean))[:, None]).astype(np.float64)  # (C, R)
-        observed = np.isfinite(residuals).astype(np.float64)
-        off = _about(np.where(observed > 0, time[:, None], 0.0), observed, member)
+        finite = np.isfinite(residuals).astype(np.float64)
+        off = _about(np.where(finite > 0, time[:, None], 0.0), finite, member)
         power = (off**2).sum(axis=0)
         columns = np.flatnonzero(power > _SPREAD)
         tolerance, power = gap.tolerance[columns], power[columns]

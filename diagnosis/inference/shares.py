@@ -99,10 +99,10 @@ def _draws(
         drawn = np.maximum(drawn, 0.0)
         for i, law in enumerate(fit.laws):
             table[:, effects.index(law.id)] = drawn[:, i]
-        remainder = max(1 - float(np.maximum(parts, 0).sum()), 0.0)
+        unexplained = max(1 - float(np.maximum(parts, 0).sum()), 0.0)
         wobble = np.abs(
-            remainder
-            + 0.5 * float(np.sqrt(np.sum((errors * parts) ** 2))) * rng.standard_normal(count) * remainder**0.5
+            unexplained
+            + 0.5 * float(np.sqrt(np.sum((errors * parts) ** 2))) * rng.standard_normal(count) * unexplained**0.5
         )
         table[:, -1] = wobble
     else:
@@ -114,8 +114,8 @@ def _square(problem: InferenceProblem, weights: Floats, points: Sequence[object]
     """(k,): squared gap that sets leave, summed over the cells by the metric's weights."""
     total = np.zeros(len(points))
     for block, table in zip(problem.blocks, problem.changes(points), strict=True):  # type: ignore[arg-type]
-        unexplained = np.where(np.isfinite(table), block.z - np.nan_to_num(table), block.z)
-        total += unexplained**2 @ weights[block.observable]
+        residuals = np.where(np.isfinite(table), block.z - np.nan_to_num(table), block.z)
+        total += residuals**2 @ weights[block.observable]
     return total
 
 
@@ -126,8 +126,8 @@ def _shapley(problem: InferenceProblem, fit: SubsetFit, weights: Floats, before:
     if count > _EXACT:
         return _first_and_last(problem, fit, weights, before)
     subsets = [rows for size in range(count + 1) for rows in itertools.combinations(range(count), size)]
-    unexplained = _square(problem, weights, [tuple(pairs[i] for i in rows) for rows in subsets])
-    value = {rows: before - unexplained[k] for k, rows in enumerate(subsets)}
+    remaining_squares = _square(problem, weights, [tuple(pairs[i] for i in rows) for rows in subsets])
+    value = {rows: before - remaining_squares[k] for k, rows in enumerate(subsets)}
     parts = np.zeros(count)
     for rows in subsets:
         for i in set(range(count)) - set(rows):
@@ -148,12 +148,12 @@ def ends(
 ) -> tuple[Floats, Floats, Floats]:
     """(k, m) reduction by each law alone, (k, m) by each after all others, (k,) by all."""
     count = len(points[0])
-    subsets: list[tuple[object, ...]] = []
+    points_to_simulate: list[tuple[object, ...]] = []
     for pairs in points:
-        subsets.append(pairs)
-        subsets += [(pair,) for pair in pairs]
-        subsets += [tuple(pair for j, pair in enumerate(pairs) if j != i) for i in range(count)]
-    reduction = (before - _square(problem, weights, subsets)).reshape(len(points), 1 + 2 * count)
+        points_to_simulate.append(pairs)
+        points_to_simulate += [(pair,) for pair in pairs]
+        points_to_simulate += [tuple(pair for j, pair in enumerate(pairs) if j != i) for i in range(count)]
+    reduction = (before - _square(problem, weights, points_to_simulate)).reshape(len(points), 1 + 2 * count)
     whole = reduction[:, 0]
     return reduction[:, 1 : 1 + count], whole[:, None] - reduction[:, 1 + count :], whole
 

@@ -148,8 +148,8 @@ def _background_prior(block: StageBlock, fit: SubsetFit, index: int, error: Erro
     scaled = DISCREPANCIES[error.discrepancy] * np.nan_to_num(fit.contributions[index][:, cells])
     noise = np.diag(block.covariances[0])[cells]
     allowed = float(np.sqrt(np.mean(1 + (scaled**2).sum(axis=0))))
-    unexplained_square = float(np.mean(residual(block, fit.change[index])[cells] ** 2 - noise))
-    beyond = max(float(np.sqrt(max(unexplained_square, 0.0))) / allowed - 1.0, 0.0)
+    residual_variance = float(np.mean(residual(block, fit.change[index])[cells] ** 2 - noise))
+    beyond = max(float(np.sqrt(max(residual_variance, 0.0))) / allowed - 1.0, 0.0)
     rough = bank(block.stage)[error.background].white >= _ROUGH
     return -0.5 * (beyond / (_ROUGH_BEYOND_TOLERANCE if rough else _BEYOND_TOLERANCE)) ** 2
 

@@ -110,10 +110,10 @@ def unexplained_evidence(
     slope_gain = drift.log_gains(AMPLITUDES)
     for index, block in enumerate(blocks):
         base = covariance(block, fit.contributions[index], fit.errors[index])
-        unexplained = residual(block, fit.change[index])
+        residuals = residual(block, fit.change[index])
         # parameters of the effects adapt to what is unexplained, as they do without it
         free = base + fit.jacobian[index] @ fit.jacobian[index].T
-        start = unexplained + fit.jacobian[index] @ fit.u
+        start = residuals + fit.jacobian[index] @ fit.u
         plain = _log_density(free, start)
         lower = np.linalg.cholesky(free)
         white = solve_triangular(lower, start, lower=True)

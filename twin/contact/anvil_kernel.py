@@ -85,7 +85,7 @@ def struck_anvils(figures, at_tip, phases):  # type: ignore[no-untyped-def]
     Returns (n, 3) length of the pulse, time of the turn, peak force, and the force (n, phases) at equal phases of it.
     """
     n = len(figures)
-    pulse, forces = np.empty((n, 3)), np.zeros((n, phases))
+    pulses, forces = np.empty((n, 3)), np.zeros((n, phases))
     time, force = np.empty(_MOST), np.empty(_MOST)
     for i in range(n):
         count, turn = _history(figures[i], at_tip, time, force)
@@ -104,7 +104,7 @@ def struck_anvils(figures, at_tip, phases):  # type: ignore[no-untyped-def]
         if last > top and force[last] < least:
             end -= (least - force[last]) / (force[last - 1] - force[last]) * (time[last] - time[last - 1])
         length = end - begin
-        pulse[i, 0], pulse[i, 1], pulse[i, 2] = length, (time[top] if turn < 0.0 else turn) - begin, force[top]
+        pulses[i, 0], pulses[i, 1], pulses[i, 2] = length, (time[top] if turn < 0.0 else turn) - begin, force[top]
         k = max(first - 1, 0)
         for p in range(1, phases - 1):
             at = begin + length * p / (phases - 1)
@@ -113,4 +113,4 @@ def struck_anvils(figures, at_tip, phases):  # type: ignore[no-untyped-def]
             share = (at - time[k]) / (time[k + 1] - time[k])
             value = force[k] + share * (force[k + 1] - force[k])
             forces[i, p] = value if value > 0.0 else 0.0
-    return pulse, forces
+    return pulses, forces

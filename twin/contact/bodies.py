@@ -57,9 +57,9 @@ class Bodies:
     @classmethod
     def of(cls, **quantities: ArrayLike | None) -> Self:
         """From numbers and arrays (n,) that broadcast; None is left out."""
-        given = {name: np.asarray(value, dtype=np.float64) for name, value in quantities.items() if value is not None}
-        shape = np.broadcast_shapes((1,), *(value.shape for value in given.values()))
-        return cls(**{name: np.broadcast_to(value, shape) for name, value in given.items()})
+        arrays = {name: np.asarray(value, dtype=np.float64) for name, value in quantities.items() if value is not None}
+        shape = np.broadcast_shapes((1,), *(value.shape for value in arrays.values()))
+        return cls(**{name: np.broadcast_to(value, shape) for name, value in arrays.items()})
 
     def __len__(self) -> int:
         return len(self.impact_velocity_m_s)

@@ -116,7 +116,7 @@ def _linear(law, series, ends, depth, grip):  # type: ignore[no-untyped-def]
     `grip`, 1 + chi a', is the last one there was where it is multiplied by unknowns.
     """
     chi, layer, stiffening, compliance = series
-    indentation, speed, bend, b0, b1, c0, c1, e0, e1 = ends
+    free_approach, speed, bend, b0, b1, c0, c1, e0, e1 = ends
     static, slope = _static(law, depth)
     pressed, softness = _layer(layer, stiffening, static)
     both = 1.0 + (softness + compliance * grip) * slope
@@ -133,7 +133,7 @@ def _linear(law, series, ends, depth, grip):  # type: ignore[no-untyped-def]
     if force < 0.0:
         force = 0.0
     rate = kappa * approach + mu * curve
-    over = indentation - b0 * force - b1 * rate - depth - pressed - compliance * force
+    over = free_approach - b0 * force - b1 * rate - depth - pressed - compliance * force
     falls = 1.0 + slope * (softness + (compliance + b0) * grip / (1.0 + c0 * held))
     indenting = (approach - compliance * mu * curve) / both
     return over, force, rate, approach, curve, indenting, falls
@@ -144,9 +144,9 @@ def _closed(law, series, ends, guess, scale):  # type: ignore[no-untyped-def]
     """The end of a step in contact: indentation, F, F', a', d delta / dt. Newton's method, kept in its bracket."""
     factor, exponent, rest, tangent = law
     _, layer, stiffening, compliance = series
-    indentation, speed, _, b0, b1, c0, c1, _, _ = ends
+    free_approach, speed, _, b0, b1, c0, c1, _, _ = ends
     low, high = rest, np.inf
-    depth = guess if guess > rest else rest + 0.5 * (indentation - rest)
+    depth = guess if guess > rest else rest + 0.5 * (free_approach - rest)
     static = rate = approach = inverse = 0.0
     for _ in range(_ITERATIONS):
         over = depth - rest
@@ -161,7 +161,7 @@ def _closed(law, series, ends, guess, scale):  # type: ignore[no-untyped-def]
         freed = 1.0 / (1.0 + c1 * kappa)
         approach = (speed - c0 * static) * freed
         rate = kappa * approach
-        off = indentation - b0 * static - b1 * rate - depth - pressed - compliance * static
+        off = free_approach - b0 * static - b1 * rate - depth - pressed - compliance * static
         if off > 0:
             low = depth
         else:
@@ -263,7 +263,7 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
         series = (chi, layer, stiffening, compliance)
         law = (stiffness, exponent, 0.0, yields)
         branch = _LOADING
-        indentation = time = impulse = dashed = 0.0
+        relative_displacement = time = impulse = dashed = 0.0
         force = rate = depth = indenting = 0.0
         deepest, compression, turned, force_at_turn = 0.0, 0.0, False, 0.0
         touching, parted, contacts, separation = True, False, 1.0, 0.0
@@ -280,7 +280,7 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
             relative = velocity - inverse * impulse
             bend = -_acceleration(modes, ahead) if chi > 0 else 0.0
             ends = (
-                indentation + h * relative - inverse * h * h * (0.35 * force + 0.05 * h * rate)
+                relative_displacement + h * relative - inverse * h * h * (0.35 * force + 0.05 * h * rate)
                 - moved - dashed - mobility * h * (0.5 * force + h * rate / 12),
                 relative - inverse * h * (0.5 * force + h * rate / 12) - speed,
                 bend,
@@ -339,7 +339,7 @@ def together(figures, step, base, modes, steps, answers, energies, rigid, compli
                 touching = True
                 contacts += 1
                 count = noted(nodes, count, i, time, 0.0, 0.0)
-            indentation += h * relative - inverse * h * h * (
+            relative_displacement += h * relative - inverse * h * h * (
                 0.35 * force + 0.15 * next_force + h * (0.05 * rate - next_rate / 30)
             )
             bent = h * abs(next_rate - rate)

@@ -46,9 +46,9 @@ def _yield(strikes: Strikes) -> dict[int, Outside]:
 
 
 def _insulator(strikes: Strikes) -> dict[int, Outside]:
-    known_layers = "none; the law knows no layer"
+    valid_range = "none; the law knows no layer"
     return {
-        row: Outside("insulator", strikes.settings[row].insulator, known_layers) for row in _rows(insulated(strikes))
+        row: Outside("insulator", strikes.settings[row].insulator, valid_range) for row in _rows(insulated(strikes))
     }
 
 

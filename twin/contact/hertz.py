@@ -50,12 +50,12 @@ def hertz(bodies: Bodies) -> ContactPulse:
     length = length_scale(bodies, "Hertz' impact")
     velocity = bodies.impact_velocity_m_s
     momentum = bodies.needed("impactor_mass_kg", "Hertz' impact") * velocity
-    solution = solve(0.0)
+    unit_impact = solve(0.0)
     return ContactPulse(
-        contact_time_s=solution.contact_time * length / velocity,
-        compression_time_s=solution.compression_time * length / velocity,
-        peak_force_n=solution.peak_force * momentum * velocity / length,
+        contact_time_s=unit_impact.contact_time * length / velocity,
+        compression_time_s=unit_impact.compression_time * length / velocity,
+        peak_force_n=unit_impact.peak_force * momentum * velocity / length,
         impulse_n_s=2 * momentum,
         restitution=elastic(bodies),
-        shape=solution.shape,
+        shape=unit_impact.shape,
     )

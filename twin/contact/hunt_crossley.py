@@ -31,12 +31,12 @@ def hunt_crossley(
     momentum = bodies.needed("impactor_mass_kg", law) * velocity
     length = length_scale(bodies, law)
     ends_with = restitution_of(damping(e.value))
-    nominal = motion(ends_with)
+    unit_impact = motion(ends_with)
     return ContactPulse(
-        contact_time_s=nominal.contact_time * length / velocity,
-        compression_time_s=nominal.compression_time * length / velocity,
-        peak_force_n=np.asarray(nominal.peak_force * momentum * velocity / length),
+        contact_time_s=unit_impact.contact_time * length / velocity,
+        compression_time_s=unit_impact.compression_time * length / velocity,
+        peak_force_n=np.asarray(unit_impact.peak_force * momentum * velocity / length),
         impulse_n_s=(1 + ends_with) * momentum,
         restitution=e,
-        shape=nominal.shape,
+        shape=unit_impact.shape,
     )

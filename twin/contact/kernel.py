@@ -216,13 +216,13 @@ def _left(law, depth, static):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True, error_model="numpy")
 def _ending(law, depth, now, least):  # type: ignore[no-untyped-def]
     """How an unloading goes on."""
-    speed, departing = -now.approach, _left(law, depth, now.static)
+    speed, depth_to_separation = -now.approach, _left(law, depth, now.static)
     stiffness = law.damping * now.static + law.inelasticity * now.slope
-    change = abs(now.approach_rate) * departing
+    change = abs(now.approach_rate) * depth_to_separation
     steady = speed > 0 and change < _FREE * speed**2
-    if steady and stiffness * departing < _STIFF * speed:
+    if steady and stiffness * depth_to_separation < _STIFF * speed:
         return _LANDING
-    if speed > 0 and max(change, now.force * departing) < _NEXT_TO_NOTHING * speed**2:
+    if speed > 0 and max(change, now.force * depth_to_separation) < _NEXT_TO_NOTHING * speed**2:
         return _DRIFTING
     return _TOUCHING if not steady and now.force < least else _ANOTHER_STEP
 
@@ -448,13 +448,13 @@ def by_contact(nodes, n):  # type: ignore[no-untyped-def]
     for i in range(n):
         places[i] = first[i]
         first[i + 1] += first[i]
-    histories = np.empty((3, len(nodes)))
+    ordered = np.empty((3, len(nodes)))
     for k in range(len(nodes)):
         contact = np.intp(nodes[k, 0])
         for column in range(3):
-            histories[column, places[contact]] = nodes[k, 1 + column]
+            ordered[column, places[contact]] = nodes[k, 1 + column]
         places[contact] += 1
-    return first, histories
+    return first, ordered
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -466,7 +466,7 @@ def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
     and force and its rate, those of contact i from `first[i]` to `first[i + 1]`.
     """
     n, count, unturned, endless = len(figures), 0, 0, 0
-    solved, w = np.empty((6, n)), np.empty(_ROWS)
+    outcomes, w = np.empty((6, n)), np.empty(_ROWS)
     nodes = np.empty((2 * steps * n + 2 * _WIDTH, 4))
     for start in range(0, n, _WIDTH):
         some = min(_WIDTH, n - start)
@@ -485,7 +485,7 @@ def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
             w[_C + i], w[_REST + i], w[_YIELD + i] = law.factor, law.rest, np.inf
             w[_LEAST + i] = least_share * rates(law, w[_DEPTH + i], w[_VELOCITY + i]).force
             w[_S + i] = (w[_TIME + i] / w[_T + i]) ** (1.0 / w[_Q + i])
-            solved[1, contact], solved[2, contact], solved[3, contact] = w[_TIME + i], w[_DEPTH + i], law.rest
+            outcomes[1, contact], outcomes[2, contact], outcomes[3, contact] = w[_TIME + i], w[_DEPTH + i], law.rest
         failed, nodes, count = _unload(w, some, steps, nodes, count)
         endless += failed
         if failed:
@@ -498,13 +498,13 @@ def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
         nodes, count = _land(w, landing, steps, nodes, count)
         for i in range(some):
             contact = np.intp(w[_CONTACT + i])
-            solved[0, contact], solved[4, contact], solved[5, contact] = (
+            outcomes[0, contact], outcomes[4, contact], outcomes[5, contact] = (
                 w[_TIME + i],
                 w[_VELOCITY + i],
                 (0.0 if w[_ELASTIC + i] == _TOUCHING else 1.0),
             )
     first, ordered = by_contact(nodes[:count], n)
-    return solved, unturned, endless, first, ordered
+    return outcomes, unturned, endless, first, ordered
 
 
 @njit(cache=True, nogil=True)
@@ -513,16 +513,16 @@ def at_phases(first, phase, force, rate, wanted, out):  # type: ignore[no-untype
     for i in range(len(out)):
         begin, last = first[i], first[i + 1] - 2
         row = wanted[i if len(wanted) > 1 else 0]
-        lower = begin
+        node = begin
         for j in range(row.size):
             place = row[j]
-            if place < phase[lower]:
-                lower = begin
-            while lower < last and phase[lower + 1] <= place:
-                lower += 1
-            width = phase[lower + 1] - phase[lower]
-            share = (place - phase[lower]) / width if width > 0 else 1.0
+            if place < phase[node]:
+                node = begin
+            while node < last and phase[node + 1] <= place:
+                node += 1
+            width = phase[node + 1] - phase[node]
+            share = (place - phase[node]) / width if width > 0 else 1.0
             back = 1 - share
-            blend = force[lower] * (1 + 2 * share) * back**2 + force[lower + 1] * (3 - 2 * share) * share**2
-            value = blend + share * back * (width * rate[lower] * back - width * rate[lower + 1] * share)
+            blend = force[node] * (1 + 2 * share) * back**2 + force[node + 1] * (3 - 2 * share) * share**2
+            value = blend + share * back * (width * rate[node] * back - width * rate[node + 1] * share)
             out[i, j] = 0.0 if value < 0 else value

@@ -47,12 +47,12 @@ def march(numbers: Numbers, steps: int = STEPS) -> March:
 
     columns = [getattr(numbers, item.name) for item in fields(numbers)]
     figures = np.stack([*columns, own_time(numbers), power_of_time(numbers)], axis=1)
-    figures_found, unturned, endless, first, nodes = kernel.march(figures, steps, LEAST_FORCE)
+    outcomes, unturned, endless, first, nodes = kernel.march(figures, steps, LEAST_FORCE)
     if unturned:
         raise ArithmeticError(f"{unturned} contacts do not come to their deepest indentation")
     if endless:
         raise ArithmeticError(f"{endless} contacts neither part nor come to rest")
-    time, compression, deepest, permanent, velocity, parted = figures_found
+    time, compression, deepest, permanent, velocity, parted = outcomes
     return March(time, compression, deepest, permanent, velocity, parted == 1, Nodes(first, *nodes))
 
 

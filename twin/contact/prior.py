@@ -182,12 +182,12 @@ class PriorContact:
         if not self.shots:
             return [() for _ in range(len(strikes))]
         learned = _quantities(self.learned.settings, self.learned.velocity_m_s)
-        quantities = _quantities(strikes.settings, strikes.impact_velocity_m_s)
+        requested_values = _quantities(strikes.settings, strikes.impact_velocity_m_s)
         ranges = {name: (float(values.min()), float(values.max())) for name, values in learned.items()}
         return [
             tuple(
                 Extrapolation(name, float(values[row]), *ranges[name])
-                for name, values in quantities.items()
+                for name, values in requested_values.items()
                 if not (1 - 1e-9) * ranges[name][0] <= values[row] <= (1 + 1e-9) * ranges[name][1]
             )
             for row in range(len(strikes))
@@ -230,12 +230,12 @@ class PriorContact:
         share = position - step
         keys = [(setting, int(row)) for setting, row in zip(strikes.settings, step, strict=True)]
         wanted = dict.fromkeys(key for setting, row in keys for key in ((setting, row), (setting, row + 1)))
-        cached = {key: at for key in wanted if (at := self._cache.get(key)) is not None}
-        cached |= self._at([key for key in wanted if key not in cached])
+        latent_values = {key: at for key in wanted if (at := self._cache.get(key)) is not None}
+        latent_values |= self._at([key for key in wanted if key not in latent_values])
         if len(self._cache) > _KEPT:
             self._cache.clear()
-        self._cache.update(cached)
-        ends = [[cached[setting, row + further] for setting, row in keys] for further in (0, 1)]
+        self._cache.update(latent_values)
+        ends = [[latent_values[setting, row + further] for setting, row in keys] for further in (0, 1)]
         means, roots = ([np.array([end[part] for end in rows]) for rows in ends] for part in (0, 1))
         mean = means[0] + share[:, None] * (means[1] - means[0])
         return mean, roots[0] + share[:, None, None] * (roots[1] - roots[0])

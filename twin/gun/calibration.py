@@ -165,8 +165,8 @@ class VelocityPosterior:
         alone = _alone(self.settings, pressure_pa, mass_kg)
         variance = np.empty_like(x)
         for rows, gap, scatter, inverse in self._inverses:
-            explained = gap**2 * np.sum(kernel @ inverse * kernel, axis=1)
-            variance[rows] = gap**2 * np.maximum(alone - explained, 0.0) + scatter**2
+            explained_variance = gap**2 * np.sum(kernel @ inverse * kernel, axis=1)
+            variance[rows] = gap**2 * np.maximum(alone - explained_variance, 0.0) + scatter**2
         # Far below the shots the gaps are a large factor, and of a bullet that stays no factor makes one that leaves.
         log = np.where(x > members.least, moved, np.minimum(moved, x))
         return replace(members, log=log), np.asarray(members.amplification * np.sqrt(variance))

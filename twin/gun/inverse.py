@@ -47,10 +47,10 @@ def tank_pressure_for_velocity(
     tolerances = {"fatol": 2 * _WITHIN, "xrtol": 1e-14}
     bracket = (np.zeros(wanted.size), highest)
     # The stubs want a function of any arguments.
-    solution = elementwise.find_root(excess, bracket, args=(shots,), tolerances=tolerances)  # type: ignore[call-overload]
-    if not np.all(solution.success):
-        missed = np.flatnonzero(~solution.success)
+    roots = elementwise.find_root(excess, bracket, args=(shots,), tolerances=tolerances)  # type: ignore[call-overload]
+    if not np.all(roots.success):
+        missed = np.flatnonzero(~roots.success)
         raise RuntimeError(
             f"no tank pressure found for {missed.size} velocities; the first is {wanted[missed[0]]:g} m/s"
         )
-    return np.asarray(solution.x)
+    return np.asarray(roots.x)

@@ -104,12 +104,12 @@ def _fired(shot: Shot, effects: Sequence[GunEffect], efficiency: float, coarser:
             moving |= ~effect.off(n)
     valve = np.isfinite(shot.valve_area_m2)
     shots = GunShots(np.zeros(n), np.full(n, np.nan), np.full(n, Status.STOPPED, dtype=np.int_))
-    ways = ((~moving & ~valve, _closed), (moving & ~valve, _one_chamber), (valve, _two_chambers))
-    for mask, solver in ways:
+    simulators = ((~moving & ~valve, _closed), (moving & ~valve, _one_chamber), (valve, _two_chambers))
+    for mask, simulator in simulators:
         rows = np.flatnonzero(mask)
         if rows.size:
             acting = [effect.take(rows) for effect in effects if effect.has_hooks() and not effect.off(n)[rows].all()]
-            shots.put(rows, solver(shot.take(rows), acting, coarser))
+            shots.put(rows, simulator(shot.take(rows), acting, coarser))
     return replace(shots, velocity_m_s=efficiency * shots.velocity_m_s)
 
 

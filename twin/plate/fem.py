@@ -58,9 +58,9 @@ def elements_of(build: PlateBuild, length_m: float, edge_layer_m: float = 0.0) -
     mass = build.mass_per_area_kg_m2 * length_m**2 * inertia.assemble(basis)
     bare = Elements(basis, stiffness, mass, None, frame)
     springs = csc_matrix(bare.rows([spring.position_m for spring in build.springs]))
-    bolted = csc_matrix(bare.rows([mass.position_m for mass in build.masses]))
+    bolted = csc_matrix(bare.rows([point_mass.position_m for point_mass in build.masses]))
     held = np.array([spring.stiffness_n_m for spring in build.springs])
-    added = np.array([mass.mass_kg for mass in build.masses])
+    added = np.array([point_mass.mass_kg for point_mass in build.masses])
     stiffness = (stiffness + springs.T @ springs.multiply(held[:, None])).tocsc()
     mass = (mass + bolted.T @ bolted.multiply(added[:, None])).tocsc()
     return Elements(basis, stiffness, mass, free_unknowns(build, basis, frame), frame)
@@ -87,7 +87,7 @@ def _edge_twist(build: PlateBuild, mesh: Any, frame: Frame) -> Any:
     from skfem.helpers import dd
 
     def twist(u: Any, v: Any, w: Any) -> Any:
-        a, b = (_across_along(dd(displacement), w.n) for displacement in (u, v))
+        a, b = (_across_along(dd(field), w.n) for field in (u, v))
         return 2 * (1 - build.material.poisson_ratio) * a * b
 
     sides = mesh.boundary_facets()

@@ -23,9 +23,14 @@ def free_unknowns(build: PlateBuild, basis: Any, frame: Frame) -> Any:
     columns: list[tuple[int, int, float]] = []
     count = 0
     for node, dofs in enumerate(basis.nodal_dofs.T):
-        free = _null_space(np.concatenate(rules[node])) if node in rules else np.eye(_NODAL)
-        columns += [(dofs[i], count + j, free[i, j]) for i in range(_NODAL) for j in range(free.shape[1]) if free[i, j]]
-        count += free.shape[1]
+        null_space = _null_space(np.concatenate(rules[node])) if node in rules else np.eye(_NODAL)
+        columns += [
+            (dofs[i], count + j, null_space[i, j])
+            for i in range(_NODAL)
+            for j in range(null_space.shape[1])
+            if null_space[i, j]
+        ]
+        count += null_space.shape[1]
     for dof in basis.facet_dofs.ravel():
         if dof not in fixed:
             columns.append((dof, count, 1.0))

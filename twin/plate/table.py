@@ -25,7 +25,7 @@ def modal_plate_from_table(columns: Mapping[str, Sequence[float] | Floats]) -> M
     values = {name: np.asarray(column, dtype=np.float64) for name, column in columns.items()}
     for name in ("frequency_hz", "damping_ratio", "shape_impact"):
         _column(values, name)
-    points = {f"#{match[1] or 1}": name for name in values if (match := _POINT.fullmatch(name))}
+    points = {f"#{name_match[1] or 1}": name for name in values if (name_match := _POINT.fullmatch(name))}
     sensors = {name.removeprefix(_SHAPE): name for name in values if _is_sensor(name)}
     if not sensors:
         raise ValueError(f"no column 'shape_CHANNEL', the shapes at a sensor; there are: {', '.join(values)}")

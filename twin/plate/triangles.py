@@ -46,9 +46,9 @@ def smoothed(points: Floats, triangles: Indices, held: NDArray[np.bool_]) -> Flo
 
     Triangles go counter-clockwise.
     """
-    first, next_one = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    corner, next_corner = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     total, count = np.zeros_like(points), np.zeros(len(points))
-    for here, there in ((first, next_one), (next_one, first)):
+    for here, there in ((corner, next_corner), (next_corner, corner)):
         np.add.at(total, here, points[there])
         np.add.at(count, here, 1)
     moved = np.where(held[:, None], points, total / count[:, None])
@@ -86,11 +86,11 @@ def _ear_fatness(corners: Floats, triple: tuple[int, int, int], left: list[int])
 
 def _sides(triangles: Indices) -> dict[tuple[int, int], list[int]]:
     """The triangles at each side."""
-    triangles_by_edge: dict[tuple[int, int], list[int]] = {}
+    triangles_by_side: dict[tuple[int, int], list[int]] = {}
     for number, (a, b, c) in enumerate(triangles.tolist()):
         for side in ((a, b), (b, c), (c, a)):
-            triangles_by_edge.setdefault(_key(*side), []).append(number)
-    return triangles_by_edge
+            triangles_by_side.setdefault(_key(*side), []).append(number)
+    return triangles_by_side
 
 
 def _key(a: int, b: int) -> tuple[int, int]:

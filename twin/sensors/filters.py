@@ -23,8 +23,8 @@ def filtered(series: Floats, design: Design, *parameters: Value) -> Floats:
     if all(np.ndim(parameter) == 0 for parameter in parameters):
         return np.asarray(lfilter(*design(*map(float, parameters)), series, axis=-1))
     columns = [np.broadcast_to(np.ravel(along_first(parameter, series)), series.shape[:1]) for parameter in parameters]
-    filtered, (different, which) = np.empty(series.shape), np.unique(columns, axis=1, return_inverse=True)
+    output, (different, which) = np.empty(series.shape), np.unique(columns, axis=1, return_inverse=True)
     for number, row in enumerate(different.T):
         alike = which.ravel() == number
-        filtered[alike] = lfilter(*design(*map(float, row)), series[alike], axis=-1)
-    return filtered
+        output[alike] = lfilter(*design(*map(float, row)), series[alike], axis=-1)
+    return output

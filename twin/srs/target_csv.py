@@ -106,8 +106,8 @@ def _level_column(source: str, columns: list[str]) -> tuple[str, float]:
         if level_columns:
             return level_columns[0], _UNITS[level_columns[0].removeprefix(f"{word}_")]
     bare = next((name for name in columns if name in _LEVELS), None)
-    complaint = f"column {bare!r} has no unit" if bare else f"no column of levels in {', '.join(columns)}"
-    raise ValueError(f"{source}: {complaint}; expected level_g or level_m_s2")
+    problem = f"column {bare!r} has no unit" if bare else f"no column of levels in {', '.join(columns)}"
+    raise ValueError(f"{source}: {problem}; expected level_g or level_m_s2")
 
 
 def _level(

@@ -34,7 +34,7 @@ def avoided(
 ) -> list[Avoid]:
     """The nearest of each kind: `outside` of the model's domain, likely to overtest of those `kept`, `refused`."""
     kinds = (_refused(refused, goal), _outside(outside, goal), _overtest(kept, goal))
-    return [neighbour for kind in kinds for neighbour in _nearest(kind)]
+    return [setting_to_avoid for kind in kinds for setting_to_avoid in _nearest(kind)]
 
 
 def _nearest(found: Iterator[Avoid]) -> list[Avoid]:
@@ -49,17 +49,17 @@ def _refused(candidates: Sequence[Candidate], goal: Goal) -> Iterator[Avoid]:
 
 
 def _outside(outside: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:
-    for candidate in outside:
-        error = float(np.mean(candidate.level_db - goal.level_db))
-        yield Avoid(candidate.setting, f"outside of the model: {'; '.join(candidate.outside)}", error)
+    for proposal in outside:
+        error = float(np.mean(proposal.level_db - goal.level_db))
+        yield Avoid(proposal.setting, f"outside of the model: {'; '.join(proposal.outside)}", error)
 
 
 def _overtest(kept: Sequence[Proposal], goal: Goal) -> Iterator[Avoid]:
     """All but the first, which is the best there is even where it overtests."""
-    for candidate in kept[1:]:
-        over = candidate.level_db - goal.level_db - goal.upper_db
+    for proposal in kept[1:]:
+        over = proposal.level_db - goal.level_db - goal.upper_db
         line = int(np.argmax(over))
-        if candidate.probability_overtest >= OVERTEST and over[line] > 0:
+        if proposal.probability_overtest >= OVERTEST and over[line] > 0:
             words = f"{over[line]:.1f} dB above the upper edge at {goal.frequency_hz[line]:.0f} Hz expected"
-            error = float(np.mean(candidate.level_db - goal.level_db))
-            yield Avoid(candidate.setting, f"overtests: {words}", error)
+            error = float(np.mean(proposal.level_db - goal.level_db))
+            yield Avoid(proposal.setting, f"overtests: {words}", error)

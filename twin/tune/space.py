@@ -167,7 +167,7 @@ def setting_text(setting: Setting) -> str:
 def unlike(first: Setting, second: Setting) -> int:
     """How many parts of the mount differ: what changing from one to the other takes."""
     pairs = zip(vars(mount_of(first)).values(), vars(mount_of(second)).values(), strict=True)
-    return sum(first != other for first, other in pairs)
+    return sum(first_part != second_part for first_part, second_part in pairs)
 
 
 def amounts(settings: Sequence[Setting]) -> Floats:

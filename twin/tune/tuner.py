@@ -80,8 +80,10 @@ def tune(
     shots = measured or Measured()
     learned = learn(forward, goal, shots, rng, space, calibrated=calibrated)
     searcher = Searcher(forward, learned, goal, refusals, progress)
-    fired = [s for s in dict.fromkeys(shots.settings) if s.plate == space.plate and s.tank_pressure_pa is not None]
-    result = search(searcher, space, fired, effort)
+    measured_settings = [
+        s for s in dict.fromkeys(shots.settings) if s.plate == space.plate and s.tank_pressure_pa is not None
+    ]
+    result = search(searcher, space, measured_settings, effort)
     best = result.best
     ranked = proposals(best, learned, goal, rng, outside=outside([c.setting for c in best]), draws=draws)
     kept = [p for p in ranked if extrapolate or not p.outside] or ranked

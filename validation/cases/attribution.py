@@ -85,18 +85,18 @@ def _orders(names: Sequence[str]) -> list[tuple[str, ...]]:
         return orders
     rng = np.random.default_rng([len(names), *"+".join(names).encode()])
     drawn = [tuple(names[i] for i in rng.permutation(len(names))) for _ in range(_PAIRS_OF_ORDERS)]
-    return [permutation for order in drawn for permutation in (order, order[::-1])]
+    return [sequence for order in drawn for sequence in (order, order[::-1])]
 
 
 def _remembered(kind: str, number: int, cause: Cause, stage: str) -> Callable[[frozenset[str]], Floats]:
     """Changes of a stage under some of a cause's effects, each set worked out once."""
-    values: dict[frozenset[str], Floats] = {}
+    changes_by_set: dict[frozenset[str], Floats] = {}
 
     def change(names: frozenset[str]) -> Floats:
-        if names not in values:
+        if names not in changes_by_set:
             rows = changed_stage(stage, kind, number, cause.restricted(names))
-            values[names] = rows / TOLERANCES[stage]
-        return values[names]
+            changes_by_set[names] = rows / TOLERANCES[stage]
+        return changes_by_set[names]
 
     return change
 

@@ -46,9 +46,9 @@ def draw_case(
     for _ in range(_TRIES):
         case = base_case(kind, tier, rng, rough=rough, number=number)
         case = replace(case, decoys=_decoys(kind, rng, decoy))
-        drawn = _CAUSES[cause](case, rng, split) if cause in _CAUSES else with_cause(case, cause, rng)
-        if drawn:
-            return drawn
+        drawn_case = _CAUSES[cause](case, rng, split) if cause in _CAUSES else with_cause(case, cause, rng)
+        if drawn_case:
+            return drawn_case
     raise ValueError(f"no {kind} case found in {_TRIES} draws: cause {cause!r}, tier {tier!r}")
 
 
@@ -105,15 +105,15 @@ def _catalogue(case: Case, rng: np.random.Generator, split: str) -> Case | None:
 def _unknown(case: Case, rng: np.random.Generator, split: str) -> Case | None:
     name = str(rng.choice(families(case.kind, split)))
     setting = FAMILIES[name].varies
-    if setting and len({getattr(case_setting, setting) for case_setting in design(case.kind, case.design)}) < 2:
+    if setting and len({getattr(configuration, setting) for configuration in design(case.kind, case.design)}) < 2:
         return None
     return _fitting(case, name, rng)
 
 
 def _fitting(case: Case, name: str, rng: np.random.Generator) -> Case | None:
     """None where the cause does not reach the tier."""
-    drawn = with_cause(case, name, rng)
-    return drawn if drawn is not None and inside(drawn, TIERS[case.tier]) else None
+    fitting_case = with_cause(case, name, rng)
+    return fitting_case if fitting_case is not None and inside(fitting_case, TIERS[case.tier]) else None
 
 
 def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # noqa: ARG001 - as above
@@ -121,10 +121,10 @@ def _two(case: Case, rng: np.random.Generator, split: str) -> Case | None:  # no
     strengths: dict[str, float] = {}
     for name in names:
         ratio = math.exp(rng.uniform(math.log(1.7), math.log(12.0)))
-        drawn = sized(case, name, int(rng.choice(signs(name))), ratio, rng)
-        if ratio_of(replace(drawn, floor=case.floor)) < _EACH:
+        single_case = sized(case, name, int(rng.choice(signs(name))), ratio, rng)
+        if ratio_of(replace(single_case, floor=case.floor)) < _EACH:
             return None
-        strengths |= drawn.strengths
+        strengths |= single_case.strengths
     both = replace(case, strengths=strengths)
     return both if inside(both, _BOTH) else None
 

@@ -83,9 +83,9 @@ def draw_foreign(kind: str, rng: np.random.Generator, split: str, *, effects: in
             # a weak effect is met with less noise, which all of the case then has
             case = replace(case, floor=min(case.floor, single.floor))
         if all(ratio_of(replace(case, strengths={n: v})) >= low for n, v in strengths.items()):
-            scaled = replace(case, strengths=strengths)
-            if inside(scaled, FOREIGN_GAPS[effects]):
-                return scaled
+            foreign_case = replace(case, strengths=strengths)
+            if inside(foreign_case, FOREIGN_GAPS[effects]):
+                return foreign_case
     raise ValueError(f"no {kind} case of {effects} effects by second laws found in {_TRIES} draws")
 
 

@@ -63,7 +63,8 @@ def label_of(case: Case, seed: int) -> Label:
         stage=stage if ratio > 0 else None,
         gap=sizes,
         floor=dict.fromkeys(sizes, case.floor),
-        alone={n: max(effects.values()) / case.floor for n, effects in alone.items()} or dict.fromkeys(names, ratio),
+        alone={n: max(sizes_by_stage.values()) / case.floor for n, sizes_by_stage in alone.items()}
+        or dict.fromkeys(names, ratio),
         strengths=dict(case.strengths),
         family=case.unknown,
         background=asdict(case.background),

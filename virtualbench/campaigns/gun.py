@@ -93,9 +93,9 @@ class GunBench:
     def take(self, task: Task, rng: np.random.Generator) -> Taken:
         length = BULLET_LENGTH_M / (1 + VELOCITY_FAULT * self.effects["sensor.velocity_gain"])
         bullet = Projectile(positive(task.row, "bullet_mass_kg"), length)
-        valve_way, pressure_pa = valve_way_of(task.row), self._pressure(task, rng)
-        until_s = self._until_s(valve_way)
-        shot = fire(self.gun, self.effects, pressure_pa, bullet, rng, until_s=until_s, valve_way=valve_way)
+        valve_mode, pressure_pa = valve_way_of(task.row), self._pressure(task, rng)
+        until_s = self._until_s(valve_mode)
+        shot = fire(self.gun, self.effects, pressure_pa, bullet, rng, until_s=until_s, valve_way=valve_mode)
         moment = float(rng.standard_normal())
         late = -HAND_S * abs(moment)
         if self.trigger.share is not None:

@@ -39,8 +39,8 @@ def solved_plates(
     """
     wanted = set(keys)
     if unknown := wanted.difference(_LIBRARY):
-        material_names = ", ".join(sorted({material for material, _ in _LIBRARY}))
-        raise ValueError(f"plan: plate_material is {min(unknown)[0]!r}; expected one of {material_names}")
+        library_materials = ", ".join(sorted({material for material, _ in _LIBRARY}))
+        raise ValueError(f"plan: plate_material is {min(unknown)[0]!r}; expected one of {library_materials}")
     generators = dict(zip(_LIBRARY, rng.spawn(len(_LIBRARY)), strict=True))
     plates = {key: resonant_plate(*key, generators[key]) for key in _LIBRARY if key in wanted}
     for key, plate in plates.items():

@@ -44,8 +44,8 @@ def fire(
     setting = setting_of(gun, effects, float(tank_pressure_pa), projectile, rng, valve_way)
     time, state, strike = integrate(setting, until_s, restitution, tightness)
     tank, breech, ahead = _gauge_pressures(setting, state)
-    trajectory = time, state[:, X], state[:, V]
-    exits = crossings(*trajectory, gun.vent_position_m)
+    projectile_motion = time, state[:, X], state[:, V]
+    exits = crossings(*projectile_motion, gun.vent_position_m)
     return ShotTruth(
         time_s=time,
         tank_pressure_pa=tank,
@@ -53,11 +53,11 @@ def fire(
         ahead_pressure_pa=ahead,
         position_m=state[:, X],
         velocity_m_s=state[:, V],
-        muzzle_velocity_m_s=float(velocity_at(*trajectory, exits[:1])[0]) if exits.size else 0.0,
+        muzzle_velocity_m_s=float(velocity_at(*projectile_motion, exits[:1])[0]) if exits.size else 0.0,
         exit_time_s=float(exits[0]) if exits.size else math.nan,
         impact_velocity_m_s=strike.velocity_m_s if strike else 0.0,
         impact_time_s=strike.time_s if strike else math.nan,
-        laser_blocked=_passages(trajectory, gun.laser_position_m, projectile.length_m),
+        laser_blocked=_passages(projectile_motion, gun.laser_position_m, projectile.length_m),
         laser_position_m=gun.laser_position_m,
         ledger=_ledger(state),
         port_opens_s=setting.valve_way.port_opens_s,

@@ -76,7 +76,7 @@ def advance(
 
     steps, figures = max(1, round((stop - start) / STEP_S)), figures_of(setting)
     time = np.linspace(start, stop, steps + 1)
-    run, report = odeint(  # type: ignore[call-overload]
+    run, solver_report = odeint(  # type: ignore[call-overload]
         lambda moment, now: derivative(moment, now, figures, phase),
         state,
         time,
@@ -86,8 +86,8 @@ def advance(
         atol=tightness * TOLERANCES,
         mxstep=20_000,
     )
-    if report["message"] != "Integration successful.":
-        raise RuntimeError(f"the shot could not be integrated past {start:.4g} s: {report['message']}")
+    if solver_report["message"] != "Integration successful.":
+        raise RuntimeError(f"the shot could not be integrated past {start:.4g} s: {solver_report['message']}")
     return time, np.asarray(run)
 
 
@@ -99,8 +99,8 @@ def _outside(setting: Setting, state: Floats) -> NDArray[np.bool_]:
 
 def _first(there: NDArray[np.bool_]) -> int:
     """The first point after the start that is there; 0 for none."""
-    crossings = np.flatnonzero(there[1:])
-    return int(crossings[0]) + 1 if crossings.size else 0
+    indices = np.flatnonzero(there[1:])
+    return int(indices[0]) + 1 if indices.size else 0
 
 
 def up_to(setting: Setting, time: Floats, state: Floats, past: int, end: float, phase: Phase) -> tuple[Floats, Floats]:

@@ -68,7 +68,7 @@ MATERIALS = {
 
 def contact_material(name: str) -> ContactMaterial:
     """By name, in any case. Raises `ValueError` listing the known ones."""
-    for material_name, row in MATERIALS.items():
-        if material_name.lower() == name.strip().lower():
+    for material, row in MATERIALS.items():
+        if material.lower() == name.strip().lower():
             return row
     raise ValueError(f"unknown contact material {name!r}: expected one of {', '.join(MATERIALS)}")

@@ -102,8 +102,8 @@ def _truth(
     tail_time = solved[-1] + STEP_S * np.arange(1, tail[0].size + 1)
 
     def sampled(history: Floats, after: Floats, delay: float = 0.0) -> Floats:
-        sampled = np.concatenate([history[:end, index], after])
-        return np.asarray(np.interp(time - delay, np.concatenate([solved, tail_time]), sampled, left=0.0))
+        whole_history = np.concatenate([history[:end, index], after])
+        return np.asarray(np.interp(time - delay, np.concatenate([solved, tail_time]), whole_history, left=0.0))
 
     silence = np.zeros_like(tail[0])
     contact = sampled(solution.contact_force_n, silence)

@@ -40,11 +40,13 @@ def deflection_rows(mesh: Mesh, points_m: Sequence[Point]) -> Matrix:
     """The matrix (points, size) that takes the deflection at some points. Raises `ValueError` off the plate."""
     from scipy.sparse import csc_array
 
-    deflections = [mesh.deflection_at(point) for point in points_m]
-    rows = np.repeat(np.arange(len(deflections)), (mesh.degree + 1) ** 2)
-    columns = np.concatenate([unknowns for unknowns, _ in deflections]) if deflections else np.empty(0, dtype=np.intp)
-    values = np.concatenate([weights for _, weights in deflections]) if deflections else np.empty(0)
-    return csc_array((values, (rows, columns)), shape=(len(deflections), mesh.size))
+    interpolations = [mesh.deflection_at(point) for point in points_m]
+    rows = np.repeat(np.arange(len(interpolations)), (mesh.degree + 1) ** 2)
+    columns = (
+        np.concatenate([unknowns for unknowns, _ in interpolations]) if interpolations else np.empty(0, dtype=np.intp)
+    )
+    values = np.concatenate([weights for _, weights in interpolations]) if interpolations else np.empty(0)
+    return csc_array((values, (rows, columns)), shape=(len(interpolations), mesh.size))
 
 
 def at_points(rows: Matrix, amounts: NDArray[np.float64]) -> Matrix:

@@ -236,10 +236,10 @@ def jackson_green(
     full = 4 * hardness / constant * -np.expm1(-(relative ** (5 / 9)) / 25) * relative
     fitted = onset * (fading * relative**1.5 + full)
     hertz = onset * relative**1.5
-    remaining = 1.02 * (1 - ((relative + 5.9) / 6.9) ** -0.54)
+    residual_ratio = 1.02 * (1 - ((relative + 5.9) / 6.9) ** -0.54)
     beyond = relative > 1.9
     force = np.where(beyond, np.minimum(fitted, hertz), hertz)
-    return np.asarray(force), np.asarray(np.where(beyond, np.clip(remaining, 0.0, 0.95) * depth_m, 0.0))
+    return np.asarray(force), np.asarray(np.where(beyond, np.clip(residual_ratio, 0.0, 0.95) * depth_m, 0.0))
 
 
 def worn_ball(depth_m: Floats, modulus: float, radius: float, flat_m: float) -> Floats:
@@ -333,9 +333,9 @@ def _motion(
         top = max(depth, deepest)
         elastic = _table(top, first, width, force)
         if depth < top:
-            unloading = _linear(top, first, width, residual)
-            own = depth - unloading
-            elastic = elastic * (own / (top - unloading)) ** 1.5 if own > 0 else 0.0
+            residual_depth = _linear(top, first, width, residual)
+            own = depth - residual_depth
+            elastic = elastic * (own / (top - residual_depth)) ** 1.5 if own > 0 else 0.0
     surface, layered, closing = 0.0, 0.0, s[1] - f[MODAL] * swinging
     if f[LOCAL] > 0:
         surface = (elastic / f[LOCAL_NM] - s[3]) / LOCAL_LAG_S

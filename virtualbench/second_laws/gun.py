@@ -85,12 +85,12 @@ def muzzle_velocity_m_s(
         if not figures[MERGED] and start < figures[OPEN_S] - 1e-6:
             stop = min(stop, float(figures[OPEN_S]))  # the flow has a kink where the valve is open
         time = np.linspace(start, stop, max(2, round((stop - start) / _STEP_S) + 1))
-        rows, report = odeint(
+        rows, solver_report = odeint(
             rates, state, time, args=(figures,), tfirst=True, full_output=True, rtol=1e-6, atol=_TOLERANCES,
             mxstep=20_000,
         )  # type: ignore[call-overload]  # fmt: skip
-        if report["message"] != "Integration successful.":
-            raise RuntimeError(f"the shot could not be integrated past {start:.4g} s: {report['message']}")
+        if solver_report["message"] != "Integration successful.":
+            raise RuntimeError(f"the shot could not be integrated past {start:.4g} s: {solver_report['message']}")
         past = crossings(time, rows[:, 6], rows[:, 7], gun.vent_position_m)
         if past.size:
             return float(velocity_at(time, rows[:, 6], rows[:, 7], past[:1])[0])

@@ -10,13 +10,13 @@ def crossings(force, top, level, steps):  # type: ignore[no-untyped-def]
     """Into `steps` (2, n): where pulses (n, m) cross `level` of their peak at `top` (n,), before and behind it."""
     for i in range(len(force)):
         row, threshold, last = force[i], level * force[i, top[i]], force.shape[1] - 1
-        below, right = top[i] - 1, top[i] + 1
-        while below >= 0 and not row[below] < threshold:
-            below -= 1
-        while right <= last and not row[right] < threshold:
-            right += 1
-        steps[0, i] = 0.0 if below < 0 else _crossing(row, below, threshold)
-        steps[1, i] = last if right > last else _crossing(row, right - 1, threshold)
+        before, after = top[i] - 1, top[i] + 1
+        while before >= 0 and not row[before] < threshold:
+            before -= 1
+        while after <= last and not row[after] < threshold:
+            after += 1
+        steps[0, i] = 0.0 if before < 0 else _crossing(row, before, threshold)
+        steps[1, i] = last if after > last else _crossing(row, after - 1, threshold)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -126,6 +126,6 @@ def first_fall(values: Floats) -> Floats:
 def _at(running: Floats, place: Floats) -> Floats:
     """Rows (n, p) at places between their points (n,), linearly; NaN stays."""
     finite = np.isfinite(place)
-    point = np.clip(np.where(finite, place, 0.0).astype(np.intp), 0, running.shape[1] - 2)
-    rows, share = np.arange(len(running)), place - point
-    return np.asarray(running[rows, point] * (1 - share) + running[rows, point + 1] * share)
+    lower_index = np.clip(np.where(finite, place, 0.0).astype(np.intp), 0, running.shape[1] - 2)
+    rows, share = np.arange(len(running)), place - lower_index
+    return np.asarray(running[rows, lower_index] * (1 - share) + running[rows, lower_index + 1] * share)
