@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 
 from ...doe.plans import StoredPlan, list_plans, read_plan
 from ...schema.columns import BY_COLUMN, BY_NAME
@@ -139,6 +139,12 @@ class PlannedDesign:
 
         treatments = self.stored.treatments("planned", "done")
         return alias_lines(aliases(self.stored.space, treatments)) if len(treatments) else []
+
+    @overload
+    def sheet(self, path: None = None) -> str: ...
+
+    @overload
+    def sheet(self, path: str | os.PathLike[str]) -> Path: ...
 
     @raises_library_errors
     def sheet(self, path: str | os.PathLike[str] | None = None) -> str | Path:

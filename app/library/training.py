@@ -46,7 +46,8 @@ class FrozenDataset:
         return len(self.snapshot.table)
 
     def to_frame(self) -> pd.DataFrame:
-        """A pulse in each row: key, configuration, predictors (categories by name), contact time, force points."""
+        """A pulse in each row: key, configuration, predictors (categories by name), mass of the impactor and
+        thickness of the plate, contact time, force points: what `StoredModel.predict` takes."""
         import pandas as pd
 
         from ..models.datasets import dataset_columns
@@ -104,6 +105,7 @@ class TrainingRuns:
             axes.plot([estimate.low, estimate.high], [place, place], color="0.6", lw=2)
             axes.plot(estimate.mean, place, "o", color="#1b6ca8")
         axes.set_yticks(range(len(ranked)), [f"{version.label} ({version.split})" for version in ranked])
+        axes.set_ylim(-0.6, len(ranked) - 0.4)
         axes.set_xlabel(f"{metric} on held-out pulses, with its 90 % interval")
         return axes
 

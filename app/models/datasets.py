@@ -18,6 +18,8 @@ from ...schema.outputs import whole_file
 #: The splits that `show` counts; the thesis's first.
 SPLITS = ("repetitions", "configurations", "treatments", "materials", "campaigns")
 _FIGURES = ("contact_time_s", "compression_time_s", "peak_force_n", "impulse_n_s", "compression_impulse_n_s")
+#: Of the bench: models whose physics needs them take them from a table even where they are no predictors.
+_BENCH = ("impactor_mass_kg", "plate_thickness_m")
 _NAMES = ("key", "campaign", "run", "repetition", "configuration", "treatment", "tip_material", "target_material")
 
 
@@ -115,10 +117,12 @@ def predictor_column(predictor: Predictor) -> str:
 
 
 def dataset_columns(table: PulseTable) -> dict[str, Any]:
-    """Columns of a table with a row for each pulse: names, predictors (categories as words), figures, force points."""
+    """Columns of a table with a row for each pulse: names, predictors (categories as words), bench, figures, force
+    points."""
     columns: dict[str, Any] = {name: getattr(table, name) for name in _NAMES}
     for predictor, values in zip(table.predictors, table.x.T, strict=True):
         words = [predictor.levels[int(value)] for value in values] if predictor.levels else None
         columns[predictor_column(predictor)] = values if words is None else words
-    columns |= {name: getattr(table, name) for name in _FIGURES}
+    # A predictor of the same name has the column already.
+    columns |= {name: getattr(table, name) for name in (*_BENCH, *_FIGURES) if name not in columns}
     return columns | {f"force_{i + 1:02d}_n": table.force_n[:, i] for i in range(POINTS)}

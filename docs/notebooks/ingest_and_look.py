@@ -1,9 +1,9 @@
 # %% [markdown]
 # # Ingest a campaign and look at it
 #
-# After this notebook you can read a campaign into a store, list its shots and impacts by condition, draw a pulse, read a
-# part of a recording, compute a shock response spectrum, and see what the quality checks say. Every number is in SI
-# units, and pressures are gauge pressures.
+# After this notebook you can read a campaign into a store, list its shots and impacts by condition, draw a pulse,
+# read a part of a recording, compute a shock response spectrum, and see what the quality checks say. Every number is
+# in SI units, and pressures are gauge pressures.
 
 # %%
 from pathlib import Path
@@ -17,8 +17,9 @@ EXAMPLES = Path(ps.__file__).parent / "examples"
 # ## Ingest
 #
 # The store of this notebook is a file. A laboratory with a server writes its address there, such as
-# `postgresql+psycopg://USER@HOST/NAME`. Two campaigns ship with the software: five shots of a compressed-air gun, whose velocities were written down, and
-# one hit of a modal hammer with its recording. The report of an ingest says what was added.
+# `postgresql+psycopg://USER@HOST/NAME`. Two campaigns ship with the software: five shots of a compressed-air gun,
+# whose velocities were written down, and one hit of a modal hammer with its recording. The report of an ingest says
+# what was added.
 
 # %%
 store = ps.open("lab.db")
@@ -28,15 +29,15 @@ store.ingest(EXAMPLES / "first-shots")
 store.ingest(EXAMPLES / "modal-hammer-hit")
 
 # %% [markdown]
-# An ingest that is repeated adds nothing, so that a folder to which recordings are still being added can be ingested every
-# evening.
+# An ingest that is repeated adds nothing, so that a folder to which recordings are still being added can be ingested
+# every evening.
 
 # %%
 store.ingest(EXAMPLES / "first-shots").added
 
 # %% [markdown]
-# A third campaign has more impacts: six settings of an instrumented hammer, four hits each, recorded on the virtual bench.
-# The virtual bench writes the files that a real bench would write.
+# A third campaign has more impacts: six settings of an instrumented hammer, four hits each, recorded on the virtual
+# bench. The virtual bench writes the files that a real bench would write.
 
 # %%
 plan = store.plan.lhs("six-settings", kind="hammer", runs=6, repetitions=4, seed=1)
@@ -60,8 +61,8 @@ hard = store.impacts(campaign="six-settings", where=["tip_material = aluminum", 
 hard[["id", "run", "tip_radius_m", "impact_velocity_m_s", "contact_time_s", "peak_force_n", "quality"]]
 
 # %% [markdown]
-# The result is an ordinary pandas DataFrame, which matplotlib draws. The softer the tip, the longer the contact and the smaller
-# the peak.
+# The result is an ordinary pandas DataFrame, which matplotlib draws. The softer the tip, the longer the contact and
+# the smaller the peak.
 
 # %%
 figure, axes = plt.subplots(figsize=(7, 4), layout="constrained")
@@ -73,8 +74,8 @@ _ = axes.legend(title="tip")
 # %% [markdown]
 # ## A pulse
 #
-# The pulse is the part of the record in which the hammer touches. The line is a smoothing spline; the marks are the 20
-# points from which contact models learn.
+# The pulse is the part of the record in which the hammer touches. The line is a smoothing spline; the marks are the
+# 20 points from which contact models learn.
 
 # %%
 (impact,) = store.impacts(campaign="modal-hammer-hit")["id"]
@@ -96,7 +97,7 @@ recording
 
 # %%
 force = recording["Force (Trigger)"]
-peak_s = force.to_series().idxmax()
+peak_s = force.time_s[force.values.argmax()]
 window = force.between(peak_s - 0.002, peak_s + 0.008)
 print(len(window), "of", len(force), "samples, from", f"{window.index[0]:.4f} s to {window.index[-1]:.4f} s")
 
@@ -120,8 +121,9 @@ _ = axes.set(xlabel="natural frequency (Hz)", ylabel="maximax acceleration (m/s2
 # %% [markdown]
 # ## What the quality checks say
 #
-# The checks look at every recording: saturation, noise, drift, plausible impulses and more. A finding is a note, a warning,
-# or a reason to reject; what is rejected trains no model. The page "How a number came out of a recording" lists the checks.
+# The checks look at every recording: saturation, noise, drift, plausible impulses and more. A finding is a note, a
+# warning, or a reason to reject; what is rejected trains no model. The page "How a number came out of a recording"
+# lists the checks.
 
 # %%
 findings = report.to_frame()

@@ -48,6 +48,15 @@ def test_trained_models_are_those_of_the_command_line(lab):
     assert "linear@1" in runs._repr_html_()
 
 
+def test_a_dataset_has_what_physical_models_need_of_the_bench(lab):
+    _, data, _ = lab
+    frame = data.to_frame()
+    table = data.snapshot.table
+    for name in ("impactor_mass_kg", "plate_thickness_m"):
+        np.testing.assert_array_equal(frame[name], getattr(table, name))
+        assert frame.attrs["units"][name] == name.rpartition("_")[2]
+
+
 def test_a_second_training_finds_what_is_registered(lab):
     store, data, _ = lab
     again = store.train(data, models="linear", splits=["repetitions"], progress=False)
