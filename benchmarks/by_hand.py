@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from pyroshock.doe.designs.two_level import fractional_factorial, smallest_generators
-from pyroshock.doe.factors import Factor
+from pyroshock.doe.factors import DesignFactor
 from pyroshock.doe.merit.aliases import aliases
 from pyroshock.doe.space import space_of
 from pyroshock.training.estimators.exact_process import PRIOR, Process, inverse, leave_folds_out
@@ -125,7 +125,9 @@ def alias_tables(generators: str = SATURATED) -> dict[str, Callable[[], object]]
     import pyDOE3
 
     names = [f"factor_{index}" for index in range(len(generators.split()))]
-    space = space_of("two levels", "hammer", [Factor(name, name, ("low", "high"), None, True, 0) for name in names])
+    space = space_of(
+        "two levels", "hammer", [DesignFactor(name, name, ("low", "high"), None, True, 0) for name in names]
+    )
     treatments = fractional_factorial(space, generators=generators).treatments
     coded = pyDOE3.fracfact(generators)
     return {

@@ -11,7 +11,7 @@ from pyroshock.ingest.settings import EXTRACTION_VERSION
 from pyroshock.ingest.settings import ExtractionSettings as Settings
 from pyroshock.schema.benches import Hammer, Plate
 from pyroshock.schema.campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
-from pyroshock.schema.impacts import ExtractionSettings, Impact, Pulse
+from pyroshock.schema.impacts import ExtractionSettingsRow, Impact, Pulse
 from pyroshock.schema.materials import material_id
 from pyroshock.schema.quality import QualityFinding
 from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
@@ -73,7 +73,7 @@ def fill(url: str, crowd: Crowd | int, analyse: bool = True) -> None:
         with store.engine.begin() as connection:
             insert_rows(connection, Hammer, [{"id": 1, "fingerprint": "hammer", "mass_kg": 0.32}], signed)
             insert_rows(connection, Plate, [_plate(aluminum)], signed)
-            insert_rows(connection, ExtractionSettings, [_settings()], signed)
+            insert_rows(connection, ExtractionSettingsRow, [_settings()], signed)
             configurations, rare = _design(connection, crowd, signed)
             insert_rows(connection, Campaign, _campaigns(crowd), signed)
             insert_rows(connection, Recording, _recordings(crowd), signed)

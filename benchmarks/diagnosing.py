@@ -30,13 +30,13 @@ from pyroshock.validation import answer_sets
 from pyroshock.validation.baseline_training import trained
 from pyroshock.validation.baselines import BASELINES
 from pyroshock.validation.blind_check import OPTIONS
-from pyroshock.validation.case_plan import Task
-from pyroshock.validation.case_results import Label, Row, Said
+from pyroshock.validation.case_plan import CaseTask
+from pyroshock.validation.case_results import CaseResult, Said, WithheldTruth
 from pyroshock.validation.cases.case import KINDS, Case
 from pyroshock.validation.cases.draw import draw_case
 from pyroshock.validation.cases.record import label_of, record_case
 from pyroshock.validation.metrics import figures
-from pyroshock.validation.problem import Problem
+from pyroshock.validation.problem import GapProblem
 from pyroshock.validation.random_forest_baseline import Forest, features
 from pyroshock.validation.results_io import pooled
 from pyroshock.validation.tally import FOREST
@@ -58,7 +58,7 @@ KEPT = ROOT / "docs" / "blind-check"
 class Answers:
     """Of one campaign: what each way said, the seconds that it took from the folder on, and those of the limit."""
 
-    truth: Label
+    truth: WithheldTruth
     said: dict[str, Said] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
 
@@ -79,15 +79,15 @@ def measure_diagnosing(
         yield missing(THEME.format(campaigns), f"the right effect, beside {FOREST}", "not asked for", rival=FOREST)
 
 
-def drawn(kind: str, number: int) -> tuple[Case, int, Task]:
+def drawn(kind: str, number: int) -> tuple[Case, int, CaseTask]:
     """A case, the seed of its recording, and the task that names it."""
-    task = Task(f"{kind}-{number}", TIER, (SEED, number))
+    task = CaseTask(f"{kind}-{number}", TIER, (SEED, number))
     rng = np.random.default_rng(task.seed)
     case = draw_case(kind, TIER, rng, cause="catalogue")
     return case, int(rng.integers(2**31)), task
 
 
-def _answered(case: Case, seed: int, task: Task, forest: Forest | None) -> Answers:
+def _answered(case: Case, seed: int, task: CaseTask, forest: Forest | None) -> Answers:
     from threadpoolctl import threadpool_limits
 
     found = Answers(label(task, label_of(case, seed)))
@@ -108,7 +108,7 @@ def _simply(folder: Path, found: Answers, forest: Forest | None) -> None:
     stages, _ = stages_of(record := read_folder(folder), ASKED)
     gap = GapTable.of(record, stages, ASKED.tolerance_scale)
     read = time.perf_counter() - begin
-    problem = Problem.of(gap, InferenceProblem.of(gap, stages, list(catalogue().values())))
+    problem = GapProblem.of(gap, InferenceProblem.of(gap, stages, list(catalogue().values())))
     found.seconds[READING] = time.perf_counter() - begin
     for name, answer in BASELINES.items():
         begin = time.perf_counter()
@@ -117,7 +117,7 @@ def _simply(folder: Path, found: Answers, forest: Forest | None) -> None:
         found.said[name] = Said.from_probabilities(found.truth.case, said)
     if forest:
         begin = time.perf_counter()
-        said = forest.shares(found.truth.kind, features(Problem.of(gap)))
+        said = forest.shares(found.truth.kind, features(GapProblem.of(gap)))
         found.seconds[FOREST] = read + time.perf_counter() - begin
         found.said[FOREST] = Said.from_probabilities(found.truth.case, said)
 
@@ -148,13 +148,13 @@ def _quality(found: Sequence[Answers], way: str) -> Figure:
     )  # fmt: skip
 
 
-def first_of(rows: Sequence[Row]) -> int:
+def first_of(rows: Sequence[CaseResult]) -> int:
     """How many have the right effect as their first label."""
     return sum(answer_sets.first_label(row) for row in rows)
 
 
-def _rows(found: Sequence[Answers], way: str) -> list[Row]:
-    return [Row(one.truth, one.said[way]) for one in found]
+def _rows(found: Sequence[Answers], way: str) -> list[CaseResult]:
+    return [CaseResult(one.truth, one.said[way]) for one in found]
 
 
 def kept_rates(folder: Path = KEPT) -> str:

@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 from pyroshock.diagnosis.diagnose import diagnose
 from pyroshock.diagnosis.options import Options
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
 from pyroshock.twin.gun.shots import gun_velocity
 
@@ -29,7 +29,9 @@ def shots(pressures: int, masses: int, seed: int = 0) -> CampaignRecord:
     settings = list(product(np.geomspace(0.4e5, 4e5, pressures).tolist(), np.geomspace(0.1, 1.0, masses).tolist()))
     pressure, mass = np.array(settings).T
     velocity = gun_velocity(THESIS_GUN, pressure, mass, [ValveFlow()]).velocity_m_s
-    configurations = tuple(Configuration(f"{p:g}, {m:g}", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings)
+    configurations = tuple(
+        RunConfiguration(f"{p:g}, {m:g}", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings
+    )
     runs = []
     for order, (repetition, c) in enumerate(product(range(1, REPETITIONS + 1), range(len(settings)))):
         read = float(velocity[c] * np.exp(SCATTER * rng.standard_normal()))

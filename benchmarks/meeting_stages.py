@@ -23,7 +23,7 @@ from pyroshock.twin.plate.damping import ConstantDamping
 from pyroshock.twin.plate.modes import solve_plate
 from pyroshock.twin.plates import PlateStage
 from pyroshock.twin.setting import Setting
-from pyroshock.twin.strikes import ContactStage, Pulses, Strikes
+from pyroshock.twin.strikes import ContactStage, ForcePulses, Strikes
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.impact.build import Impactor, target
 from pyroshock.virtualbench.impact.echoes import PlateEchoes
@@ -91,7 +91,7 @@ def rows(thickness_m: float) -> Iterator[str]:
         yield f"| {' | '.join(cells)} |"
 
 
-def _errors(pulses: Pulses, peak_n: float, time_s: float, impulse_n_s: float) -> str:
+def _errors(pulses: ForcePulses, peak_n: float, time_s: float, impulse_n_s: float) -> str:
     ratios = pulses.peak_force_n[0] / peak_n, pulses.contact_time_s[0] / time_s, pulses.impulse_n_s[0] / impulse_n_s
     return " / ".join(f"{100 * (share - 1):+.0f} %" for share in ratios)
 

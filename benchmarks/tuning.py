@@ -26,8 +26,8 @@ from pyroshock.doe.limits.bench import BenchLimits
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.setting import Setting
 from pyroshock.twin.tune.goal import Goal
-from pyroshock.twin.tune.space import Range, TuningSpace
-from pyroshock.twin.tune.tuner import Measured
+from pyroshock.twin.tune.space import ContinuousRange, TuningSpace
+from pyroshock.twin.tune.tuner import FiredShots
 
 from .measuring import FOLDER_VARIABLE
 from .tuning_bench import LINES_HZ, VirtualGun
@@ -40,7 +40,7 @@ Way = Callable[[Task, Lab, np.random.Generator], Outcome]
 
 WAYS: Mapping[str, Way] = {
     "tune, history and own shots": lambda task, lab, rng: by_tuner(task, lab.forward, lab.history, rng),
-    "tune, own shots only": lambda task, lab, rng: by_tuner(task, lab.forward, Measured(), rng),
+    "tune, own shots only": lambda task, lab, rng: by_tuner(task, lab.forward, FiredShots(), rng),
     "one variable at a time": lambda task, _, __: by_one_variable(task),
 }
 
@@ -65,8 +65,8 @@ def space_on(plate: str, lab: Lab) -> TuningSpace:
         anvils=(None, THESIS["aluminum"], THESIS["steel"]),
         insulators=("none", "polymeric"),
         impact_positions=tuple(IMPACTS_M),
-        tank_pressure_pa=Range(LEAST_PRESSURE_PA, limits.max_regulated_pressure_pa),
-        impactor_mass_kg=Range(0.2, 1.0),
+        tank_pressure_pa=ContinuousRange(LEAST_PRESSURE_PA, limits.max_regulated_pressure_pa),
+        impactor_mass_kg=ContinuousRange(0.2, 1.0),
     )
 
 

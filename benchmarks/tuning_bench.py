@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.setting import Setting
-from pyroshock.virtualbench.campaigns.gun import RATE_HZ, GunBench, set_up
+from pyroshock.virtualbench.campaigns.gun import RATE_HZ, VirtualGunBench, set_up
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.sensors.adc import calibrated
 
@@ -56,12 +56,12 @@ class VirtualGun:
         record = self._record(replace(bench, sensors=wide), row_of(setting), np.random.default_rng(self.seed))
         return spectrum(record), float(np.abs(record).max())
 
-    def _bench(self, effects: Effects) -> GunBench:
+    def _bench(self, effects: Effects) -> VirtualGunBench:
         """Plates come from the first child of the seed, as `virtualbench.simulate` draws them."""
         rows = [row_of_plate(name) for name in ("aluminum", "steel")]
         return set_up(rows, effects, np.random.default_rng(np.random.SeedSequence(self.seed).spawn(1)[0]))
 
-    def _record(self, bench: GunBench, row: Mapping[str, str], rng: np.random.Generator) -> Floats:
+    def _record(self, bench: VirtualGunBench, row: Mapping[str, str], rng: np.random.Generator) -> Floats:
         (task,) = bench.tasks([row], 1)
         sensor = next(s for s in bench.sensors if s.name == SENSOR)
         taken = bench.take(task, rng).channels[SENSOR]

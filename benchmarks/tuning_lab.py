@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from pyroshock.app.tuning.laboratory import AtSensor
 from pyroshock.app.twins.building import TwinRequest, twin_of
-from pyroshock.app.twins.measured_shots import StruckPlate, read_measured_shots
+from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shots
 from pyroshock.dataset.stored_bench import stored_materials
 from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.twin.chain import Twin
@@ -24,7 +24,7 @@ from pyroshock.twin.plate.build import PlateBuild, places
 from pyroshock.twin.plate.cache import cached_plate
 from pyroshock.twin.plates import PlateStage
 from pyroshock.twin.tune.forward import level_db
-from pyroshock.twin.tune.tuner import Measured
+from pyroshock.twin.tune.tuner import FiredShots
 from pyroshock.virtualbench.plate.resonant import OUTLINE_M
 
 from .measuring import ROOT
@@ -51,7 +51,7 @@ class Lab:
     """Its twin at the sensor, and the spectra of its history."""
 
     forward: AtSensor
-    history: Measured
+    history: FiredShots
     plate_masses_kg: dict[str, float]
 
 
@@ -119,8 +119,8 @@ def _build(material: str) -> PlateBuild:
     return PlateBuild(OUTLINE_M, THICKNESS_M, THESIS[material], places(IMPACTS_M), places(SENSORS_M))
 
 
-def _measured(store: Store) -> Measured:
-    plate = StruckPlate(PLATES[0], THICKNESS_M, _build(PLATES[0]).area_m2)
+def _measured(store: Store) -> FiredShots:
+    plate = CampaignPlate(PLATES[0], THICKNESS_M, _build(PLATES[0]).area_m2)
     with store.reading() as session:
         known = stored_materials(session)
         shots, left_out = read_measured_shots(
@@ -129,4 +129,4 @@ def _measured(store: Store) -> Measured:
         )  # fmt: skip
     shots = shots.take(np.flatnonzero(np.isfinite(shots.spectra_m_s2).all(axis=(1, 2))))
     sys.stderr.write(f"history: {len(shots)} shots, left out {len(left_out)}\n")
-    return Measured(shots.settings, level_db(shots.spectra_m_s2[:, 0]))
+    return FiredShots(shots.settings, level_db(shots.spectra_m_s2[:, 0]))

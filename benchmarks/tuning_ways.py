@@ -12,7 +12,7 @@ from pyroshock.twin.setting import Setting
 from pyroshock.twin.tune.forward import Floats, Forward, Refusals, level_db
 from pyroshock.twin.tune.goal import Goal
 from pyroshock.twin.tune.space import Amount, Mount, TuningSpace, mount_of
-from pyroshock.twin.tune.tuner import Measured, tune
+from pyroshock.twin.tune.tuner import FiredShots, tune
 
 from .tuning_bench import Spoiled
 
@@ -41,7 +41,7 @@ class Outcome:
     shown: bool = False
 
 
-def by_tuner(task: Task, forward: Forward, history: Measured, rng: np.random.Generator) -> Outcome:
+def by_tuner(task: Task, forward: Forward, history: FiredShots, rng: np.random.Generator) -> Outcome:
     """Fire the best proposal until a shot meets the goal, three times at most; then hand over the best by then."""
     measured, seconds = history, []
     spoiled: list[tuple[Setting, Spoiled]] = []
@@ -57,7 +57,7 @@ def by_tuner(task: Task, forward: Forward, history: Measured, rng: np.random.Gen
         if isinstance(spectrum, str):
             spoiled.append((best, spectrum))
             continue
-        measured = measured + Measured((best,), level_db(spectrum)[None])
+        measured = measured + FiredShots((best,), level_db(spectrum)[None])
         if task.goal.met(level_db(spectrum)):
             return Outcome(best, shots + 1, seconds, True)
     return Outcome(best, MOST_SHOTS, seconds)

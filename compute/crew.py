@@ -5,12 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib.util import find_spec
 
-LOCAL, DASK, RAY = "local", "dask", "ray"
-BACKENDS = (LOCAL, DASK, RAY)
-
-#: Module that a backend needs -> how it is installed.
-_INSTALL = {"distributed": "pip install 'pyroshock[cluster]'", "ray": "pip install ray"}
-_NEEDS = {DASK: "distributed", RAY: "ray"}
+LOCAL, DASK = "local", "dask"
+BACKENDS = (LOCAL, DASK)
 
 
 @dataclass(frozen=True)
@@ -33,7 +29,10 @@ class Crew:
             raise ValueError(f"scheduler {self.scheduler!r} without a cluster; name its kind too: --backend dask")
         if self.backend == DASK and not self.scheduler:
             raise ValueError("backend 'dask' without a scheduler; name its address: --scheduler tcp://HOST:8786")
-        _require(_NEEDS.get(self.backend), self.backend)
+        if self.backend == DASK and find_spec("distributed") is None:
+            raise ValueError(
+                "backend 'dask' needs distributed, which is not installed: pip install 'pyroshock[cluster]'"
+            )
 
     @property
     def is_here(self) -> bool:
@@ -47,11 +46,6 @@ class Crew:
 
             assert self.scheduler is not None
             connected(self.scheduler).close()
-
-
-def _require(module: str | None, backend: str) -> None:
-    if module is not None and find_spec(module) is None:
-        raise ValueError(f"backend {backend!r} needs {module}, which is not installed: {_INSTALL[module]}")
 
 
 #: This process.

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager
 from itertools import islice
 from typing import Any, TypeVar
 
-from .crew import DASK, RAY, Crew
+from .crew import DASK, Crew
 from .errand import Died, Errand
 from .hands import Hands
 
@@ -69,10 +69,6 @@ def _manned(
 
         assert crew.scheduler is not None
         return on_dask(crew.scheduler, function, shared)
-    if crew.backend == RAY:
-        from .rays import on_ray
-
-        return on_ray(crew.scheduler, function, shared)
     from .local import beside, here
 
     return beside(crew.jobs, function, shared) if isolated or crew.jobs > 1 else here(function, shared)

@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from .combinations import positions, unmet
-from .limits import Limit, Outside
+from .limits import Limit, OutOfRange
 from .subspace import Subspace
 from .table import Floats, Inputs, Integers, Predictor
 
@@ -17,7 +17,7 @@ _FORMAT = 1
 #: Quantities of the bench that are inputs, if no predictors: name -> (attribute of `Inputs`, unit).
 _BENCH = {"impactor_mass": ("impactor_mass_kg", "kg"), "plate_thickness": ("plate_thickness_m", "m")}
 
-_Found = list[list[Outside]]
+_Found = list[list[OutOfRange]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class Domain:
         """Those that may be asked about, in their order."""
         return tuple(limit.predictor for limit in self.limits)
 
-    def outside(self, inputs: Inputs) -> list[tuple[Outside, ...]]:
+    def outside(self, inputs: Inputs) -> list[tuple[OutOfRange, ...]]:
         """For each impact what lies outside, an empty tuple where nothing does.
 
         First each value by itself; where all are inside, their combination: levels that never met, then leverage. A
@@ -167,4 +167,4 @@ def _text(value: float | str) -> str:
     return value if isinstance(value, str) else f"{value:.4g}"
 
 
-__all__ = ["Domain", "Outside"]
+__all__ = ["Domain", "OutOfRange"]

@@ -19,7 +19,7 @@ _ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
-class Outside:
+class OutOfRange:
     """A predictor of one impact that lies outside. `range` is what was recorded: from and to, or the levels."""
 
     predictor: str
@@ -78,13 +78,13 @@ class Limit:
         slack = _ROUND_OFF * max(abs(self.low), abs(self.high))
         return (values < self.low - slack) | (values > self.high + slack)
 
-    def outside(self, value: float) -> Outside:
+    def outside(self, value: float) -> OutOfRange:
         """What there is to say of a value that lies outside by itself."""
         return self.telling(value, "is not known" if np.isnan(value) else self._why)
 
-    def telling(self, value: float, reason: str) -> Outside:
+    def telling(self, value: float, reason: str) -> OutOfRange:
         """A value with its reason."""
-        return Outside(self.predictor.name, self.shown(value), self.range, reason)
+        return OutOfRange(self.predictor.name, self.shown(value), self.range, reason)
 
     def shown(self, value: float) -> float | str:
         """A value as a person reads it: a category by its level."""

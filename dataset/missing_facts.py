@@ -12,7 +12,7 @@ from ..schema.columns import column_of
 from ..schema.listings import get_campaign_id
 from .predictors import PredictorSet
 from .rows import Levels, Row, case_of, levels_of, materials_of, rows_of_campaigns
-from .sources import FACTOR, STATED_PLATE_MASS, VELOCITY, Case, Materials, read_number, read_word
+from .sources import FACTOR, STATED_PLATE_MASS, VELOCITY, ImpactSource, Materials, read_number, read_word
 
 _PLATE_MATERIAL = "plate_material in runs.csv, or material in [bench.plate]"
 _PLATE_SIZE = "material, thickness_m and outline_m in [bench.plate]"
@@ -68,7 +68,7 @@ def missing_words(missing: Sequence[MissingFacts]) -> str:
     )
 
 
-def _remedies(source: str, case: Case, kind: str) -> tuple[str, ...]:
+def _remedies(source: str, case: ImpactSource, kind: str) -> tuple[str, ...]:
     if source.startswith(FACTOR):
         return (f"{column_of(source.removeprefix(FACTOR))[0]} in runs.csv",)
     if source == VELOCITY:
@@ -82,7 +82,7 @@ def _remedies(source: str, case: Case, kind: str) -> tuple[str, ...]:
     return _of_material(source.partition(".")[0], case)
 
 
-def _of_material(part: str, case: Case) -> tuple[str, ...]:
+def _of_material(part: str, case: ImpactSource) -> tuple[str, ...]:
     if part == "tip":
         return ("tip_material in runs.csv",) if case.tip is None else (_MATERIAL,)
     remedies = []

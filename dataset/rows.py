@@ -12,11 +12,11 @@ from sqlalchemy.orm import Session
 from ..schema.benches import Hammer, Plate
 from ..schema.campaigns import Campaign, ConfigurationLevel, Factor, FactorLevel
 from ..schema.datasets import SnapshotPulse
-from ..schema.impacts import ExtractionSettings, Impact, Pulse
+from ..schema.impacts import ExtractionSettingsRow, Impact, Pulse
 from ..schema.materials import Material
 from ..schema.recordings import RecordedChannel, Recording
 from ..schema.shots import Shot
-from .sources import PROPERTIES, Case, Materials
+from .sources import PROPERTIES, ImpactSource, Materials
 
 #: One impact: the labels of `_COLUMNS`.
 Row = RowMapping
@@ -43,7 +43,7 @@ _COLUMNS = (
     Plate.outline_m.label("plate_outline_m"),
     Material.name.label("bench_plate_material"),
     Recording.sha256.label("recording_sha256"),
-    ExtractionSettings.fingerprint.label("extraction"),
+    ExtractionSettingsRow.fingerprint.label("extraction"),
     Pulse.id.label("pulse_id"),
     Pulse.start_s,
     Pulse.contact_time_s,
@@ -77,7 +77,7 @@ def _joined(pulse: ColumnElement[bool]) -> Select[Any]:
         .select_from(Impact)
         .join(Campaign, Impact.campaign_id == Campaign.id)
         .outerjoin(Pulse, pulse)
-        .outerjoin(ExtractionSettings, Pulse.settings_id == ExtractionSettings.id)
+        .outerjoin(ExtractionSettingsRow, Pulse.settings_id == ExtractionSettingsRow.id)
         .outerjoin(Recording, Impact.recording_id == Recording.id)
         .outerjoin(Shot, shot)
         .outerjoin(Hammer, Campaign.hammer_id == Hammer.id)
@@ -128,11 +128,11 @@ def materials_of(session: Session) -> Materials:
     return {name: dict(zip(columns, map(float, values), strict=True)) for name, *values in session.execute(query)}
 
 
-def case_of(row: Row, levels: Levels) -> Case:
+def case_of(row: Row, levels: Levels) -> ImpactSource:
     """What an impact was made with. A bullet's speed is the laser's where the impact has none of its own."""
     words, numbers = levels
     own, laser = row["impact_velocity_m_s"], row["measured_velocity_m_s"]
-    return Case(
+    return ImpactSource(
         words=words,
         numbers=numbers,
         velocity_m_s=laser if own is None else own,

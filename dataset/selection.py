@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign, Factor
 from ..schema.columns import BY_NAME
-from ..schema.impacts import ExtractionSettings
+from ..schema.impacts import ExtractionSettingsRow
 from ..schema.listings import get_campaign_id
 from .missing_facts import missing_facts, missing_words
 from .predictors import PredictorSet, shipped
@@ -29,7 +29,7 @@ _REASONS_TOLD = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Draft:
+class DatasetDraft:
     """A dataset that is not frozen yet."""
 
     predictors: PredictorSet
@@ -44,7 +44,7 @@ def select_pulses(
     quality: str,
     extraction: str | None,
     velocity: str | None = None,
-) -> Draft:
+) -> DatasetDraft:
     """The usable pulses of `campaigns`. Raises as `snapshot.build_snapshot`."""
     names = sorted(set(campaigns))
     if not names:
@@ -87,7 +87,7 @@ def select_pulses(
         "pulses": len(table),
         "left_out": [{"reason": reason, "impacts": count} for reason, count in sorted(left_out.items())],
     }
-    return Draft(chosen, table, definition)
+    return DatasetDraft(chosen, table, definition)
 
 
 def _fitting(session: Session, names: Sequence[str], predictors: PredictorSet | None) -> PredictorSet:
@@ -125,7 +125,7 @@ def _check_factors(session: Session, predictors: PredictorSet) -> None:
 def _extraction_id(session: Session, fingerprint: str | None) -> int | None:
     if fingerprint is None:
         return None
-    settings_rows = session.execute(select(ExtractionSettings.id, ExtractionSettings.fingerprint)).all()
+    settings_rows = session.execute(select(ExtractionSettingsRow.id, ExtractionSettingsRow.fingerprint)).all()
     matches = [key for key, text in settings_rows if fingerprint and text.startswith(fingerprint)]
     if len(matches) != 1:
         there = ", ".join(text[:12] for _, text in settings_rows) or "none yet"

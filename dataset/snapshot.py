@@ -21,7 +21,7 @@ from .deleted import source_deleted
 from .identity import content_hash
 from .predictors import PredictorSet, from_json
 from .rows import Row, levels_of, rows_of_snapshot
-from .selection import FORMAT, Draft, select_pulses
+from .selection import FORMAT, DatasetDraft, select_pulses
 from .table import PulseTable
 from .tabulate import member_of, table_of
 from .velocities import converted
@@ -122,7 +122,7 @@ def _known(session: Session, name: str, digest: str) -> _Known | None:
     return None
 
 
-def _add(store: Store, session: Session, name: str, digest: str, draft: Draft) -> None:
+def _add(store: Store, session: Session, name: str, digest: str, draft: DatasetDraft) -> None:
     now = datetime.now(UTC)
     row = DatasetSnapshot(name=name, content_hash=digest, frozen_at=now, definition=draft.definition)
     session.add(row)
@@ -130,7 +130,7 @@ def _add(store: Store, session: Session, name: str, digest: str, draft: Draft) -
     _add_pulses(store, session, row.id, draft.table.pulse_id.tolist())
 
 
-def _fill_up(store: Store, session: Session, known: _Known, digest: str, draft: Draft) -> None:
+def _fill_up(store: Store, session: Session, known: _Known, digest: str, draft: DatasetDraft) -> None:
     """Give a snapshot back the pulses that it lost by a deletion, when the same content was ingested again."""
     own = set(session.scalars(select(SnapshotPulse.pulse_id).where(SnapshotPulse.snapshot_id == known.key)))
     lost = [key for key in draft.table.pulse_id.tolist() if key not in own]

@@ -1,4 +1,4 @@
-"""Where a predictor's value comes from: one visible list of sources, each reads a `Case`."""
+"""Where a predictor's value comes from: one visible list of sources, each reads an `ImpactSource`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FACTOR = "factor."
 
 
 @dataclass(frozen=True)
-class Case:
+class ImpactSource:
     """What one impact was made with; None where the store does not know. `words` and `numbers` are factors (SI)."""
 
     words: Mapping[str, str]
@@ -52,8 +52,8 @@ class Case:
         return self.plate if anvil == NONE else anvil
 
 
-Number = Callable[[Case, Materials], float | None]
-Word = Callable[[Case], str | None]
+Number = Callable[[ImpactSource, Materials], float | None]
+Word = Callable[[ImpactSource], str | None]
 
 _PARTS: dict[str, Word] = {
     "tip": lambda case: case.tip,
@@ -63,14 +63,14 @@ _PARTS: dict[str, Word] = {
 
 
 def _property(part: Word, column: str) -> Number:
-    def read(case: Case, materials: Materials) -> float | None:
+    def read(case: ImpactSource, materials: Materials) -> float | None:
         name = part(case)
         return None if name is None else materials.get(name, {}).get(column)
 
     return read
 
 
-def _plate_mass(case: Case, materials: Materials) -> float | None:
+def _plate_mass(case: ImpactSource, materials: Materials) -> float | None:
     """As stated, else area times thickness times density."""
     if STATED_PLATE_MASS in case.numbers:
         return case.numbers[STATED_PLATE_MASS]
@@ -103,13 +103,13 @@ def known_sources() -> str:
     return ", ".join((*sorted({*NUMBERS, *WORDS}), f"{FACTOR}NAME"))
 
 
-def read_number(source: str, case: Case, materials: Materials) -> float | None:
+def read_number(source: str, case: ImpactSource, materials: Materials) -> float | None:
     """A number of a case, SI; None where the store does not know it."""
     if source.startswith(FACTOR):
         return case.numbers.get(source.removeprefix(FACTOR))
     return NUMBERS[source][1](case, materials)
 
 
-def read_word(source: str, case: Case) -> str | None:
+def read_word(source: str, case: ImpactSource) -> str | None:
     """A word of a case; None where the store does not know it."""
     return case.words.get(source.removeprefix(FACTOR)) if source.startswith(FACTOR) else WORDS[source](case)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from ..twin.gun.bench import GunBench
-from ..twin.materials import Material
+from ..twin.materials import ElasticMaterial
 
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
@@ -43,7 +43,7 @@ def modal_plate(table: schema.ModalTable) -> ModalPlate:
     return modal_plate_from_table(columns)
 
 
-def stored_materials(session: Session) -> dict[str, Material]:
+def stored_materials(session: Session) -> dict[str, ElasticMaterial]:
     """The store's materials by name and alias in lower case."""
     from sqlalchemy import select
     from sqlalchemy.orm import selectinload
@@ -55,11 +55,11 @@ def stored_materials(session: Session) -> dict[str, Material]:
     return by_name([_material(row) for row in rows], aliases)
 
 
-def by_name(materials: Iterable[Material], aliases: Mapping[str, str]) -> dict[str, Material]:
+def by_name(materials: Iterable[ElasticMaterial], aliases: Mapping[str, str]) -> dict[str, ElasticMaterial]:
     """Materials by name and alias in lower case; a name goes before another's alias."""
     named = {material.name: material for material in materials}
     return {alias.lower(): named[name] for alias, name in aliases.items()} | {k.lower(): m for k, m in named.items()}
 
 
-def _material(row: stored.Material) -> Material:
-    return Material(row.name, row.youngs_modulus_pa, row.poisson_ratio, row.density_kg_m3, row.yield_strength_pa)
+def _material(row: stored.Material) -> ElasticMaterial:
+    return ElasticMaterial(row.name, row.youngs_modulus_pa, row.poisson_ratio, row.density_kg_m3, row.yield_strength_pa)

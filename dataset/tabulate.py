@@ -10,7 +10,7 @@ import numpy as np
 from .identity import pulse_key
 from .predictors import PredictorSet
 from .rows import Levels, Row, case_of
-from .sources import VELOCITY, Case, Materials, read_number, read_word
+from .sources import VELOCITY, ImpactSource, Materials, read_number, read_word
 from .table import POINTS, Floats, Predictor, PulseTable
 
 
@@ -23,7 +23,7 @@ class Member:
     """An impact that can enter a table: its row, what it was made with, and its predictors (d,)."""
 
     row: Row
-    case: Case
+    case: ImpactSource
     inputs: tuple[float, ...]
 
 
@@ -40,7 +40,7 @@ def member_of(row: Row, levels: Levels, predictors: PredictorSet, materials: Mat
     return Member(row, case, tuple(_value(predictor, source, case, materials) for predictor, source in pairs))
 
 
-def _value(predictor: Predictor, source: str, case: Case, materials: Materials) -> float:
+def _value(predictor: Predictor, source: str, case: ImpactSource, materials: Materials) -> float:
     if not predictor.levels:
         number = read_number(source, case, materials)
         if number is None:

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
 from ..schema.datasets import DatasetSnapshot, SnapshotPulse
-from ..schema.impacts import ExtractionSettings, Impact, Pulse
+from ..schema.impacts import ExtractionSettingsRow, Impact, Pulse
 from ..schema.recordings import Recording
 from .snapshot import Snapshot
 
@@ -47,11 +47,11 @@ def trace(session: Session, snapshot: Snapshot, key: str) -> Trace:
         )
     row = matches[0]
     query = (
-        select(Campaign, Impact, Pulse, ExtractionSettings, Recording)
+        select(Campaign, Impact, Pulse, ExtractionSettingsRow, Recording)
         .select_from(Pulse)
         .join(Impact, Pulse.impact_id == Impact.id)
         .join(Campaign, Impact.campaign_id == Campaign.id)
-        .join(ExtractionSettings, Pulse.settings_id == ExtractionSettings.id)
+        .join(ExtractionSettingsRow, Pulse.settings_id == ExtractionSettingsRow.id)
         .join(Recording, Impact.recording_id == Recording.id)
         .where(Pulse.id == int(snapshot.table.pulse_id[row]))
     )

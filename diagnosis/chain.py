@@ -7,10 +7,10 @@ import numpy as np
 from .observables.base import Stage
 from .observables.contact.registered_model import RegisteredContactStage
 from .observables.contact.site import sites_of
-from .observables.contact.stage import ContactStage
-from .observables.gun.stage import GunStage
+from .observables.contact.stage import ContactObservables
+from .observables.gun.stage import GunObservables
 from .observables.plate.ringdown import PlateRingdownStage
-from .observables.plate.stage import PlateStage
+from .observables.plate.stage import PlateObservables
 from .options import Options
 from .record import CampaignRecord
 
@@ -56,7 +56,7 @@ def _gun(record: CampaignRecord, options: Options) -> Stage | str:
         return "gun: no [bench.gun] in the campaign"
     if not any(run.velocity_m_s for run in record.runs):
         return "gun: no run has a measured velocity"
-    return GunStage(record, options.uncertain_of("gun"))
+    return GunObservables(record, options.uncertain_of("gun"))
 
 
 def _contact(record: CampaignRecord, options: Options) -> Stage | str:
@@ -73,7 +73,7 @@ def _contact(record: CampaignRecord, options: Options) -> Stage | str:
     uncertain = options.uncertain_of("contact")
     if options.contact is not None:
         return RegisteredContactStage(record, options.contact, uncertain, plate_mass_kg=options.plate_mass_kg)
-    return ContactStage(record, uncertain)
+    return ContactObservables(record, uncertain)
 
 
 def _plate(record: CampaignRecord, options: Options) -> Stage | str:  # noqa: ARG001 - as the others
@@ -86,6 +86,6 @@ def _plate(record: CampaignRecord, options: Options) -> Stage | str:  # noqa: AR
         )
     driven = any(run.force is not None and run.accelerations for run in record.runs)
     try:
-        return (PlateStage if driven and record.plate_points_known else PlateRingdownStage)(record)
+        return (PlateObservables if driven and record.plate_points_known else PlateRingdownStage)(record)
     except ValueError as error:
         return f"plate: not diagnosed: {error}"

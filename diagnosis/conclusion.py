@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .gap_reduction.measure import HeldOut
+from .gap_reduction.measure import FoldCorrections
 from .inference.held_out import set_predictions
 from .inference.model_search import fit_sets
-from .inference.posterior import Posterior, fitted_effects, fitted_parameters
+from .inference.posterior import HypothesisPosterior, fitted_effects, fitted_parameters
 from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
 from .probability_maps import UnknownMap, first_entry_probability
@@ -44,7 +44,9 @@ class Conclusion:
     first_evidence: float
 
 
-def conclude(posterior: Posterior, shares: GapShares, held: HeldOut | None, unknown: UnknownMap) -> Conclusion:
+def conclude(
+    posterior: HypothesisPosterior, shares: GapShares, held: FoldCorrections | None, unknown: UnknownMap
+) -> Conclusion:
     """`held` is what was held out by configuration; None where there are too few configurations."""
     gains = _held_out_gains(posterior, held)
     named = _named(posterior, shares, gains)
@@ -69,12 +71,14 @@ def conclude(posterior: Posterior, shares: GapShares, held: HeldOut | None, unkn
     )
 
 
-def _large(posterior: Posterior) -> bool:
+def _large(posterior: HypothesisPosterior) -> bool:
     """Whether there is a gap beyond noise and tolerance to be explained."""
     return posterior.metric.size(posterior.gap).beyond_noise or posterior.none_probability < 0.5
 
 
-def _held_out_figures(posterior: Posterior, held: HeldOut | None) -> tuple[float | None, float | None]:
+def _held_out_figures(
+    posterior: HypothesisPosterior, held: FoldCorrections | None
+) -> tuple[float | None, float | None]:
     """The fraction of the gap that goes held out, where there is one to shrink, and what is left of it beyond the noise
     floor, in tolerances."""
     if held is None:
@@ -85,7 +89,7 @@ def _held_out_figures(posterior: Posterior, held: HeldOut | None) -> tuple[float
     return fraction, float(np.sqrt(max(remaining_square, 0.0)) / tolerance)
 
 
-def _held_out_gains(posterior: Posterior, held: HeldOut | None) -> dict[str, tuple[float, float]]:
+def _held_out_gains(posterior: HypothesisPosterior, held: FoldCorrections | None) -> dict[str, tuple[float, float]]:
     """By effect: by how much the fraction that goes is larger with it on configurations that it was not fitted to, and
     the standard error of that; of effects outside of the best set by adding them to it. 0 where there is no gap."""
     if held is None:
@@ -113,13 +117,13 @@ def _held_out_gains(posterior: Posterior, held: HeldOut | None) -> dict[str, tup
     return gains
 
 
-def _unseen(posterior: Posterior, held: HeldOut, fits: Sequence[SubsetFit]) -> list[Floats]:
+def _unseen(posterior: HypothesisPosterior, held: FoldCorrections, fits: Sequence[SubsetFit]) -> list[Floats]:
     """By set (C, D): what it predicts of each configuration, fitted to the folds that do not have it."""
     tables = [set_predictions(posterior.library, fold.training, fits) for fold in held.folds]
     return [held.unseen(held.gaps.over_scale(np.array(own))) for own in zip(*tables, strict=True)]
 
 
-def _gain(held: HeldOut, without: Floats, with_effect: Floats) -> tuple[float, float]:
+def _gain(held: FoldCorrections, without: Floats, with_effect: Floats) -> tuple[float, float]:
     """Difference of the roots over the room, and its jackknife standard error over configurations."""
     before, floor = held.squares(), held.gaps.floor[held.split.held_out]
 
@@ -133,7 +137,9 @@ def _gain(held: HeldOut, without: Floats, with_effect: Floats) -> tuple[float, f
     return value(everything), float(np.sqrt((count - 1) / count * np.sum((left_out - left_out.mean()) ** 2)))
 
 
-def _named(posterior: Posterior, shares: GapShares, gains: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:
+def _named(
+    posterior: HypothesisPosterior, shares: GapShares, gains: Mapping[str, tuple[float, float]]
+) -> tuple[str, ...]:
     """Effects that probably act and that predict what they have not seen, by falling share."""
     kept = []
     for effect in posterior.effects:
@@ -144,7 +150,7 @@ def _named(posterior: Posterior, shares: GapShares, gains: Mapping[str, tuple[fl
 
 
 def _listed_sets(
-    posterior: Posterior, named: Sequence[str]
+    posterior: HypothesisPosterior, named: Sequence[str]
 ) -> tuple[dict[tuple[str, ...], float], dict[tuple[str, ...], SubsetFit]]:
     """Probabilities, and fits, by the effects that a report lists of a set: its major ones, and of its others those
     that are `named`."""
@@ -160,7 +166,7 @@ def _listed_sets(
 
 
 def _known_causes(
-    posterior: Posterior,
+    posterior: HypothesisPosterior,
     probabilities: Mapping[tuple[str, ...], float],
     sets: Mapping[tuple[str, ...], SubsetFit],
 ) -> list[Cause]:
@@ -218,7 +224,7 @@ def _cause(fit: SubsetFit, group: Sequence[tuple[str, ...]], probabilities: Sequ
 
 
 def _effect_shares(
-    posterior: Posterior, shares: GapShares, gains: Mapping[str, tuple[float, float]], named: Sequence[str]
+    posterior: HypothesisPosterior, shares: GapShares, gains: Mapping[str, tuple[float, float]], named: Sequence[str]
 ) -> tuple[EffectShare, ...]:
     sets = posterior.credible_sets()
     number = {name: i for i, names in reversed(list(enumerate(sets, start=1))) for name in names}
@@ -238,7 +244,7 @@ def _effect_shares(
     return tuple(sorted(rows, key=lambda row: -row.share))
 
 
-def _path(posterior: Posterior, held: HeldOut | None, named: Sequence[str]) -> tuple[PathStep, ...]:
+def _path(posterior: HypothesisPosterior, held: FoldCorrections | None, named: Sequence[str]) -> tuple[PathStep, ...]:
     """The named effects (else those of the likeliest set) added one by one, largest share first, held out."""
     if held is None:
         return ()
@@ -253,14 +259,14 @@ def _path(posterior: Posterior, held: HeldOut | None, named: Sequence[str]) -> t
     return tuple(steps)
 
 
-def _fit_of(posterior: Posterior, effects: Sequence[str]) -> SubsetFit:
+def _fit_of(posterior: HypothesisPosterior, effects: Sequence[str]) -> SubsetFit:
     wanted = frozenset(effects)
     fits = [fit for fit in posterior.library.fits.values() if frozenset(fit.effects) == wanted]
     return max(fits, key=posterior.library.log_joint)
 
 
 def _fits(
-    posterior: Posterior, named: Sequence[str], sets: Mapping[tuple[str, ...], SubsetFit]
+    posterior: HypothesisPosterior, named: Sequence[str], sets: Mapping[tuple[str, ...], SubsetFit]
 ) -> dict[str, SubsetFit]:
     """By name, "a+b" for several: every set of the report, each prefix of the path, and single effects."""
     fits = {"+".join(names): fit for names, fit in sets.items()}

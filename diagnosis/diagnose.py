@@ -16,7 +16,7 @@ from .conclusion import Conclusion, conclude
 from .gap import GapTable
 from .gap_reduction.measure import measure_reduction
 from .inference.held_out import fit_fold
-from .inference.posterior import Posterior, common_effects, fitted_effects
+from .inference.posterior import HypothesisPosterior, common_effects, fitted_effects
 from .inference.shares import gap_shares
 from .localisation.stages import stage_notes
 from .localise import localise_gap
@@ -60,7 +60,7 @@ def _verdict(record: CampaignRecord, options: Options, progress: Progress, draw:
     notes += tuple(finding.message for finding in check(record, stages))
     gap = GapTable.of(record, stages, options.tolerance_scale)
     progress(1, _STEPS, "effects")
-    posterior = Posterior.of(gap, stages, _effect_kinds(options, stages))
+    posterior = HypothesisPosterior.of(gap, stages, _effect_kinds(options, stages))
     progress(2, _STEPS, "shares")
     shares = gap_shares(posterior.library, posterior.weights, posterior.floor, rng)
     progress(3, _STEPS, "held out")

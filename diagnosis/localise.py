@@ -13,8 +13,8 @@ from .localisation.stages import stage_shares
 from .localisation.windows import amplitude_residual_db, frequency_bands, time_windows
 from .observables.base import Stage
 from .observables.contact.residuals import pulse_residuals
-from .observables.contact.stage import ContactStage
-from .verdict import Band, TimeWindow, Where
+from .observables.contact.stage import ContactObservables
+from .verdict import FrequencyBand, TimeWindow, Where
 
 
 def localise_gap(gap: GapTable, stages: Sequence[Stage], rng: np.random.Generator) -> Where:
@@ -31,8 +31,10 @@ def localise_gap(gap: GapTable, stages: Sequence[Stage], rng: np.random.Generato
     )
 
 
-def _of_pulses(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[tuple[TimeWindow, ...], tuple[Band, ...]]:
-    stage = next((stage for stage in stages if isinstance(stage, ContactStage)), None)
+def _of_pulses(
+    stages: Sequence[Stage], rng: np.random.Generator
+) -> tuple[tuple[TimeWindow, ...], tuple[FrequencyBand, ...]]:
+    stage = next((stage for stage in stages if isinstance(stage, ContactObservables)), None)
     if stage is None:
         return (), ()
     pulses = pulse_residuals(stage)
@@ -45,9 +47,9 @@ def _of_pulses(stages: Sequence[Stage], rng: np.random.Generator) -> tuple[tuple
     return windows, frequency_bands(lines, level, of, "force", rng) if lines.size else ()
 
 
-def _of_spectra(gap: GapTable, rng: np.random.Generator) -> tuple[Band, ...]:
+def _of_spectra(gap: GapTable, rng: np.random.Generator) -> tuple[FrequencyBand, ...]:
     """Bands of the shock response spectra, by channel."""
-    bands: list[Band] = []
+    bands: list[FrequencyBand] = []
     lines: dict[str, dict[int, float]] = {}
     for column, item in enumerate(gap.observables):
         if item.unit == "dB" and item.frequency_hz is not None:

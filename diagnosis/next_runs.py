@@ -10,12 +10,12 @@ import numpy as np
 
 from ..schema.columns import column_of
 from ..twin.effects import Effect
-from .inference.posterior import Posterior
+from .inference.posterior import HypothesisPosterior
 from .inference.subset_fit import SubsetFit, residual, split_parts
 from .observables.base import Stage
-from .observables.contact.stage import ContactStage
-from .observables.gun.stage import GunStage
-from .record import CampaignRecord, Configuration, Factor, Floats, Run
+from .observables.contact.stage import ContactObservables
+from .observables.gun.stage import GunObservables
+from .record import CampaignRecord, Factor, Floats, Run, RunConfiguration
 from .verdict import NONE, UNKNOWN, Cause, NextRun
 
 #: Two causes are told apart at this distance: one case in forty goes wrong.
@@ -39,7 +39,7 @@ class _Forecast:
 
 
 def next_runs(
-    posterior: Posterior, stages: Sequence[Stage], causes: Sequence[Cause], rng: np.random.Generator
+    posterior: HypothesisPosterior, stages: Sequence[Stage], causes: Sequence[Cause], rng: np.random.Generator
 ) -> tuple[NextRun, ...]:
     """For each pair of likely causes the setting that tells them apart with the fewest shots, likely pairs first; where
     the gap is not explained first of all the setting where most of it remains.
@@ -60,7 +60,7 @@ def next_runs(
     return (*unexplained, *filter(None, runs))
 
 
-def _where_unexplained(posterior: Posterior) -> tuple[NextRun, ...]:
+def _where_unexplained(posterior: HypothesisPosterior) -> tuple[NextRun, ...]:
     """The configuration in which the best set of effects leaves most, shot again in another order of runs."""
     gap = posterior.gap
     table = np.zeros(len(gap.mean))
@@ -89,7 +89,9 @@ def _pairs(causes: Sequence[Cause]) -> list[tuple[str, str]]:
     return [pair for pair, _ in sorted(joint, key=lambda item: -item[1])[:_PAIRS]]
 
 
-def _forecast(posterior: Posterior, name: str, stages: Sequence[Stage], rng: np.random.Generator) -> _Forecast:
+def _forecast(
+    posterior: HypothesisPosterior, name: str, stages: Sequence[Stage], rng: np.random.Generator
+) -> _Forecast:
     sets = _parameter_draws(posterior.representative(name.split("+")), rng)
     changes = np.concatenate([stage.changes(sets) for stage in stages], axis=2)
     changes = changes[np.isfinite(changes).all(axis=(1, 2))]
@@ -156,12 +158,12 @@ def candidate_stages(stages: Sequence[Stage]) -> Sequence[Stage]:
     others, and where nothing was shot, the stages as they are: their own settings are all.
     """
     stage = stages[0]
-    if len(stages) == 1 and isinstance(stage, GunStage):
+    if len(stages) == 1 and isinstance(stage, GunObservables):
         record = _gun_settings(stage.record)
-        return (GunStage(record, stage.uncertain),) if record.runs else stages
-    if len(stages) == 1 and type(stage) is ContactStage:
+        return (GunObservables(record, stage.uncertain),) if record.runs else stages
+    if len(stages) == 1 and type(stage) is ContactObservables:
         record = _contact_settings(stage.record)
-        return (ContactStage(record),) if record.runs else stages
+        return (ContactObservables(record),) if record.runs else stages
     return stages
 
 
@@ -213,6 +215,6 @@ def _spread(values: Sequence[float]) -> list[float]:
 
 def _record_of(record: CampaignRecord, settings: Sequence[tuple[dict[str, Factor], Run]]) -> CampaignRecord:
     """One run of each of the settings."""
-    configurations = tuple(Configuration(f"candidate {i}", factors) for i, (factors, _) in enumerate(settings))
+    configurations = tuple(RunConfiguration(f"candidate {i}", factors) for i, (factors, _) in enumerate(settings))
     runs = tuple(replace(run, configuration=i, run=i, order=i) for i, (_, run) in enumerate(settings))
     return replace(record, configurations=configurations, runs=runs)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..twin.gun.bench import GunBench
-from ..twin.materials import Material
+from ..twin.materials import ElasticMaterial
 from ..twin.plate.modal import ModalPlate
 
 Floats = NDArray[np.float64]
@@ -42,7 +42,7 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Configuration:
+class RunConfiguration:
     """A setting that runs share. `factors` by the names of the store, without units in them, numbers in SI.
 
     ("tip_material", "tip_radius", "anvil_material", "insulator", "impact_position", "tank_pressure", "bullet_mass",
@@ -91,7 +91,7 @@ class CampaignRecord:
 
     name: str
     kind: str  # "hammer" or "gun"
-    configurations: tuple[Configuration, ...]
+    configurations: tuple[RunConfiguration, ...]
     runs: tuple[Run, ...]
     gun: GunBench | None = None
     hammer_mass_kg: float | None = None
@@ -101,10 +101,10 @@ class CampaignRecord:
     plate_thickness_m: float = 0.010
     plate_material: str | None = None
     plate_outline_m: tuple[tuple[float, float], ...] = ()
-    materials: Mapping[str, Material] = field(default_factory=dict)
+    materials: Mapping[str, ElasticMaterial] = field(default_factory=dict)
     assumptions: tuple[str, ...] = ()
 
-    def plate_material_of(self, configuration: Configuration) -> str | None:
+    def plate_material_of(self, configuration: RunConfiguration) -> str | None:
         """The material of the plate that a configuration strikes; None where the campaign does not state it."""
         factor = configuration.factors.get("plate_material")
         return self.plate_material if factor is None else str(factor)

@@ -62,7 +62,7 @@ class TimeWindow:
 
 
 @dataclass(frozen=True)
-class Band:
+class FrequencyBand:
     """Where in frequency the gap of a channel stands out."""
 
     channel: str
@@ -77,7 +77,7 @@ class Where:
     stage: tuple[StageShare, ...] = ()
     factors: tuple[Region, ...] = ()
     time: tuple[TimeWindow, ...] = ()
-    frequency: tuple[Band, ...] = ()
+    frequency: tuple[FrequencyBand, ...] = ()
     drift: tuple[str, ...] = ()
 
 

@@ -19,7 +19,7 @@ _AND, _SIGN = " and ", "(?:=|!=|>|<=)"
 
 
 @dataclass(frozen=True, eq=False)
-class Rule:
+class SettingRule:
     """`inside` (C,) are the settings that it holds for.
 
     `same`: rules of one condition on other factors that hold for the same settings. `columns`: the factors of
@@ -33,7 +33,7 @@ class Rule:
     same: tuple[str, ...] = ()
 
 
-def rules(settings: Sequence[Mapping[str, Level]], least: int = 2) -> tuple[Rule, ...]:
+def rules(settings: Sequence[Mapping[str, Level]], least: int = 2) -> tuple[SettingRule, ...]:
     """All rules of one or two conditions that split the settings (levels by factor), with at least so many on both
     sides.
 
@@ -43,10 +43,10 @@ def rules(settings: Sequence[Mapping[str, Level]], least: int = 2) -> tuple[Rule
     names = dict.fromkeys(name for setting in settings for name in setting)
     single = [rule for name in names for rule in _conditions(name, settings)]
     pairs = [
-        Rule(f"{first.text}{_AND}{second.text}", 2, first.inside & second.inside, first.columns | second.columns)
+        SettingRule(f"{first.text}{_AND}{second.text}", 2, first.inside & second.inside, first.columns | second.columns)
         for first, second in combinations(single, 2)
     ]
-    distinct: dict[bytes, Rule] = {}
+    distinct: dict[bytes, SettingRule] = {}
     for rule in [*single, *pairs]:
         size, key = int(rule.inside.sum()), rule.inside.tobytes()
         if least <= size <= len(settings) - least:
@@ -81,7 +81,7 @@ def _holds(condition: str, named: Mapping[str, tuple[Level, float]]) -> bool:
     return (float(value) / unit > float(level)) == (sign == ">")
 
 
-def _conditions(name: str, settings: Sequence[Mapping[str, Level]]) -> list[Rule]:
+def _conditions(name: str, settings: Sequence[Mapping[str, Level]]) -> list[SettingRule]:
     """Rules of one condition on a factor: thresholds where all its values are numbers, else levels."""
     values = [setting.get(name) for setting in settings]
     column, unit = column_of(name)
@@ -95,7 +95,7 @@ def _conditions(name: str, settings: Sequence[Mapping[str, Level]]) -> list[Rule
         levels = [word for word in dict.fromkeys(words.tolist()) if word]
         texts = [(f"{column} = {level}", words == level) for level in levels]
         texts += [(f"{column} != {level}", words != level) for level in levels if len(levels) > 2]
-    return [Rule(text, 1, inside, frozenset({column})) for text, inside in texts]
+    return [SettingRule(text, 1, inside, frozenset({column})) for text, inside in texts]
 
 
 def _word(value: Level, unit: float) -> str:

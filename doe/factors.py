@@ -31,7 +31,7 @@ _MOST_VALUES = 2001
 
 
 @dataclass(frozen=True)
-class Factor:
+class DesignFactor:
     """One thing that the bench can set. Raises `ValueError` naming the factor, the value and what was expected."""
 
     name: str  #: as in the store where recordings know the column too: "tip_radius"
@@ -188,7 +188,9 @@ Rule = Requirement | Tie
 Combinations = tuple[tuple[int, ...], ...]
 
 
-def connected(factors: Sequence[Factor], rules: Sequence[Rule]) -> list[tuple[tuple[Factor, ...], Combinations]]:
+def connected(
+    factors: Sequence[DesignFactor], rules: Sequence[Rule]
+) -> list[tuple[tuple[DesignFactor, ...], Combinations]]:
     """Factors that depend on each other, with the feasible combinations (level index per factor) of each group.
 
     Groups stand in the order of their first factor; combinations in that of their levels, the last factor fastest.
@@ -207,7 +209,7 @@ def connected(factors: Sequence[Factor], rules: Sequence[Rule]) -> list[tuple[tu
     return result
 
 
-def _feasible(factors: tuple[Factor, ...], rules: Sequence[Rule]) -> Combinations:
+def _feasible(factors: tuple[DesignFactor, ...], rules: Sequence[Rule]) -> Combinations:
     names = "+".join(factor.name for factor in factors)
     if math.prod(len(factor.levels) for factor in factors) > _MOST_COMBINATIONS:
         raise ValueError(f"{names}: more than {_MOST_COMBINATIONS} combinations of connected factors; expected fewer")
@@ -227,7 +229,7 @@ def _feasible(factors: tuple[Factor, ...], rules: Sequence[Rule]) -> Combination
     return tuple(factors_found)
 
 
-def _check_rules(factors: Sequence[Factor], rules: Sequence[Rule]) -> None:
+def _check_rules(factors: Sequence[DesignFactor], rules: Sequence[Rule]) -> None:
     factors_by_name = {factor.name: factor for factor in factors}
     for rule in rules:
         if len(set(rule.factors)) != len(rule.factors) or len(rule.factors) < 2:
@@ -247,7 +249,7 @@ def _check_rules(factors: Sequence[Factor], rules: Sequence[Rule]) -> None:
                 raise ValueError(f"rule '{rule}': {name!r} has no level {level!r}; expected one of {expected}")
 
 
-def _check_levels(factor: Factor) -> None:
+def _check_levels(factor: DesignFactor) -> None:
     if not factor.levels:
         raise ValueError(f"factor {factor.name!r}: levels is empty; expected at least one")
     for level in factor.levels:
@@ -261,7 +263,7 @@ def _check_levels(factor: Factor) -> None:
         raise ValueError(f"factor {factor.name!r}: level {level!r} stands twice; expected different ones")
 
 
-def _check_numbers(factor: Factor, numbers: tuple[float, ...]) -> None:
+def _check_numbers(factor: DesignFactor, numbers: tuple[float, ...]) -> None:
     if len(numbers) != len(factor.levels):
         raise ValueError(
             f"factor {factor.name!r}: {len(numbers)} numbers; expected {len(factor.levels)}, one per level"

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from ..schema.configurations import configuration_ids
 from ..schema.impacts import Impact
-from ..schema.levels import Level, LevelError, MaterialNames, level_of
+from ..schema.levels import LevelError, MaterialNames, RunLevel, level_of
 from ..schema.materials import material_names
 from ..schema.plans import STATUSES, Plan, PlannedRun, plan_turn
 from ..schema.session import Store
@@ -238,7 +238,7 @@ def _add_runs(
         )
 
 
-def _levels(number: int, row: Mapping[str, str], names: MaterialNames) -> list[Level]:
+def _levels(number: int, row: Mapping[str, str], names: MaterialNames) -> list[RunLevel]:
     levels = []
     for column, text in row.items():
         try:

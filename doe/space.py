@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..schema.toml_text import read_toml_text
-from .factors import Factor, Rule, connected
+from .factors import DesignFactor, Rule, connected
 from .toml_space import parse
 
 Kind = Literal["hammer", "gun"]
@@ -35,7 +35,7 @@ class Axis:
     """Feasible combinations of factors that depend on each other; of a single factor, its levels."""
 
     name: str  #: the factors' names with "+" between them
-    factors: tuple[Factor, ...]
+    factors: tuple[DesignFactor, ...]
     combinations: tuple[tuple[int, ...], ...]  #: level index per factor
 
     def __post_init__(self) -> None:
@@ -85,7 +85,7 @@ class Space:
 
     name: str
     kind: Kind
-    factors: tuple[Factor, ...]  #: in the order of the table's columns
+    factors: tuple[DesignFactor, ...]  #: in the order of the table's columns
     axes: tuple[Axis, ...]
     rules: tuple[Rule, ...] = ()  #: that the axes' combinations follow; they explain why a row is refused
     bench: Mapping[str, Any] = field(default_factory=dict, hash=False)  #: the file's [bench] table, as written
@@ -219,7 +219,11 @@ def _place(axis: Axis, places: Mapping[tuple[int, ...], int], levels: tuple[int,
 
 
 def space_of(
-    name: str, kind: Kind, factors: Sequence[Factor], rules: Sequence[Rule] = (), bench: Mapping[str, Any] | None = None
+    name: str,
+    kind: Kind,
+    factors: Sequence[DesignFactor],
+    rules: Sequence[Rule] = (),
+    bench: Mapping[str, Any] | None = None,
 ) -> Space:
     """The space of factors under rules: connected factors become one axis, in the order of their first factor.
 

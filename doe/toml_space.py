@@ -48,7 +48,7 @@ from typing import Any
 
 from ..schema.columns import BY_COLUMN, BY_NAME
 from ..schema.toml_text import toml_table
-from .factors import Factor, Requirement, Rule, Tie, continuous_levels, number_label
+from .factors import DesignFactor, Requirement, Rule, Tie, continuous_levels, number_label
 
 _KINDS = ("numeric", "continuous", "ordered", "categorical")
 _NUMBERS = ("numeric", "continuous")
@@ -66,7 +66,7 @@ class SpaceFile:
 
     name: str
     kind: str
-    factors: tuple[Factor, ...]
+    factors: tuple[DesignFactor, ...]
     rules: tuple[Rule, ...]
     bench: Mapping[str, Any]
 
@@ -86,7 +86,7 @@ def parse(text: str) -> SpaceFile:
     )
 
 
-def _factor(entry: dict[str, Any], where: str) -> Factor:
+def _factor(entry: dict[str, Any], where: str) -> DesignFactor:
     _check_keys(entry, _CONTINUOUS if entry.get("kind") == "continuous" else _FACTOR, where)
     name, kind = _text(entry, "name", where), _text(entry, "kind", where)
     if kind not in _KINDS:
@@ -105,7 +105,7 @@ def _factor(entry: dict[str, Any], where: str) -> Factor:
     column = _text(entry, "column", where) if "column" in entry else name
     levels = _range(entry, where) if kind == "continuous" else _listed(entry, where, numeric=is_number)
     _check_known(name, column, kind, levels, where)
-    return Factor(
+    return DesignFactor(
         name=name,
         column=column,
         levels=levels,

@@ -46,7 +46,7 @@ _RESIDUALS = (0.02, 0.1)
 
 
 @dataclass(frozen=True)
-class PlateResponse:
+class TransferFunctions:
     """Transfer functions of the accelerometers of `source`, known up to `to_hz`; `sha256` of the hammer's recording."""
 
     source: ForceSource
@@ -60,7 +60,7 @@ class PlateResponse:
         return self.functions[0].sampling_rate_hz
 
 
-def plate_response(folder: Path, source: ForceSource, sensors: dict[str, Sensor]) -> PlateResponse:
+def plate_response(folder: Path, source: ForceSource, sensors: dict[str, Sensor]) -> TransferFunctions:
     """H of each accelerometer from the hammer's recording (eq. 2.7). Raises `IngestError` that says how to get it."""
     file = folder / source.recording
     wanted = {name: sensors[name] for name in source.accelerometers} | {source.hammer.name: source.hammer}
@@ -92,11 +92,11 @@ def plate_response(folder: Path, source: ForceSource, sensors: dict[str, Sensor]
         )
     except TransferFunctionError as error:
         raise IngestError(f"{FILE}: force.transfer_function: {source.recording}: {error}; {ADVICE}") from error
-    return PlateResponse(source, functions, _known_to(functions), len(hits), digest)
+    return TransferFunctions(source, functions, _known_to(functions), len(hits), digest)
 
 
 def derived_force(
-    channels: Sequence[Channel], plate: PlateResponse, settings: ExtractionSettings
+    channels: Sequence[Channel], plate: TransferFunctions, settings: ExtractionSettings
 ) -> tuple[Channel | None, Finding]:
     """The force of one shot as a channel of its own, which begins shortly before the contact, and what is to be said of
     it. None, and a finding `reject`, where H does not reach as high as the pulse, or has another sampling rate."""
@@ -143,7 +143,7 @@ def derived_force(
     return channel, _told(plate, residual)
 
 
-def _told(plate: PlateResponse, residual: float) -> Finding:
+def _told(plate: TransferFunctions, residual: float) -> Finding:
     severity: Severity = "note" if residual <= _RESIDUALS[0] else "warning" if residual <= _RESIDUALS[1] else "reject"
     place = "" if plate.source.impact_position else "; that both struck one place is assumed, for nobody states where"
     message = (

@@ -17,7 +17,7 @@ from ..schema.quality import QualityFinding
 from ..schema.recordings import RecordedChannel, Recording
 from ..schema.session import Store
 from ..signals.checks.base import Finding
-from .pulses import Pulse as ForcePulse
+from .pulses import ExtractedPulse as ForcePulse
 
 #: Keys of a recording and of the channel that measured its force.
 Place = tuple[int, int | None]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ..signals.checks.base import Finding
-from .pulses import Hits, Pulse, Touch
+from .pulses import ExtractedPulse, Hits, Touch
 
 #: From this share of the smallest hit that has a row, a hit without a row may be the row's own: the largest hits are
 #: taken to be the rows', and between peaks that differ by less than a factor of two their size says nothing.
@@ -32,7 +32,7 @@ def hits_without_row(hits: Hits, channel: str) -> list[Finding]:
     return [Finding("hit-without-row", "warning" if doubtful else "note", message, channel, evidence)]
 
 
-def touches_before(pulse: Pulse, contact: int, channel: str) -> list[Finding]:
+def touches_before(pulse: ExtractedPulse, contact: int, channel: str) -> list[Finding]:
     """A contact before the hit that belongs to the same swing; `signals.checks.double_hit` looks for those after it."""
     if not pulse.earlier_touches:
         return []

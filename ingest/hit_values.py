@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from ..signals.checks.base import Finding
 from .known import reported_uncertainty
-from .matching import Hit
+from .matching import MatchedImpact
 from .processing import ProcessedRecording
 from .runs import RunRow
 
 
-def impact_values(row: RunRow, hit: Hit, done: ProcessedRecording | None) -> dict[str, object]:
+def impact_values(row: RunRow, hit: MatchedImpact, done: ProcessedRecording | None) -> dict[str, object]:
     if row.impact_velocity_m_s is not None:
         return {
             "impact_velocity_m_s": row.impact_velocity_m_s,
@@ -26,7 +26,7 @@ def impact_values(row: RunRow, hit: Hit, done: ProcessedRecording | None) -> dic
     }
 
 
-def hit_velocity(row: RunRow, hit: Hit, done: ProcessedRecording) -> float | None:
+def hit_velocity(row: RunRow, hit: MatchedImpact, done: ProcessedRecording) -> float | None:
     """The impact velocity by whatever tells it first: the row, the impactor's acceleration, the shot (m/s)."""
     velocity = impact_values(row, hit, done).get("impact_velocity_m_s")
     shot = done.shot.velocity_m_s if done.shot else None

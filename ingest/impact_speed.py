@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..signals.channel import Channel, on_impactor
 from ..signals.checks.base import Finding
 from .conditioning import TransferFunctionError, clean_acceleration, delay_is_plausible, measured_delay_samples
-from .pulses import Pulse
+from .pulses import ExtractedPulse
 from .settings import ExtractionSettings
 from .velocity import impact_velocity
 
@@ -61,7 +61,7 @@ _LONGEST_WINDOW_S = 0.08
 
 
 def impact_speeds(
-    channels: list[Channel], pulses: tuple[Pulse, ...], settings: ExtractionSettings, force: Floats | None
+    channels: list[Channel], pulses: tuple[ExtractedPulse, ...], settings: ExtractionSettings, force: Floats | None
 ) -> tuple[tuple[ImpactSpeed | None, ...], list[Finding]]:
     """Velocity of each hit, and findings on the channel; no velocity where the impactor carries no accelerometer.
 
@@ -88,7 +88,7 @@ def impact_speeds(
 
 
 def _windows(
-    channel: Channel, force: Floats, pulses: tuple[Pulse, ...], settings: ExtractionSettings
+    channel: Channel, force: Floats, pulses: tuple[ExtractedPulse, ...], settings: ExtractionSettings
 ) -> tuple[list[Floats], list[int], list[Finding]]:
     """The acceleration about each hit, its first sample in the record, and why it was not cleaned if it should be."""
     rate = channel.sampling_rate_hz
@@ -114,7 +114,7 @@ def _windows(
     return list(cleaned), origins, []
 
 
-def _delays(channel: Channel, force: Floats, pulses: tuple[Pulse, ...]) -> list[Finding]:
+def _delays(channel: Channel, force: Floats, pulses: tuple[ExtractedPulse, ...]) -> list[Finding]:
     speeds = []
     for i, pulse in enumerate(pulses):
         origin = max(0, pulse.contact.first - _BEFORE)

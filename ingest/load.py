@@ -15,19 +15,19 @@ from pathlib import Path
 
 from ..schema.levels import MaterialNames
 from ..schema.materials import material_names
-from ..schema.rehearsal import Rehearsal
+from ..schema.rehearsal import RolledBackStore
 from ..schema.session import Store
 from ..signals.channel import on_impactor
 from .aside import Damaged
 from .bench_rules import Told, check_bench
 from .column_names import undeclared
-from .derived_force import PlateResponse, plate_response
+from .derived_force import TransferFunctions, plate_response
 from .errors import Faults, IngestError
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile, read_campaign_file, stated_kind_and_factors
 from .force_sign import doubt_other_sign
 from .impact_speed import TargetMotion
-from .matching import Hit, expected_hits, match
+from .matching import MatchedImpact, expected_hits, match
 from .modes import ModalTableFile, read_modal_table
 from .parallel import Isolation, default_jobs, map_ahead
 from .processing import ProcessedRecording, process_recording
@@ -46,11 +46,11 @@ Progress = Callable[[int, int, str], None]
 #: A recording whose reading takes longer than this, and longer than its size explains, never ends.
 _PATIENCE_S, _SLOWEST_BYTES_PER_S = 120.0, 0.5e6
 
-Outcome = tuple[list[Hit], ProcessedRecording] | Damaged
+Outcome = tuple[list[MatchedImpact], ProcessedRecording] | Damaged
 
 
 @dataclass(frozen=True)
-class Work:
+class PendingRecording:
     """One recording to do, with the rows of `runs.csv` that name it."""
 
     path: str
@@ -76,7 +76,7 @@ def ingest_folder(
     `target_motion` is added to velocities that are integrated from the impactor's deceleration.
     `free_factors` are columns of `runs.csv` that are factors of their own though they resemble a known one, and
     `confirmed` rules of `bench_rules` that rows may break; `again` are recordings to store though they were discarded.
-    A `Rehearsal` is written to when all recordings are read, so that its transaction is short, and without samples.
+    A `RolledBackStore` is written to when all recordings are read, without samples: its transaction is short.
     Raises `IngestError`, with nothing stored, for a campaign that is refused or holds nothing usable.
     """
     settings = settings or ExtractionSettings()
@@ -86,13 +86,13 @@ def ingest_folder(
     work = _plan(file, rows, target)
     plate = campaign_plate_response(file, rows)
     damaged: list[Damaged] = []
-    held: list[tuple[list[Hit], ProcessedRecording]] = []
+    held: list[tuple[list[MatchedImpact], ProcessedRecording]] = []
     jobs = jobs or default_jobs(sum(item.size_bytes for item in work))
     crashing = any(RecordingFiles(folder, item.path).may_crash for item in work)
     results = map_ahead(
         partial(process, file, rows, settings, plate), work, jobs, Isolation(_lost, _patience_s, always=crashing)
     )
-    rehearsed = isinstance(store, Rehearsal)
+    rehearsed = isinstance(store, RolledBackStore)
     if not rehearsed:
         target.add_facts()
     for done, (item, result) in enumerate(results, 1):
@@ -181,7 +181,7 @@ def _modes(file: CampaignFile) -> ModalTableFile | None:
     return read_modal_table(file.folder, file.plate.modes, tuple(on_plate))
 
 
-def _plan(file: CampaignFile, rows: tuple[RunRow, ...], target: CampaignStore) -> list[Work]:
+def _plan(file: CampaignFile, rows: tuple[RunRow, ...], target: CampaignStore) -> list[PendingRecording]:
     """The recordings that the store lacks."""
     by_path: defaultdict[str, list[RunRow]] = defaultdict(list)
     for row in rows:
@@ -191,9 +191,9 @@ def _plan(file: CampaignFile, rows: tuple[RunRow, ...], target: CampaignStore) -
     return [work for work in every if not target.has_recording(work.path, work.sha256)]
 
 
-def work_of(file: CampaignFile, path: str, rows: tuple[RunRow, ...]) -> Work:
+def work_of(file: CampaignFile, path: str, rows: tuple[RunRow, ...]) -> PendingRecording:
     """One recording of a folder with its rows. Raises `IngestError` where its files cannot be read."""
-    return Work(path, rows, *_hash_and_size(RecordingFiles(file.folder, path), rows[0]))
+    return PendingRecording(path, rows, *_hash_and_size(RecordingFiles(file.folder, path), rows[0]))
 
 
 def _hash_and_size(files: RecordingFiles, row: RunRow) -> tuple[str, int]:
@@ -210,7 +210,7 @@ def _refuse_unknown_format(folder: Path, row: RunRow) -> None:
         raise IngestError(f"{row.place}, column 'recording': {error}") from error
 
 
-def campaign_plate_response(file: CampaignFile, rows: tuple[RunRow, ...]) -> PlateResponse | None:
+def campaign_plate_response(file: CampaignFile, rows: tuple[RunRow, ...]) -> TransferFunctions | None:
     """The plate's transfer functions, where `[force]` asks for them. Raises `IngestError` for a row that was struck
     elsewhere than the hammer's hits: its transfer function is another one."""
     if file.force is None:
@@ -232,8 +232,8 @@ def process(
     file: CampaignFile,
     rows: tuple[RunRow, ...],
     settings: ExtractionSettings,
-    plate: PlateResponse | None,
-    work: Work,
+    plate: TransferFunctions | None,
+    work: PendingRecording,
 ) -> Outcome:
     """Read and extract one recording, and tell its hits apart. Runs in any process."""
     own_rows = list(work.rows)
@@ -263,15 +263,15 @@ def _impact_rows(file: CampaignFile, rows: list[RunRow]) -> int:
     return 0
 
 
-def _lost(work: Work) -> Outcome:
+def _lost(work: PendingRecording) -> Outcome:
     reason = f"crashed by it, or did not end within {_patience_s(work):.0f} s; the file is damaged"
     return _damaged(work, f"the library that reads it was {reason}")
 
 
-def _patience_s(work: Work) -> float:
+def _patience_s(work: PendingRecording) -> float:
     """Far above what a recording takes (0.03 s for a megabyte), also from a slow network."""
     return _PATIENCE_S + work.size_bytes / _SLOWEST_BYTES_PER_S
 
 
-def _damaged(work: Work, reason: str) -> Damaged:
+def _damaged(work: PendingRecording, reason: str) -> Damaged:
     return Damaged(work.path, work.sha256, work.size_bytes, one_line(reason))

@@ -15,7 +15,7 @@ from .runs import RunRow
 
 
 @dataclass(frozen=True)
-class Hit:
+class MatchedImpact:
     """A row's impact: its repetition number, and the index of its pulse (None: no contact was found)."""
 
     row: RunRow
@@ -28,14 +28,14 @@ def expected_hits(rows: list[RunRow], all_rows: Collection[RunRow]) -> int | Non
     return None if _counts_on(rows, all_rows) else len(rows)
 
 
-def match(path: str, rows: list[RunRow], hits: int, all_rows: Collection[RunRow]) -> list[Hit]:
+def match(path: str, rows: list[RunRow], hits: int, all_rows: Collection[RunRow]) -> list[MatchedImpact]:
     """Assign `hits` contacts in time order to a recording's rows. Raises `RecordingError` when it cannot be done."""
     if hits == 0:
-        return [Hit(row, row.repetition, None) for row in rows]
+        return [MatchedImpact(row, row.repetition, None) for row in rows]
     if hits == len(rows):
-        return [Hit(row, row.repetition, i) for i, row in enumerate(rows)]
+        return [MatchedImpact(row, row.repetition, i) for i, row in enumerate(rows)]
     if _counts_on(rows, all_rows):
-        return [Hit(rows[0], rows[0].repetition + i, i) for i in range(hits)]
+        return [MatchedImpact(rows[0], rows[0].repetition + i, i) for i in range(hits)]
     raise RecordingError(f"{path}: {hits} impacts found for {len(rows)} rows of runs.csv; expected one for each")
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..signals.checks.base import Finding
-from .pulses import Pulse
+from .pulses import ExtractedPulse
 
 #: Half of m u is what a free plate as light as the impactor takes, where its mass is not known. Of a known one the
 #: other half is for bending: a plate answers with less than its mass while the contact lasts.
@@ -25,7 +25,7 @@ SMALLEST_RADIUS_M = 0.5e-3
 
 
 def check_impulse(
-    pulse: Pulse,
+    pulse: ExtractedPulse,
     mass_kg: float,
     velocity_m_s: float,
     contact: int | None,

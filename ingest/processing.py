@@ -20,13 +20,13 @@ from ..signals.checks.recording import judge_together
 from ..signals.units import UnitError, to_si
 from .channel_figures import ImpactFigures, measure_channels
 from .column_names import resembled_channel
-from .derived_force import PlateResponse, derived_force
+from .derived_force import TransferFunctions, derived_force
 from .force_sign import check_force_sign
 from .gunshot import ShotMeasurement, measure_shot
 from .hit_findings import hits_without_row, touches_before
 from .impact_speed import ImpactSpeed, impact_speeds
 from .magnitude import refuse_no_reading
-from .pulses import Hits, Pulse, find_hits
+from .pulses import ExtractedPulse, Hits, find_hits
 from .readers import AS_IN_FILE, OpenRecording, ReadingOptions, RecordingError
 from .recording_files import RecordingFiles
 from .settings import ExtractionSettings
@@ -60,7 +60,7 @@ class ProcessedRecording:
     size_bytes: int
     format: str
     series: tuple[StoredSeries, ...]
-    pulses: tuple[Pulse, ...]
+    pulses: tuple[ExtractedPulse, ...]
     speeds: tuple[ImpactSpeed | None, ...]
     shot: ShotMeasurement | None
     findings: tuple[Finding, ...]
@@ -85,7 +85,7 @@ def process_recording(
     bullet_length_u_m: float | None = None,
     sha256: str | None = None,
     reading: ReadingOptions = AS_IN_FILE,
-    plate: PlateResponse | None = None,
+    plate: TransferFunctions | None = None,
 ) -> ProcessedRecording:
     """Read the files of `path` in `folder`, judge them, cut out their pulses and measure their accelerations.
 

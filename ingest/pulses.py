@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..signals.contact import Contact
-from .segmentation import Level, Segment, delimit, find_events, orientation, record_rest
+from .segmentation import RestLevel, Segment, delimit, find_events, orientation, record_rest
 from .settings import ExtractionSettings
 from .spline import nrmse, smoothing_spline
 
@@ -30,7 +30,7 @@ class Touch:
 
 
 @dataclass(frozen=True)
-class Pulse:
+class ExtractedPulse:
     """One contact's force. Times in seconds on the record's clock, forces in newtons above the rest before the hit.
 
     `peak_force_n` and the widths are those of the recorded samples (widths cross linearly between them), as
@@ -71,7 +71,7 @@ class Pulse:
 class Hits:
     """The pulses of a record in time order, and the hits that were left out because fewer were expected."""
 
-    pulses: tuple[Pulse, ...]
+    pulses: tuple[ExtractedPulse, ...]
     left_out: tuple[Touch, ...] = ()
 
 
@@ -82,7 +82,7 @@ def extract_pulses(
     *,
     start_s: float = 0.0,
     expected: int | None = None,
-) -> tuple[Pulse, ...]:
+) -> tuple[ExtractedPulse, ...]:
     """The pulses of a force record (n,) in newtons, in time order; none when nothing rises above the noise.
 
     `expected` keeps that many main peaks where the record shows more (the thesis's "ten main peaks").
@@ -105,7 +105,7 @@ def find_hits(
     level = record_rest(force)
     sign = orientation(force, level)
     upright = force if sign > 0 else -force
-    level = level if sign > 0 else Level(-level.baseline, level.noise)
+    level = level if sign > 0 else RestLevel(-level.baseline, level.noise)
     events = find_events(upright, level, sampling_rate_hz, settings)
     left_out: list[int] = []
     if expected is not None and len(events) > expected:
@@ -123,7 +123,7 @@ def find_hits(
     return Hits(tuple(pulses), _touches(upright, left_out, level, sampling_rate_hz, start_s))
 
 
-def _touches_before(force: Floats, peaks: NDArray[np.int64], first: int, rest: Level) -> list[int]:
+def _touches_before(force: Floats, peaks: NDArray[np.int64], first: int, rest: RestLevel) -> list[int]:
     """Peaks before sample `first` that are contacts: a contact cannot pull, so what swings below rest by a good part of
     its height is the ringing of a filter that has no phase."""
     earlier = []
@@ -135,20 +135,20 @@ def _touches_before(force: Floats, peaks: NDArray[np.int64], first: int, rest: L
 
 
 def _touches(
-    force: Floats, peaks: Iterable[int], rest: Level, sampling_rate_hz: float, start_s: float
+    force: Floats, peaks: Iterable[int], rest: RestLevel, sampling_rate_hz: float, start_s: float
 ) -> tuple[Touch, ...]:
     return tuple(Touch(start_s + i / sampling_rate_hz, float(force[i]) - rest.baseline) for i in map(int, peaks))
 
 
 def _measure(
     force: Floats,
-    rest: Level,
+    rest: RestLevel,
     found: Segment,
     sampling_rate_hz: float,
     settings: ExtractionSettings,
     start_s: float,
     sign: int,
-) -> Pulse:
+) -> ExtractedPulse:
     first, last = found.contact.first, found.contact.last
     low, high = max(0, first - _MARGIN), min(force.size - 1, last + _MARGIN)
     window = force[low : high + 1] - rest.baseline
@@ -161,7 +161,7 @@ def _measure(
     period = 1.0 / (sampling_rate_hz * settings.refinement)
     top = int(np.argmax(fine))
     recorded = window[first - low : last - low + 1]
-    return Pulse(
+    return ExtractedPulse(
         contact=found.contact,
         start_s=start_s + first / sampling_rate_hz,
         contact_time_s=span / sampling_rate_hz,

@@ -13,7 +13,7 @@ from ..schema.impacts import Pulse as PulseRow
 from ..signals.channel import Channel
 from .channel_figures import ImpactFigures, figure_rows, measure_channels
 from .processing import hits_of
-from .pulses import Pulse
+from .pulses import ExtractedPulse
 from .rows import pulse_values, settings_id
 from .settings import ExtractionSettings
 from .stored import list_channels, read_channel
@@ -29,7 +29,7 @@ class Cut:
 
     settings: ExtractionSettings
     impacts: tuple[int, ...]
-    pulses: tuple[Pulse, ...]
+    pulses: tuple[ExtractedPulse, ...]
     figures: tuple[ImpactFigures, ...] = ()
 
     @property
@@ -38,7 +38,7 @@ class Cut:
             return None
         return f"{len(self.pulses)} impacts found with these settings, {len(self.impacts)} stored"
 
-    def pulse_of(self, impact: int) -> Pulse | None:
+    def pulse_of(self, impact: int) -> ExtractedPulse | None:
         """The pulse of an impact; None where they cannot be told apart, or it is another recording's."""
         if self.mismatch is not None or impact not in self.impacts:
             return None

@@ -10,7 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign
-from ..schema.rehearsal import Rehearsal
+from ..schema.rehearsal import RolledBackStore
 from ..schema.removal.part import Part, recording_part
 from ..schema.removal.returning import give_back
 from ..schema.session import Store
@@ -21,8 +21,8 @@ from .errors import IngestError
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile
 from .known import KnownRow, known_recordings, known_rows
-from .load import Work, campaign_plate_response, process, read_campaign_tables, work_of
-from .matching import Hit
+from .load import PendingRecording, campaign_plate_response, process, read_campaign_tables, work_of
+from .matching import MatchedImpact
 from .processing import ProcessedRecording
 from .runs import FILE, RunRow
 from .settings import ExtractionSettings
@@ -37,7 +37,7 @@ class Replacement:
     campaign: str
     old: str
     new: ProcessedRecording
-    hits: Sequence[Hit]
+    hits: Sequence[MatchedImpact]
     target: CampaignStore
 
     def part(self, session: Session) -> Part:
@@ -96,11 +96,11 @@ def prepared_replacement(
     if isinstance(outcome, Damaged):
         raise IngestError(f"{path}: {outcome.reason}; recording {old!r} stays in the store")
     hits, new = outcome
-    new = new.without_samples() if isinstance(store, Rehearsal) else new
+    new = new.without_samples() if isinstance(store, RolledBackStore) else new
     return Replacement(store, campaign, old, new, hits, target)
 
 
-def _refuse_unchanged(session: Session, file: CampaignFile, old: str, work: Work) -> None:
+def _refuse_unchanged(session: Session, file: CampaignFile, old: str, work: PendingRecording) -> None:
     """Raise `IngestError` where file and rows are those that are stored."""
     campaign = session.scalars(select(Campaign).where(Campaign.name == file.name)).one()
     if work.path != old or known_recordings(session, campaign)[old].sha256 != work.sha256:

@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from ..schema.benches import Gun, Hammer, ModalTable, Mode, ModeShape, Plate
 from ..schema.campaigns import Campaign
 from ..schema.columns import NONE
-from ..schema.impacts import ExtractionSettings as SettingsRow
+from ..schema.impacts import ExtractionSettingsRow as SettingsRow
 from ..schema.keys import fingerprint_of, get_or_add
 from ..schema.materials import Material, material_id
 from ..schema.series import encode
@@ -22,7 +22,7 @@ from .folder import CampaignFile, PlatePart
 from .impact_speed import StruckPlate
 from .modes import ModalTableFile
 from .processing import StoredSeries
-from .pulses import Pulse
+from .pulses import ExtractedPulse
 from .runs import RunRow
 from .settings import EXTRACTION_VERSION, ExtractionSettings
 from .stored import with_calibration
@@ -169,7 +169,7 @@ def channel_values(series: StoredSeries) -> dict[str, Any]:
     }
 
 
-def pulse_values(pulse: Pulse, impact_id: int, settings: int) -> dict[str, Any]:
+def pulse_values(pulse: ExtractedPulse, impact_id: int, settings: int) -> dict[str, Any]:
     """The row of a pulse in use."""
     return {
         "impact_id": impact_id,

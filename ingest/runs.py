@@ -10,7 +10,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from ..schema.columns import BY_COLUMN, BY_NAME, parse_number
-from ..schema.levels import Level, LevelError, MaterialNames, level_of
+from ..schema.levels import LevelError, MaterialNames, RunLevel, level_of
 from ..signals.valve_profile import ValveProfile
 from .column_names import KEYS, MEASURED, RUNS_FILE, check_columns, suggestion
 from .errors import Faults, IngestError
@@ -31,7 +31,7 @@ class RunRow:
     line: int
     run: int
     repetition: int
-    levels: tuple[Level, ...]
+    levels: tuple[RunLevel, ...]
     recording: str | None = None
     impact_velocity_m_s: float | None = None
     impact_velocity_u_m_s: float | None = None
@@ -40,7 +40,7 @@ class RunRow:
     bullet_length_m: float | None = None
     bullet_length_u_m: float | None = None
     laser_sampling_rate_hz: float | None = None
-    levels_by_factor: Mapping[str, Level] = field(default_factory=dict, compare=False)
+    levels_by_factor: Mapping[str, RunLevel] = field(default_factory=dict, compare=False)
     file: str = FILE
 
     @property
@@ -192,7 +192,7 @@ class _Reading:
             raise IngestError(self._fault(line, column, text, expected))
         return value
 
-    def _level(self, line: int, column: str, text: str) -> Level:
+    def _level(self, line: int, column: str, text: str) -> RunLevel:
         try:
             # In one spelling, so that the same profile is the same level.
             return level_of(column, _profile(text) if column == "valve_profile" else text, self._materials)

@@ -38,7 +38,7 @@ _MAD_TO_SIGMA = 1.4826
 
 
 @dataclass(frozen=True)
-class Level:
+class RestLevel:
     """A record's rest: `baseline` and the standard deviation `noise` about it, both in the record's unit."""
 
     baseline: float
@@ -68,17 +68,17 @@ class Segment:
         return (walk - (self.mask[1] - self.mask[0])) / walk if walk else 0.0
 
 
-def rest_level(force: Floats) -> Level:
+def rest_level(force: Floats) -> RestLevel:
     """Median and robust deviation of a record (n,), from an even subsample; NaN is passed over."""
     sample = force[:: max(1, force.size // _ESTIMATE_SAMPLES)]
     sample = sample[np.isfinite(sample)]
     if sample.size == 0:
-        return Level(0.0, 0.0)
+        return RestLevel(0.0, 0.0)
     baseline = float(np.median(sample))
-    return Level(baseline, _MAD_TO_SIGMA * float(np.median(np.abs(sample - baseline))))
+    return RestLevel(baseline, _MAD_TO_SIGMA * float(np.median(np.abs(sample - baseline))))
 
 
-def record_rest(force: Floats) -> Level:
+def record_rest(force: Floats) -> RestLevel:
     """Rest of a record (n,) that contacts may fill: its median and deviation, unless a slow pulse or what a sensor sags
     by after it makes up much of the record. Then those of the stretch before the pulse, or else of that behind it."""
     whole = rest_level(force)
@@ -92,7 +92,7 @@ def record_rest(force: Floats) -> Level:
     return behind if _climbs(sample[:_LEAST_SAMPLES]) else before
 
 
-def _quiet_stretch(sample: Floats) -> Level | None:
+def _quiet_stretch(sample: Floats) -> RestLevel | None:
     """Rest of what comes before the excursion of a record (n,); None where that is not much of the record."""
     away = np.abs(sample - np.median(sample[:_LEAST_SAMPLES]))
     beyond = np.flatnonzero(away > _FOOT * away.max())
@@ -111,7 +111,7 @@ def _climbs(values: Floats) -> bool:
     return abs(slope) > 4 * error
 
 
-def orientation(force: Floats, level: Level) -> int:
+def orientation(force: Floats, level: RestLevel) -> int:
     """+1 or -1: the sign in which the record's largest excursion is positive (compression may be negative)."""
     up = float(np.nanmax(force)) - level.baseline
     down = level.baseline - float(np.nanmin(force))
@@ -119,7 +119,7 @@ def orientation(force: Floats, level: Level) -> int:
 
 
 def find_events(
-    force: Floats, level: Level, sampling_rate_hz: float, settings: ExtractionSettings
+    force: Floats, level: RestLevel, sampling_rate_hz: float, settings: ExtractionSettings
 ) -> list[NDArray[np.int64]]:
     """The impacts of a record `force` (n,), oriented upwards: for each, the peaks (sample indices) of its contacts.
 
@@ -135,7 +135,7 @@ def find_events(
     return [_peaks(force, starts[group], stops[group]) for group in groups if group.size]
 
 
-def segment(force: Floats, peaks: NDArray[np.int64], level: Level, settings: ExtractionSettings) -> Segment:
+def segment(force: Floats, peaks: NDArray[np.int64], level: RestLevel, settings: ExtractionSettings) -> Segment:
     """Delimit the contact around `peaks[0]` in `force` (n,), oriented upwards, `level.baseline` its rest before it."""
     peak = int(peaks[0])
     height = float(force[peak]) - level.baseline
@@ -160,8 +160,8 @@ def segment(force: Floats, peaks: NDArray[np.int64], level: Level, settings: Ext
 
 
 def delimit(
-    force: Floats, peaks: NDArray[np.int64], level: Level, sampling_rate_hz: float, settings: ExtractionSettings
-) -> tuple[Level, Segment]:
+    force: Floats, peaks: NDArray[np.int64], level: RestLevel, sampling_rate_hz: float, settings: ExtractionSettings
+) -> tuple[RestLevel, Segment]:
     """The contact around `peaks[0]` in `force` (n,), oriented upwards, and the rest before it that it was cut by."""
     # roughly: a rest that drifts between hits, or that a sensor sags below, is no end of a contact
     roughly = replace(settings, threshold=max(settings.threshold, _ROUGH_SHARE))
@@ -172,7 +172,7 @@ def delimit(
     return rest, contact
 
 
-def _until_shifted_rest(force: Floats, contact: Segment, rest: Level, settings: ExtractionSettings) -> Segment:
+def _until_shifted_rest(force: Floats, contact: Segment, rest: RestLevel, settings: ExtractionSettings) -> Segment:
     """A contact that seems to last to the record's end, cut where the force comes down to a rest above the one before
     it; unchanged where the second half of what follows the peak is no such rest.
 
@@ -196,7 +196,7 @@ def _until_shifted_rest(force: Floats, contact: Segment, rest: Level, settings: 
     return replace(contact, contact=ends, walk=(first, last), mask=mask, truncated=first == 0)
 
 
-def local_baseline(force: Floats, walk: tuple[int, int], level: Level, sampling_rate_hz: float) -> Level:
+def local_baseline(force: Floats, walk: tuple[int, int], level: RestLevel, sampling_rate_hz: float) -> RestLevel:
     """The rest just before a contact that `walk` (first, last) delimits: drift between hits must not tilt thresholds.
 
     Median of the 5 ms (at least 16 samples) that end four samples earlier, of a long contact 15 % of it, where the
@@ -209,7 +209,7 @@ def local_baseline(force: Floats, walk: tuple[int, int], level: Level, sampling_
     stretch = stretch[np.isfinite(stretch)]
     if stretch.size < _LEAST_SAMPLES:
         return level
-    return Level(float(np.median(stretch)), level.noise)
+    return RestLevel(float(np.median(stretch)), level.noise)
 
 
 def _runs(mask: NDArray[np.bool_]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

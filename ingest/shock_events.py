@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..signals.channel import Channel
 from ..signals.checks.base import Finding
-from .segmentation import Level, find_events, rest_level
+from .segmentation import RestLevel, find_events, rest_level
 from .settings import ExtractionSettings
 
 Floats = NDArray[np.float64]
@@ -101,7 +101,7 @@ def _events(
     events: list[NDArray[np.int64]] = []
     for share in _SHARES:
         tried = replace(settings, event_share=min(1.0, share * settings.event_share))
-        events = find_events(envelope, Level(0.0, noise), rate_hz, tried)
+        events = find_events(envelope, RestLevel(0.0, noise), rate_hz, tried)
         if len(events) >= expected:
             break
     return events

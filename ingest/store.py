@@ -39,7 +39,7 @@ from .known import (
     recordings_alike,
     refuse_other_modes,
 )
-from .matching import Hit
+from .matching import MatchedImpact
 from .modes import ModalTableFile
 from .plausibility import check_impulse, check_same_samples, check_tip
 from .processing import ProcessedRecording
@@ -120,7 +120,7 @@ class CampaignStore:
         self._store.write(add, idempotent=True)
         self._report.added_facts = self._additions.words(self._file.kind)
 
-    def add_recording(self, done: ProcessedRecording, hits: list[Hit]) -> None:
+    def add_recording(self, done: ProcessedRecording, hits: list[MatchedImpact]) -> None:
         """Store one recording with its series, impacts, shots, pulses and findings, or nothing of it."""
 
         def add(session: Session) -> Added:
@@ -139,7 +139,7 @@ class CampaignStore:
         def add(session: Session) -> Added:
             campaign = campaign_row(session, self._file, self._modes)
             stored = known_rows(session, campaign)  # of another process too, that has been here since we looked
-            hits = [Hit(row, row.repetition, None) for row in rows if (row.run, row.repetition) not in stored]
+            hits = [MatchedImpact(row, row.repetition, None) for row in rows if (row.run, row.repetition) not in stored]
             return self._add_hits(session, campaign, hits, None, None, {})[0]
 
         self._added(self._write_rows(FILE, add))
@@ -204,7 +204,7 @@ class CampaignStore:
         refuse_changed_rows(session, self._file, self._rows, self._known, self._recordings, differences)
         return Additions(tuple(self._bench_additions), row_additions(session, self._rows, self._known, differences))
 
-    def write(self, session: Session, done: ProcessedRecording, hits: list[Hit]) -> Added:
+    def write(self, session: Session, done: ProcessedRecording, hits: list[MatchedImpact]) -> Added:
         """The rows of one recording within a transaction of the caller's, who knows that it is not stored."""
         campaign = campaign_row(session, self._file, self._modes)
         if self._target_motion is not None:
@@ -230,7 +230,7 @@ class CampaignStore:
         return replace(added, recordings=1)
 
     def _with_target_motion(
-        self, session: Session, done: ProcessedRecording, hits: Sequence[Hit], add: TargetMotion
+        self, session: Session, done: ProcessedRecording, hits: Sequence[MatchedImpact], add: TargetMotion
     ) -> ProcessedRecording:
         """The recording with the target's motion in its integrated velocities, where their plates are known."""
         speeds = list(done.speeds)
@@ -246,7 +246,7 @@ class CampaignStore:
         session: Session,
         recording: Recording,
         channels: dict[str, int],
-        hits: list[Hit],
+        hits: list[MatchedImpact],
         done: ProcessedRecording,
     ) -> list[Finding]:
         """What mass, velocity and tip of the rows say against the pulses, and recordings of the same samples."""
@@ -281,7 +281,7 @@ class CampaignStore:
         self,
         session: Session,
         campaign: Campaign,
-        hits: Sequence[Hit],
+        hits: Sequence[MatchedImpact],
         recording: int | None,
         done: ProcessedRecording | None,
         channels: dict[str, int],
@@ -329,7 +329,7 @@ class CampaignStore:
         stored = session.execute(select(Impact.run, Impact.repetition, Impact.id).filter_by(**origin))
         return {(run, repetition): key for run, repetition, key in stored}
 
-    def _has_impact(self, hit: Hit, done: ProcessedRecording | None) -> bool:
+    def _has_impact(self, hit: MatchedImpact, done: ProcessedRecording | None) -> bool:
         """Whether a hit is an impact; a shot that met no force channel is none."""
         if self._file.kind != "gun":
             return True

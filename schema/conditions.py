@@ -15,7 +15,7 @@ from sqlalchemy.orm import Session
 
 from .campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
 from .impacts import ChannelFigures, Impact, Pulse
-from .pages import Span, Table, span_of
+from .pages import KeySpan, Table, span_of
 from .quality import NOT_JUDGED, SEVERITIES, QualityFinding
 from .shots import Shot
 
@@ -97,7 +97,7 @@ def restricted(
     columns: dict[str, Any],
     campaign: str | None,
     where: tuple[Condition, ...],
-) -> tuple[Select[Any], Span]:
+) -> tuple[Select[Any], KeySpan]:
     """`query` under a campaign and conditions, and where its rows lie."""
     campaign_id = None if campaign is None else get_campaign_id(session, campaign)
     if campaign_id is not None:

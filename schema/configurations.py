@@ -9,24 +9,24 @@ from sqlalchemy.orm import Session
 
 from .campaigns import Configuration, ConfigurationLevel, Factor, FactorLevel
 from .keys import fingerprint_of, get_or_add
-from .levels import Level
+from .levels import RunLevel
 from .materials import material_id
 
 #: Values of one statement: SQLite takes 32,766 of them.
 _AT_ONCE = 500
 
 
-def configuration_fingerprint(levels: Sequence[Level]) -> str:
+def configuration_fingerprint(levels: Sequence[RunLevel]) -> str:
     """Hash of a combination of levels; the same combination has the same, whoever plans or records it."""
     return fingerprint_of(sorted([level.factor, level.label] for level in levels))
 
 
-def configuration_id(session: Session, levels: Sequence[Level]) -> int:
+def configuration_id(session: Session, levels: Sequence[RunLevel]) -> int:
     """Key of the configuration with these levels, made of known factors and levels where it is new."""
     return configuration_ids(session, [levels])[0]
 
 
-def configuration_ids(session: Session, combinations: Sequence[Sequence[Level]]) -> list[int]:
+def configuration_ids(session: Session, combinations: Sequence[Sequence[RunLevel]]) -> list[int]:
     """`configuration_id` of each, in their order.
 
     What is new is added in one order, whoever adds it: of two transactions that add the same rows, one waits for the
@@ -71,7 +71,7 @@ def known_configurations(session: Session, fingerprints: Sequence[str]) -> dict[
     return existing
 
 
-def _key(level: Level) -> tuple[str, str]:
+def _key(level: RunLevel) -> tuple[str, str]:
     return level.factor, level.label
 
 
@@ -89,7 +89,7 @@ def _add(session: Session, fingerprint: str, levels: Sequence[FactorLevel]) -> i
     return row.id
 
 
-def _levels(session: Session, levels: Sequence[Level]) -> dict[tuple[str, str], FactorLevel]:
+def _levels(session: Session, levels: Sequence[RunLevel]) -> dict[tuple[str, str], FactorLevel]:
     """All factors before the first level: rows of one table, in order, before those of the next."""
     wanted = {_key(level): level for level in sorted(levels, key=_key)}
     units = {level.factor: level.si_unit for level in wanted.values()}
@@ -108,7 +108,7 @@ def _levels(session: Session, levels: Sequence[Level]) -> dict[tuple[str, str], 
     return {key: level_rows.get(key) or _level(session, factors[key[0]].id, level) for key, level in wanted.items()}
 
 
-def _level(session: Session, factor: int, level: Level) -> FactorLevel:
+def _level(session: Session, factor: int, level: RunLevel) -> FactorLevel:
     material = material_id(session, level.material) if level.material else None
     return get_or_add(
         session,

@@ -47,7 +47,7 @@ class Impact(HasId, Written, Base):
     pulses: Mapped[list[Pulse]] = relationship(back_populates="impact")
 
 
-class ExtractionSettings(HasId, Written, Base):
+class ExtractionSettingsRow(HasId, Written, Base):
     """How pulses were cut out, stored once per distinct setting; `code_version` counts changes of the algorithm."""
 
     __tablename__ = "extraction_settings"
@@ -99,7 +99,7 @@ class Pulse(HasId, Written, Base):
     fine_force_n: Mapped[bytes] = mapped_column(LargeBinary, deferred=True)  # float64 frame, see `series`
     figures_sha256: Mapped[str | None] = mapped_column(default=hashed(PULSE))
     impact: Mapped[Impact] = relationship(back_populates="pulses")
-    settings: Mapped[ExtractionSettings] = relationship()
+    settings: Mapped[ExtractionSettingsRow] = relationship()
 
 
 class ChannelFigures(HasId, Written, Base):

@@ -17,7 +17,7 @@ class LevelError(ValueError):
 
 
 @dataclass(frozen=True)
-class Level:
+class RunLevel:
     """One factor's setting in one run: `number` in SI where it is a number."""
 
     factor: str
@@ -27,7 +27,7 @@ class Level:
     material: str | None = None
 
 
-def level_of(column: str, text: str, materials: MaterialNames) -> Level:
+def level_of(column: str, text: str, materials: MaterialNames) -> RunLevel:
     """The level that a cell states. Raises `LevelError` where a known column holds something else."""
     factor = BY_COLUMN.get(column)
     if factor is None:
@@ -40,20 +40,20 @@ def level_of(column: str, text: str, materials: MaterialNames) -> Level:
         word = text.lower()
         if word not in factor.words:
             raise LevelError(f"one of {', '.join(factor.words)}")
-        return Level(factor.name, word)
-    return Level(factor.name, text)
+        return RunLevel(factor.name, word)
+    return RunLevel(factor.name, text)
 
 
-def _material_level(text: str, known: KnownFactor, materials: MaterialNames) -> Level:
+def _material_level(text: str, known: KnownFactor, materials: MaterialNames) -> RunLevel:
     if known.optional_layer and text.lower() == NONE:
-        return Level(known.name, NONE)
+        return RunLevel(known.name, NONE)
     material = materials(text)
     if material is None:
         raise LevelError("a material of the store (pyroshock materials lists and adds them)")
-    return Level(known.name, material, material=material)
+    return RunLevel(known.name, material, material=material)
 
 
-def _number_level(text: str, known: KnownFactor, si_unit: str) -> Level:
+def _number_level(text: str, known: KnownFactor, si_unit: str) -> RunLevel:
     try:
         cell = parse_number(text)
         number = float(level_label(cell * known.scale))
@@ -61,15 +61,15 @@ def _number_level(text: str, known: KnownFactor, si_unit: str) -> Level:
         raise LevelError(known.expected_number) from error
     if not math.isfinite(number) or not known.allows(cell):
         raise LevelError(known.expected_number)
-    return Level(known.name, level_label(number), number, si_unit)
+    return RunLevel(known.name, level_label(number), number, si_unit)
 
 
-def _free_level(column: str, text: str) -> Level:
+def _free_level(column: str, text: str) -> RunLevel:
     try:
         number = parse_number(text)
     except ValueError:
-        return Level(column, text)
+        return RunLevel(column, text)
     label = level_label(number)
     if text.isdigit() and float(label) != number:
-        return Level(column, text)  # a serial number: rounded, it would be another's
-    return Level(column, label, float(label))
+        return RunLevel(column, text)  # a serial number: rounded, it would be another's
+    return RunLevel(column, label, float(label))

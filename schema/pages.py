@@ -28,18 +28,18 @@ _LEAP = 16
 
 
 @dataclass(frozen=True)
-class Span:
+class KeySpan:
     """Keys `first` to `last` hold every match; none when `last` < `first`."""
 
     first: int
     last: int
 
-    def beyond(self, key: int | None) -> Span:
+    def beyond(self, key: int | None) -> KeySpan:
         """The part after `key`; all where it is None."""
-        return self if key is None else Span(max(self.first, key + 1), self.last)
+        return self if key is None else KeySpan(max(self.first, key + 1), self.last)
 
 
-def span_of(session: Session, table: Table, campaign_id: int | None, configurations: list[int] | None) -> Span:
+def span_of(session: Session, table: Table, campaign_id: int | None, configurations: list[int] | None) -> KeySpan:
     """Where rows of a campaign (None: all) with one of `configurations` (None: any) can lie.
 
     Two look-ups in an index for each configuration: asked for the least key of many, a database reads them all. And
@@ -60,14 +60,16 @@ def span_of(session: Session, table: Table, campaign_id: int | None, configurati
     )
     first, last, *other = session.execute(query).one()
     span, of_them = _span(first, last), _span(*other)
-    return Span(max(span.first, of_them.first), min(span.last, of_them.last))
+    return KeySpan(max(span.first, of_them.first), min(span.last, of_them.last))
 
 
-def _span(first: int | None, last: int | None) -> Span:
-    return Span(1, 0) if first is None or last is None else Span(first, last)
+def _span(first: int | None, last: int | None) -> KeySpan:
+    return KeySpan(1, 0) if first is None or last is None else KeySpan(first, last)
 
 
-def iter_pages(session: Session, query: Select[Any], key: Any, span: Span, page: int) -> Iterator[list[dict[str, Any]]]:
+def iter_pages(
+    session: Session, query: Select[Any], key: Any, span: KeySpan, page: int
+) -> Iterator[list[dict[str, Any]]]:
     """The query's rows in order of `key` (its column "id"), at most `page` at a time; no page is empty."""
     limit = min(_FIRST_ROWS, page)
     after, width = span.first - 1, 2 * limit

@@ -13,7 +13,7 @@ from .engine import NoStoreError
 from .session import Store, Writer, open_store
 
 
-class Rehearsal(Store):
+class RolledBackStore(Store):
     """A store whose transactions are parts of one, which is rolled back; what was written is read until then.
 
     The transaction begins with the first writing, and others' writers wait for it as for any other: read files before.
@@ -50,11 +50,11 @@ class _TakenBack(Exception):
 
 
 @contextmanager
-def rehearsed(store: Store) -> Iterator[Rehearsal]:
+def rehearsed(store: Store) -> Iterator[RolledBackStore]:
     """The store to write to in the block; at its end nothing of it is stored."""
     try:
         with ExitStack() as within:
-            yield Rehearsal(store, within)
+            yield RolledBackStore(store, within)
             raise _TakenBack
     except _TakenBack:
         pass

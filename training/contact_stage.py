@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..dataset.predictors import PredictorSet, shipped
-from ..dataset.sources import FACTOR, STATED_PLATE_MASS, VELOCITY, Case, Properties, read_number, read_word
+from ..dataset.sources import FACTOR, STATED_PLATE_MASS, VELOCITY, ImpactSource, Properties, read_number, read_word
 from ..dataset.table import Floats, Inputs, Predictor
 from ..schema.columns import NONE
 from ..schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
@@ -16,9 +16,9 @@ from ..twin.contact.effect import ContactEffect
 from ..twin.contact.effects_on_pulses import with_effects
 from ..twin.contact.target_motion import PulseMoments, TargetMotion, integrated_velocity, velocity_before_contact
 from ..twin.effects import Effect, checked_effects
-from ..twin.materials import Material
+from ..twin.materials import ElasticMaterial
 from ..twin.setting import Setting
-from ..twin.strikes import Extrapolation, Outside, Pulses, Strikes
+from ..twin.strikes import Extrapolation, ForcePulses, OutOfDomain, Strikes
 from .models.base import ContactPrediction
 from .records import RegisteredModel
 
@@ -77,7 +77,7 @@ class RegisteredContact:
         """What the model is asked with."""
         return self.asked or shipped(self.registered.version.dataset.predictor_set)
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
+    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
         """Raises `ValueError` where a setting does not tell what a predictor asks for, and for another shape of `z`."""
         if z is not None and z.shape != (len(strikes), self.normals):
             raise ValueError(f"z has shape {z.shape}: expected ({len(strikes)}, {self.normals})")
@@ -85,10 +85,10 @@ class RegisteredContact:
         pulses = _pulses(prediction) if z is None else random_pulses(prediction, z[:, :2], _momentum(strikes))
         return with_effects(pulses, strikes, self.effects) if self.effects else pulses
 
-    def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
+    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
         """For each strike, in the model's own kind of velocity."""
         listed = self.registered.domain.outside(self.inputs(strikes))
-        return [tuple(Outside(o.predictor, o.value, _range(o.range)) for o in items) for items in listed]
+        return [tuple(OutOfDomain(o.predictor, o.value, _range(o.range)) for o in items) for items in listed]
 
     def extrapolation(self, strikes: Strikes) -> list[tuple[Extrapolation, ...]]:
         """For each strike, the numbers that lie below or above all that the model has learned from."""
@@ -154,10 +154,10 @@ class RegisteredContact:
         return tuple(_value(predictor, source, case, materials) for predictor, source in pairs)
 
 
-def case_of(setting: Setting) -> Case:
+def case_of(setting: Setting) -> ImpactSource:
     """A setting in the words of `dataset.sources`; its velocity is not in it, strikes have their own."""
     numbers = {name: value for name, value in setting.factors.items() if not isinstance(value, str)}
-    return Case(
+    return ImpactSource(
         words={
             "tip_material": setting.tip.name,
             "plate_material": setting.plate.name,
@@ -182,11 +182,11 @@ def case_of(setting: Setting) -> Case:
 
 
 def _materials(setting: Setting) -> Mapping[str, Properties]:
-    parts: Sequence[Material | None] = (setting.tip, setting.plate, setting.anvil)
+    parts: Sequence[ElasticMaterial | None] = (setting.tip, setting.plate, setting.anvil)
     return {part.name: _properties(part) for part in parts if part is not None}
 
 
-def _properties(material: Material) -> Properties:
+def _properties(material: ElasticMaterial) -> Properties:
     known_columns = {
         "youngs_modulus_pa": material.youngs_modulus_pa,
         "poisson_ratio": material.poisson_ratio,
@@ -196,7 +196,7 @@ def _properties(material: Material) -> Properties:
     return known_columns if strength is None else {**known_columns, "yield_strength_pa": strength}
 
 
-def _value(predictor: Predictor, source: str, case: Case, materials: Mapping[str, Properties]) -> float:
+def _value(predictor: Predictor, source: str, case: ImpactSource, materials: Mapping[str, Properties]) -> float:
     give = f"; give it: --factor {source.removeprefix(FACTOR)}=VALUE" if source.startswith(FACTOR) else ""
     if not predictor.levels:
         number = read_number(source, case, materials)
@@ -213,7 +213,7 @@ def _momentum(strikes: Strikes) -> Floats:
     return np.array([setting.impactor_mass_kg for setting in strikes.settings]) * strikes.impact_velocity_m_s
 
 
-def random_pulses(prediction: ContactPrediction, z: Floats, momentum_n_s: Floats) -> Pulses:
+def random_pulses(prediction: ContactPrediction, z: Floats, momentum_n_s: Floats) -> ForcePulses:
     """Pulses of normal numbers z (n, 2) about the mean ones, as `RegisteredContact` says; momenta (n,) in N s."""
     mean = _pulses(prediction)
     rows, peak = np.arange(len(z)), mean.force_n.argmax(axis=1)
@@ -225,7 +225,9 @@ def random_pulses(prediction: ContactPrediction, z: Floats, momentum_n_s: Floats
     most = np.log(np.maximum(2 * momentum_n_s / mean.impulse_n_s, 1.0))
     force = np.minimum(force + time, most) - time
     time = np.exp(time)
-    return Pulses(mean.contact_time_s * time, mean.force_n * np.exp(force)[:, None], mean.compression_time_s * time)
+    return ForcePulses(
+        mean.contact_time_s * time, mean.force_n * np.exp(force)[:, None], mean.compression_time_s * time
+    )
 
 
 def _logarithmic(spread: Floats | None, rows: np.ndarray, columns: np.ndarray | None, mean: Floats) -> Floats:
@@ -236,12 +238,12 @@ def _logarithmic(spread: Floats | None, rows: np.ndarray, columns: np.ndarray | 
     return np.asarray(np.sqrt(np.log1p((values / mean) ** 2)))
 
 
-def _pulses(prediction: ContactPrediction) -> Pulses:
+def _pulses(prediction: ContactPrediction) -> ForcePulses:
     """Models force nothing at the ends of contact, where the force is 0 by what contact means."""
     force = np.maximum(prediction.force_n, 0.0)
     force[:, [0, -1]] = 0.0
     share = np.argmax(force, axis=1) / (force.shape[1] - 1)
-    return Pulses(prediction.contact_time_s, force, share * prediction.contact_time_s)
+    return ForcePulses(prediction.contact_time_s, force, share * prediction.contact_time_s)
 
 
 def _range(ends: Sequence[float] | Sequence[str]) -> str:

@@ -6,26 +6,26 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from .fitting import Failure, Ground, attempted
+from .fitting import FittingFailure, Ground, attempted
 from .records import Trained
-from .tasks import Task
+from .tasks import TrainingTask
 from .time_search import TimeSettings, searched_time
 
-Outcome = Trained | Failure
+Outcome = Trained | FittingFailure
 
 
 @dataclass(frozen=True)
-class Training:
+class TaskWithContactTime:
     """A task, and what was found for the contact time of its split."""
 
-    task: Task
+    task: TrainingTask
     tuned: Mapping[str, Any] | None = None
 
     def done(self, ground: Ground) -> Outcome:
         return attempted(self.task, ground, self.tuned)
 
-    def failed(self, reason: str) -> Failure:
-        return Failure(self.task.model, self.task.split, reason)
+    def failed(self, reason: str) -> FittingFailure:
+        return FittingFailure(self.task.model, self.task.split, reason)
 
 
 @dataclass(frozen=True)
@@ -34,17 +34,17 @@ class TimeSearch:
 
     split: str
 
-    def done(self, ground: Ground) -> TimeSettings | Failure:
+    def done(self, ground: Ground) -> TimeSettings | FittingFailure:
         try:
             return searched_time(self.split, ground)
         except ValueError as error:
             return self.failed(str(error))
 
-    def failed(self, reason: str) -> Failure:
-        return Failure("contact time", self.split, reason)
+    def failed(self, reason: str) -> FittingFailure:
+        return FittingFailure("contact time", self.split, reason)
 
 
-Errand = Training | TimeSearch
+Errand = TaskWithContactTime | TimeSearch
 
 
 def done(errand: Errand, ground: Ground) -> Outcome | TimeSettings:
@@ -52,6 +52,6 @@ def done(errand: Errand, ground: Ground) -> Outcome | TimeSettings:
     return errand.done(ground)
 
 
-def lost(errand: Errand) -> Failure:
+def lost(errand: Errand) -> FittingFailure:
     """In the place of what a worker that died would have given."""
     return errand.failed("its process died twice, for memory perhaps; repeat with fewer jobs")

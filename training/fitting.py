@@ -15,9 +15,9 @@ from .metrics.errors import PulseErrors, pulse_errors
 from .metrics.summary import summary
 from .models.base import ContactPrediction
 from .models.pack import pack, unpack
-from .records import Cost, DatasetName, HeldOut, Trained
+from .records import Cost, DatasetName, HeldOutPredictions, Trained
 from .resources import metered
-from .tasks import Task, rng_of
+from .tasks import TrainingTask, rng_of
 from .zoo import Budget, Making, entry_of
 
 
@@ -33,7 +33,7 @@ class Ground:
 
 
 @dataclass(frozen=True)
-class Failure:
+class FittingFailure:
     """A model that could not learn from the dataset, and why."""
 
     model: str
@@ -41,14 +41,14 @@ class Failure:
     reason: str
 
 
-def task_of(model: str, split: str, ground: Ground) -> Task:
+def task_of(model: str, split: str, ground: Ground) -> TrainingTask:
     """The training that this would be."""
     settings = entry_of(model).make(Making(budget=ground.budget)).settings()
-    return Task(model, settings, ground.dataset.hash, split, ground.seed)
+    return TrainingTask(model, settings, ground.dataset.hash, split, ground.seed)
 
 
 def fitted(
-    task: Task,
+    task: TrainingTask,
     ground: Ground,
     tuned: Mapping[str, Any] | None = None,
     tell: Callable[[str], None] | None = None,
@@ -74,7 +74,7 @@ def fitted(
         packed=packed,
         predictors=training.predictors,
         domain=Domain.of(training),
-        held_out=HeldOut(held_out.key, prediction, training.key),
+        held_out=HeldOutPredictions(held_out.key, prediction, training.key),
         metrics=summary(errors, held_out.configuration, rng),
         cost=Cost(meter.seconds, meter.peak_memory_mb),
         figures=_figures(task.model, held_out, prediction, errors),
@@ -83,20 +83,20 @@ def fitted(
 
 
 def attempted(
-    task: Task,
+    task: TrainingTask,
     ground: Ground,
     tuned: Mapping[str, Any] | None = None,
     tell: Callable[[str], None] | None = None,
     crew: Crew = HERE,
-) -> Trained | Failure:
+) -> Trained | FittingFailure:
     """`fitted`, where a model that cannot learn from this dataset is no reason to stop."""
     try:
         return fitted(task, ground, tuned, tell, crew)
     except ValueError as error:
-        return Failure(task.model, task.split, str(error))
+        return FittingFailure(task.model, task.split, str(error))
 
 
-def journal_of(task: Task, ground: Ground) -> Path:
+def journal_of(task: TrainingTask, ground: Ground) -> Path:
     """Where a search of this task keeps what it has done; gone once the model is registered."""
     return ground.work / f"{task.key}.journal"
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..dataset.table import PulseTable
 from .metrics.errors import PulseErrors, pulse_errors
 from .models.base import ContactPrediction
-from .records import HeldOut, Version
+from .records import HeldOutPredictions, Version
 from .registry.registry import Registry
 
 
@@ -68,7 +68,7 @@ def _pulses_of(versions: Sequence[Version], keys: set[str], read: Callable[[str]
     raise ValueError(f"{len(keys)} held-out pulses are in no dataset of the store as they were: restore the store")
 
 
-def _in_order(held_out: HeldOut, keys: NDArray[np.str_]) -> ContactPrediction:
+def _in_order(held_out: HeldOutPredictions, keys: NDArray[np.str_]) -> ContactPrediction:
     """The stored predictions, in the order of `keys`."""
     place = {key: row for row, key in enumerate(held_out.keys.tolist())}
     rows = np.array([place[key] for key in keys.tolist()])

@@ -15,13 +15,13 @@ from ..schema.engine import make_engine
 from ..schema.rerun import Patience, rerun
 from ..schema.transient import passes
 from ..schema.turns import number_of
-from .place import Place
+from .place import ModelStorage
 
 #: A server that is away for longer is not waited for.
 _PATIENCE = Patience(total_s=120.0)
 
 
-def turn(place: Place, what: str, waiting: Callable[[], None] | None = None) -> AbstractContextManager[None]:
+def turn(place: ModelStorage, what: str, waiting: Callable[[], None] | None = None) -> AbstractContextManager[None]:
     """Hold the turn called `what` of the models at a place; who wants it too waits, after `waiting` was called once.
 
     A PostgreSQL store keeps it for all machines, and gives it back when the connection ends. Of SQLite's, and of a

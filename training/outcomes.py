@@ -8,21 +8,21 @@ from dataclasses import replace
 from ..compute.crew import Crew
 from ..compute.mapping import mapped
 from ..compute.threads import one_thread
-from .errands import Errand, Outcome, TimeSearch, Training, done, lost
-from .fitting import Failure, Ground, attempted
-from .tasks import Task
+from .errands import Errand, Outcome, TaskWithContactTime, TimeSearch, done, lost
+from .fitting import FittingFailure, Ground, attempted
+from .tasks import TrainingTask
 from .time_search import TimeSettings, keep_time, kept_time
 from .zoo import entry_of
 
 Step = Callable[[int, int, str], None]
 Tell = Callable[[str], None]
 #: Of each split: what its models share, or why there is none.
-Times = dict[str, TimeSettings | Failure]
+Times = dict[str, TimeSettings | FittingFailure]
 
 
 def outcomes(
-    tasks: Sequence[Task], ground: Ground, crew: Crew, step: Step, tell: Tell
-) -> Iterator[tuple[Task, Outcome]]:
+    tasks: Sequence[TrainingTask], ground: Ground, crew: Crew, step: Step, tell: Tell
+) -> Iterator[tuple[TrainingTask, Outcome]]:
     """Each task with what came of it, as it is finished. What a training comes to does not depend on the crew."""
     remaining = {task.key: task for task in tasks}
 
@@ -37,23 +37,25 @@ def outcomes(
         show()
 
 
-def _outcomes(tasks: Sequence[Task], ground: Ground, crew: Crew, tell: Tell) -> Iterator[tuple[Task, Outcome]]:
+def _outcomes(
+    tasks: Sequence[TrainingTask], ground: Ground, crew: Crew, tell: Tell
+) -> Iterator[tuple[TrainingTask, Outcome]]:
     """First what stands alone, and the searches that others wait for; then the others.
 
     Models that search are last and are fitted in this process, which keeps their journals: the crew tries their
     candidates.
     """
     sharing = [task for task in tasks if entry_of(task.model).shares_time]
-    alone = [Training(task) for task in tasks if task not in sharing]
+    alone = [TaskWithContactTime(task) for task in tasks if task not in sharing]
     times: Times = {}
     yield from _first(alone, dict.fromkeys(task.split for task in sharing), times, ground, crew)
-    ready = list[Training]()
+    ready = list[TaskWithContactTime]()
     for task in sharing:
         contact_time = times[task.split]
-        if isinstance(contact_time, Failure):
-            yield task, Failure(task.model, task.split, contact_time.reason)
+        if isinstance(contact_time, FittingFailure):
+            yield task, FittingFailure(task.model, task.split, contact_time.reason)
         else:
-            ready.append(Training(task, contact_time.tuned))
+            ready.append(TaskWithContactTime(task, contact_time.tuned))
     searching = [training for training in ready if entry_of(training.task.model).searches]
     for task, outcome in _sent([training for training in ready if training not in searching], ground, crew):
         yield task, _with_search(outcome, times)
@@ -65,7 +67,7 @@ def _outcomes(tasks: Sequence[Task], ground: Ground, crew: Crew, tell: Tell) -> 
 
 def _with_search(outcome: Outcome, times: Times) -> Outcome:
     """A training that shares a search reports how that went, as if it had searched itself."""
-    if isinstance(outcome, Failure):
+    if isinstance(outcome, FittingFailure):
         return outcome
     time = times[outcome.task.split]
     assert isinstance(time, TimeSettings)
@@ -73,8 +75,8 @@ def _with_search(outcome: Outcome, times: Times) -> Outcome:
 
 
 def _first(
-    alone: Sequence[Training], splits: Iterable[str], times: Times, ground: Ground, crew: Crew
-) -> Iterator[tuple[Task, Outcome]]:
+    alone: Sequence[TaskWithContactTime], splits: Iterable[str], times: Times, ground: Ground, crew: Crew
+) -> Iterator[tuple[TrainingTask, Outcome]]:
     """Trainings that need nothing; on the way `times` of the splits, where they were not found earlier."""
     searches = list[TimeSearch]()
     for split in splits:
@@ -85,17 +87,19 @@ def _first(
     # The dear ones first where there are others to work meanwhile, and last where the first results would wait.
     errands: list[Errand] = [*alone, *searches] if crew.is_here else [*searches, *alone]
     for errand, result in mapped(crew, done, errands, shared=(ground,), lost=lost):
-        if isinstance(errand, Training):
+        if isinstance(errand, TaskWithContactTime):
             assert not isinstance(result, TimeSettings)
             yield errand.task, result
         else:
-            assert isinstance(result, TimeSettings | Failure)
+            assert isinstance(result, TimeSettings | FittingFailure)
             times[errand.split] = result
             if isinstance(result, TimeSettings):
                 keep_time(result, errand.split, ground)
 
 
-def _sent(trainings: Sequence[Training], ground: Ground, crew: Crew) -> Iterator[tuple[Task, Outcome]]:
+def _sent(
+    trainings: Sequence[TaskWithContactTime], ground: Ground, crew: Crew
+) -> Iterator[tuple[TrainingTask, Outcome]]:
     for training, outcome in mapped(crew, done, trainings, shared=(ground,), lost=lost):
         assert not isinstance(outcome, TimeSettings)
         yield training.task, outcome

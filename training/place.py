@@ -17,7 +17,7 @@ FILES = "PYROSHOCK_MODELS"
 
 
 @dataclass(frozen=True)
-class Place:
+class ModelStorage:
     """`tracking_uri` of MLflow's store; `folder` for models' files and, in `work`, for what is in progress.
 
     Models' files go to `files` where it is given. A tracking server keeps them itself: `artifact_uri` is None then.
@@ -63,7 +63,7 @@ class Place:
         return Path(parsed(self.tracking_uri).database or "")
 
 
-def place_beside(store_url: str, environment: Mapping[str, str]) -> Place:
+def place_beside(store_url: str, environment: Mapping[str, str]) -> ModelStorage:
     """Where the models of the store at `store_url` live.
 
     `MLFLOW_TRACKING_URI` decides where it is set. Else `lab.db` has `lab-models.db` and `lab-models/` beside it, and a
@@ -74,7 +74,7 @@ def place_beside(store_url: str, environment: Mapping[str, str]) -> Place:
     return _with_files(_place(store_url, environment.get(VARIABLE)), environment.get(FILES))
 
 
-def _with_files(place: Place, given: str | None) -> Place:
+def _with_files(place: ModelStorage, given: str | None) -> ModelStorage:
     if not given:
         return place
     if "://" in given and not given.startswith("file://"):
@@ -83,19 +83,19 @@ def _with_files(place: Place, given: str | None) -> Place:
     return replace(place, folder=folder.absolute())
 
 
-def _place(store_url: str, given: str | None) -> Place:
+def _place(store_url: str, given: str | None) -> ModelStorage:
     if given:
         if given == store_url:
             raise ValueError(f"{VARIABLE} is the store's own database; MLflow's tables need one of their own")
         return _given(given)
     database = _database(store_url)
     stem = database.with_name(f"{database.stem}-models") if database else Path.cwd() / "pyroshock-models"
-    return Place(f"sqlite:///{stem.with_name(stem.name + '.db')}", stem)
+    return ModelStorage(f"sqlite:///{stem.with_name(stem.name + '.db')}", stem)
 
 
-def _given(uri: str) -> Place:
+def _given(uri: str) -> ModelStorage:
     if uri.startswith(("http://", "https://")):
-        return Place(uri, Path.cwd() / "pyroshock-models")
+        return ModelStorage(uri, Path.cwd() / "pyroshock-models")
     try:
         scheme = parsed(uri).drivername
     except AddressError:
@@ -109,8 +109,8 @@ def _given(uri: str) -> Place:
         )
     database = _database(uri)
     if database is None:
-        return Place(uri, Path.cwd() / "pyroshock-models")
-    return Place(f"sqlite:///{database}", database.with_suffix(""))
+        return ModelStorage(uri, Path.cwd() / "pyroshock-models")
+    return ModelStorage(f"sqlite:///{database}", database.with_suffix(""))
 
 
 def _database(url: str) -> Path | None:

@@ -9,10 +9,10 @@ from ..schema.velocity_kinds import INTEGRATED
 from ..twin.bands import stratified_normals
 from ..twin.contact.prior import MOST_PULSES, PriorContact
 from ..twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
-from ..twin.materials import Material
+from ..twin.materials import ElasticMaterial
 from ..twin.measured_shots import MeasuredShots
 from ..twin.setting import Setting
-from ..twin.strikes import Pulses, Strikes
+from ..twin.strikes import ForcePulses, Strikes
 from .models.analytic import bodies
 
 #: What answers without a model, in words.
@@ -68,7 +68,7 @@ def prior_pulses(
     rng: np.random.Generator,
     velocity_kind: str | None = None,
     plates: PulseTable | None = None,
-) -> list[Pulses]:
+) -> list[ForcePulses]:
     """For each draw the contact's pulses of all rows, whose velocities are of this kind (`schema.velocity_kinds`).
     `plates` as in `settings_of`.
 
@@ -139,14 +139,14 @@ def _plate_keys(pulses: PulseTable) -> list[tuple[str, float]]:
     ]
 
 
-def _bare_plates(pulses: PulseTable) -> dict[tuple[str, float], Material]:
+def _bare_plates(pulses: PulseTable) -> dict[tuple[str, float], ElasticMaterial]:
     """Materials of plates that were struck without an anvil, where a key (`_plate_keys`) has a single one."""
     if all(predictor.name != "anvil_material" for predictor in pulses.predictors):
         return {}
     bare = pulses.take(np.array(_words(pulses, "anvil_material")) == _NO_LAYER)
     if not len(bare):
         return {}
-    materials: dict[tuple[str, float], set[Material]] = {}
+    materials: dict[tuple[str, float], set[ElasticMaterial]] = {}
     for key, material in zip(
         _plate_keys(bare), _materials("target", bare.target_material.tolist(), bodies(bare)), strict=True
     ):
@@ -159,7 +159,7 @@ def _words(pulses: PulseTable, name: str) -> list[str]:
     return [levels[int(value)] for value in pulses.column(name)]
 
 
-def _materials(part: str, names: list[str], struck: object) -> list[Material]:
+def _materials(part: str, names: list[str], struck: object) -> list[ElasticMaterial]:
     def column(quantity: str) -> Floats | None:
         values: Floats | None = getattr(struck, f"{part}_{quantity}")
         return values
@@ -168,7 +168,7 @@ def _materials(part: str, names: list[str], struck: object) -> list[Material]:
     strength = column("yield_strength_pa")
     assert modulus is not None and poisson is not None and density is not None  # bodies have them
     return [
-        Material(
+        ElasticMaterial(
             name or part,
             float(modulus[row]),
             float(poisson[row]),

@@ -8,13 +8,13 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from ..dataset.domain import Domain
-from ..dataset.limits import Outside
+from ..dataset.limits import OutOfRange
 from ..dataset.table import Inputs, Predictor
 from .fit_report import FitReport
 from .metrics.summary import Estimate
 from .models.base import ContactModel, ContactPrediction
 from .models.pack import Packed
-from .tasks import Task
+from .tasks import TrainingTask
 
 if TYPE_CHECKING:
     import numpy as np
@@ -37,7 +37,7 @@ class DatasetName:
 
 
 @dataclass(frozen=True, eq=False)
-class HeldOut:
+class HeldOutPredictions:
     """Predicted pulses that the model was not trained on, by their keys (n,), and the keys it was trained on."""
 
     keys: NDArray[np.str_]
@@ -57,12 +57,12 @@ class Cost:
 class Trained:
     """A finished training, to be registered: it can be sent between processes. `figures` are files (PNG) by name."""
 
-    task: Task
+    task: TrainingTask
     dataset: DatasetName
     packed: Packed
     predictors: tuple[Predictor, ...]
     domain: Domain
-    held_out: HeldOut
+    held_out: HeldOutPredictions
     metrics: Mapping[str, Estimate]
     cost: Cost
     figures: Mapping[str, bytes]
@@ -103,7 +103,7 @@ class Answer:
     """A prediction, and for each impact what of it lies outside the model's validity domain."""
 
     prediction: ContactPrediction
-    outside: tuple[tuple[Outside, ...], ...]
+    outside: tuple[tuple[OutOfRange, ...], ...]
 
 
 @dataclass(frozen=True, eq=False)

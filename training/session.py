@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from ..compute.crew import HERE, Crew
-from .fitting import Failure, Ground, journal_of, task_of
+from .fitting import FittingFailure, Ground, journal_of, task_of
 from .floors import floor_text
 from .judging import on_held_out
 from .listing import newest
@@ -23,7 +23,7 @@ class Session:
     """What a session came to: versions in the order asked for, whether just trained or found."""
 
     versions: list[Version] = field(default_factory=list)
-    failures: list[Failure] = field(default_factory=list)
+    failures: list[FittingFailure] = field(default_factory=list)
     trained: int = 0
 
 
@@ -65,7 +65,7 @@ def train(
         summed_up = registry.floors(ground.dataset.hash, ground.seed).keys() >= set(splits)
         run = None if summed_up and not to_do else registry.open_session(ground.dataset, ground.seed)
         for task, outcome in outcomes(to_do, ground, crew, progress.step, progress.tell):
-            if isinstance(outcome, Failure):
+            if isinstance(outcome, FittingFailure):
                 session.failures.append(outcome)
                 progress.tell(f"{task.model} not trained on {task.split}: {outcome.reason}")
                 continue

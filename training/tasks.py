@@ -14,7 +14,7 @@ TRAINING_VERSION = 2
 
 
 @dataclass(frozen=True)
-class Task:
+class TrainingTask:
     """`settings` are those of the unfitted model, as JSON holds them; `split` its text."""
 
     model: str

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..dataset.table import Floats, PulseTable, concatenate
 from ..twin.bands import stratified_normals
-from ..twin.strikes import Pulses
+from ..twin.strikes import ForcePulses
 from .contact_stage import random_pulses
 from .metrics.clusters import clustered
 from .metrics.crps import ensemble_crps
@@ -32,7 +32,7 @@ _MOST_PULSES = 400
 _FARTHEST = float(np.log(1000.0))
 
 #: Random pulses of all rows for each draw; the rows are of configurations that nothing was learned from.
-PulseDraws = Callable[[PulseTable, int, np.random.Generator], list[Pulses]]
+PulseDraws = Callable[[PulseTable, int, np.random.Generator], list[ForcePulses]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ def unseen_draws(model: ContactModel, learned: PulseTable, velocity_kind: str | 
     """Of a model that learned from `learned`, with velocities of this kind (`schema.velocity_kinds`): refitted without
     the configurations that it is asked for."""
 
-    def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[Pulses]:
+    def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[ForcePulses]:
         fitted = without_configurations(model, learned, unseen.configuration.tolist(), rng)
         prediction = fitted.predict(unseen.inputs)
         z = np.stack([stratified_normals(count, 2, rng) for _ in range(len(unseen))], axis=1)
@@ -133,7 +133,7 @@ def updated_law_draws(learned: PulseTable, plates: PulseTable, velocity_kind: st
     (`prior_pulses.settings_of`), beside those of `learned`."""
     bare = concatenate([plates, learned])
 
-    def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[Pulses]:
+    def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[ForcePulses]:
         others = learned.take(~np.isin(learned.configuration, unseen.configuration))
         contact = updated_contact(others, velocity_kind, bare)
         return prior_pulses(contact, unseen, count, rng, velocity_kind, bare)
@@ -146,7 +146,7 @@ def prior_draws(plates: PulseTable, velocity_kind: str | None = None) -> PulseDr
     return lambda unseen, count, rng: prior_pulses(prior_contact(unseen), unseen, count, rng, velocity_kind, plates)
 
 
-def _crps(draws: Sequence[Pulses], measured: Floats) -> Floats:
+def _crps(draws: Sequence[ForcePulses], measured: Floats) -> Floats:
     """(n, 3) of random pulses, in natural logarithms."""
     values = [np.stack([pulses.peak_force_n, pulses.contact_time_s, pulses.impulse_n_s], axis=1) for pulses in draws]
     logarithms = np.log(np.maximum(np.stack(values), np.finfo(np.float64).tiny))

@@ -30,7 +30,7 @@ class Making:
 
 
 @dataclass(frozen=True)
-class Entry:
+class ModelSpec:
     """A model of the zoo.
 
     `shares_time` models take the contact-time process that was searched once for all. One that `searches` has a crew
@@ -42,7 +42,7 @@ class Entry:
     searches: bool = False
 
 
-def entry_of(name: str) -> Entry:
+def entry_of(name: str) -> ModelSpec:
     """Raises `LookupError` that names those there are."""
     if name not in ZOO:
         raise LookupError(f"no model {name!r}; there are: {', '.join(ZOO)}")
@@ -76,7 +76,7 @@ def _calibrated(model: ContactModel) -> ContactModel:
     return Calibrated(model)
 
 
-def _twice(kind: str, scaling: str = "none", **settings: Any) -> Entry:
+def _twice(kind: str, scaling: str = "none", **settings: Any) -> ModelSpec:
     """One family for force and for time, as Table 4.4 pairs them; `scaling` as in `models.pair.SCALINGS`."""
 
     def model(_making: Making) -> ContactModel:
@@ -84,16 +84,16 @@ def _twice(kind: str, scaling: str = "none", **settings: Any) -> Entry:
 
         return _calibrated(Pair(_estimator(kind, **settings), _estimator(kind, **settings), scaling))
 
-    return Entry(model)
+    return ModelSpec(model)
 
 
-def _with_time_process(kind: str, scaling: str = "none", **settings: Any) -> Entry:
+def _with_time_process(kind: str, scaling: str = "none", **settings: Any) -> ModelSpec:
     """A force model beside the contact-time process of section 4.4; `scaling` as in `models.pair.SCALINGS`."""
 
     def model(making: Making) -> ContactModel:
         return _beside_time_process(_estimator(kind, **settings), making, scaling)
 
-    return Entry(model, shares_time=True)
+    return ModelSpec(model, shares_time=True)
 
 
 def _beside_time_process(force: Estimator, making: Making, scaling: str) -> ContactModel:
@@ -112,13 +112,13 @@ def _genetic(making: Making) -> ContactModel:
     return _beside_time_process(network, making, "none")
 
 
-def _law(name: str) -> Entry:
+def _law(name: str) -> ModelSpec:
     def model(_making: Making) -> ContactModel:
         from .models.analytic import Analytic
 
         return Analytic(name)
 
-    return Entry(model)
+    return ModelSpec(model)
 
 
 def _single_pass(_making: Making) -> ContactModel:
@@ -134,7 +134,7 @@ def _hybrid(_making: Making) -> ContactModel:
 
 
 #: The cheap ones first, so that the first results come soon.
-ZOO: dict[str, Entry] = {
+ZOO: dict[str, ModelSpec] = {
     "hunter": _law("hunter"),
     "reed": _law("reed"),
     "hann": _law("hann"),
@@ -151,13 +151,13 @@ ZOO: dict[str, Entry] = {
     # thesis's other families learn newtons, as there, and do without the impactor's mass.
     "coregional-gp": _with_time_process("coregional", "momentum"),
     "gp": _with_time_process("single-outputs", "momentum"),
-    "hybrid": Entry(_hybrid),
-    "single-pass": Entry(_single_pass),
+    "hybrid": ModelSpec(_hybrid),
+    "single-pass": ModelSpec(_single_pass),
     # Hidden layers of MATLAB's presets, which Table 4.5 names.
     "nn-narrow": _with_time_process("network", layers=(10,)),
     "nn-medium": _with_time_process("network", layers=(25,)),
     "nn-wide": _with_time_process("network", layers=(100,)),
     "nn-bilayer": _with_time_process("network", layers=(10, 10)),
     "nn-trilayer": _with_time_process("network", layers=(10, 10, 10)),
-    "nn-ga": Entry(_genetic, shares_time=True, searches=True),
+    "nn-ga": ModelSpec(_genetic, shares_time=True, searches=True),
 }

@@ -20,7 +20,7 @@ from .sensors.chain import SensorChain
 from .sensors.seen import seen_pulses
 from .setting import Setting
 from .spectrum_calibration import SpectrumCalibration, at_velocities, stretched
-from .strikes import AboveAnvil, ContactStage, Extrapolating, Extrapolation, Floats, Pulses, Strikes
+from .strikes import AboveAnvil, ContactStage, Extrapolating, Extrapolation, Floats, ForcePulses, Strikes
 from .windows import ringing_spectra
 
 #: Strikes that are computed at once: what they take stays below 50 MB for each sensor.
@@ -138,7 +138,7 @@ class Twin:
         factors = self._factors(settings, self.velocities(settings), self._asked(sensor)[:1], count, rng)
         return flat.reshape(count, len(settings), -1) * factors[:, :, 0, 1:]
 
-    def accelerations(self, settings: Sequence[Setting], pulses: Pulses, sensor: str | None = None) -> Floats:
+    def accelerations(self, settings: Sequence[Setting], pulses: ForcePulses, sensor: str | None = None) -> Floats:
         """Measured accelerations (n, sensors, samples) of the nominal plate under pulses; of one sensor (n, 1, ...)."""
         return self._felt(settings, pulses, np.full(len(settings), _NOMINAL), self._asked(sensor))
 
@@ -160,7 +160,7 @@ class Twin:
             out[rows, :, 1:] = self._spectra_of(shown, pulses)
         return np.asarray(20 * np.log10(out))
 
-    def _replays(self, shots: MeasuredShots, usable: NDArray[np.bool_]) -> Iterator[tuple[_Members, Pulses]]:
+    def _replays(self, shots: MeasuredShots, usable: NDArray[np.bool_]) -> Iterator[tuple[_Members, ForcePulses]]:
         """Rows of usable shots, in parts, and the pulses on the plate under their measured forces."""
         by_setting, velocity = usable & ~shots.force_is_given, shots.impact_velocity_m_s.copy()
         if (unknown := np.flatnonzero(by_setting & ~(velocity > 0))).size:
@@ -173,7 +173,7 @@ class Twin:
         for rows in self._chunks(np.where(usable & shots.force_is_given, 1.0, 0.0)):
             yield rows, shots.given_pulses(rows)
 
-    def _on_plate(self, strikes: Strikes, z: Floats | None, pulses: Pulses) -> Pulses:
+    def _on_plate(self, strikes: Strikes, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
         return self.contact.plate_pulses(strikes, z, pulses) if isinstance(self.contact, AboveAnvil) else pulses
 
     def _has_place(self, setting: Setting) -> bool:
@@ -333,7 +333,9 @@ class Twin:
             raise LookupError(f"no sensor {sensor!r}; there are: {', '.join(self.sensor_names) or 'none'}")
         return self.sensor_names if sensor is None else (sensor,)
 
-    def _felt(self, settings: Sequence[Setting], pulses: Pulses, member: _Members, sensors: tuple[str, ...]) -> Floats:
+    def _felt(
+        self, settings: Sequence[Setting], pulses: ForcePulses, member: _Members, sensors: tuple[str, ...]
+    ) -> Floats:
         """Measured accelerations (n, sensors, samples), each of its own plate."""
         if not sensors:
             return np.zeros((len(settings), 0, self.samples))
@@ -353,7 +355,7 @@ class Twin:
             self._responses[key] = PlateResponse.of(of, point, sensors, self._step_s, self.samples)
         return self._responses[key]
 
-    def _spectra_of(self, accelerations: Floats, pulses: Pulses) -> Floats:
+    def _spectra_of(self, accelerations: Floats, pulses: ForcePulses) -> Floats:
         """Maximax (n, sensors, f)."""
         if not accelerations.shape[1]:
             return np.zeros((*accelerations.shape[:2], self.frequency_hz.size))

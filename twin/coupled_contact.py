@@ -17,7 +17,7 @@ from .contact.trimming import trimmed
 from .plate.modal import ModalPlate
 from .plates import PlateStage
 from .setting import Setting
-from .strikes import AboveAnvil, Extrapolating, Extrapolation, Floats, Outside, Pulses, Strikes
+from .strikes import AboveAnvil, Extrapolating, Extrapolation, Floats, ForcePulses, OutOfDomain, Strikes
 
 #: Steps of each contact's own time, and cycles in it above which a mode follows at once: errors of 1e-4.
 _STEPS, _CYCLES = 24, 4.0
@@ -32,11 +32,11 @@ class SolvableContact(Protocol):
     @property
     def normals(self) -> int: ...
 
-    def pulses_on_plate(self, solver: ImpactSolver, strikes: Strikes, z: Floats | None = None) -> Pulses:
+    def pulses_on_plate(self, solver: ImpactSolver, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
         """As `pulses`, by `solver` in place of the motion on a rigid target and without the plate's own compliance."""
         ...
 
-    def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]: ...
+    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +62,7 @@ class CoupledContact:
     def normals(self) -> int:
         return self.base.normals
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
+    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
         """Force at 129 phases, from the first touch to the last parting.
 
         Raises `LookupError` for a plate or an impact position there is none of, and as `base`.
@@ -74,11 +74,11 @@ class CoupledContact:
             lambda impacts, rows: _pulses(impacts, [points[row] for row in rows]), strikes, z
         )
 
-    def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
+    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
         """What lies outside of the base's domain."""
         return self.base.outside(strikes)
 
-    def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: Pulses) -> Pulses:
+    def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
         """What of `pulses` acts on the plate, where the base tells it apart."""
         return self.base.plate_pulses(strikes, z, pulses) if isinstance(self.base, AboveAnvil) else pulses
 
@@ -114,9 +114,9 @@ def point_of_plate(plate: ModalPlate, name: str, impedance_n_s_m: float, free_ma
     return PlatePoint(frequency, damping, shape, impedance_n_s_m)
 
 
-def _pulses(impacts: Impacts, points: list[PlatePoint]) -> Pulses:
+def _pulses(impacts: Impacts, points: list[PlatePoint]) -> ForcePulses:
     """With the impulse of the motion, to rounding."""
     solved = coupled_impact(impacts, points, steps=_STEPS, cycles=_CYCLES)
     pulses = trimmed(solved, COUPLED_PHASES)
     share = solved.impulse_n_s / pulses.impulse_n_s
-    return Pulses(pulses.contact_time_s, pulses.force_n * share[:, None], pulses.compression_time_s)
+    return ForcePulses(pulses.contact_time_s, pulses.force_n * share[:, None], pulses.compression_time_s)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Material:
+class ElasticMaterial:
     """An isotropic elastic material. Raises `ValueError` naming the material, the field and the value."""
 
     name: str
@@ -26,13 +26,13 @@ class Material:
 
 
 #: Thesis, Table 4.2; PLA: Farah, Anderson and Langer, Adv. Drug Deliv. Rev. 107 (2016) 367, solid, mid-range.
-THESIS: dict[str, Material] = {
+THESIS: dict[str, ElasticMaterial] = {
     m.name: m
     for m in (
-        Material("aluminum", 69.9e9, 0.33, 2700.0, 276e6),
-        Material("steel", 200e9, 0.30, 7800.0, 400e6),
-        Material("delrin", 3.20e9, 0.35, 1410.0, 71.7e6),
-        Material("polyurethane", 0.03e9, 0.39, 1210.0, 51.0e6),
-        Material("PLA", 3.5e9, 0.36, 1240.0, 50e6),
+        ElasticMaterial("aluminum", 69.9e9, 0.33, 2700.0, 276e6),
+        ElasticMaterial("steel", 200e9, 0.30, 7800.0, 400e6),
+        ElasticMaterial("delrin", 3.20e9, 0.35, 1410.0, 71.7e6),
+        ElasticMaterial("polyurethane", 0.03e9, 0.39, 1210.0, 51.0e6),
+        ElasticMaterial("PLA", 3.5e9, 0.36, 1240.0, 50e6),
     )
 }

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .sampling import MeasuredForce
 from .setting import Setting
-from .strikes import Floats, Pulses
+from .strikes import Floats, ForcePulses
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,13 +72,15 @@ class MeasuredShots:
         force = self.given_force_n[row]
         return MeasuredForce(force[1:-1], (force.size - 1) / float(self.contact_time_s[row]))
 
-    def given_pulses(self, rows: NDArray[np.intp]) -> Pulses:
+    def given_pulses(self, rows: NDArray[np.intp]) -> ForcePulses:
         """The measured forces of shots that are predicted from them, (rows,). Raises `ValueError` for others."""
         forces = [force for row in rows.tolist() if (force := self.given_force(row)) is not None]
         if len(forces) != len(rows):
             raise ValueError(f"{len(rows) - len(forces)} of {len(rows)} shots are not predicted from their force")
         pulses = [force.repeated(1) for force in forces]
-        return Pulses(*(np.concatenate([getattr(pulse, item.name) for pulse in pulses]) for item in fields(Pulses)))
+        return ForcePulses(
+            *(np.concatenate([getattr(pulse, item.name) for pulse in pulses]) for item in fields(ForcePulses))
+        )
 
     def take(self, rows: Sequence[int] | NDArray[np.intp]) -> Self:
         """Some of the shots, by their rows."""

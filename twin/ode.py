@@ -75,7 +75,7 @@ class Ends:
 
 
 @dataclass(frozen=True)
-class Tolerance:
+class StepTolerance:
     """Error allowed in a step: `relative` times the size of a quantity, which counts as its `floor` (k, n) at least."""
 
     relative: float
@@ -114,7 +114,7 @@ def dormand_prince_step(
 DORMAND_PRINCE = Method(dormand_prince_step, 5)
 
 
-def run(problems: Problems, start: Floats, first_step: Floats, tolerance: Tolerance, method: Method) -> Ends:
+def run(problems: Problems, start: Floats, first_step: Floats, tolerance: StepTolerance, method: Method) -> Ends:
     """Every problem from `start` (k, n) at time 0 to its end. `first_step` (n,) is where the search for steps begins.
 
     Raises `RuntimeError` when a problem takes more than 200,000 steps.

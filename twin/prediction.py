@@ -10,7 +10,7 @@ import numpy as np
 
 from .bands import Band, Floats, Quantity
 from .setting import Setting
-from .strikes import Extrapolation, Outside
+from .strikes import Extrapolation, OutOfDomain
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ class Prediction:
     q: float
     spectra_m_s2: Mapping[str, Band]
     models: Mapping[str, str]
-    outside: tuple[Outside, ...]
+    outside: tuple[OutOfDomain, ...]
     extrapolation: tuple[Extrapolation, ...]
     rests_on: RestsOn
     draws: ShotDraws

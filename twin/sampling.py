@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .strikes import Floats, Pulses
+from .strikes import Floats, ForcePulses
 
 
-def sampled(pulses: Pulses, step_s: float, most: int | None = None) -> Floats:
+def sampled(pulses: ForcePulses, step_s: float, most: int | None = None) -> Floats:
     """Forces (n, p) every `step_s` from the beginning of contact, the first and the last 0, straight between phases.
 
     Each keeps the impulse of its pulse: samples of a short one are scaled, by (step / contact time)^2 or so, and a
@@ -56,9 +56,9 @@ class MeasuredForce:
         if not (math.isfinite(self.sampling_rate_hz) and self.sampling_rate_hz > 0):
             raise ValueError(f"sampling_rate_hz = {self.sampling_rate_hz!r}: expected a positive number")
 
-    def repeated(self, count: int) -> Pulses:
+    def repeated(self, count: int) -> ForcePulses:
         """The same pulse `count` times, from the sample before its first force to that after the last."""
         force = np.concatenate(([0.0], self.force_n, [0.0]))
         time = (force.size - 1) / self.sampling_rate_hz
         peak = float(np.argmax(force)) / self.sampling_rate_hz
-        return Pulses(np.full(count, time), np.tile(force, (count, 1)), np.full(count, peak))
+        return ForcePulses(np.full(count, time), np.tile(force, (count, 1)), np.full(count, peak))

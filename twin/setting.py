@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ..signals.valve_profile import ValveProfile
-from .materials import Material
+from .materials import ElasticMaterial
 
 INSULATORS = ("none", "polymeric")
 BOUNDARY_CONDITIONS = ("free", "fixed")
@@ -24,14 +24,14 @@ class Setting:
     """
 
     impactor_mass_kg: float
-    tip: Material
+    tip: ElasticMaterial
     tip_radius_m: float
-    plate: Material
+    plate: ElasticMaterial
     plate_thickness_m: float
     plate_mass_kg: float
     tank_pressure_pa: float | None = None
     impact_velocity_m_s: float | None = None
-    anvil: Material | None = None
+    anvil: ElasticMaterial | None = None
     insulator: str = "none"
     impact_position: str = "#1"
     boundary_conditions: str = "free"
@@ -59,7 +59,7 @@ class Setting:
             raise ValueError(f"insulator = {self.insulator!r} without an anvil: expected an anvil, on which it lies")
 
     @property
-    def target(self) -> Material:
+    def target(self) -> ElasticMaterial:
         """The first layer hit: the anvil where there is one, else the plate."""
         return self.anvil or self.plate
 

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from .measured_shots import MeasuredShots
 from .setting import Setting
-from .strikes import Floats, Pulses
-from .tune.discrepancy import Discrepancy, Learned, Term
+from .strikes import Floats, ForcePulses
+from .tune.discrepancy import Discrepancy, ShotCorrection, Term
 from .tune.kernels import (
     BOUNDARY,
     INSULATOR,
@@ -102,7 +102,7 @@ class Scatter:
     squares: Floats = field(default_factory=lambda: np.empty(0))
 
     @classmethod
-    def of(cls, learned: Learned, within_db2: Floats) -> Self:
+    def of(cls, learned: ShotCorrection, within_db2: Floats) -> Self:
         """From configurations that were learned from, each predicted from the others.
 
         `within_db2` (c, f) are mean squares of its shots about their mean: a band is that of a single shot.
@@ -138,7 +138,7 @@ class SpectrumCalibration:
     """
 
     sensors: tuple[str, ...]
-    learned: tuple[Learned, ...]
+    learned: tuple[ShotCorrection, ...]
     scatter: tuple[Scatter, ...]
     shots: int = 0
 
@@ -163,7 +163,7 @@ class SpectrumCalibration:
         measured = np.concatenate([shots.peak_acceleration_m_s2[..., None], shots.spectra_m_s2], axis=-1)
         residual = np.roll(20 * np.log10(measured) - predicted_db, -1, axis=-1)  # the peak is the last line
         settings = at_velocities(shots.settings, shots.impact_velocity_m_s)
-        learned: list[Learned] = []
+        learned: list[ShotCorrection] = []
         scatter: list[Scatter] = []
         counts: list[int] = []
         for number in range(len(shots.sensors)):
@@ -211,7 +211,7 @@ def at_velocities(settings: Sequence[Setting], velocity_m_s: Floats) -> list[Set
     ]
 
 
-def stretched(pulses: Pulses, law: Pulses, peak_force_n: Floats, impulse_n_s: Floats) -> Pulses:
+def stretched(pulses: ForcePulses, law: ForcePulses, peak_force_n: Floats, impulse_n_s: Floats) -> ForcePulses:
     """Pulses as they become where those of a law are stretched to measured peaks and impulses, (n,).
 
     `pulses` are the law's, or what of them acts on a plate. Those without a measured force stay as they are.
@@ -219,7 +219,7 @@ def stretched(pulses: Pulses, law: Pulses, peak_force_n: Floats, impulse_n_s: Fl
     usable = np.isfinite(peak_force_n) & np.isfinite(impulse_n_s)
     force = np.where(usable, peak_force_n / law.peak_force_n, 1.0)
     time = np.where(usable, impulse_n_s / (law.impulse_n_s * force), 1.0)
-    return Pulses(pulses.contact_time_s * time, pulses.force_n * force[:, None], pulses.compression_time_s * time)
+    return ForcePulses(pulses.contact_time_s * time, pulses.force_n * force[:, None], pulses.compression_time_s * time)
 
 
 def _prior(frequency_hz: Floats) -> Discrepancy:
@@ -235,14 +235,14 @@ def _most(configuration: NDArray[np.intp]) -> NDArray[np.bool_]:
 
 def _learned(
     frequency_hz: Floats, settings: Sequence[Setting], configuration: NDArray[np.intp], residual_db: Floats
-) -> tuple[Learned, Floats]:
+) -> tuple[ShotCorrection, Floats]:
     """From the shots of configurations (n,): their scatter from each, the rest from means over repeats. And the mean
     squares (c, f) of a configuration's shots about their mean."""
     prior = fitted(_prior(frequency_hz), settings, residual_db)
     if not len(settings):
         return prior.after((), residual_db), np.empty((0, prior.frequency_hz.size))
     groups = [residual_db[configuration == key] for key in np.unique(configuration)]
-    learned = Learned.of(
+    learned = ShotCorrection.of(
         prior, Coordinates.of(settings).means(configuration), np.array([group.mean(axis=0) for group in groups])
     )
     return learned, np.array([group.var(axis=0) for group in groups])

@@ -26,7 +26,7 @@ class Strikes:
 
 
 @dataclass(frozen=True)
-class Outside:
+class OutOfDomain:
     """One thing that lies outside of what a model has learned from: as the JSON of `predict` shows it."""
 
     predictor: str
@@ -45,7 +45,7 @@ class Extrapolation:
 
 
 @dataclass(frozen=True, eq=False)
-class Pulses:
+class ForcePulses:
     """Force on the target of n impacts: `force_n` (n, p) at equidistant phases of the contact, both ends 0.
 
     `contact_time_s` (n,), `compression_time_s` (n,): until the deepest indentation, or the peak where the model knows
@@ -79,11 +79,11 @@ class ContactStage(Protocol):
         """How many standard normal numbers one random pulse takes; 0 for a law that knows no spread."""
         ...
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
+    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
         """Mean pulses for `z` None; else a random pulse for each strike, a function of `z` (n, normals)."""
         ...
 
-    def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
+    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
         """For each strike, what of it lies outside of what the stage was made for; empty inside."""
         ...
 
@@ -101,6 +101,6 @@ class Extrapolating(Protocol):
 class AboveAnvil(Protocol):
     """A contact stage whose pulses are those at the tip, where a hammer feels them."""
 
-    def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: Pulses) -> Pulses:
+    def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
         """What of `pulses`, those of the same strikes and `z`, acts on the plate."""
         ...

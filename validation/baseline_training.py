@@ -12,7 +12,7 @@ import numpy as np
 from ..compute.crew import Crew
 from ..compute.mapping import mapped
 from ..diagnosis.options import Options
-from .case_plan import Task, drawn
+from .case_plan import CaseTask, drawn
 from .cases.record import record_case
 from .random_forest_baseline import Forest
 
@@ -28,7 +28,7 @@ def trained(count: int, seed: int, crew: Crew, tell: Callable[[int, int, str], N
         import sklearn  # noqa: F401
     except ModuleNotFoundError:
         return None
-    tasks = [Task(f"learn-{i:05d}", _TIERS[i % len(_TIERS)], (_SEED + seed, i), _SPLIT) for i in range(count)]
+    tasks = [CaseTask(f"learn-{i:05d}", _TIERS[i % len(_TIERS)], (_SEED + seed, i), _SPLIT) for i in range(count)]
     learnt: dict[str, dict[str, Any]] = {}
     for task, row in mapped(crew, _learnt, tasks, lost=_lost, patience_s=_PATIENCE_S):
         learnt[task.name] = row
@@ -42,14 +42,14 @@ def of_rows(rows: Sequence[dict[str, Any]], seed: int) -> Forest:
     return Forest.trained([row["kind"] for row in rows], x, [row["truth"] for row in rows], seed)
 
 
-def _learnt(task: Task) -> dict[str, Any]:
+def _learnt(task: CaseTask) -> dict[str, Any]:
     """Features and truth of one campaign; {} where it could not be read."""
     from threadpoolctl import threadpool_limits
 
     from ..diagnosis.chain import stages_of
     from ..diagnosis.gap import GapTable
     from ..diagnosis.reading import read_folder
-    from .problem import Problem
+    from .problem import GapProblem
     from .run_case import featured
 
     case, seed = drawn(task)
@@ -60,8 +60,8 @@ def _learnt(task: Task) -> dict[str, Any]:
             gap = GapTable.of(record, stages_of(record, Options())[0])
         except ValueError:
             return {}
-    return {"kind": case.kind, "truth": "+".join(case.cause), "features": featured(Problem.of(gap))}
+    return {"kind": case.kind, "truth": "+".join(case.cause), "features": featured(GapProblem.of(gap))}
 
 
-def _lost(_: Task) -> dict[str, Any]:
+def _lost(_: CaseTask) -> dict[str, Any]:
     return {}

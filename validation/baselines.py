@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..diagnosis.verdict import NONE
-from .problem import Problem
+from .problem import GapProblem
 
 Floats = NDArray[np.float64]
-Answering = Callable[[Problem], dict[str, float]]
+Answering = Callable[[GapProblem], dict[str, float]]
 
 #: Shares of "none" and of all effects together before any evidence, as the diagnosis has them, without the rest.
 _NONE, _EFFECTS = 2 / 7, 5 / 7
@@ -19,7 +19,7 @@ _NONE, _EFFECTS = 2 / 7, 5 / 7
 _LEAST = 1e-4
 
 
-def noise_only(problem: Problem) -> dict[str, float]:
+def noise_only(problem: GapProblem) -> dict[str, float]:
     """Evidence with the scatter of repetitions alone: no background, no unknown. All places equally likely."""
     from scipy.special import logsumexp
 
@@ -32,7 +32,7 @@ def noise_only(problem: Problem) -> dict[str, float]:
     return _normalised({NONE: none + np.log(_NONE), **joint})
 
 
-def bic(problem: Problem) -> dict[str, float]:
+def bic(problem: GapProblem) -> dict[str, float]:
     """exp(-BIC / 2) of each effect at its best place: Schwarz, Ann. Stat. 6 (1978) 461."""
     none, logs = _log_likelihoods(problem)
     cost = 0.5 * np.log(len(problem.z))
@@ -42,7 +42,7 @@ def bic(problem: Problem) -> dict[str, float]:
     return _normalised({NONE: none, **best})
 
 
-def largest_residual(problem: Problem, frequent: Mapping[str, str] | None = None) -> dict[str, float]:
+def largest_residual(problem: GapProblem, frequent: Mapping[str, str] | None = None) -> dict[str, float]:
     """Names the most frequent effect of the stage whose gap is the largest in tolerances, or none within tolerance.
 
     `frequent` by stage; by default the first effect of the stage that the campaign can show.
@@ -62,7 +62,7 @@ BASELINES: Mapping[str, Answering] = {
 }
 
 
-def _log_likelihoods(problem: Problem) -> tuple[float, dict[str, Floats]]:
+def _log_likelihoods(problem: GapProblem) -> tuple[float, dict[str, Floats]]:
     """Of none, and (M,) of each effect; without the constant that all share."""
     from scipy.linalg import cholesky, solve_triangular
 

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..diagnosis.verdict import UNKNOWN
-from .case_results import Row
+from .case_results import CaseResult
 from .wilson import Rate
 
-Rows = Sequence[Row]
+Rows = Sequence[CaseResult]
 Floats = NDArray[np.float64]
 
 #: An effect with so much of the gap has to be named.
@@ -175,38 +175,38 @@ def bench_text(tables: Sequence[BenchFigures]) -> str:
     return "\n".join([lines[0], "| " + " | ".join("-" * w for w in widths) + " |", *lines[1:]])
 
 
-def _fraction(row: Row) -> float:
+def _fraction(row: CaseResult) -> float:
     value = (row.said.shrinkage or {}).get("fraction")
     return 0.0 if value is None else float(value)
 
 
-def _true_fraction(row: Row) -> float:
+def _true_fraction(row: CaseResult) -> float:
     value = (row.oracle or {}).get("true_fraction")
     return 0.0 if value is None else float(value)
 
 
-def _largest(row: Row) -> str:
+def _largest(row: CaseResult) -> str:
     return max(row.label.shares, key=lambda effect: row.label.shares[effect])
 
 
-def _any_named(row: Row) -> frozenset[str]:
+def _any_named(row: CaseResult) -> frozenset[str]:
     return frozenset().union(*row.said.named) if row.said.named else frozenset()
 
 
-def _first_named(row: Row) -> frozenset[str]:
+def _first_named(row: CaseResult) -> frozenset[str]:
     return row.said.named[0] if row.said.named else frozenset()
 
 
-def _compared(row: Row) -> list[str]:
+def _compared(row: CaseResult) -> list[str]:
     names = dict.fromkeys([*row.label.shares, *row.said.shares])
     return [e for e in names if max(row.label.shares.get(e, 0.0), _stated(row, e)) >= COMPARED_SHARE]
 
 
-def _stated(row: Row, effect: str) -> float:
+def _stated(row: CaseResult, effect: str) -> float:
     return row.said.shares[effect][0] if effect in row.said.shares else 0.0
 
 
-def _held(row: Row, effect: str) -> bool:
+def _held(row: CaseResult, effect: str) -> bool:
     if effect not in row.said.shares:
         return False
     _, low, high = row.said.shares[effect]

@@ -15,14 +15,14 @@ from ..diagnosis.options import Options
 from ..schema.outputs import write_bytes, write_text
 from . import oracle_fit
 from .baseline_training import trained
-from .case_plan import BENCHES, TIERS, Task, drawn, tasks
+from .case_plan import BENCHES, TIERS, CaseTask, drawn, tasks
 from .cases.case import Label as Opened
 from .cases.record import label_of
 from .cases.sealing import new_key, open_labels, publish, seal_labels
-from .journal import Journal
+from .journal import CaseJournal
 from .report import Report
 from .results_io import SCORED, write_rows
-from .run_case import PATIENCE_S, Job, answered, lost
+from .run_case import PATIENCE_S, CaseJob, answered, lost
 from .tally import rows_of, scored
 
 #: Called with (done, total, what).
@@ -67,7 +67,7 @@ def run(
         request |= {"kinds": list(kinds)} if kinds else {}
         _same_check(place, request | {"shrinkage": options.shrink})
         published = _published(place, work, crew, tell)
-        answers = _answers(place, [Job(task, options, baselines) for task in work], crew, tell, patience_s)
+        answers = _answers(place, [CaseJob(task, options, baselines) for task in work], crew, tell, patience_s)
         learn = (len(work) if learn_from is None else learn_from) if baselines else 0
         forest = trained(learn, seed, crew, tell) if learn else None
         opened = _opened(place, published)
@@ -77,7 +77,7 @@ def run(
     return Report(cases, seed, published=published, **scored(work, truths, answers, best, forest))
 
 
-def _published(place: Path, work: Sequence[Task], crew: Crew, tell: Progress) -> tuple[str, ...]:
+def _published(place: Path, work: Sequence[CaseTask], crew: Crew, tell: Progress) -> tuple[str, ...]:
     """Hashes of all labels, before anything is diagnosed; those of an earlier start where there are some."""
     if not (place / _PUBLISHED).exists():
         labels = _labels(work, crew, tell)
@@ -101,9 +101,9 @@ def _opened(place: Path, published: Sequence[str]) -> list[Opened]:
 
 
 def _answers(
-    place: Path, work: Sequence[Job], crew: Crew, tell: Progress, patience_s: float
+    place: Path, work: Sequence[CaseJob], crew: Crew, tell: Progress, patience_s: float
 ) -> dict[str, dict[str, Any]]:
-    journal = Journal(place / _ANSWERS)
+    journal = CaseJournal(place / _ANSWERS)
     answers = journal.read()
     remaining_jobs = [job for job in work if job.task.name not in answers]
     tell(len(work) - len(remaining_jobs), len(work), "answers")
@@ -116,7 +116,7 @@ def _answers(
 
 def _oracles(
     place: Path,
-    work: Sequence[Task],
+    work: Sequence[CaseTask],
     truths: Mapping[str, Opened],
     said: Mapping[str, dict[str, Any]],
     options: Options,
@@ -124,7 +124,7 @@ def _oracles(
     tell: Progress,
 ) -> dict[str, dict[str, Any]]:
     """For one effect with a gap beyond tolerance, and for the answers about benches that named an effect."""
-    journal = Journal(place / _ORACLES)
+    journal = CaseJournal(place / _ORACLES)
     oracle_fits = journal.read()
     wanted = [
         task
@@ -133,7 +133,7 @@ def _oracles(
         or (task.tier in BENCHES and said[task.name].get("fitted"))
     ]
     requests = [
-        oracle_fit.Asked(task, options, tuple(said[task.name].get("fitted", ())))
+        oracle_fit.OpenedTask(task, options, tuple(said[task.name].get("fitted", ())))
         for task in wanted
         if task.name not in oracle_fits and "added" not in said[task.name]
     ]
@@ -145,7 +145,7 @@ def _oracles(
     return oracle_fits
 
 
-def _labels(work: Sequence[Task], crew: Crew, tell: Progress) -> list[Opened]:
+def _labels(work: Sequence[CaseTask], crew: Crew, tell: Progress) -> list[Opened]:
     """Of every task, in their order: nobody is to tell a case by when it was finished."""
     labels: dict[str, Opened] = {}
     for task, label in mapped(crew, _labelled, work):
@@ -154,7 +154,7 @@ def _labels(work: Sequence[Task], crew: Crew, tell: Progress) -> list[Opened]:
     return [labels[task.name] for task in work]
 
 
-def _labelled(task: Task) -> Opened:
+def _labelled(task: CaseTask) -> Opened:
     return label_of(*drawn(task))
 
 

@@ -22,7 +22,7 @@ class Mix(NamedTuple):
     rough: bool = False
 
 
-class Bench(NamedTuple):
+class ManyEffectTier(NamedTuple):
     """A tier on which many effects act: kinds take turns, and the seeds of the splits are apart from each other."""
 
     kinds: tuple[str, ...]
@@ -71,17 +71,17 @@ def laws_of(split: str) -> str:
 
 #: The virtual bench as it is, all effects at once, at full scale with gaps of 10 to 60 tolerances; and one effect, two,
 #: and five to seven at full scale by second laws.
-BENCHES: Mapping[str, Bench] = {
-    "realistic": Bench(KINDS, _realistic),
-    "realistic full scale": Bench(KINDS, _realistic_large),
-    "foreign one": Bench(KINDS, _foreign_one),
-    "foreign two": Bench(KINDS, _foreign_two),
-    "foreign full scale": Bench(KINDS, _foreign_large),
+BENCHES: Mapping[str, ManyEffectTier] = {
+    "realistic": ManyEffectTier(KINDS, _realistic),
+    "realistic full scale": ManyEffectTier(KINDS, _realistic_large),
+    "foreign one": ManyEffectTier(KINDS, _foreign_one),
+    "foreign two": ManyEffectTier(KINDS, _foreign_two),
+    "foreign full scale": ManyEffectTier(KINDS, _foreign_large),
 }
 #: Several tiers by one name.
 GROUPS: Mapping[str, tuple[str, ...]] = {"foreign": ("foreign one", "foreign two", "foreign full scale")}
 #: Every tier. The place of a tier is part of its seeds: new ones come last.
-TIERS: Mapping[str, Mix | Bench] = {**MIXES, **BENCHES}
+TIERS: Mapping[str, Mix | ManyEffectTier] = {**MIXES, **BENCHES}
 #: Splits of causes, laws and seeds; what is tuned may look at all but the sealed one.
 SPLITS = ("development", "calibration", "sealed")
 #: Seeds of the tables in the documentation, by split: the same cases, for whoever runs the check.
@@ -90,7 +90,7 @@ _REDRAWS = 8
 
 
 @dataclass(frozen=True)
-class Task:
+class CaseTask:
     """One case to come, by its name; `split` says which effects outside the catalogue, and which laws, may be drawn.
 
     `kind` is empty where it is drawn with the case.
@@ -103,7 +103,9 @@ class Task:
     kind: str = ""
 
 
-def tasks(cases: int, seed: int, tiers: Sequence[str], split: str = "sealed", kinds: Sequence[str] = ()) -> list[Task]:
+def tasks(
+    cases: int, seed: int, tiers: Sequence[str], split: str = "sealed", kinds: Sequence[str] = ()
+) -> list[CaseTask]:
     """So many cases of each tier, tier by tier; of `kinds` alone where some are named, in the tiers that take turns.
 
     Raises `ValueError` for a tier or kind that there is not.
@@ -125,24 +127,24 @@ def tasks(cases: int, seed: int, tiers: Sequence[str], split: str = "sealed", ki
     ]
 
 
-def _of_mix(cases: int, seed: int, tier: str, split: str) -> list[Task]:
+def _of_mix(cases: int, seed: int, tier: str, split: str) -> list[CaseTask]:
     place = list(TIERS).index(tier)
-    return [Task(f"{tier.replace(' ', '-')}-{i:04d}", tier, (seed, place, i), split) for i in range(cases)]
+    return [CaseTask(f"{tier.replace(' ', '-')}-{i:04d}", tier, (seed, place, i), split) for i in range(cases)]
 
 
-def _in_turn(cases: int, seed: int, tier: str, split: str, kinds: Sequence[str]) -> list[Task]:
+def _in_turn(cases: int, seed: int, tier: str, split: str, kinds: Sequence[str]) -> list[CaseTask]:
     """The same cases of a kind, whichever kinds are asked for beside it."""
     place, able = list(TIERS).index(tier), [kind for kind in BENCHES[tier].kinds if kind in (kinds or KINDS)]
     rows = []
     for i in range(cases if able else 0):
         kind, number = able[i % len(able)], i // len(able)
         seeds = (seed, place, SPLITS.index(split), KINDS.index(kind), number)
-        rows.append(Task(f"{tier.replace(' ', '-')}-{kind}-{number:04d}", tier, seeds, split, kind))
+        rows.append(CaseTask(f"{tier.replace(' ', '-')}-{kind}-{number:04d}", tier, seeds, split, kind))
     return rows
 
 
 @lru_cache(maxsize=64)
-def drawn(task: Task) -> tuple[Case, int]:
+def drawn(task: CaseTask) -> tuple[Case, int]:
     """The case of a task and the seed of its recording. Raises `ValueError` where no case comes of it."""
     rng = np.random.default_rng(task.seed)
     if task.tier in BENCHES:

@@ -11,7 +11,7 @@ from .stage_names import stages_of
 
 
 @dataclass(frozen=True)
-class Label:
+class WithheldTruth:
     """The withheld truth of one case.
 
     `effects` are ids of the catalogue: none of them for a campaign without effect and for one whose effect lies outside
@@ -51,7 +51,7 @@ class Label:
 
 
 @dataclass(frozen=True)
-class Entry:
+class RankedAnswer:
     """One entry of an answer: labels by falling share of its probability."""
 
     labels: tuple[str, ...]
@@ -69,7 +69,7 @@ class Said:
     """
 
     case: str
-    entries: tuple[Entry, ...] = ()
+    entries: tuple[RankedAnswer, ...] = ()
     stages: tuple[str, ...] = ()
     inside: tuple[tuple[int, ...], ...] = ()
     shrinkage: Mapping[str, Any] | None = None
@@ -100,7 +100,7 @@ class Said:
     def from_probabilities(cls, case: str, probabilities: Mapping[str, float], seconds: float = float("nan")) -> Self:
         """An answer that is a probability for each label: its stage is that of the likeliest effect."""
         falling = sorted(probabilities.items(), key=lambda item: -item[1])
-        entries = tuple(Entry((_key(k),), float(p), (1.0,)) for k, p in falling)
+        entries = tuple(RankedAnswer((_key(k),), float(p), (1.0,)) for k, p in falling)
         named = [name for name in (falling[0][0] if falling else "").split("+") if "." in name]
         return cls(case, entries, tuple(s for name in named for s in stages_of(name)), seconds=seconds)
 
@@ -130,20 +130,20 @@ class Said:
 
 
 @dataclass(frozen=True)
-class Row:
+class CaseResult:
     """One case: the truth, and what was said. `oracle` is the shrinkage of the right effect, where it was asked for."""
 
-    label: Label
+    label: WithheldTruth
     said: Said
     oracle: Mapping[str, Any] | None = field(default=None)
 
 
-def _entry(cause: Mapping[str, Any]) -> Entry:
+def _entry(cause: Mapping[str, Any]) -> RankedAnswer:
     labels = tuple(_key(effect) for effect in cause["effects"])
     split = cause.get("split") or [1.0 / len(labels)] * len(labels)
     order = sorted(range(len(labels)), key=lambda i: -split[i])
     total = sum(split) or 1.0
-    return Entry(
+    return RankedAnswer(
         tuple(labels[i] for i in order), float(cause["probability"]), tuple(float(split[i]) / total for i in order)
     )
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from .case_results import Row
+from .case_results import CaseResult
 
 #: An answer that never came.
 NO_ANSWER = "no answer"
 
 
-def confusion(rows: Sequence[Row]) -> dict[str, dict[str, int]]:
+def confusion(rows: Sequence[CaseResult]) -> dict[str, dict[str, int]]:
     """By truth, how often each label was the first one; both in falling number, then by name."""
     counts: dict[str, Counter[str]] = {}
     for row in rows:
@@ -20,7 +20,7 @@ def confusion(rows: Sequence[Row]) -> dict[str, dict[str, int]]:
     return {truth: _falling(counts[truth]) for truth in sorted(counts, key=lambda t: (-sum(counts[t].values()), t))}
 
 
-def mistaken(rows: Sequence[Row], most: int = 12) -> list[tuple[str, str, int]]:
+def mistaken(rows: Sequence[CaseResult], most: int = 12) -> list[tuple[str, str, int]]:
     """The most frequent errors: truth, what was said for it, how often."""
     wrong = Counter(
         (row.label.key, row.said.labels[0] if row.said.labels else NO_ANSWER)

@@ -11,7 +11,7 @@ import numpy as np
 from ..diagnosis.verdict import UNKNOWN
 from .answer_sets import first_entry
 from .case_places import stage_hits
-from .case_results import Label, Row, Said
+from .case_results import CaseResult, Said, WithheldTruth
 from .wilson import Rate
 
 
@@ -37,7 +37,7 @@ class LeftOut:
         return {"n": self.n, **rates, "fraction": fraction, "instead": {k: dict(v) for k, v in self.instead.items()}}
 
 
-def left_out(labels: Sequence[Label], without: Sequence[Said], added: Sequence[Said]) -> LeftOut:
+def left_out(labels: Sequence[WithheldTruth], without: Sequence[Said], added: Sequence[Said]) -> LeftOut:
     """From what was said without and with the effect of each label."""
     first = [answer.labels[0] if answer.labels else "" for answer in without]
     shares = [(answer.shrinkage or {}).get("fraction") for answer in added]
@@ -50,8 +50,8 @@ def left_out(labels: Sequence[Label], without: Sequence[Said], added: Sequence[S
         n=len(labels),
         unknown=Rate.of(name == UNKNOWN for name in first),
         others=Rate.of("." in name for name in first),
-        stage=stage_hits([Row(label, answer) for label, answer in zip(labels, without, strict=True)]),
-        found=Rate.of(first_entry(Row(label, answer)) for label, answer in zip(labels, added, strict=True)),
+        stage=stage_hits([CaseResult(label, answer) for label, answer in zip(labels, without, strict=True)]),
+        found=Rate.of(first_entry(CaseResult(label, answer)) for label, answer in zip(labels, added, strict=True)),
         fraction=float(np.median(reported_shares)) if reported_shares else float("nan"),
         instead=instead,
     )

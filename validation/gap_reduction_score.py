@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .case_results import Row
+from .case_results import CaseResult
 from .wilson import Rate
 
 #: An oracle that shrinks the gap by less has nothing to be compared with.
@@ -33,7 +33,7 @@ class Shrunk:
         return {**vars(self), "covered": self.covered.as_json()}
 
 
-def shrunk(rows: Sequence[Row]) -> Shrunk:
+def shrunk(rows: Sequence[CaseResult]) -> Shrunk:
     """Over the rows whose oracle found a gap to shrink. A report without a share counts as 0: nothing was removed."""
     held = [row for row in rows if (_fraction(row.oracle) or 0.0) > _LEAST]
     reported = np.array([_fraction(row.said.shrinkage) or 0.0 for row in held])
@@ -50,7 +50,7 @@ def shrunk(rows: Sequence[Row]) -> Shrunk:
     )
 
 
-def covered(rows: Sequence[Row]) -> Rate:
+def covered(rows: Sequence[CaseResult]) -> Rate:
     """How often the interval of 90 % holds the oracle's `true_fraction`, where both are given."""
     return Rate.of(
         bool(interval[0] <= row.oracle["true_fraction"] <= interval[1])

@@ -10,7 +10,7 @@ from typing import Any
 
 
 @dataclass(frozen=True)
-class Journal:
+class CaseJournal:
     """`path` holds one line for each case that was answered. None: nothing is kept."""
 
     path: Path | None

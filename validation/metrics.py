@@ -12,13 +12,13 @@ from ..diagnosis.verdict import UNKNOWN
 from . import answer_sets
 from .auroc import auroc, found_above, threshold_at
 from .case_places import mean_region_score, region_scores, stage_hits
-from .case_results import Row
+from .case_results import CaseResult
 from .confusion import confusion, mistaken
 from .gap_reduction_score import Shrunk, shrunk
 from .reliability import Bin, brier, calibration_error, curve, label_set, negative_log
 from .wilson import Rate
 
-Rows = Sequence[Row]
+Rows = Sequence[CaseResult]
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Reliability:
 
 
 @dataclass(frozen=True)
-class Figures:
+class CaseMetrics:
     """Everything that is told of some cases by one way of answering."""
 
     name: str
@@ -76,9 +76,9 @@ class Figures:
         return {key: _plain(value) for key, value in vars(self).items()}
 
 
-def figures(name: str, rows: Rows) -> Figures:
+def figures(name: str, rows: Rows) -> CaseMetrics:
     single, two = answer_sets.singles(rows), answer_sets.pairs(rows)
-    return Figures(
+    return CaseMetrics(
         name=name,
         n=len(rows),
         first=answer_sets.rate(single, answer_sets.first_label),

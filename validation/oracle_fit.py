@@ -23,7 +23,7 @@ from ..diagnosis.options import Options
 from ..diagnosis.reading import read_folder
 from ..training.metrics.reduction import fraction
 from ..twin.effects import Effect, catalogue, effect_from_json
-from .case_plan import Task, drawn
+from .case_plan import CaseTask, drawn
 from .cases.case import Case
 from .cases.record import record_case
 
@@ -34,15 +34,15 @@ _QUIET = 0.02
 
 
 @dataclass(frozen=True)
-class Asked:
+class OpenedTask:
     """A task whose label was opened, with the effects that the first answer named, as it fitted them."""
 
-    task: Task
+    task: CaseTask
     options: Options
     fitted: tuple[dict[str, Any], ...]
 
 
-def oracle(asked: Asked) -> dict[str, Any]:
+def oracle(asked: OpenedTask) -> dict[str, Any]:
     """`fraction` of the right effect, held out by configuration; `true_fraction` that the answer's effects remove.
 
     The latter is measured against a recording of the same bench with next to no scatter; None for an answer without
@@ -62,7 +62,7 @@ def oracle(asked: Asked) -> dict[str, Any]:
         return {"case": asked.task.name, "error": f"{type(error).__name__}: {error}"}
 
 
-def lost(asked: Asked) -> dict[str, Any]:
+def lost(asked: OpenedTask) -> dict[str, Any]:
     return {"case": asked.task.name, "error": "its process died, or took too long"}
 
 
@@ -85,7 +85,7 @@ def _best(case: Case, stages: Sequence[Stage], gap: GapTable, options: Options) 
     return {"fraction": held["fraction"], "before": held["before"], "after": held["after"]}
 
 
-def _true(case: Case, seed: int, gap: GapTable, asked: Asked) -> float | None:
+def _true(case: Case, seed: int, gap: GapTable, asked: OpenedTask) -> float | None:
     """With the scatter's part added to both sides, as the report has it."""
     stages, quiet = _staged(replace(case, floor=_QUIET), seed, asked.options)
     metric = GapMetric.of(quiet)

@@ -21,7 +21,7 @@ _PLACES = (9, 5, 3)
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class GapProblem:
     """N cells: means of a configuration's residuals in one observable.
 
     `z` (N,) the gap, `noise` (N, N) its covariance from repetitions and uncertain nominal parameters, with what no

@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .problem import Problem
+from .problem import GapProblem
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ class Forest:
             by_kind[kind] = forest.fit(np.stack([x[i] for i in rows]), [y[i] for i in rows])
         return cls(by_kind, most_frequent(y))
 
-    def answer(self, kind: str, problem: Problem) -> dict[str, float]:
+    def answer(self, kind: str, problem: GapProblem) -> dict[str, float]:
         """Shares of trees by label; nothing for a kind that it was not trained on."""
         return self.shares(kind, features(problem))
 
@@ -53,7 +53,7 @@ class Forest:
         return {str(label): float(p) for label, p in zip(forest.classes_, shares, strict=True)}
 
 
-def features(problem: Problem) -> Floats:
+def features(problem: GapProblem) -> Floats:
     """(F,): for each stage of gun, contact and plate, residuals over their own standard errors and in tolerances.
 
     A table of configurations by observables is resampled to a fixed size, with its means and spreads beside it.
@@ -76,7 +76,7 @@ def most_frequent(labels: Sequence[str]) -> dict[str, str]:
     return label_by_kind
 
 
-def _table(problem: Problem, cells: NDArray[np.intp], values: Floats) -> Floats:
+def _table(problem: GapProblem, cells: NDArray[np.intp], values: Floats) -> Floats:
     table = np.zeros((CONFIGURATIONS + 2, OBSERVABLES))
     if not cells.size:
         return table

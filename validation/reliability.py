@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .case_results import Row
+from .case_results import CaseResult
 from .wilson import Rate
 
 Floats = NDArray[np.float64]
@@ -50,13 +50,13 @@ def calibration_error(p: Floats, right: Floats, bins: int = BINS) -> float:
     return sum(part.right.n * abs(part.probability - (part.right.value or 0.0)) for part in parts) / len(p)
 
 
-def negative_log(rows: Sequence[Row]) -> float:
+def negative_log(rows: Sequence[CaseResult]) -> float:
     """Mean of -ln of the probability that the truth was given; NaN without rows."""
     costs = [-math.log(max(row.said.probability(row.label.accepted), LEAST)) for row in rows]
     return float(np.mean(costs)) if costs else math.nan
 
 
-def brier(rows: Sequence[Row]) -> float:
+def brier(rows: Sequence[CaseResult]) -> float:
     """Mean over rows of the squared distance from the truth, summed over labels: 0 to 2; NaN without rows."""
     return float(np.mean([_squared(row) for row in rows])) if rows else math.nan
 
@@ -68,7 +68,7 @@ def label_set(probabilities: dict[str, float], level: float = 0.9) -> tuple[str,
     return tuple(falling[: int(np.searchsorted(total, level - 1e-9)) + 1])
 
 
-def _squared(row: Row) -> float:
+def _squared(row: CaseResult) -> float:
     accepted = row.label.accepted
     wrong = sum(p**2 for label, p in row.said.probabilities.items() if label not in accepted)
     return wrong + (1.0 - row.said.probability(accepted)) ** 2

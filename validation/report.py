@@ -9,7 +9,7 @@ from typing import Any
 
 from .bench_figures import BenchFigures, bench_text
 from .excluded_cases import LeftOut
-from .metrics import Figures
+from .metrics import CaseMetrics
 from .wilson import Rate
 
 #: The diagnosis itself among ways of answering.
@@ -26,10 +26,10 @@ class Report:
 
     cases: int
     seed: int
-    tiers: tuple[Figures, ...]
-    baselines: Mapping[str, tuple[Figures, ...]]
+    tiers: tuple[CaseMetrics, ...]
+    baselines: Mapping[str, tuple[CaseMetrics, ...]]
     left_out: LeftOut | None = None
-    kinds: tuple[Figures, ...] = ()
+    kinds: tuple[CaseMetrics, ...] = ()
     published: tuple[str, ...] = ()
     benches: tuple[BenchFigures, ...] = ()
 
@@ -72,8 +72,8 @@ class Pool:
     """Several finished checks as one: what each was asked for, and the tables over the campaigns of all."""
 
     checks: tuple[Mapping[str, Any], ...]
-    tiers: tuple[Figures, ...]
-    kinds: tuple[Figures, ...]
+    tiers: tuple[CaseMetrics, ...]
+    kinds: tuple[CaseMetrics, ...]
     benches: tuple[BenchFigures, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
@@ -95,7 +95,7 @@ class Pool:
 
 
 #: A column each: its name, and how its cell is made.
-COLUMNS: Mapping[str, Callable[[Figures], str]] = {
+COLUMNS: Mapping[str, Callable[[CaseMetrics], str]] = {
     "cases": lambda f: str(f.n),
     "first": lambda f: _rate(f.first),
     "first group": lambda f: _rate(f.first_group),
@@ -120,7 +120,7 @@ COLUMNS: Mapping[str, Callable[[Figures], str]] = {
 }
 
 
-def table(tables: Sequence[Figures], heading: str, names: Sequence[str] | None = None) -> str:
+def table(tables: Sequence[CaseMetrics], heading: str, names: Sequence[str] | None = None) -> str:
     """Markdown, a row for each of `tables`; columns that none of them fills are left out."""
     cells = {name: [cell(figures) for figures in tables] for name, cell in COLUMNS.items()}
     kept = {name: column for name, column in cells.items() if any(cell.strip("-() ") for cell in column)}
@@ -130,7 +130,7 @@ def table(tables: Sequence[Figures], heading: str, names: Sequence[str] | None =
     return "\n".join([lines[0], "| " + " | ".join("-" * w for w in widths) + " |", *lines[1:]])
 
 
-def _tier(found: Figures) -> dict[str, Any]:
+def _tier(found: CaseMetrics) -> dict[str, Any]:
     row = found.as_json()
     return {"tier": row.pop("name"), **row}
 
@@ -146,12 +146,12 @@ def _number(value: float) -> str:
     return f"{value:.3f}" if math.isfinite(value) else "-"
 
 
-def _reliability(found: Figures) -> str:
+def _reliability(found: CaseMetrics) -> str:
     rows = [f"| {b.probability:.2f} | {_rate(b.right)} |" for b in found.reliability.curve]
     return "\n".join(["| said | right |", "| --- | --- |", *rows]) if rows else ""
 
 
-def _errors(found: Figures) -> str:
+def _errors(found: CaseMetrics) -> str:
     lines = [f"{n} times {answer} for {truth}" for truth, answer, n in found.mistaken]
     lines += [f"no answer: {error}" for error in found.errors]
     return "\n".join(["Most frequent errors:", *lines]) if lines else ""

@@ -12,27 +12,27 @@ from typing import TYPE_CHECKING, Any
 
 from ..diagnosis.options import Options
 from ..twin.effects import catalogue
-from .case_plan import BENCHES, LEFT_OUT, Task, drawn
+from .case_plan import BENCHES, LEFT_OUT, CaseTask, drawn
 from .cases.record import record_case
 from .peak_memory import PeakMemory
 
 if TYPE_CHECKING:
-    from .problem import Problem
+    from .problem import GapProblem
 
 #: A case that takes longer has no answer.
 PATIENCE_S = 900.0
 
 
 @dataclass(frozen=True)
-class Job:
+class CaseJob:
     """A task, and how it is answered: with the options of the diagnosis, and with the simple ways or without."""
 
-    task: Task
+    task: CaseTask
     options: Options
     simple: bool = True
 
 
-def answered(job: Job) -> dict[str, Any]:
+def answered(job: CaseJob) -> dict[str, Any]:
     """A line of the journal. An error of the diagnosis is an answer, too: {"case", "error"}."""
     from threadpoolctl import threadpool_limits
 
@@ -46,12 +46,12 @@ def answered(job: Job) -> dict[str, Any]:
     return {"case": job.task.name, **answer}
 
 
-def lost(job: Job) -> dict[str, Any]:
+def lost(job: CaseJob) -> dict[str, Any]:
     """What stands for a case whose process died, or never ended."""
     return {"case": job.task.name, "error": "its process died, or took too long", "seconds": None}
 
 
-def _from_folder(folder: Path, job: Job, left_out: str | None) -> dict[str, Any]:
+def _from_folder(folder: Path, job: CaseJob, left_out: str | None) -> dict[str, Any]:
     try:
         if left_out is None:
             simple = _simply(folder, job.options) if job.simple else {}
@@ -88,12 +88,12 @@ def _simply(folder: Path, options: Options) -> dict[str, Any]:
     from ..diagnosis.inference.problem import InferenceProblem
     from ..diagnosis.reading import read_folder
     from .baselines import BASELINES
-    from .problem import Problem
+    from .problem import GapProblem
 
     record = read_folder(folder)
     stages, _ = stages_of(record, options)
     gap = GapTable.of(record, stages, options.tolerance_scale)
-    problem = Problem.of(gap, InferenceProblem.of(gap, stages, list(catalogue().values())))
+    problem = GapProblem.of(gap, InferenceProblem.of(gap, stages, list(catalogue().values())))
     simple = {name: _short(answer(problem)) for name, answer in BASELINES.items()}
     return {"simple": simple, "features": featured(problem)}
 
@@ -113,7 +113,7 @@ def _naive(folder: Path, options: Options) -> dict[str, Any]:
         return {"error": f"{type(error).__name__}: {error}"}
 
 
-def featured(problem: Problem) -> list[float]:
+def featured(problem: GapProblem) -> list[float]:
     """What the forest sees of a campaign."""
     from .random_forest_baseline import features
 

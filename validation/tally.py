@@ -9,11 +9,11 @@ import numpy as np
 
 from .baselines import BASELINES
 from .bench_figures import BenchFigures, bench_tables
-from .case_plan import BENCHES, LEFT_OUT, Task
-from .case_results import Label, Row, Said
+from .case_plan import BENCHES, LEFT_OUT, CaseTask
+from .case_results import CaseResult, Said, WithheldTruth
 from .cases.case import Label as Opened
 from .excluded_cases import LeftOut, left_out
-from .metrics import Figures, figures
+from .metrics import CaseMetrics, figures
 from .random_forest_baseline import Forest
 from .truth import label, named_regions
 
@@ -21,15 +21,15 @@ FOREST, ALL = "random forest", "all"
 
 
 class Scores(TypedDict):
-    tiers: tuple[Figures, ...]
-    kinds: tuple[Figures, ...]
-    baselines: dict[str, tuple[Figures, ...]]
+    tiers: tuple[CaseMetrics, ...]
+    kinds: tuple[CaseMetrics, ...]
+    baselines: dict[str, tuple[CaseMetrics, ...]]
     left_out: LeftOut | None
     benches: tuple[BenchFigures, ...]
 
 
 def scored(
-    work: Sequence[Task],
+    work: Sequence[CaseTask],
     truths: Mapping[str, Opened],
     answers: Mapping[str, Mapping[str, Any]],
     oracles: Mapping[str, Mapping[str, Any]],
@@ -55,14 +55,14 @@ def scored(
 
 
 def rows_of(
-    work: Sequence[Task],
+    work: Sequence[CaseTask],
     truths: Mapping[str, Opened],
     answers: Mapping[str, Mapping[str, Any]],
     oracles: Mapping[str, Mapping[str, Any]],
-) -> list[Row]:
+) -> list[CaseResult]:
     """Truth and answer of every case but those with an effect left out of the catalogue."""
     return [
-        Row(
+        CaseResult(
             label(task, truths[task.name]),
             said(task.name, answers[task.name], truths[task.name]),
             oracles.get(task.name),
@@ -72,17 +72,17 @@ def rows_of(
     ]
 
 
-def kinds(rows: Sequence[Row]) -> tuple[Figures, ...]:
+def kinds(rows: Sequence[CaseResult]) -> tuple[CaseMetrics, ...]:
     """One for each kind of campaign."""
     return _by([row.label.kind for row in rows], rows)
 
 
-def tables(rows: Sequence[Row]) -> tuple[Figures, ...]:
+def tables(rows: Sequence[CaseResult]) -> tuple[CaseMetrics, ...]:
     """One for each tier in order of appearance, and one for all."""
     return (*_by([row.label.tier for row in rows], rows), figures(ALL, rows)) if rows else ()
 
 
-def _by(names: Sequence[str], rows: Sequence[Row]) -> tuple[Figures, ...]:
+def _by(names: Sequence[str], rows: Sequence[CaseResult]) -> tuple[CaseMetrics, ...]:
     rows_by_name = {
         name: [row for row, own in zip(rows, names, strict=True) if own == name] for name in dict.fromkeys(names)
     }
@@ -103,18 +103,18 @@ def said(case: str, answer: Mapping[str, Any], opened: Opened) -> Said:
     return Said.of(case, verdict, named_regions(opened, verdict["where"].get("factors", ())))
 
 
-def _simple(way: str, truth: Label, answer: Mapping[str, Any], forest: Forest | None) -> Row:
+def _simple(way: str, truth: WithheldTruth, answer: Mapping[str, Any], forest: Forest | None) -> CaseResult:
     if "simple" not in answer:
-        return Row(truth, Said(truth.case, error=str(answer.get("error", "no answer"))))
+        return CaseResult(truth, Said(truth.case, error=str(answer.get("error", "no answer"))))
     if way == FOREST and forest is not None:
         shares = forest.shares(truth.kind, np.array(answer["features"]))
-        return Row(truth, Said.from_probabilities(truth.case, shares))
-    return Row(truth, Said.from_probabilities(truth.case, answer["simple"][way]))
+        return CaseResult(truth, Said.from_probabilities(truth.case, shares))
+    return CaseResult(truth, Said.from_probabilities(truth.case, answer["simple"][way]))
 
 
 def _left_out(
-    work: Sequence[Task],
-    labels: Mapping[str, Label],
+    work: Sequence[CaseTask],
+    labels: Mapping[str, WithheldTruth],
     answers: Mapping[str, Mapping[str, Any]],
     truths: Mapping[str, Opened],
 ) -> LeftOut | None:

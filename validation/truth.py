@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..doe.factor_rules import holds
-from .case_plan import Task
-from .case_results import Label
+from .case_plan import CaseTask
+from .case_results import WithheldTruth
 from .cases.attribution import shares
 from .cases.case import Label as Opened
 from .stage_names import stages_of
@@ -18,12 +18,12 @@ from .stage_names import stages_of
 _ACTS = 0.02
 
 
-def label(task: Task, opened: Opened) -> Label:
+def label(task: CaseTask, opened: Opened) -> WithheldTruth:
     """What was withheld, as it is scored."""
     effects = tuple(name for name in opened.cause if name not in ("none", "unknown"))
     present = tuple(opened.gap)
     shown = [stage for effect in effects for stage in stages_of(effect) if stage in present]
-    return Label(
+    return WithheldTruth(
         case=task.name,
         tier=task.tier,
         kind=opened.kind,

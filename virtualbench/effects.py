@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["CATALOGUE", "SIGNED", "Effect", "Effects"]
+__all__ = ["CATALOGUE", "SIGNED", "EffectSwitch", "Effects"]
 
 #: Every effect the bench can play. The names up to `sensor.` are the causes that a diagnosis reports; those under
 #: `bench.` are habits of a bench that no diagnosis should take for a cause.
@@ -66,7 +66,7 @@ SIGNED = frozenset(
 
 
 @dataclass(frozen=True)
-class Effect:
+class EffectSwitch:
     """One switch. Raises `ValueError` for an unknown name, a strength that is not finite, or one below 0 where the
     effect has no sign."""
 
@@ -98,20 +98,20 @@ class Effects(Mapping[str, float]):
     wherever one is asked for.
     """
 
-    given: tuple[Effect, ...] = ()
+    given: tuple[EffectSwitch, ...] = ()
 
     def __post_init__(self) -> None:
         table = {effect.name: effect for effect in self.given}
         if len(table) < len(self.given):
             names = [effect.name for effect in self.given]
             raise ValueError(f"effects given twice: {sorted({name for name in names if names.count(name) > 1})}")
-        full = tuple(table.get(name, Effect(name, on=False)) for name in CATALOGUE)
+        full = tuple(table.get(name, EffectSwitch(name, on=False)) for name in CATALOGUE)
         object.__setattr__(self, "given", full)
 
     @classmethod
     def default(cls) -> Effects:
         """The realistic bench: every effect at strength 1."""
-        return cls(tuple(Effect(name) for name in CATALOGUE))
+        return cls(tuple(EffectSwitch(name) for name in CATALOGUE))
 
     @classmethod
     def none(cls) -> Effects:
@@ -121,20 +121,20 @@ class Effects(Mapping[str, float]):
     @classmethod
     def only(cls, name: str, strength: float = 1.0) -> Effects:
         """One effect on the ideal bench."""
-        return cls((Effect(name, strength=strength),))
+        return cls((EffectSwitch(name, strength=strength),))
 
     def with_strength(self, name: str, strength: float) -> Effects:
         """The same bench with one effect at another strength (and on)."""
-        return self._replaced(Effect(name, strength=strength))
+        return self._replaced(EffectSwitch(name, strength=strength))
 
     def without(self, *names: str) -> Effects:
         """The same bench with these effects off; they keep their strength for the seal."""
         table = self
         for name in names:
-            table = table._replaced(Effect(name, on=False, strength=table.effect(name).strength))
+            table = table._replaced(EffectSwitch(name, on=False, strength=table.effect(name).strength))
         return table
 
-    def effect(self, name: str) -> Effect:
+    def effect(self, name: str) -> EffectSwitch:
         """The switch itself, with the strength it would have if it were on."""
         for effect in self.given:
             if effect.name == name:
@@ -151,7 +151,7 @@ class Effects(Mapping[str, float]):
         for name, row in table.items():
             if set(row) != {"on", "strength"}:
                 raise ValueError(f"effect {name!r} has the keys {sorted(row)}: expected 'on' and 'strength'")
-        return cls(tuple(Effect(name, bool(row["on"]), float(row["strength"])) for name, row in table.items()))
+        return cls(tuple(EffectSwitch(name, bool(row["on"]), float(row["strength"])) for name, row in table.items()))
 
     def __getitem__(self, name: str) -> float:
         return self.effect(name).acting
@@ -165,5 +165,5 @@ class Effects(Mapping[str, float]):
     def __len__(self) -> int:
         return len(CATALOGUE)
 
-    def _replaced(self, new: Effect) -> Effects:
+    def _replaced(self, new: EffectSwitch) -> Effects:
         return Effects(tuple(new if effect.name == new.name else effect for effect in self.given))

@@ -12,8 +12,8 @@ import numpy as np
 
 from ..compute.crew import Crew
 from ..compute.mapping import mapped
-from .campaigns.base import Bench, Row, Task, Truth
-from .campaigns.gun import GunBench
+from .campaigns.base import RecordingTask, Row, Truth, VirtualBench
+from .campaigns.gun import VirtualGunBench
 from .campaigns.gun import set_up as set_up_gun
 from .campaigns.hammer import set_up as set_up_hammer
 from .effects import Effects
@@ -26,7 +26,7 @@ from .whole_folder import whole_folder
 Progress = Callable[[int, int, str], None]
 
 #: Kind of campaign to what sets its bench up for a plan.
-KINDS: Mapping[str, Callable[..., Bench]] = {
+KINDS: Mapping[str, Callable[..., VirtualBench]] = {
     "hammer": set_up_hammer,
     "gun": set_up_gun,
 }
@@ -82,7 +82,7 @@ def simulate(
         sequence = np.random.SeedSequence(seed)
         bench = KINDS[kind](plan_rows, effects, np.random.default_rng(sequence.spawn(1)[0]), echoes=echoes)
         if trigger is not None:
-            assert isinstance(bench, GunBench)  # _check
+            assert isinstance(bench, VirtualGunBench)  # _check
             bench = replace(bench, trigger=trigger)
         tasks = bench.tasks(plan_rows, repetitions)
         seeds = sequence.spawn(len(tasks))
@@ -125,16 +125,18 @@ def _check(rows: Sequence[Row], kind: str, out: Path, seed: int, repetitions: in
         raise ValueError(f"{seal_path(out)}: there is a seal already; expected a new name for the folder")
 
 
-def _key(task: Task) -> dict[str, int]:
+def _key(task: RecordingTask) -> dict[str, int]:
     """Run, and the repetition of its first hit."""
     return {"run": int(task.cells["run"]), "repetition": int(task.cells["repetition"])}
 
 
-def _path(task: Task, suffix: str) -> str:
+def _path(task: RecordingTask, suffix: str) -> str:
     return f"recordings/{task.name}{suffix}"
 
 
-def _make(item: tuple[Task, np.random.SeedSequence], bench: Bench, out: Path, suffix: str) -> list[Truth]:
+def _make(
+    item: tuple[RecordingTask, np.random.SeedSequence], bench: VirtualBench, out: Path, suffix: str
+) -> list[Truth]:
     """What was played; its recording is written."""
     task, seed = item
     try:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ...schema.care.bar import Progress
 from ...schema.care.checking import checks, iter_findings
-from ...schema.care.findings import Finding
+from ...schema.care.findings import IntegrityFinding
 from ...schema.listings import get_campaign_id
 from ...schema.session import Store
 from ..models.training import models_extra, registry_of
@@ -23,7 +23,7 @@ class Wanted:
     fast: bool = False
 
 
-def findings_of(store: Store, url: str, wanted: Wanted, progress: Progress | None = None) -> Iterator[Finding]:
+def findings_of(store: Store, url: str, wanted: Wanted, progress: Progress | None = None) -> Iterator[IntegrityFinding]:
     """What is wrong with the store at `url`; nothing for a sound one. Raises `LookupError` for an unknown campaign."""
     with store.reading() as session:
         key = None if wanted.campaign is None else get_campaign_id(session, wanted.campaign)

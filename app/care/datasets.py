@@ -8,12 +8,12 @@ from sqlalchemy.orm import Session
 
 from ...dataset.catalog import list_snapshots
 from ...dataset.snapshot import SourceDeletedError, read_snapshot
-from ...schema.care.findings import Finding
+from ...schema.care.findings import IntegrityFinding
 
 ADVICE = "build it under another name (pyroshock dataset build), or restore the store from its backup"
 
 
-def damaged_datasets(session: Session) -> Iterator[Finding]:
+def damaged_datasets(session: Session) -> Iterator[IntegrityFinding]:
     """Datasets whose rows no longer give the hash that they were frozen with, and no tombstone says why."""
     for snapshot in list_snapshots(session):
         try:
@@ -21,7 +21,7 @@ def damaged_datasets(session: Session) -> Iterator[Finding]:
         except SourceDeletedError:
             continue  # `datasets_without_source` tells of it
         except (ValueError, LookupError) as error:
-            yield Finding("datasets", str(error), ADVICE, {"dataset": snapshot["name"]})
+            yield IntegrityFinding("datasets", str(error), ADVICE, {"dataset": snapshot["name"]})
 
 
 def datasets_without_source(session: Session) -> Iterator[str]:

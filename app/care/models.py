@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ...schema.care.findings import Finding
+from ...schema.care.findings import IntegrityFinding
 
 if TYPE_CHECKING:
     from ...training.registry.registry import Registry
 
 
-def damaged_models(registry: Registry) -> Iterator[Finding]:
+def damaged_models(registry: Registry) -> Iterator[IntegrityFinding]:
     """Versions whose model or held-out predictions are missing or damaged; a registry that nobody made has none."""
     from ...training.whole import damages
 
@@ -19,4 +19,4 @@ def damaged_models(registry: Registry) -> Iterator[Finding]:
     for label, what in damages(registry, versions.values()).items():
         version = versions[label]
         again = f"pyroshock train {version.dataset.name} --models {version.name} --split {version.split}"
-        yield Finding("models", what, f"train it anew: {again}", {"model": label})
+        yield IntegrityFinding("models", what, f"train it anew: {again}", {"model": label})

@@ -167,7 +167,7 @@ def _tell_path(verdict: Verdict) -> None:
 
 
 def _read(given: dict[str, Any]) -> dict[str, Any]:
-    """The options as `Asked` takes them."""
+    """The options as `DiagnosisRequest` takes them."""
     tolerances = dict(_tolerance(text) for text in given.pop("tolerances"))
     uncertain = dict(_uncertain(text) for text in given.pop("uncertain"))
     effects = {name: _effect_ids(given.pop(name)) for name in ("with_effects", "without_effects")}

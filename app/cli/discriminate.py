@@ -30,7 +30,7 @@ def discriminate(
         pyroshock plan sheet spring-discriminate --out spring.html
     """
     with opened(db) as store:
-        from ..diagnoses.diagnosing import Asked, diagnosed, keep, last_report, report_json
+        from ..diagnoses.diagnosing import DiagnosisRequest, diagnosed, keep, last_report, report_json
         from ..diagnoses.discriminating import no_setting, store_experiment
         from ..progress import progress_bar
 
@@ -38,7 +38,7 @@ def discriminate(
             report = None if anew else last_report(session, campaign)
         if report is None:
             with progress_bar("diagnose", "steps") as step:
-                verdict = diagnosed(store, db, Asked(campaign, seed=seed), step)
+                verdict = diagnosed(store, db, DiagnosisRequest(campaign, seed=seed), step)
             keep(store, verdict)
             report = report_json(verdict)
         if not report["next_runs"]:

@@ -15,7 +15,7 @@ from .predict_many import MANY, Many, refuse_typed
 
 if TYPE_CHECKING:
     from ...compute.crew import Crew
-    from ..predictions.predicting import Shot
+    from ..predictions.predicting import ShotRequest
     from ..twins.building import TwinRequest
 
 #: Options of what the operator sets; `tune` and `predict` spell them alike.
@@ -236,7 +236,7 @@ def _request(asked: dict[str, Any]) -> TwinRequest:
     )
 
 
-def _shot(words: dict[str, Any]) -> Shot:
+def _shot(words: dict[str, Any]) -> ShotRequest:
     from ..library.twin import shot_of
     from ..predictions.given_factors import parse_factor
 

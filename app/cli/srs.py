@@ -11,7 +11,7 @@ from .common import errors_as_one_line, format_cell, json_option, note, print_ta
 
 if TYPE_CHECKING:
     from ...twin.srs.target import Target
-    from ..spectra.recordings import Measured
+    from ..spectra.recordings import MeasuredSpectrum
 
 _FILE = click.Path(dir_okay=False, path_type=Path)
 _RATIO = click.FloatRange(0, 1, min_open=True, max_open=True)
@@ -106,7 +106,7 @@ def _target(path: Path | None, tolerance: str | None) -> Target | None:
     return read_target(path, None if tolerance is None else parse_tolerance(tolerance))
 
 
-def _tell_coverage(measured: Measured, target: Target | None) -> None:
+def _tell_coverage(measured: MeasuredSpectrum, target: Target | None) -> None:
     """A verdict on half of a specification says so."""
     if measured.comparison is None or target is None:
         return
@@ -135,7 +135,7 @@ def _full_scale(text: str | None) -> float | None:
     return None if text is None else parse_quantity(text, "m/s**2", "--range")
 
 
-def _print(measured: Measured) -> None:
+def _print(measured: MeasuredSpectrum) -> None:
     from ..spectra.tables import rows_of, summary
 
     for key, value in summary(measured).items():

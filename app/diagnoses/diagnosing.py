@@ -34,7 +34,7 @@ _DIAGNOSED_HZ = 5_000.0
 
 
 @dataclass(frozen=True)
-class Asked:
+class DiagnosisRequest:
     """What a user asks of a diagnosis. `tolerances` by stage, in the unit of its levels: shares for gun and contact,
     dB for the plate; `uncertain` are standard deviations of nominal numbers, "gun.friction_coefficient", in SI;
     `with_effects`: ids of the effects that alone are considered (none: all), `without_effects`: of those that are
@@ -59,7 +59,7 @@ def is_stored(store: Store | None, target: str) -> bool:
         return session.scalar(select(Campaign.id).where(Campaign.name == target)) is not None
 
 
-def record_of(store: Store | None, db: str, asked: Asked) -> CampaignRecord:
+def record_of(store: Store | None, db: str, asked: DiagnosisRequest) -> CampaignRecord:
     """The campaign as it is diagnosed: the store's, else the folder's.
 
     Raises `LookupError` for what is neither, and as the ingest does for a folder that it refuses.
@@ -86,7 +86,7 @@ def _campaigns(store: Store | None) -> list[str]:
         return list(session.scalars(select(Campaign.name).order_by(Campaign.name)))
 
 
-def _with_own_plate(record: CampaignRecord, db: str, asked: Asked) -> CampaignRecord:
+def _with_own_plate(record: CampaignRecord, db: str, asked: DiagnosisRequest) -> CampaignRecord:
     """With the modal table, or the solved drawing, that the user brings."""
     from ..twins.benches import bench_of_file, shipped_bench, with_modes
 
@@ -154,7 +154,7 @@ def simulator_of(store: Store | None, db: str, kind: str, text: str | None) -> C
         return registered_contact(session, db, name, in_use)
 
 
-def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | None = None) -> Verdict:
+def diagnosed(store: Store | None, db: str, asked: DiagnosisRequest, progress: Progress | None = None) -> Verdict:
     """The diagnosis. Raises `ValueError` and `LookupError` for what cannot be diagnosed, in one line: also for an
     effect of `with_effects` and `without_effects` that there is not, or that the campaign cannot show."""
     from ...diagnosis.diagnose import Options, diagnose
@@ -174,7 +174,7 @@ def diagnosed(store: Store | None, db: str, asked: Asked, progress: Progress | N
     return replace(verdict, assumptions=(*sentences, *verdict.assumptions))
 
 
-def _restricted(record: CampaignRecord, options: Options, asked: Asked) -> Options:
+def _restricted(record: CampaignRecord, options: Options, asked: DiagnosisRequest) -> Options:
     """The options with the effects that the user names. Whatever method diagnoses sees the effects that are left."""
     if not (asked.with_effects or asked.without_effects):
         return options
@@ -188,7 +188,7 @@ def _restricted(record: CampaignRecord, options: Options, asked: Asked) -> Optio
     return replace(options, catalogue=effects, without=tuple(asked.without_effects))
 
 
-def keep(store: Store, verdict: Verdict, asked: Asked | None = None) -> int:
+def keep(store: Store, verdict: Verdict, asked: DiagnosisRequest | None = None) -> int:
     """Store a diagnosis with its campaign, and what its page draws; its key.
 
     What was `asked` is kept beside it, so that a what-if diagnosis asks the same; paths of this machine are not.
@@ -214,7 +214,7 @@ def keep(store: Store, verdict: Verdict, asked: Asked | None = None) -> int:
     return store.write(add)
 
 
-def _options_json(asked: Asked) -> dict[str, Any]:
+def _options_json(asked: DiagnosisRequest) -> dict[str, Any]:
     return {
         "simulator": asked.simulator,
         "tolerances": dict(asked.tolerances),

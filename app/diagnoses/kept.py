@@ -93,14 +93,14 @@ def kept_verdict(session: Session, diagnosis_id: int) -> Verdict:
 
 
 def kept_options(session: Session, diagnosis_id: int) -> dict[str, Any]:
-    """What was asked of a kept diagnosis, by the names of `diagnosing.Asked`; {} for one that is kept without it.
+    """The request of a kept diagnosis, by the names of `DiagnosisRequest`; {} for one that is kept without it.
 
     An option that another version had is left out. Raises `LookupError` for an unknown diagnosis.
     """
-    from .diagnosing import Asked
+    from .diagnosing import DiagnosisRequest
 
     options = (_row(session, diagnosis_id).details or {}).get("options", {})
-    return {item.name: options[item.name] for item in fields(Asked) if item.name in options}
+    return {item.name: options[item.name] for item in fields(DiagnosisRequest) if item.name in options}
 
 
 def _row(session: Session, diagnosis_id: int) -> Diagnosis:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ...diagnosis.verdict import Band, TimeWindow
+from ...diagnosis.verdict import FrequencyBand, TimeWindow
 from ..number_format import number
 
 STAGE_NAMES = {"gun": "the gun", "contact": "the contact", "plate": "the plate"}
@@ -137,7 +137,7 @@ def with_labels(sentence: str) -> str:
     return re.sub(rf"\b({names})\b", lambda match: _FEATURES[match[1]], sentence)
 
 
-def span_label(span: TimeWindow | Band) -> str:
+def span_label(span: TimeWindow | FrequencyBand) -> str:
     """Where the gap of a channel stands out: `the force from 0.1 to 0.4 ms`, `the force from 800 to 4000 Hz`."""
     if isinstance(span, TimeWindow):
         low, high, unit = 1e3 * span.from_s, 1e3 * span.to_s, "ms"

@@ -10,8 +10,8 @@ from ...diagnosis.gap import GapTable
 from ...diagnosis.observables.base import Observable, Stage
 from ...diagnosis.observables.batching import Rows, at_rows
 from ...diagnosis.observables.contact.residuals import pulse_residuals
-from ...diagnosis.observables.contact.stage import ContactStage
-from ...diagnosis.observables.plate.stage import PlateStage
+from ...diagnosis.observables.contact.stage import ContactObservables
+from ...diagnosis.observables.plate.stage import PlateObservables
 from ...diagnosis.plot_data import CurvePicture, Pictures, ResidualPicture
 from ...diagnosis.record import Floats
 from ...twin.effects import Effect
@@ -71,13 +71,13 @@ def _curves(gap: GapTable, stage: Stage, effects: Sequence[Effect]) -> Iterator[
     worst = int(np.argmax((ratio**2).sum(axis=1)))
     runs = np.flatnonzero(gap.record.configuration_of == worst)
     label = gap.record.configurations[worst].label
-    if isinstance(stage, ContactStage):
+    if isinstance(stage, ContactObservables):
         yield from _pulse(stage, effects, runs, label)
-    elif isinstance(stage, PlateStage):
+    elif isinstance(stage, PlateObservables):
         yield from _spectra(stage, effects, runs, label)
 
 
-def _pulse(stage: ContactStage, effects: Sequence[Effect], runs: Rows, label: str) -> Iterator[CurvePicture]:
+def _pulse(stage: ContactObservables, effects: Sequence[Effect], runs: Rows, label: str) -> Iterator[CurvePicture]:
     pulses = pulse_residuals(stage)
     runs = runs[np.isfinite(pulses.measured[runs] + pulses.simulated[runs]).all(axis=1)]
     if not runs.size:
@@ -94,7 +94,7 @@ def _pulse(stage: ContactStage, effects: Sequence[Effect], runs: Rows, label: st
     yield CurvePicture(f"force, {label}", "time", "s", "force", "N", x, *(curve[near] for curve in curves))
 
 
-def _spectra(stage: PlateStage, effects: Sequence[Effect], runs: Rows, label: str) -> Iterator[CurvePicture]:
+def _spectra(stage: PlateObservables, effects: Sequence[Effect], runs: Rows, label: str) -> Iterator[CurvePicture]:
     spectra = stage.columns.spectra
     records = [stage.signals.acceleration, stage.records(), *([stage.records(effects)] if effects else [])]
     levels = [spectra.levels_db(accelerations[:, :_CHANNELS]) for accelerations in records]

@@ -22,13 +22,13 @@ from .kinds.known import KINDS
 from .lease import LeaseLostError
 from .steps import fail, finish, give_back, stopped
 from .tidying import after
-from .work import InterruptedWorkError, NotHereError, StoppedError, Work
+from .work import InterruptedWorkError, NotHereError, RunningJob, StoppedError
 
 _log = logging.getLogger("pyroshock.jobs")
 
 
 @dataclass(frozen=True)
-class Bench:
+class WorkerContext:
     """Where a worker works: its store with its address, the folders that it may read, and when it is to end."""
 
     store: Store
@@ -38,7 +38,7 @@ class Bench:
     ending: threading.Event = field(default_factory=threading.Event)
 
 
-def attempt(bench: Bench, claimed: Claimed) -> bool:
+def attempt(bench: WorkerContext, claimed: Claimed) -> bool:
     """Do a job. Whether it is out of this worker's hands for good: False where it must be left to another one.
 
     Raises nothing but what ends the process (the job goes back first) and `StoreError` where the store is away.
@@ -70,14 +70,14 @@ def attempt(bench: Bench, claimed: Claimed) -> bool:
     return True
 
 
-def _do(bench: Bench, claimed: Claimed) -> None:
+def _do(bench: WorkerContext, claimed: Claimed) -> None:
     lease = claimed.lease
     store = FencedStore(bench.store, lease, f"job {lease.job}: {claimed.label}")
     with Heart(bench.store, lease, bench.lease_s, bench.ending, claimed.stop_requested) as heart:
         heart.check()
         kind = KINDS[claimed.kind]
         arguments = kind.read(claimed.arguments)
-        ending = kind.do(Work(lease.job, store, bench.db, heart.step, bench.folders), arguments)
+        ending = kind.do(RunningJob(lease.job, store, bench.db, heart.step, bench.folders), arguments)
         heart.check()
         store.end(lambda session: finish(session, lease, ending(), heart.progress))
 
@@ -88,7 +88,7 @@ def _ended(claimed: Claimed, end: Callable[[], None]) -> None:
         after(claimed.kind, claimed.arguments, claimed.host)
 
 
-def _handed_back(bench: Bench, claimed: Claimed, why: str = "") -> None:
+def _handed_back(bench: WorkerContext, claimed: Claimed, why: str = "") -> None:
     """Where even that fails, the lease passes and another worker sees it."""
     with suppress(LeaseLostError, StoreError):
         give_back(bench.store, claimed.lease, why)

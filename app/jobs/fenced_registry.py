@@ -7,7 +7,7 @@ import os
 from ...training.place import place_beside
 from ...training.records import Trained, Version
 from ...training.registry.registry import Registry
-from .work import Work
+from .work import RunningJob
 
 
 class FencedRegistry(Registry):
@@ -18,7 +18,7 @@ class FencedRegistry(Registry):
     with the same model in it.
     """
 
-    def __init__(self, work: Work) -> None:
+    def __init__(self, work: RunningJob) -> None:
         super().__init__(place_beside(work.db, os.environ))
         self._work = work
 
@@ -29,6 +29,6 @@ class FencedRegistry(Registry):
         return registered or super().record(trained, session)
 
 
-def fenced_registry_of(work: Work) -> FencedRegistry:
+def fenced_registry_of(work: RunningJob) -> FencedRegistry:
     """The registry beside the job's store, or where MLFLOW_TRACKING_URI says."""
     return FencedRegistry(work)

@@ -10,7 +10,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from ...schema.engine import StoreError
 from ...schema.session import Store
 from .lease import Lease, LeaseLostError
-from .steps import Progress, Sign, beat, look
+from .steps import JobProgress, Sign, beat, look
 from .work import InterruptedWorkError, StoppedError
 
 #: A lease is kept by so many beats: some may come late, on a machine that is busy or a store that is locked.
@@ -23,7 +23,7 @@ class Heart:
     """Beats for as long as it is entered. `step` tells progress, and raises what ends the work."""
 
     def __init__(self, store: Store, lease: Lease, lease_s: float, ending: threading.Event, stop: bool) -> None:
-        self.progress = Progress()
+        self.progress = JobProgress()
         self._store, self._lease, self._ending = store, lease, ending
         self._beat_s = lease_s / _BEATS
         self._sign = Sign(True, stop)
@@ -40,7 +40,7 @@ class Heart:
 
     def step(self, done: int, total: int, what: str) -> None:
         """Raises `LeaseLostError`, `StoppedError`, `InterruptedWorkError`."""
-        self.progress = Progress(done, total, what)
+        self.progress = JobProgress(done, total, what)
         self.check()
 
     def check(self) -> None:
@@ -54,7 +54,7 @@ class Heart:
             raise InterruptedWorkError
 
     def _run(self) -> None:
-        last_written, beaten = Progress(), time.monotonic()
+        last_written, beaten = JobProgress(), time.monotonic()
         while self._sign.held and not self._over.wait(min(_TICK_S, self._beat_s)):
             now, progress = time.monotonic(), self.progress
             try:

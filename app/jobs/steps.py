@@ -18,7 +18,7 @@ from .work import Result
 
 
 @dataclass(frozen=True)
-class Progress:
+class JobProgress:
     """How far work is; `total` 0: nobody knows."""
 
     done: int = 0
@@ -34,7 +34,7 @@ class Sign:
     stop: bool
 
 
-def beat(store: Store, lease: Lease, progress: Progress) -> Sign:
+def beat(store: Store, lease: Lease, progress: JobProgress) -> Sign:
     """Tell that the worker lives, and how far it is."""
     columns = {"done": progress.done, "total": progress.total, "what": to_plain(progress.what)}
 
@@ -56,7 +56,7 @@ def _sign(session: Session, lease: Lease) -> Sign:
     return Sign(stop is not None, bool(stop))
 
 
-def finish(session: Session, lease: Lease, result: Result, progress: Progress) -> None:
+def finish(session: Session, lease: Lease, result: Result, progress: JobProgress) -> None:
     """The job is done, in the transaction that stores the last of its work. Raises `LeaseLostError`."""
     columns = {"address": result.address, "words": result.words, "result": result.data, "what": progress.what}
     _end(session, lease, DONE, {**to_plain(columns), "done": progress.done, "total": progress.total})

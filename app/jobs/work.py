@@ -40,7 +40,7 @@ Ending = Callable[[], Result]
 
 
 @dataclass(frozen=True)
-class Work:
+class RunningJob:
     """A job in hand: its number, the store that it may write while it is this worker's, and how to tell progress.
 
     `db` is the store's address, beside which models and plates are kept; `folders` those that may be read from.

@@ -15,7 +15,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from ...schema.engine import StoreError, StoreRoleError
 from ...schema.session import Store
 from .claims import MOST_DEATHS, Claimed, Hand, Sighting, bury, claim_waiting, running, take_over
-from .doing import Bench, attempt
+from .doing import WorkerContext, attempt
 from .kinds.known import KINDS
 from .lease import LeaseLostError
 from .queue import this_host
@@ -49,7 +49,7 @@ class Worker:
     ) -> None:
         host = host or this_host()
         self.hand = Hand(name or f"{host}:{os.getpid()}:{uuid.uuid4().hex[:8]}", host, tuple(KINDS), lease_s)
-        self.bench = Bench(store, db, lease_s, folders)
+        self.bench = WorkerContext(store, db, lease_s, folders)
         self.in_hand: Claimed | None = None
         self._watch, self._tell = Watch(), tell
         self._left: set[int] = set()

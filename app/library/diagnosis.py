@@ -171,14 +171,14 @@ def diagnose_campaign(
 ) -> GapDiagnosis:
     """The diagnosis of a campaign, which its store keeps, or of a folder, of which nothing is kept.
 
-    `given` are the other fields of `diagnosing.Asked`. Raises as `diagnosing.diagnosed` and `adopting.adopt`, and
+    `given` are the other fields of `DiagnosisRequest`. Raises as `diagnosing.diagnosed` and `adopting.adopt`, and
     `ValueError` where an effect is to be adopted for a folder.
     """
-    from ..diagnoses.diagnosing import Asked, diagnosed, is_stored, keep
+    from ..diagnoses.diagnosing import DiagnosisRequest, diagnosed, is_stored, keep
     from ..models.training import models_extra
     from ..twins import adopting
 
-    request = Asked(target, **given)
+    request = DiagnosisRequest(target, **given)
     stored = is_stored(store, target)
     if adopt is not None and not stored:
         raise ValueError(f"adopting {adopt} needs a campaign of the store; ingest it first: pyroshock ingest {target}")

@@ -185,13 +185,13 @@ def masses_of(given: Quantity | Iterable[Quantity] | None, name: str) -> Amount 
 
     Raises `ValueError` that says `name`.
     """
-    from ...twin.tune.space import Levels, Range
+    from ...twin.tune.space import ContinuousRange, Levels
 
     if given is None:
         return None
     if isinstance(given, str) and ":" in given:
         low, high = sorted(si(end, "kg", name) for end in given.split(":", 1))
-        return Levels((low,)) if math.isclose(low, high) else Range(low, high)
+        return Levels((low,)) if math.isclose(low, high) else ContinuousRange(low, high)
     if isinstance(given, str):
         return Levels(tuple(si(mass, "kg", name) for mass in given.split(",")))
     several = isinstance(given, Iterable) and not hasattr(given, "units")

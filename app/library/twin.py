@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...twin.effects import Effect
-from ..predictions.predicting import DRAWS, NONE, Shot, predicted
+from ..predictions.predicting import DRAWS, NONE, ShotRequest, predicted
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from .displays import facts_table
 from .errors import argument_names, raises_library_errors
@@ -265,7 +265,7 @@ def shot_of(
     boundary_conditions: str | None = None,
     valve_profile: str | None = None,
     factors: Mapping[str, float | str] | None = None,
-) -> Shot:
+) -> ShotRequest:
     """A shot in SI. Raises `ValueError` that calls an argument as `label` does."""
 
     def optional(value: Quantity | None, si_unit: str, argument: str) -> float | None:
@@ -273,7 +273,7 @@ def shot_of(
 
     if velocity is not None and tank_pressure is not None:
         raise ValueError(f"{label('velocity')} and {label('tank_pressure')}: expected one of them")
-    return Shot(
+    return ShotRequest(
         bullet_mass_kg=optional(bullet_mass, "kg", "bullet_mass"),
         tip_material=tip,
         tip_radius_m=si(tip_radius, "m", label("tip_radius")),

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Draft:
+class PlanDraft:
     """A plan that is made and not stored yet; `runs` are the numbers of its runs where a table tells them."""
 
     name: str
@@ -52,7 +52,7 @@ def draft_plan(
     description: str | None = None,
     options: Mapping[str, Any] | None = None,
     ranges: Mapping[str, Sequence[float]] | None = None,
-) -> Draft:
+) -> PlanDraft:
     """Make a design, to be stored as plan `name`. The search for a balanced one takes seconds to minutes.
 
     `method` is one of `doe.designs.methods.METHODS`: "lhs" takes the number of `runs`, "import" a CSV `table`;
@@ -66,10 +66,10 @@ def draft_plan(
         raise ValueError(f"repetitions is {repetitions}; expected 1 or more")
     text = with_ranges(factors if factors is not None else shipped_factors(_kind(kind)), ranges or {})
     design, numbers = _design(method, space_from_text(text), runs, table, seed, options or {})
-    return Draft(name, text, design, gun_bench(gun), repetitions, numbers, description)
+    return PlanDraft(name, text, design, gun_bench(gun), repetitions, numbers, description)
 
 
-def store_draft(store: Store, draft: Draft) -> StoredPlan:
+def store_draft(store: Store, draft: PlanDraft) -> StoredPlan:
     """Store a plan, and read it back. Raises `PlanExistsError`, `doe.guards.UnsafeRunError`."""
     store_design(
         store,

@@ -26,7 +26,7 @@ Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
-class Rehearsal:
+class RehearsalResult:
     """What came of it: counts, and how far the measured velocities lie from the nominal gun's."""
 
     planned: int
@@ -40,7 +40,7 @@ class Rehearsal:
         return vars(self).copy()
 
 
-def rehearse(store: Store, folder: Path, progress: Progress | None = None) -> Rehearsal:
+def rehearse(store: Store, folder: Path, progress: Progress | None = None) -> RehearsalResult:
     """Plan, simulate and ingest a small gun campaign; what is there already is not made again."""
     _plan(store)
     if not (folder / "campaign.toml").is_file():
@@ -55,7 +55,7 @@ def rehearse(store: Store, folder: Path, progress: Progress | None = None) -> Re
     ratios = np.array(
         [s["measured_velocity_m_s"] / s["predicted_velocity_m_s"] for s in shots if s["measured_velocity_m_s"]]
     )
-    return Rehearsal(
+    return RehearsalResult(
         planned=len(runs),
         done=sum(run.status == "done" for run in runs),
         shots=len(shots),

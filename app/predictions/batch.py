@@ -19,7 +19,7 @@ from .warnings import extrapolation_text, extrapolations
 if TYPE_CHECKING:
     from ...schema.session import Store
     from ...twin.prediction import Prediction
-    from ...twin.strikes import Outside
+    from ...twin.strikes import OutOfDomain
 
 Row = dict[str, Any]
 Step = Callable[[int, int, str], None]
@@ -35,7 +35,7 @@ class Foretold:
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class BatchContext:
     """What every worker has: the twin of each plate and chain height, and how bands are drawn."""
 
     twins: Mapping[tuple[str | None, float], BuiltTwin]
@@ -51,7 +51,7 @@ def bench_of_rows(
     draws: int,
     seed: int,
     built: BuiltTwin | None = None,
-) -> tuple[Bench, list[ShotRow], tuple[str, ...]]:
+) -> tuple[BatchContext, list[ShotRow], tuple[str, ...]]:
     """What `foretold` takes for rows of a table: the twin of each plate (`request.plate`, where it is given, is every
     row's), the rows with the factors that the contact model asks for; and what was assumed, for the user.
 
@@ -67,10 +67,10 @@ def bench_of_rows(
     notes = (*assumed(rows, mass), *(note for built in twins.values() for note in built.notes))
     of_store = store_factors(store)
     rows = [with_factors(row, twins[row.twin], of_store) for row in rows]
-    return Bench(twins, draws, seed), rows, tuple(dict.fromkeys(notes))
+    return BatchContext(twins, draws, seed), rows, tuple(dict.fromkeys(notes))
 
 
-def foretold(bench: Bench, rows: Sequence[ShotRow], crew: Crew, step: Step) -> list[Foretold]:
+def foretold(bench: BatchContext, rows: Sequence[ShotRow], crew: Crew, step: Step) -> list[Foretold]:
     """All rows, in their order; the same seed, the same numbers, whoever reckons them.
 
     Raises as `predicted`, with the row's own words, and `ValueError` for a worker that was killed.
@@ -95,7 +95,7 @@ def write_spectra(out: Path, found: Sequence[Foretold]) -> int:
     return write_batches(out, iter([_columns(rows)]))
 
 
-def _one(item: tuple[int, ShotRow], bench: Bench) -> Foretold:
+def _one(item: tuple[int, ShotRow], bench: BatchContext) -> Foretold:
     row = item[1]
     try:
         prediction = predicted(bench.twins[row.twin], row.shot, draws=bench.draws, seed=bench.seed)
@@ -124,7 +124,7 @@ def _figures(prediction: Prediction) -> Row:
     }
 
 
-def _outside(outside: Outside) -> str:
+def _outside(outside: OutOfDomain) -> str:
     """Four digits, for a velocity of the twin has some ten more that mean nothing."""
     value = outside.value if isinstance(outside.value, str) else f"{outside.value:.4g}"
     return f"{outside.predictor} = {value} ({outside.range})"

@@ -23,7 +23,7 @@ DRAWS = 64
 
 
 @dataclass(frozen=True)
-class Shot:
+class ShotRequest:
     """What an operator sets, by name and in SI; at most one of `tank_pressure_pa` (gauge) and `impact_velocity_m_s`.
 
     Without either a gun fires it with `TANK_PRESSURE_PA`; other benches need the velocity, before contact. The mass is
@@ -72,7 +72,7 @@ class Shot:
         )
 
 
-def predicted(built: BuiltTwin, shot: Shot, *, draws: int = DRAWS, seed: int = 0) -> Prediction:
+def predicted(built: BuiltTwin, shot: ShotRequest, *, draws: int = DRAWS, seed: int = 0) -> Prediction:
     """The shot with its bands; the same seed, the same answer.
 
     Raises `LookupError` for a material or an impact position there is none of, `ValueError` as `Setting` and for a
@@ -83,7 +83,7 @@ def predicted(built: BuiltTwin, shot: Shot, *, draws: int = DRAWS, seed: int = 0
     return built.twin.predict(shot.setting(built), draws=draws, rng=np.random.default_rng(seed))
 
 
-def predicted_json(built: BuiltTwin, shot: Shot, *, draws: int = DRAWS, seed: int = 0) -> dict[str, Any]:
+def predicted_json(built: BuiltTwin, shot: ShotRequest, *, draws: int = DRAWS, seed: int = 0) -> dict[str, Any]:
     """The JSON of `pyroshock predict`. Raises as `predicted`."""
     return prediction_json(built, predicted(built, shot, draws=draws, seed=seed))
 

@@ -13,14 +13,14 @@ from ...schema.columns import BY_COLUMN, BY_NAME, KnownFactor, parse_number
 from ...schema.session import Store
 from ..plans.simulation import rows_of
 from .given_factors import check_used, factor_value, is_used, looks_like_factor
-from .predicting import Shot
+from .predicting import ShotRequest
 
 if TYPE_CHECKING:
     from ..twins.building import BuiltTwin
 
 _PRESSURE, _VELOCITY, _PLATE = "tank_pressure_bar", "impact_velocity_m_s", "plate_material"
 _HEIGHT = "chain_height_mm"
-#: Column: field of `Shot`. The unit of a factor's column is the lab's, that of the field SI.
+#: Column: field of `ShotRequest`. The unit of a factor's column is the lab's, that of the field SI.
 FIELDS = {
     _PRESSURE: "tank_pressure_pa",
     _VELOCITY: "impact_velocity_m_s",
@@ -46,7 +46,7 @@ class ShotRow:
     """A shot of a table: the cells that name it, and the material of its plate where the table says one."""
 
     labels: Mapping[str, str | int]
-    shot: Shot
+    shot: ShotRequest
     plate: str | None
     chain_height_m: float = 0.0
 
@@ -68,7 +68,7 @@ def rows_of_file(path: Path) -> list[ShotRow]:
 
 def assumed(rows: Sequence[ShotRow], impactor_mass_kg: float) -> list[str]:
     """What a shot has that the table does not say, in words for the user; the mass is that of the bench."""
-    stated, usual = rows[0].labels, Shot(bullet_mass_kg=impactor_mass_kg)
+    stated, usual = rows[0].labels, ShotRequest(bullet_mass_kg=impactor_mass_kg)
     absent = {column: getattr(usual, field) for column, field in FIELDS.items() if column not in stated}
     return [f"no column {column}: {value}" for column, value in absent.items() if value is not None]
 
@@ -110,7 +110,7 @@ def _shot(row: Mapping[str, str], name: str) -> ShotRow:
     settings = {column: row[column] for column in FIELDS if row.get(column)}
     if (_PRESSURE in settings) == (_VELOCITY in settings):
         raise ValueError(f"{name}: expected {_PRESSURE} or {_VELOCITY}, and one of them only")
-    shot = Shot(**{FIELDS[column]: _value(column, cell, name) for column, cell in settings.items()})
+    shot = ShotRequest(**{FIELDS[column]: _value(column, cell, name) for column, cell in settings.items()})
     numbers = {column: int(row[column]) for column in ("run", "repetition") if row.get(column, "").isdecimal()}
     height = _value(_HEIGHT, row[_HEIGHT], name) if row.get(_HEIGHT) else 0.0
     return ShotRow({**row, **numbers}, shot, row.get(_PLATE) or None, height)

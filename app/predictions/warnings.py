@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ...twin.prediction import Prediction
-from ...twin.strikes import Extrapolation, Outside
+from ...twin.strikes import Extrapolation, OutOfDomain
 
 #: Ending of a quantity's name: its unit in SI, the lab's unit, and how many of them one SI unit is.
 _UNITS = {
@@ -20,7 +20,7 @@ _UNITS = {
 }
 #: Units that end a name, the longer ones first.
 _SUFFIXES = ("_m_s", "_kg_m3", "_pa", "_kg", "_m")
-#: Quantity to the field of `Shot` that sets it.
+#: Quantity to the field of `ShotRequest` that sets it.
 _FIELDS = {
     "tank_pressure": "tank_pressure_pa",
     "bullet_mass": "bullet_mass_kg",
@@ -63,7 +63,7 @@ def extrapolation_text(item: Extrapolation) -> str:
 
 
 def field_warnings(prediction: Prediction) -> dict[str, str]:
-    """Sentences by the field of `Shot` that sets the quantity, for those that a field sets."""
+    """Sentences by the field of `ShotRequest` that sets the quantity, for those that a field sets."""
     texts: dict[str, list[str]] = {}
     for item in extrapolations(prediction):
         if field := _FIELDS.get(_base(item.quantity)):
@@ -83,7 +83,7 @@ def _of_number(prediction: Prediction, number: str) -> Iterator[str]:
             yield extrapolation_text(item)
 
 
-def _outside_text(item: Outside, contact: str) -> str:
+def _outside_text(item: OutOfDomain, contact: str) -> str:
     """The range is the contact's own text in SI, so that the value is in SI as well."""
     name = _base(item.predictor)
     unit = next((f" {si}" for ending, (si, _, _) in _UNITS.items() if name.endswith(ending)), "")

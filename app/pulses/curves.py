@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...ingest.pulses import Pulse
-from ...ingest.segmentation import Level, delimit
+from ...ingest.pulses import ExtractedPulse
+from ...ingest.segmentation import RestLevel, delimit
 from ...ingest.settings import ExtractionSettings
 from ...schema.impacts import Pulse as PulseRow
 from ...schema.series import as_floats
@@ -57,7 +57,7 @@ class ForceRecord:
 
     upright: Floats
     channel: Channel
-    level: Level
+    level: RestLevel
 
     def place(self, time_s: float) -> int:
         """The sample at an instant of the recording's clock, within the record."""
@@ -104,7 +104,7 @@ class ForceRecord:
         return slice(first, self.place(max(curve.stop_s for curve in curves) + margin_s) + 1)
 
 
-def preview_curve(pulse: Pulse, settings: ExtractionSettings) -> PulseCurve:
+def preview_curve(pulse: ExtractedPulse, settings: ExtractionSettings) -> PulseCurve:
     """The curve of a pulse that is not stored."""
     return PulseCurve(
         key=None,

@@ -15,8 +15,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
 from ...ingest.processing import total_force
-from ...ingest.pulses import Pulse
-from ...ingest.segmentation import Level, orientation, record_rest
+from ...ingest.pulses import ExtractedPulse
+from ...ingest.segmentation import RestLevel, orientation, record_rest
 from ...ingest.settings import ExtractionSettings
 from ...ingest.stored import list_channels, read_channel
 from ...schema.impacts import Pulse as PulseRow
@@ -50,7 +50,9 @@ class PulseView:
     preview: PulseCurve | None
 
 
-def pulse_view(session: Session, impact_key: int, preview: tuple[Pulse, ExtractionSettings] | None = None) -> PulseView:
+def pulse_view(
+    session: Session, impact_key: int, preview: tuple[ExtractedPulse, ExtractionSettings] | None = None
+) -> PulseView:
     """The segmentation of an impact; `preview` is drawn beside it (`ingest.reextract.preview_impacts` makes them).
 
     Raises `LookupError` for an unknown impact, and for one without pulse or force record.
@@ -69,7 +71,7 @@ def pulse_view(session: Session, impact_key: int, preview: tuple[Pulse, Extracti
     recorded, channel = force
     level = record_rest(recorded)
     sign = orientation(recorded, level)
-    record = ForceRecord(sign * recorded, channel, Level(sign * level.baseline, level.noise))
+    record = ForceRecord(sign * recorded, channel, RestLevel(sign * level.baseline, level.noise))
     versions = tuple(record.stored(row) for row in rows)
     shown = None if preview is None else preview_curve(*preview)
     span = record.span([*versions, *([shown] if shown else [])])

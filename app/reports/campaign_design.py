@@ -13,9 +13,9 @@ from ...doe.plans import StoredPlan, read_plan
 from ...schema.campaigns import Campaign
 from ...schema.plans import STATUSES, Plan
 from ..campaigns.coverage import worked_off
-from .campaign_settings import Achieved
+from .campaign_settings import AchievedSetting
 from .curves import Cloud, agreement_chart
-from .document import Block, Cell, Figure, Figures, Paragraph, Section, Table
+from .document import Block, Cell, ChartRow, Figure, Paragraph, Section, Table
 from .labels import column_heading, setting
 
 
@@ -73,7 +73,7 @@ def _plan_row(plan: StoredPlan) -> list[Cell]:
     return [plan.name, plan.method, *_states(status_counts(plan)), recorded, wanted]
 
 
-def settings_section(achieved: Sequence[Achieved]) -> Section:
+def settings_section(achieved: Sequence[AchievedSetting]) -> Section:
     """Achieved against planned settings."""
     title = "Achieved against planned settings"
     if not achieved:
@@ -84,14 +84,14 @@ def settings_section(achieved: Sequence[Achieved]) -> Section:
         Table("Deviations are shares of the planned value.", _COLUMNS, [_row(setting) for setting in achieved])
     ]
     if differing := [setting for setting in achieved if np.any(np.abs(setting.off) > 1e-9)]:
-        blocks.append(Figures([_figure(setting) for setting in differing]))
+        blocks.append(ChartRow([_figure(setting) for setting in differing]))
     return Section(title, blocks)
 
 
 _COLUMNS = ("setting", "by", "repetitions", "mean deviation (%)", "rms (%)", "largest (%)", "there")
 
 
-def _row(found: Achieved) -> list[Any]:
+def _row(found: AchievedSetting) -> list[Any]:
     off = 100 * found.off
     at = int(np.argmax(np.abs(off)))
     exact = abs(off[at]) < 1e-7
@@ -100,7 +100,7 @@ def _row(found: Achieved) -> list[Any]:
     return [setting(found.key).name, found.source, off.size, *cells]
 
 
-def _figure(found: Achieved) -> Figure:
+def _figure(found: AchievedSetting) -> Figure:
     kind = setting(found.key)
     x, y = kind.per_si * found.planned, kind.per_si * found.achieved
     unit = f" ({kind.unit})" if kind.unit else ""

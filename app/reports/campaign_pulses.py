@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 from .curves import Curve, line_chart, line_keys
-from .document import Block, Figure, Figures, Paragraph, Section, Table
+from .document import Block, ChartRow, Figure, Paragraph, Section, Table
 from .inks import SERIES
 from .labels import force_unit, mean_and_spread, setting
-from .pulse_groups import Pulses, telling_factor
+from .pulse_groups import PulseGroups, telling_factor
 
 #: Configurations that a table lists.
 _MOST_ROWS = 300
 
 
-def pulses_section(pulses: Pulses) -> Section:
+def pulses_section(pulses: PulseGroups) -> Section:
     """Figures by configuration, and their overlay."""
     blocks: list[Block] = []
     if left_out := [
@@ -37,7 +37,7 @@ def pulses_section(pulses: Pulses) -> Section:
     return Section("Pulses by configuration", blocks)
 
 
-def _table(pulses: Pulses) -> Table:
+def _table(pulses: PulseGroups) -> Table:
     unit, per_newton = force_unit(max(float(group.figures["peak_force_n"].max()) for group in pulses.groups))
     captions = {
         "contact_time_s": ("contact time (ms)", 1e3),
@@ -61,7 +61,7 @@ def _table(pulses: Pulses) -> Table:
     return Table("Mean ± standard deviation over the pulses of a configuration.", heads, rows)
 
 
-def _overlay(pulses: Pulses) -> Figures:
+def _overlay(pulses: PulseGroups) -> ChartRow:
     from ...training.metrics.reconstruct import reconstruct
 
     few = len(pulses.groups) <= SERIES
@@ -85,7 +85,7 @@ def _overlay(pulses: Pulses) -> Figures:
         for number, level in enumerate(levels):
             words = f"{setting(factor).name}: {setting(factor).words(level)}"
             figures.append(Figure(words, line_chart(words, [c for c in curves if c.colour == number], *axes)))
-    return Figures(figures)
+    return ChartRow(figures)
 
 
 def _in_order(level: Any) -> tuple[bool, float, str]:

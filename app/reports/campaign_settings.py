@@ -23,7 +23,7 @@ WRITTEN, TRANSDUCER, MEASURED = "as written down", "transducer", "measured"
 
 
 @dataclass(frozen=True, eq=False)
-class Achieved:
+class AchievedSetting:
     """A setting, `planned` and `achieved` (n,), of the repetitions that `where` names. `source` tells who says so."""
 
     key: str
@@ -41,7 +41,7 @@ class Achieved:
 _Found = defaultdict[tuple[str, str], list[tuple[float, float, str]]]
 
 
-def achieved_settings(session: Session, campaign: Campaign, plans: Sequence[StoredPlan]) -> list[Achieved]:
+def achieved_settings(session: Session, campaign: Campaign, plans: Sequence[StoredPlan]) -> list[AchievedSetting]:
     """Every numeric setting of the planned runs beside what was recorded.
 
     Pressures are the transducer's too, where there was one, of a shot without a plan beside the one that was set.
@@ -71,9 +71,11 @@ def achieved_settings(session: Session, campaign: Campaign, plans: Sequence[Stor
     return [_achieved(key, source, pairs) for (key, source), pairs in values.items()]
 
 
-def _achieved(key: str, source: str, pairs: Sequence[tuple[float, float, str]]) -> Achieved:
+def _achieved(key: str, source: str, pairs: Sequence[tuple[float, float, str]]) -> AchievedSetting:
     planned, achieved, where = zip(*pairs, strict=True)
-    return Achieved(key, source, np.array(planned, dtype=np.float64), np.array(achieved, dtype=np.float64), where)
+    return AchievedSetting(
+        key, source, np.array(planned, dtype=np.float64), np.array(achieved, dtype=np.float64), where
+    )
 
 
 def _pressures(session: Session, campaign: Campaign, numbers: Mapping[int, Mapping[str, float]], found: _Found) -> None:

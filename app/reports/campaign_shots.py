@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from ...schema.listings import iter_shots
 from ..predictions.nominal import with_predictions
 from .curves import MOST_POINTS, Cloud, agreement_chart, dot_keys
-from .document import Block, Cell, Figure, Figures, Paragraph, Section, Table
+from .document import Block, Cell, ChartRow, Figure, Paragraph, Section, Table
 from .inks import SERIES
 from .labels import mean_and_spread, setting
 from .svg import Floats
@@ -58,7 +58,7 @@ def _sentence(shots: Shots, judged: Shots) -> Paragraph:
     )
 
 
-def _chart(judged: Shots) -> Figures:
+def _chart(judged: Shots) -> ChartRow:
     masses = sorted({shot["bullet_mass_kg"] for shot in judged})
     groups = [(f"{_MASS.words(mass)} bullet", [s for s in judged if s["bullet_mass_kg"] == mass]) for mass in masses]
     groups = groups if len(groups) <= SERIES else [("shots", list(judged))]
@@ -75,7 +75,7 @@ def _chart(judged: Shots) -> Figures:
     title = "Measured against model velocity, dashed: 5 % off"
     title += f"; {MOST_POINTS} of {len(judged)} shots" if len(judged) > MOST_POINTS else ""
     drawing = agreement_chart(title, clouds, "model (m/s)", "measured (m/s)", off=0.05)
-    return Figures([Figure(title, drawing, dot_keys(clouds))])
+    return ChartRow([Figure(title, drawing, dot_keys(clouds))])
 
 
 def _by_setting(judged: Shots) -> Table:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .inks import series
-from .svg import Floats, Frame, band, chart, dots, frame_of, line
+from .svg import AxesFrame, Floats, band, chart, dots, frame_of, line
 
 #: Points of a chart: more hide each other, and a file must stay small enough to send.
 MOST_POINTS = 2000
@@ -58,7 +58,7 @@ def agreement_chart(
     """
     coordinates = np.concatenate([np.concatenate([cloud.x, cloud.y]) for cloud in clouds]) if clouds else np.zeros(0)
     ends = frame_of([], [coordinates], logarithmic=logarithmic).y
-    frame = Frame(ends, ends, logarithmic)
+    frame = AxesFrame(ends, ends, logarithmic)
     marks = [_diagonal(frame), *(_diagonal(frame, 1 + sign * off, "tolerance") for sign in (-1, 1) if off)]
     for cloud in clouds:
         keep = _kept(cloud.x, cloud.y, frame, MOST_POINTS // len(clouds))
@@ -78,7 +78,7 @@ def dot_keys(clouds: Sequence[Cloud]) -> tuple[tuple[str, str], ...]:
     return tuple((f"dot-{series(cloud.colour)}", cloud.name) for cloud in clouds) if len(clouds) > 1 else ()
 
 
-def _kept(x: Floats, y: Floats, frame: Frame, most: int) -> list[int]:
+def _kept(x: Floats, y: Floats, frame: AxesFrame, most: int) -> list[int]:
     """Points that can be drawn, evenly thinned to `most`."""
     good = np.isfinite(x) & np.isfinite(y)
     if frame.logarithmic:
@@ -89,7 +89,7 @@ def _kept(x: Floats, y: Floats, frame: Frame, most: int) -> list[int]:
     return [int(row) for row in rows]
 
 
-def _diagonal(frame: Frame, slope: float = 1.0, kind: str = "zero") -> str:
+def _diagonal(frame: AxesFrame, slope: float = 1.0, kind: str = "zero") -> str:
     """y = slope x, as far as the frame reaches."""
     ends = np.array([max(frame.x[0], frame.y[0] / slope), min(frame.x[1], frame.y[1] / slope)])
     return line(frame, ends, slope * ends, kind)

@@ -17,7 +17,7 @@ from ..diagnoses.restriction import restrictions_among
 from ..diagnoses.summary import summary
 from ..number_format import number, percent, percent_range
 from .charts import curve_chart, legend_keys, residual_chart, residual_title
-from .document import Bar, Bars, Block, Bullets, Cell, Document, Figure, Figures, Paragraph, Section, Table
+from .document import Bars, Block, Bullets, Cell, ChartRow, Document, Figure, Paragraph, Section, ShareBar, Table
 from .page import block_html, html_of
 from .sentences import cause_name, effect_title, fitted_words, shrinkage_line, where_lines
 from .share_charts import path_chart, share_chart
@@ -83,7 +83,7 @@ def _path_and_shares(verdict: Verdict) -> list[Block]:
     if not figures:
         return []
     return [
-        Figures(figures),
+        ChartRow(figures),
         Paragraph(
             "The path adds one effect after the other and measures the error on configurations that the fit has not "
             "seen. Shares are of the squared error of all configurations; blue effects are established as causes.",
@@ -140,21 +140,23 @@ def _unbroken(cell: Cell) -> Cell:
     return cell.replace(" %", "\u00a0%") if isinstance(cell, str) else cell
 
 
-def waterfall(verdict: Verdict) -> tuple[Bar, ...]:
+def waterfall(verdict: Verdict) -> tuple[ShareBar, ...]:
     """The squared gap (squares add up), less each stage's part of what is above the floor, down to the floor."""
     gap = verdict.gap
     whole = gap.before**2
     floor = min(gap.noise_floor**2 / whole, 1.0) if whole > 0 else 1.0
-    bars = [Bar("model error", number(gap.before), 0.0, 1.0, "other")]
+    bars = [ShareBar("model error", number(gap.before), 0.0, 1.0, "other")]
     level = 1.0
     for stage in verdict.where.stage:
         part = stage.share * (1 - floor)
-        bars.append(Bar(stage.name, percent(stage.share), min(level, level - part), max(level, level - part), "named"))
+        bars.append(
+            ShareBar(stage.name, percent(stage.share), min(level, level - part), max(level, level - part), "named")
+        )
         level -= part
     if verdict.where.stage and abs(level - floor) > 0.005:
         rest = (level - floor) / (1 - floor) if floor < 1 else 0.0
-        bars.append(Bar("of no single stage", percent(rest), min(level, floor), max(level, floor), "other"))
-    bars.append(Bar("measurement noise", number(gap.noise_floor), 0.0, floor, "floor"))
+        bars.append(ShareBar("of no single stage", percent(rest), min(level, floor), max(level, floor), "other"))
+    bars.append(ShareBar("measurement noise", number(gap.noise_floor), 0.0, floor, "floor"))
     low, high = min(bar.start for bar in bars), max(bar.end for bar in bars)
     return tuple(
         replace(bar, start=(bar.start - low) / (high - low), end=(bar.end - low) / (high - low)) for bar in bars
@@ -173,12 +175,12 @@ def _gap(verdict: Verdict) -> list[Block]:
     return [Bars(list(waterfall(verdict))), Paragraph(size, quiet=True)]
 
 
-def _bar(cause: Cause) -> Bar:
+def _bar(cause: Cause) -> ShareBar:
     kind = "other" if cause.effects[0] in (NONE, UNKNOWN) else "named"
     explained = cause.effects if cause.probability >= _EXPLAINED else ()
     laws = map(effect_title, single_effects(explained))
     about = "; ".join(filter(None, (", ".join(map(fitted_words, cause.parameters)), *laws)))
-    return Bar(cause_name(cause), percent(cause.probability), 0.0, cause.probability, kind, about)
+    return ShareBar(cause_name(cause), percent(cause.probability), 0.0, cause.probability, kind, about)
 
 
 def _pictures(pictures: Pictures) -> list[Block]:
@@ -186,7 +188,7 @@ def _pictures(pictures: Pictures) -> list[Block]:
         return [Paragraph("No pictures are kept with this diagnosis.", quiet=True)]
     figures = [Figure(residual_title(p), residual_chart(p, pictures.configurations)) for p in pictures.residuals]
     figures += [Figure(picture.title, curve_chart(picture)) for picture in pictures.curves]
-    blocks: list[Block] = [Figures(figures, legend_keys(pictures))]
+    blocks: list[Block] = [ChartRow(figures, legend_keys(pictures))]
     if pictures.residuals and pictures.configurations:
         rows: list[list[Cell]] = [[i, name] for i, name in enumerate(pictures.configurations, 1)]
         blocks.append(Table("The configurations of the residuals.", ("configuration", "settings"), rows))

@@ -52,7 +52,7 @@ class Table:
 
 
 @dataclass(frozen=True)
-class Bar:
+class ShareBar:
     """A bar from `start` to `end`, shares of its track; `kind` is "named", "other" or "floor"."""
 
     name: str
@@ -67,7 +67,7 @@ class Bar:
 class Bars:
     """Bars on tracks of one length."""
 
-    bars: Sequence[Bar]
+    bars: Sequence[ShareBar]
 
 
 @dataclass(frozen=True)
@@ -80,14 +80,14 @@ class Figure:
 
 
 @dataclass(frozen=True)
-class Figures:
+class ChartRow:
     """Charts beside each other where there is room; `keys` are those of all of them."""
 
     figures: Sequence[Figure]
     keys: Sequence[tuple[str, str]] = ()
 
 
-Block = Paragraph | Bullets | Table | Bars | Figures
+Block = Paragraph | Bullets | Table | Bars | ChartRow
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from .svg import Floats
 
 
 @dataclass(frozen=True)
-class Setting:
+class FactorLabel:
     """How a factor is told: "tip radius" in "mm", of which one SI unit is `per_si`."""
 
     name: str
@@ -46,18 +46,18 @@ class Setting:
 
 
 _KNOWN = {
-    listing_key(factor.name, factor.si_unit): Setting(
+    listing_key(factor.name, factor.si_unit): FactorLabel(
         factor.name.replace("_", " "), factor.column.removeprefix(f"{factor.name}_"), 1 / factor.scale
     )
     if factor.is_number
-    else Setting(factor.name.replace("_", " "), "", 1.0)
+    else FactorLabel(factor.name.replace("_", " "), "", 1.0)
     for factor in KNOWN_FACTORS
-} | {"velocity_m_s": Setting("velocity", "m/s", 1.0)}
+} | {"velocity_m_s": FactorLabel("velocity", "m/s", 1.0)}
 
 
-def setting(key: str) -> Setting:
+def setting(key: str) -> FactorLabel:
     """The factor that a listing has under `key`; a lab's own ones keep their name."""
-    return _KNOWN.get(key) or Setting(key.replace("_", " "), "", 1.0)
+    return _KNOWN.get(key) or FactorLabel(key.replace("_", " "), "", 1.0)
 
 
 def column_heading(column: str) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .curves import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
-from .document import Block, Figure, Figures, Paragraph, Section
+from .document import Block, ChartRow, Figure, Paragraph, Section
 from .labels import force_unit
 from .svg import Floats
 
@@ -40,7 +40,7 @@ def pulses_section(registry: Registry, version: Version, read: Callable[[str], P
     return Section(title, blocks)
 
 
-def agreement(pulses: PulseTable, prediction: ContactPrediction) -> Figures:
+def agreement(pulses: PulseTable, prediction: ContactPrediction) -> ChartRow:
     """Predicted against measured peak force and contact time, logarithmic: what counts is relative."""
     from ...training.metrics.reconstruct import figures, reconstruct
 
@@ -63,7 +63,7 @@ def agreement(pulses: PulseTable, prediction: ContactPrediction) -> Figures:
         )
         for name, unit, clouds in charts
     ]
-    return Figures(drawn, dot_keys(force))
+    return ChartRow(drawn, dot_keys(force))
 
 
 def _clouds(pulses: PulseTable, measured: Floats, predicted: Floats) -> list[Cloud]:
@@ -94,7 +94,7 @@ def _coverage(pulses: PulseTable, prediction: ContactPrediction) -> list[Block]:
         return [Paragraph("The model gives no spread: it has no intervals to cover anything.", quiet=True)]
     drawing = line_chart("promised and found coverage", curves, "promised coverage", "found coverage", diagonal=True)
     at_90 = ", ".join(f"{c.name} {float(c.y[LEVELS == 0.9][0]):.3f}" for c in curves)
-    return [Figures([Figure(f"Coverage of intervals; at 0.90: {at_90}", drawing, line_keys(curves))])]
+    return [ChartRow([Figure(f"Coverage of intervals; at 0.90: {at_90}", drawing, line_keys(curves))])]
 
 
 def _scores(off: Floats, spread: Floats) -> Floats:

@@ -5,7 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from .document import Bar, Bars, Block, Bullets, Document, Figure, Figures, Paragraph, Section, Table, cell_text, clean
+from .document import (
+    Bars,
+    Block,
+    Bullets,
+    ChartRow,
+    Document,
+    Figure,
+    Paragraph,
+    Section,
+    ShareBar,
+    Table,
+    cell_text,
+    clean,
+)
 from .inks import css
 from .style import STYLE
 
@@ -44,7 +57,7 @@ def block_html(block: Block) -> str:
             return _table(block)
         case Bars():
             return f'<div class="rows">{"".join(map(_bar, block.bars))}</div>'
-        case Figures():
+        case ChartRow():
             figures = "".join(map(_figure, block.figures))
             alone = " one" if len(block.figures) == 1 else ""
             return f'{_keys(block.keys)}<div class="charts{alone}">{figures}</div>'
@@ -73,7 +86,7 @@ def _cells(kinds: Sequence[str], row: Iterable[object]) -> str:
     )
 
 
-def _bar(bar: Bar) -> str:
+def _bar(bar: ShareBar) -> str:
     low, high = (100 * min(max(edge, 0.0), 1.0) for edge in (bar.start, bar.end))
     note = f'<span class="about quiet">{_text(bar.about)}</span>' if bar.about else ""
     return (

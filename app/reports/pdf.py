@@ -7,11 +7,11 @@ from io import BytesIO
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape
 
-from .document import Bars, Block, Bullets, Document, Figure, Figures, Paragraph, Table, clean
+from .document import Bars, Block, Bullets, ChartRow, Document, Figure, Paragraph, Table, clean
 from .inks import inks, light
 
 if TYPE_CHECKING:
-    from .pdf_sheet import Sheet
+    from .pdf_sheet import PdfDocument
 
 
 #: Of some lines, in points.
@@ -25,7 +25,7 @@ class MissingPdfError(ValueError):
 def pdf_of(document: Document) -> bytes:
     """The PDF. Raises `MissingPdfError` where ReportLab is not installed."""
     try:
-        from .pdf_sheet import Sheet
+        from .pdf_sheet import PdfDocument
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "reportlab":
             raise
@@ -33,12 +33,12 @@ def pdf_of(document: Document) -> bytes:
             "reportlab is not installed; reports as PDF need it: pip install 'pyroshock[web]' (or --out FILE.html)"
         ) from error
     into = BytesIO()
-    sheet = Sheet(document, into)
+    sheet = PdfDocument(document, into)
     sheet.write(_story(document, sheet))
     return into.getvalue()
 
 
-def _story(document: Document, sheet: Sheet) -> list[Any]:
+def _story(document: Document, sheet: PdfDocument) -> list[Any]:
     story = [sheet.text(_safe(document.kind.upper()), "quiet"), sheet.text(_safe(document.title), "title")]
     if document.lead:
         story.append(sheet.text(_safe(document.lead)))
@@ -55,12 +55,12 @@ def _story(document: Document, sheet: Sheet) -> list[Any]:
     return story
 
 
-def _start(blocks: Sequence[Block], sheet: Sheet) -> float:
+def _start(blocks: Sequence[Block], sheet: PdfDocument) -> float:
     """Points that a heading needs: up to the first rows or charts, from which no page break should part it."""
     height = _HEIGHT
     for block in blocks:
         if not isinstance(block, Paragraph):
-            return height + (sheet.figure_height(block) if isinstance(block, Figures) else 2 * _HEIGHT)
+            return height + (sheet.figure_height(block) if isinstance(block, ChartRow) else 2 * _HEIGHT)
         height += _HEIGHT
     return height
 
@@ -69,7 +69,7 @@ def _safe(text: str) -> str:
     return escape(clean(text))
 
 
-def _flowables(block: Block, sheet: Sheet) -> list[Any]:
+def _flowables(block: Block, sheet: PdfDocument) -> list[Any]:
     match block:
         case Paragraph():
             return [sheet.text(_safe(block.text), "quiet" if block.quiet else "text")]
@@ -80,19 +80,19 @@ def _flowables(block: Block, sheet: Sheet) -> list[Any]:
             return _table(block, sheet)
         case Bars():
             return [part for bar in block.bars for part in sheet.bar(bar)]
-        case Figures():
+        case ChartRow():
             keys = [sheet.text(_keys(block.keys), "quiet")] if block.keys else []
             figures = [_figure(figure, sheet, len(block.figures)) for figure in block.figures]
             return [sheet.room(sheet.figure_height(block)), *keys, *sheet.figures(figures)]
 
 
-def _table(table: Table, sheet: Sheet) -> list[Any]:
+def _table(table: Table, sheet: PdfDocument) -> list[Any]:
     if not table.rows:
         return [sheet.text(_safe(table.empty), "quiet")]
     return [sheet.room(2 * _HEIGHT), sheet.text(_safe(table.caption), "caption"), sheet.table(table)]
 
 
-def _figure(figure: Figure, sheet: Sheet, count: int) -> list[Any]:
+def _figure(figure: Figure, sheet: PdfDocument, count: int) -> list[Any]:
     from .pdf_drawing import drawing_of
 
     drawing = drawing_of(figure.drawing, sheet.font, sheet.figure_width(count))

@@ -13,7 +13,7 @@ from reportlab.pdfgen.canvas import Canvas
 from reportlab.platypus import CondPageBreak, KeepTogether, LongTable, SimpleDocTemplate, Spacer
 from reportlab.platypus import Paragraph as Words
 
-from .document import Bar, Document, Figures, Table, clean
+from .document import ChartRow, Document, ShareBar, Table, clean
 from .inks import light
 from .pdf_fonts import fonts, styles_of
 from .pdf_tables import needed_width, table_of
@@ -25,7 +25,7 @@ _GAP = 12.0
 _ALONE = 300.0  # a figure by itself
 
 
-class Sheet:
+class PdfDocument:
     """One document being printed into a file."""
 
     def __init__(self, document: Document, into: BinaryIO) -> None:
@@ -72,7 +72,7 @@ class Sheet:
         """Of one of `count` figures."""
         return self.width / self._beside - _GAP if count > 1 else _ALONE
 
-    def figure_height(self, figures: Figures) -> float:
+    def figure_height(self, figures: ChartRow) -> float:
         """Of a chart with its title and its legend."""
         keyed = any(figure.keys for figure in figures.figures) or bool(figures.keys)
         return self.figure_width(len(figures.figures)) * HEIGHT / WIDTH + (50.0 if keyed else 30.0)
@@ -96,7 +96,7 @@ class Sheet:
         """Figures in a row: two on an upright page, three on one on its side."""
         return 2 if self._page == A4 else 3
 
-    def bar(self, bar: Bar) -> list[Any]:
+    def bar(self, bar: ShareBar) -> list[Any]:
         """A bar on its track, its name and value above."""
         low, high = (min(max(edge, 0.0), 1.0) for edge in (bar.start, bar.end))
         track = Drawing(self.width, 10)

@@ -38,7 +38,7 @@ class PulseGroup:
 
 
 @dataclass(frozen=True, eq=False)
-class Pulses:
+class PulseGroups:
     """Groups in the order in which they were recorded. Impacts `rejected`, or `without` a pulse, are in none."""
 
     groups: tuple[PulseGroup, ...]
@@ -64,7 +64,7 @@ class Pulses:
         return self.groups[index].levels if self.groups else {}
 
 
-def pulses_of(session: Session, campaign: str) -> Pulses:
+def pulses_of(session: Session, campaign: str) -> PulseGroups:
     """The pulses in use of a campaign. Raises `LookupError` for an unknown one."""
     members: dict[tuple[tuple[str, Any], ...], list[dict[str, Any]]] = {}
     rejected = without = 0
@@ -83,7 +83,7 @@ def pulses_of(session: Session, campaign: str) -> Pulses:
             levels, i = place[key]
             forces[levels][i] = points
     groups = tuple(_group(dict(levels), rows, np.array(forces[levels])) for levels, rows in members.items())
-    return Pulses(groups, rejected, without)
+    return PulseGroups(groups, rejected, without)
 
 
 def _force_points(session: Session, campaign_id: int) -> Iterable[tuple[int, list[float]]]:
@@ -98,7 +98,7 @@ def _group(levels: dict[str, Any], rows: Sequence[Mapping[str, Any]], forces: Fl
     return PulseGroup(levels, figures, forces.mean(axis=0), spread)
 
 
-def telling_factor(pulses: Pulses) -> str | None:
+def telling_factor(pulses: PulseGroups) -> str | None:
     """Of the factors with few levels (there are so many colours), the one that explains most of the peak forces."""
     peak = np.log(np.array([float(group.figures["peak_force_n"].mean()) for group in pulses.groups]))
 

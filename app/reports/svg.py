@@ -1,6 +1,6 @@
 """Small charts as inline SVG: no script, no fonts, colours by the page's style, readable on a telephone.
 
-Glossary: a chart is 360 by 220 units; `Frame` maps numbers into it.
+Glossary: a chart is 360 by 220 units; `AxesFrame` maps numbers into it.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _POINTS = 400
 
 
 @dataclass(frozen=True)
-class Frame:
+class AxesFrame:
     """Axes from `x` to `y` ranges; `logarithmic` for both."""
 
     x: tuple[float, float]
@@ -49,9 +49,9 @@ def _log(values: Floats) -> Floats:
     return np.log10(np.maximum(values, np.finfo(float).tiny))
 
 
-def frame_of(x: Sequence[Floats], y: Sequence[Floats], *, logarithmic: bool = False) -> Frame:
+def frame_of(x: Sequence[Floats], y: Sequence[Floats], *, logarithmic: bool = False) -> AxesFrame:
     """A frame around all finite values (positive ones where it is logarithmic)."""
-    return Frame(_ends(x, logarithmic, 0.0), _ends(y, logarithmic, 0.05), logarithmic)
+    return AxesFrame(_ends(x, logarithmic, 0.0), _ends(y, logarithmic, 0.05), logarithmic)
 
 
 def _ends(values: Sequence[Floats], logarithmic: bool, margin: float) -> tuple[float, float]:
@@ -66,7 +66,9 @@ def _ends(values: Sequence[Floats], logarithmic: bool, margin: float) -> tuple[f
     return low - room, high + room
 
 
-def chart(label: str, frame: Frame, marks: Sequence[str], x_title: str, y_title: str, *, whole: bool = False) -> str:
+def chart(
+    label: str, frame: AxesFrame, marks: Sequence[str], x_title: str, y_title: str, *, whole: bool = False
+) -> str:
     """The chart with its axes; `marks` are drawn between grid and labels. `whole`: x counts things."""
     return (
         f'<svg viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img" aria-label="{escape(label)}">'
@@ -74,7 +76,7 @@ def chart(label: str, frame: Frame, marks: Sequence[str], x_title: str, y_title:
     )
 
 
-def _grid(frame: Frame, whole: bool) -> str:
+def _grid(frame: AxesFrame, whole: bool) -> str:
     parts = []
     for value in ticks(frame.y, frame.logarithmic):
         y = float(frame.up(np.array(value)))
@@ -119,7 +121,7 @@ def tick_text(value: float) -> str:
     return f"{value:.0f}" if "e+" in text and abs(value) < 1e6 else text
 
 
-def line(frame: Frame, x: Floats, y: Floats, kind: str) -> str:
+def line(frame: AxesFrame, x: Floats, y: Floats, kind: str) -> str:
     """A curve of CSS class `kind`, thinned to what a screen shows."""
     keep = np.unique(np.linspace(0, x.size - 1, min(x.size, _POINTS)).astype(int)) if x.size else np.zeros(0, dtype=int)
     good = np.isfinite(y[keep]) & np.isfinite(x[keep])
@@ -127,7 +129,7 @@ def line(frame: Frame, x: Floats, y: Floats, kind: str) -> str:
     return f'<polyline class="{kind}" points="{points}"/>'
 
 
-def band(frame: Frame, x: Floats, low: Floats, high: Floats, kind: str) -> str:
+def band(frame: AxesFrame, x: Floats, low: Floats, high: Floats, kind: str) -> str:
     """The area between two curves."""
     good = np.isfinite(low) & np.isfinite(high)
     across, outward = frame.across(x[good]), frame.up(high[good])
@@ -135,7 +137,7 @@ def band(frame: Frame, x: Floats, low: Floats, high: Floats, kind: str) -> str:
     return f'<polygon class="{kind}" points="{_pairs(across, outward)} {_pairs(across[::-1], back)}"/>'
 
 
-def dots(frame: Frame, x: Floats, y: Floats, kind: str, names: Sequence[str]) -> str:
+def dots(frame: AxesFrame, x: Floats, y: Floats, kind: str, names: Sequence[str]) -> str:
     """A dot for each finite value; `names` appear on pointing at one."""
     places = zip(frame.across(x), frame.up(y), y, names, strict=True)
     return "".join(
@@ -145,7 +147,7 @@ def dots(frame: Frame, x: Floats, y: Floats, kind: str, names: Sequence[str]) ->
     )
 
 
-def level(frame: Frame, value: float, kind: str) -> str:
+def level(frame: AxesFrame, value: float, kind: str) -> str:
     """A line across at `value`."""
     y = float(frame.up(np.array(value)))
     return f'<line class="{kind}" x1="{_LEFT:g}" x2="{WIDTH - _RIGHT:g}" y1="{y:.1f}" y2="{y:.1f}"/>'

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..number_format import number
 from ..validating.tables import COLUMNS, failure_lines, quantity_words, reason_lines, score_rows
-from .document import Block, Bullets, Document, Figure, Figures, Paragraph, Section, Table
+from .document import Block, Bullets, ChartRow, Document, Figure, Paragraph, Section, Table
 from .svg import band, chart, dots, frame_of, level, line
 
 #: Shares of the ranks that the histogram's bins hold, of bands that mean what they say.
@@ -58,7 +58,7 @@ def _comparisons(data: Mapping[str, Any]) -> list[Block]:
         shots = [shot["quantities"][row["name"]] for shot in data["shots"] if row["name"] in shot["quantities"]]
         if shots:
             figures.append(Figure(quantity_words(row["name"]), _in_order(row, shots), _KEYS))
-    return [Figures(figures)] if figures else [Paragraph("No quantity of a whole shot was measured.", quiet=True)]
+    return [ChartRow(figures)] if figures else [Paragraph("No quantity of a whole shot was measured.", quiet=True)]
 
 
 def _in_order(row: Mapping[str, Any], shots: list[Mapping[str, float]]) -> str:
@@ -78,7 +78,7 @@ def _in_order(row: Mapping[str, Any], shots: list[Mapping[str, float]]) -> str:
 def _ranks(data: Mapping[str, Any]) -> list[Block]:
     figures = [Figure(quantity_words(row["name"]), _histogram(row)) for row in data["quantities"]]
     return [
-        Figures(figures),
+        ChartRow(figures),
         Paragraph(
             "Where bands mean what they say, a tenth of the measured values has a rank in each tenth of the predicted "
             "draws. A hollow in the middle tells of bands that are too narrow, a hump of bands that are too wide, a "
@@ -100,7 +100,7 @@ def _histogram(row: Mapping[str, Any]) -> str:
 def _lines(data: Mapping[str, Any]) -> list[Block]:
     if not data["lines"]:
         return [Paragraph("No spectrum was measured.", quiet=True)]
-    return [Figures(list(_line_charts(data["lines"])))]
+    return [ChartRow(list(_line_charts(data["lines"])))]
 
 
 def _line_charts(lines: Mapping[str, list[Mapping[str, float]]]) -> Iterator[Figure]:

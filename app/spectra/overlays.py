@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 from ...signals.srs.record import Spectrum
 from ...signals.srs.spectrum import shock_response_spectrum
 from ...twin.chain import default_lines
-from ...twin.srs.comparison import Comparison, compare
+from ...twin.srs.comparison import SpectrumComparison, compare
 from ...twin.srs.target import Target
 from ...twin.srs.tolerance import within_db
 from ..pulses.accelerations import ImpactRecord, impact_records
@@ -36,7 +36,7 @@ class ImpactSpectrum:
 
 
 @dataclass(frozen=True)
-class Band:
+class ReferenceBand:
     """From `lower_m_s2` to `upper_m_s2` (f,), `db` either way of the reference; None: a specification's own."""
 
     db: float | None
@@ -56,8 +56,8 @@ class SpectrumOverlay:
     frequency_hz: Floats
     spectra: tuple[ImpactSpectrum, ...]
     reference: Target
-    bands: tuple[Band, ...]
-    comparison: Comparison
+    bands: tuple[ReferenceBand, ...]
+    comparison: SpectrumComparison
     left_out: tuple[str, ...]
 
 
@@ -122,9 +122,9 @@ def _mean(lines: Floats, maximax: Floats, widest_db: float) -> Target:
     return made.with_tolerance(within_db(widest_db))
 
 
-def _bands(target: Target, bands_db: Sequence[float], specified: bool) -> tuple[Band, ...]:
+def _bands(target: Target, bands_db: Sequence[float], specified: bool) -> tuple[ReferenceBand, ...]:
     level = target.level_m_s2
-    bands = [Band(db, level * 10 ** (-db / 20), level * 10 ** (db / 20)) for db in bands_db]
+    bands = [ReferenceBand(db, level * 10 ** (-db / 20), level * 10 ** (db / 20)) for db in bands_db]
     if specified:
-        bands.append(Band(None, level * 10 ** (-target.lower_db / 20), level * 10 ** (target.upper_db / 20)))
+        bands.append(ReferenceBand(None, level * 10 ** (-target.lower_db / 20), level * 10 ** (target.upper_db / 20)))
     return tuple(bands)

@@ -10,10 +10,10 @@ import numpy as np
 from ...twin.srs.target import Target
 from ..plots import MEASURED, MODEL, QUIET, new_figure, save
 from .channel import Acceleration
-from .recordings import Measured
+from .recordings import MeasuredSpectrum
 
 
-def plot_spectrum(measured: Measured, path: Path) -> None:
+def plot_spectrum(measured: MeasuredSpectrum, path: Path) -> None:
     """Spectrum on log-log axes above, record below. `ValueError` for a suffix that cannot be drawn."""
     figure = new_figure(8, 8)
     above, below = figure.subplots(2, 1, height_ratios=(2, 1))
@@ -22,7 +22,7 @@ def plot_spectrum(measured: Measured, path: Path) -> None:
     save(figure, path)
 
 
-def draw_spectrum(axes: Any, measured: Measured) -> None:
+def draw_spectrum(axes: Any, measured: MeasuredSpectrum) -> None:
     """Positive, negative and maximax spectrum; lines outside of the target's tolerance are marked."""
     spectrum, held = measured.spectrum, measured.comparison
     if held is not None:

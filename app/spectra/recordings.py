@@ -13,7 +13,7 @@ from ...signals.checks.recording import judge_together
 from ...signals.srs.moments import Moments, temporal_moments
 from ...signals.srs.record import Spectrum
 from ...signals.srs.spectrum import shock_response_spectrum
-from ...twin.srs.comparison import Comparison, compare
+from ...twin.srs.comparison import SpectrumComparison, compare
 from ...twin.srs.target import Target
 from .channel import Acceleration
 
@@ -24,14 +24,14 @@ RESAMPLED_TO = 40.0
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class MeasuredSpectrum:
     """All that a recording alone tells; `comparison` where there is a target."""
 
     acceleration: Acceleration
     spectrum: Spectrum
     moments: Moments
     findings: tuple[Finding, ...]
-    comparison: Comparison | None
+    comparison: SpectrumComparison | None
 
 
 def measure(
@@ -42,7 +42,7 @@ def measure(
     target: Target | None = None,
     resample: bool = False,
     range_m_s2: float | None = None,
-) -> Measured:
+) -> MeasuredSpectrum:
     """Spectrum, moments, checks, comparison. Lines that are not given are the target's, else the record's own grid."""
     sensor = Sensor(acceleration.channel, "acceleration", "m/s2", range=range_m_s2)
     channel = Channel(sensor, acceleration.values_m_s2, acceleration.sampling_rate_hz, acceleration.start_s)
@@ -55,7 +55,7 @@ def measure(
         damping_ratio=damping_ratio,
         resample=RESAMPLED_TO if resample else None,
     )
-    return Measured(
+    return MeasuredSpectrum(
         acceleration,
         spectrum,
         temporal_moments(channel.si, channel.sampling_rate_hz, acceleration.start_s),

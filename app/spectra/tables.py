@@ -12,13 +12,13 @@ import numpy as np
 
 from ...schema.outputs import whole_file
 from ...signals.checks import Finding
-from ...twin.srs.comparison import Comparison
-from .recordings import Measured
+from ...twin.srs.comparison import SpectrumComparison
+from .recordings import MeasuredSpectrum
 
 _CURVES = ("maximax", "positive", "negative", "primary", "residual")
 
 
-def as_json(measured: Measured) -> dict[str, Any]:
+def as_json(measured: MeasuredSpectrum) -> dict[str, Any]:
     """The form that scripts rely on, and beyond it channel, moments and comparison. SI; infinities become null."""
     spectrum = measured.spectrum
     return {
@@ -40,7 +40,7 @@ def as_json(measured: Measured) -> dict[str, Any]:
     }
 
 
-def summary(measured: Measured) -> dict[str, Any]:
+def summary(measured: MeasuredSpectrum) -> dict[str, Any]:
     """What stands above the table: the channel, its moments, and how the target was met."""
     acceleration, held = measured.acceleration, measured.comparison
     columns = {
@@ -61,7 +61,7 @@ def summary(measured: Measured) -> dict[str, Any]:
     }
 
 
-def rows_of(measured: Measured) -> list[dict[str, Any]]:
+def rows_of(measured: MeasuredSpectrum) -> list[dict[str, Any]]:
     """One row a line, as the table shows it; lines outside of the target's range have no level."""
     spectrum, held = measured.spectrum, _by_line(measured.comparison)
     return [
@@ -75,7 +75,7 @@ def rows_of(measured: Measured) -> list[dict[str, Any]]:
     ]
 
 
-def write_spectrum(measured: Measured, path: Path) -> None:
+def write_spectrum(measured: MeasuredSpectrum, path: Path) -> None:
     """The table as CSV, numbers in full; `read_target` reads it."""
     columns = ["frequency_hz", *(f"{name}_m_s2" for name in _CURVES), "pseudo_velocity_m_s"]
     with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
@@ -84,7 +84,7 @@ def write_spectrum(measured: Measured, path: Path) -> None:
         writer.writerows(rows_of(measured))
 
 
-def _by_line(comparison: Comparison | None) -> dict[float, dict[str, float]]:
+def _by_line(comparison: SpectrumComparison | None) -> dict[float, dict[str, float]]:
     if comparison is None:
         return {}
     columns = zip(
@@ -102,7 +102,7 @@ def _finding_json(finding: Finding) -> dict[str, Any]:
     return {"check": finding.check, "severity": finding.severity, "message": finding.message, "evidence": evidence}
 
 
-def _comparison_json(comparison: Comparison) -> dict[str, Any]:
+def _comparison_json(comparison: SpectrumComparison) -> dict[str, Any]:
     return {
         "within": bool(comparison.within),
         "share_within": float(comparison.share_within),

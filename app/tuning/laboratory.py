@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from ...doe.factors import Factor
+from ...doe.factors import DesignFactor
 from ...doe.guards import PlannedShot, check_run
 from ...doe.limits.bench import BenchLimits
 from ...doe.limits.contact_force import Elastic, hertz_contact
 from ...doe.space import Space
 from ...twin.chain import Twin
-from ...twin.materials import Material
+from ...twin.materials import ElasticMaterial
 from ...twin.setting import Setting
 from ...twin.srs.target import Target
 from ...twin.strikes import Strikes
@@ -23,7 +23,7 @@ from ...twin.tune.avoid import Avoid
 from ...twin.tune.forward import Floats, Outside, Refusals
 from ...twin.tune.goal import Goal
 from ...twin.tune.probability import Proposal
-from ...twin.tune.space import Amount, Levels, Range, TuningSpace
+from ...twin.tune.space import Amount, ContinuousRange, Levels, TuningSpace
 
 #: The regulator holds no less (gauge).
 LEAST_PRESSURE_PA = 0.2e5
@@ -58,8 +58,8 @@ def goal_of(target: Target, lines_hz: Floats, share: float) -> Goal:
 
 def tuning_space(
     factors: Space,
-    material: Callable[[str], Material],
-    plate: Material,
+    material: Callable[[str], ElasticMaterial],
+    plate: ElasticMaterial,
     plate_thickness_m: float,
     plate_mass_kg: float,
     positions: Sequence[str],
@@ -83,16 +83,16 @@ def tuning_space(
         anvils=tuple(None if word == NONE else material(word) for word in anvils),
         insulators=_words(of.get("insulator"), (NONE,)),
         impact_positions=tuple(positions),
-        tank_pressure_pa=Range(LEAST_PRESSURE_PA, highest),
+        tank_pressure_pa=ContinuousRange(LEAST_PRESSURE_PA, highest),
         impactor_mass_kg=mass_kg or _masses(of),
     )
 
 
-def _words(factor: Factor | None, otherwise: tuple[str, ...]) -> tuple[str, ...]:
+def _words(factor: DesignFactor | None, otherwise: tuple[str, ...]) -> tuple[str, ...]:
     return factor.levels if factor is not None else otherwise
 
 
-def _numbers(factors: Mapping[str, Factor], name: str, most: int | None = None) -> tuple[float, ...]:
+def _numbers(factors: Mapping[str, DesignFactor], name: str, most: int | None = None) -> tuple[float, ...]:
     """The numbers of a factor; of a continuous one `most` of them, at equal distances, its ends included."""
     factor = factors.get(name)
     if factor is None or factor.numbers is None:
@@ -102,10 +102,10 @@ def _numbers(factors: Mapping[str, Factor], name: str, most: int | None = None) 
     return tuple(factor.numbers[place] for place in np.linspace(0, len(factor.numbers) - 1, most).round().astype(int))
 
 
-def _masses(factors: Mapping[str, Factor]) -> Amount:
+def _masses(factors: Mapping[str, DesignFactor]) -> Amount:
     factor = factors.get("bullet_mass")
     if factor is not None and factor.continuous:
-        return Range(*factor.limits)
+        return ContinuousRange(*factor.limits)
     return Levels(_numbers(factors, "bullet_mass"))
 
 
@@ -141,7 +141,7 @@ def _refused(setting: Setting, velocity_m_s: float, limits: BenchLimits) -> tupl
     return tuple(exceeded.message for exceeded in check_run(shot, limits))
 
 
-def _elastic(material: Material) -> Elastic:
+def _elastic(material: ElasticMaterial) -> Elastic:
     return Elastic(material.youngs_modulus_pa, material.poisson_ratio)
 
 

@@ -16,7 +16,7 @@ from ...twin.tune.attainability import AT_LEAST
 from ...twin.tune.forward import level_db
 from ...twin.tune.goal import Goal
 from ...twin.tune.space import Amount, TuningSpace
-from ...twin.tune.tuner import Measured, Tuned, tune
+from ...twin.tune.tuner import FiredShots, Tuned, tune
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from ..twins.measured_shots import read_measured_shots, struck_plate
 from .laboratory import AtSensor, bench_refusals, goal_of, outside_of, tuning_space
@@ -57,7 +57,7 @@ class TuningSession:
     goal: Goal
     space: TuningSpace
     limits: BenchLimits
-    measured: Measured
+    measured: FiredShots
     notes: tuple[str, ...]
 
     def run(self, progress: Progress | None = None) -> Tuned:
@@ -112,9 +112,9 @@ def _without_double_counting(built: BuiltTwin, measured: Sequence[str]) -> Built
     return replace(built, twin=replace(built.twin, calibration=None))
 
 
-def _measured(store: Store | None, built: BuiltTwin, ask: Ask) -> tuple[Measured, list[str]]:
+def _measured(store: Store | None, built: BuiltTwin, ask: Ask) -> tuple[FiredShots, list[str]]:
     """Of all campaigns named, and what was left out of each. Raises `LookupError` for a campaign without a store."""
-    together = Measured()
+    together = FiredShots()
     notes: list[str] = []
     if store is None:
         if ask.measured:
@@ -140,7 +140,7 @@ def _measured(store: Store | None, built: BuiltTwin, ask: Ask) -> tuple[Measured
     return together, notes
 
 
-def _levels(shots: MeasuredShots, built: BuiltTwin) -> tuple[Measured, list[str]]:
+def _levels(shots: MeasuredShots, built: BuiltTwin) -> tuple[FiredShots, list[str]]:
     """Those with a spectrum, on plates that the twin has, and why others are left out."""
     plates = built.twin.plate.plates
     force_given = shots.force_is_given
@@ -149,6 +149,6 @@ def _levels(shots: MeasuredShots, built: BuiltTwin) -> tuple[Measured, list[str]
     there = np.array([setting.plate.name in plates for setting in shots.settings], dtype=np.bool_)
     rows = np.flatnonzero(np.isfinite(shots.spectra_m_s2).all(axis=(1, 2)) & there & ~force_given)
     if not rows.size:
-        return Measured(), others
+        return FiredShots(), others
     settings = tuple(shots.settings[row] for row in rows)
-    return Measured(settings, level_db(shots.spectra_m_s2[rows, 0])), others
+    return FiredShots(settings, level_db(shots.spectra_m_s2[rows, 0])), others

@@ -17,7 +17,7 @@ from ...training.place import place_beside
 from ...twin.chain import Twin, default_lines
 from ...twin.effects import Effect, checked_effects
 from ...twin.launch import GunStage
-from ...twin.materials import THESIS, Material
+from ...twin.materials import THESIS, ElasticMaterial
 from ...twin.plates import PlateSpread, PlateStage
 from ...twin.sensors.chain import SensorChain
 from ...twin.setting import Setting
@@ -88,11 +88,11 @@ class BuiltTwin:
 
     twin: Twin
     bench: Bench
-    plate: Material
-    materials: Mapping[str, Material]
+    plate: ElasticMaterial
+    materials: Mapping[str, ElasticMaterial]
     notes: tuple[str, ...] = field(default=())
 
-    def material(self, name: str) -> Material:
+    def material(self, name: str) -> ElasticMaterial:
         """By name or alias. Raises `LookupError` naming those there are."""
         return _material_named(self.materials, name)
 
@@ -118,7 +118,7 @@ def twin_of(store: Store | None, db: str, request: TwinRequest, shots: MeasuredS
         return _built(session, bench, stored_materials(session), db, request, shots)
 
 
-def _material_named(materials: Mapping[str, Material], name: str) -> Material:
+def _material_named(materials: Mapping[str, ElasticMaterial], name: str) -> ElasticMaterial:
     if name.lower() not in materials:
         material_names = ", ".join(dict.fromkeys(material.name for material in materials.values()))
         raise LookupError(f"no material {name!r}; there are: {material_names} (pyroshock materials)")
@@ -128,7 +128,7 @@ def _material_named(materials: Mapping[str, Material], name: str) -> Material:
 def _built(
     session: Session | None,
     bench: Bench,
-    materials: Mapping[str, Material],
+    materials: Mapping[str, ElasticMaterial],
     db: str,
     request: TwinRequest,
     shots: MeasuredShots | None = None,
@@ -175,7 +175,7 @@ def _lines(request: TwinRequest) -> Floats:
 def _shots(
     session: Session | None,
     bench: Bench,
-    materials: Mapping[str, Material],
+    materials: Mapping[str, ElasticMaterial],
     sensors: tuple[str, ...],
     request: TwinRequest,
 ) -> MeasuredShots:
@@ -378,7 +378,7 @@ def _registered(
     return RegisteredContact(registry.load(version), own, velocity_kind, effects)
 
 
-def _plates(bench: Bench, material: Material, db: str, request: TwinRequest) -> tuple[PlateStage, str]:
+def _plates(bench: Bench, material: ElasticMaterial, db: str, request: TwinRequest) -> tuple[PlateStage, str]:
     effects = _of_stage(request, "plate")
     if bench.modes is not None:
         # A measured table is known better than a model: its frequencies to a line's width.
@@ -394,7 +394,7 @@ def _plates(bench: Bench, material: Material, db: str, request: TwinRequest) -> 
     return PlateStage({material.name: plate}, effects, label=f"finite elements ({drawing.source})"), _of(drawing)
 
 
-def _drawn_plate(bench: Bench, material: Material, db: str, request: TwinRequest) -> ModalPlate:
+def _drawn_plate(bench: Bench, material: ElasticMaterial, db: str, request: TwinRequest) -> ModalPlate:
     drawing = bench.drawing.at(request.impact_points, request.sensors).raised(request.chain_height_m)
     highest = min(MODES_OVER_LINES * float(_lines(request).max()), MAX_MODE_HZ)
     return solved(drawing, material, highest, plates_folder(db))
@@ -412,7 +412,7 @@ def _of(drawing: PlateDrawing) -> str:
     return f"plate: {drawing.source}, {drawing.thickness_m * 1e3:g} mm; points in m: {points}"
 
 
-def solved(drawing: PlateDrawing, material: Material, highest_hz: float, folder: Path) -> ModalPlate:
+def solved(drawing: PlateDrawing, material: ElasticMaterial, highest_hz: float, folder: Path) -> ModalPlate:
     """Modes of a plate up to a frequency, of the finite element model, kept in `folder`."""
     import scipy.linalg  # noqa: F401 - its own BLAS must be there to be limited
     from threadpoolctl import threadpool_limits

@@ -32,7 +32,7 @@ MOST_SHOTS = 400
 
 
 @runtime_checkable
-class Learned(Protocol):
+class PulseLearner(Protocol):
     """A contact stage that knows how many measured pulses it has learned from."""
 
     @property
@@ -89,7 +89,7 @@ def basis(twin: Twin, campaign: str | None) -> RestsOn:
     contact = twin.contact.base if isinstance(twin.contact, CoupledContact) else twin.contact
     label = twin.contact.label
     of_gun = 0 if twin.gun is None or twin.gun.shots is None else len(twin.gun.shots)
-    of_contact = contact.shots if isinstance(contact, Learned) else 0
+    of_contact = contact.shots if isinstance(contact, PulseLearner) else 0
     of_spectra = twin.calibration.shots if twin.calibration is not None else 0
     most = max(of_gun, of_spectra, of_contact if isinstance(contact, PriorContact) else 0)
     together = " solved together with the plate" if contact is not twin.contact else ""
@@ -100,7 +100,7 @@ def basis(twin: Twin, campaign: str | None) -> RestsOn:
             "its documented ranges of yield, loss, plate and layer",
         )
         what = f"the law{together} with {updated if of_contact else ranges}"
-    elif isinstance(contact, Learned):
+    elif isinstance(contact, PulseLearner):
         what = f"the registered model {label.removeprefix('models:/')}, trained on {of_contact} pulses"
     else:
         what = f"the law {label}{together} with the error of its table"

@@ -28,7 +28,7 @@ from ...twin.contact.hertz import impactor_of_pulse
 from ...twin.contact.impacts import plate_impedance
 from ...twin.contact.struck import bodies_of
 from ...twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
-from ...twin.materials import Material
+from ...twin.materials import ElasticMaterial
 from ...twin.measured_shots import MeasuredShots
 from ...twin.setting import Setting
 from ...twin.strikes import Floats, Strikes
@@ -64,7 +64,7 @@ _FIELDS = frozenset(field.name.removesuffix("_m") for field in fields(Setting)) 
 
 
 @dataclass(frozen=True)
-class StruckPlate:
+class CampaignPlate:
     """The campaign's plate as its settings name it: `material` is that of shots that do not say theirs."""
 
     material: str
@@ -113,8 +113,8 @@ def read_measured_shots(
     frequency_hz: Floats,
     q: float,
     sensors: Sequence[str],
-    material: Callable[[str], Material],
-    plate: StruckPlate,
+    material: Callable[[str], ElasticMaterial],
+    plate: CampaignPlate,
     most: int | None = None,
 ) -> tuple[MeasuredShots, tuple[str, ...]]:
     """The campaign's shots, and why some are left out (a sentence for each, with run and repetition).
@@ -161,9 +161,9 @@ def no_shots(sensors: Sequence[str], frequency_hz: Floats, q: float) -> Measured
     return _shots([], tuple(sensors), frequency_hz, q)
 
 
-def struck_plate(bench: Bench) -> StruckPlate:
+def struck_plate(bench: Bench) -> CampaignPlate:
     """Of a campaign's bench."""
-    return StruckPlate(bench.plate_material, bench.drawing.thickness_m, bench.drawing.area_m2)
+    return CampaignPlate(bench.plate_material, bench.drawing.thickness_m, bench.drawing.area_m2)
 
 
 def _shots(kept: Sequence[_Shot], sensors: tuple[str, ...], lines: Floats, q: float) -> MeasuredShots:
@@ -262,7 +262,7 @@ def _starts(session: Session, campaign: int) -> dict[int, list[float]]:
 
 
 def _velocity(
-    hit: _Hit, words: dict[str, str | float], material: Callable[[str], Material], plate: StruckPlate
+    hit: _Hit, words: dict[str, str | float], material: Callable[[str], ElasticMaterial], plate: CampaignPlate
 ) -> tuple[float, float]:
     """Before contact, and its standard uncertainty, m/s; NaN where none was measured.
 
@@ -304,7 +304,9 @@ def _of_pulse(setting: Setting, hit: _Hit) -> Setting:
     return replace(setting, impactor_mass_kg=float(mass[0]), impact_velocity_m_s=float(velocity[0]))
 
 
-def _plate_material(words: dict[str, str | float], material: Callable[[str], Material], plate: StruckPlate) -> Material:
+def _plate_material(
+    words: dict[str, str | float], material: Callable[[str], ElasticMaterial], plate: CampaignPlate
+) -> ElasticMaterial:
     return material(str(words.get("plate_material", plate.material)))
 
 
@@ -312,8 +314,8 @@ def _setting(
     hit: _Hit,
     words: dict[str, str | float],
     velocity_m_s: float,
-    material: Callable[[str], Material],
-    plate: StruckPlate,
+    material: Callable[[str], ElasticMaterial],
+    plate: CampaignPlate,
 ) -> Setting:
     if hit.impact is None and hit.recording is None:
         words = {**_UNSTATED_TIP, **words}

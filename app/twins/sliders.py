@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from ...schema.columns import CHAIN_PITCH_M
 from ..predictions.given_factors import is_used
-from ..predictions.predicting import NONE, TANK_PRESSURE_PA, Shot
+from ..predictions.predicting import NONE, TANK_PRESSURE_PA, ShotRequest
 from ..tuning.laboratory import LEAST_PRESSURE_PA
 
 if TYPE_CHECKING:
     from ...dataset.limits import Limit
-    from ...doe.factors import Factor
+    from ...doe.factors import DesignFactor
     from ...doe.space import Space
     from .building import BuiltTwin
 
@@ -33,7 +33,7 @@ VELOCITY_M_S = 1.0
 
 
 def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
-    """Plain data: `numbers` and `choices` by the fields of `Shot`.
+    """Plain data: `numbers` and `choices` by the fields of `ShotRequest`.
 
     A number has `unit` (as shown), `scale` (shown = scale * SI), and in SI `low`, `high`, `step`, `default`, `levels`
     (what the lab owns; none for what goes without steps) and `domain`: from what to what the model has learned, None
@@ -55,7 +55,7 @@ def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
         "tank_pressure_pa": (LEAST_PRESSURE_PA, highest, TANK_PRESSURE_PA, (), None),
         "impact_velocity_m_s": (_LEAST_M_S, limits.max_impact_velocity_m_s, VELOCITY_M_S, (), "impact.velocity"),
         "bullet_mass_kg": (min(masses), limits.max_bullet_mass_kg, mass, masses, "impactor.mass"),
-        "tip_radius_m": (min(radii), max(radii), Shot.tip_radius_m, radii, "factor.tip_radius"),
+        "tip_radius_m": (min(radii), max(radii), ShotRequest.tip_radius_m, radii, "factor.tip_radius"),
     }
     return {
         "numbers": {name: _number(name, *end[:-1], values.get(end[-1] or "")) for name, end in ends.items()},
@@ -64,7 +64,7 @@ def sliders(built: BuiltTwin, factors: Space | None = None) -> dict[str, Any]:
     }
 
 
-def _owned(factors: Mapping[str, Factor], name: str, scale: float) -> tuple[float, ...]:
+def _owned(factors: Mapping[str, DesignFactor], name: str, scale: float) -> tuple[float, ...]:
     factor = factors.get(name)
     if factor is None or factor.numbers is None:
         raise ValueError(f"the factors have no numbers of {name}; there are: {', '.join(factors)}")
@@ -92,7 +92,7 @@ def _choices(built: BuiltTwin, known: Known) -> dict[str, Any]:
 
     names = sorted({material.name for material in built.materials.values()}, key=str.lower)
     positions = built.twin.plate.ensemble(built.plate.name)[0].impact_points if built.twin.sensor_names else ("#1",)
-    tip = Shot.tip_material if Shot.tip_material in names else names[0]
+    tip = ShotRequest.tip_material if ShotRequest.tip_material in names else names[0]
     choices = {
         "tip_material": _choice(names, tip, lambda name: _tip_known(built, known, name)),
         "anvil_material": _choice([NONE, *names], NONE, _level_known(known, "factor.anvil_material")),

@@ -14,10 +14,10 @@ from ...training.tuning.folds import grouped_folds
 from ...twin.measured_shots import MeasuredShots
 from ...twin.plates import PlateStage
 from ...twin.prediction import ShotDraws
-from ...validation.prediction_scores.failure_rules import Failure
+from ...validation.prediction_scores.failure_rules import PredictionFailure
 from ...validation.prediction_scores.quantity_score import QuantityScore
 from ...validation.prediction_scores.shot_comparison import QuantityComparison, compared_shots, line_rows, shot_rows
-from ...validation.prediction_scores.verdict import Verdict, verdict
+from ...validation.prediction_scores.verdict import PredictionVerdict, verdict
 from ..finite import finite
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from ..twins.learning import MOST_SHOTS
@@ -74,8 +74,8 @@ class Validation:
     campaign: str
     shots: MeasuredShots
     comparisons: tuple[QuantityComparison, ...]
-    failures: tuple[Failure, ...]
-    verdict: Verdict
+    failures: tuple[PredictionFailure, ...]
+    verdict: PredictionVerdict
     folds: int
     seen: str
     left_out: tuple[str, ...]

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from starlette.requests import Request
 
 from ..predictions.given_factors import parse_factor
-from ..predictions.predicting import Shot
+from ..predictions.predicting import ShotRequest
 from ..twins.building import TwinRequest
 from ..twins.warm import TwinShelf
 
@@ -23,7 +23,7 @@ Twins = Annotated[TwinShelf, Depends(_twins)]
 Word = Annotated[str, Field(max_length=200)]
 
 
-class Question(BaseModel):
+class PredictionOptions(BaseModel):
     """A shot as `pyroshock predict` takes it, SI; the twin is that of a campaign's bench (none: the newest gun's).
 
     The bounds are orders of magnitude beyond any bench: between them an answer takes a second at most.
@@ -65,16 +65,16 @@ class Question(BaseModel):
             chain_height_m=self.chain_height_m,
         )
 
-    def shot(self) -> Shot:
+    def shot(self) -> ShotRequest:
         names = ("bullet_mass_kg", "tip_material", "tip_radius_m", "tank_pressure_pa", "impact_velocity_m_s",
                  "anvil_material", "insulator", "impact_position", "boundary_conditions", "valve_profile")  # fmt: skip
         factors = dict(parse_factor(text) for text in self.factor)
-        return Shot(**{name: getattr(self, name) for name in names}, factors=factors)
+        return ShotRequest(**{name: getattr(self, name) for name in names}, factors=factors)
 
 
-Asked = Annotated[Question, Query()]
+Asked = Annotated[PredictionOptions, Query()]
 
 
-def shown(question: Question) -> dict[str, Any]:
+def shown(question: PredictionOptions) -> dict[str, Any]:
     """What a link to this question carries."""
     return question.model_dump(exclude_defaults=True)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...doe.factor_rules import short_between
 from ...schema.columns import column_of
 from ..means import Rows
-from ..record import Configuration, Floats
+from ..record import Floats, RunConfiguration
 
 #: Folds by configuration; with fewer configurations each is held out alone.
 _FOLDS = 5
@@ -22,7 +22,7 @@ _LEAST = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Split:
+class ConfigurationFolds:
     """`folds`: the configurations held out in turn. `name` as the report says it."""
 
     name: str
@@ -33,13 +33,13 @@ class Split:
         return np.concatenate(self.folds)
 
 
-def by_configuration(rows: Rows, rng: np.random.Generator) -> Split:
+def by_configuration(rows: Rows, rng: np.random.Generator) -> ConfigurationFolds:
     """These configurations in turn, spread at random over the folds."""
     parts = np.array_split(rng.permutation(rows), min(_FOLDS, len(rows)))
-    return Split("configuration", tuple(np.sort(part) for part in parts))
+    return ConfigurationFolds("configuration", tuple(np.sort(part) for part in parts))
 
 
-def corner(configurations: Sequence[Configuration], rows: Rows, size: Floats) -> Split | None:
+def corner(configurations: Sequence[RunConfiguration], rows: Rows, size: Floats) -> ConfigurationFolds | None:
     """About a quarter of the configurations, at one end of the numeric factor that the gap goes with most.
 
     `size` (C,) is how large the gap of each configuration is; the end is the one with the larger gap, where an
@@ -60,7 +60,7 @@ def corner(configurations: Sequence[Configuration], rows: Rows, size: Floats) ->
             inside &= part
     if not _LEAST <= inside.sum() <= min(len(rows) // 2, len(rows) - _LEAST):
         return None
-    return Split(f"corner: {' and '.join(texts)}", (rows[inside],))
+    return ConfigurationFolds(f"corner: {' and '.join(texts)}", (rows[inside],))
 
 
 def _end(name: str, values: Floats, size: Floats) -> tuple[str, NDArray[np.bool_], float]:

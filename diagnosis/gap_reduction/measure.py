@@ -15,7 +15,7 @@ from ..means import Rows
 from ..observables.base import Stage
 from ..record import Floats
 from ..verdict import CORRECTED, Shrinkage
-from .folds import Split, by_configuration, corner
+from .folds import ConfigurationFolds, by_configuration, corner
 from .gaps import Gaps
 from .pulse_ratings import pulse_ratings
 
@@ -26,7 +26,7 @@ def measure_reduction(
     rng: np.random.Generator,
     scales: Mapping[str, Floats] | None = None,
     pulses: bool = True,
-) -> list[tuple[Shrinkage, HeldOut]]:
+) -> list[tuple[Shrinkage, FoldCorrections]]:
     """Held out by configuration in five folds, and once a corner of the factor space, where there is one; with what
     each fold fitted.
 
@@ -42,22 +42,22 @@ def measure_reduction(
         return []
     at_corner = corner(stages[0].record.configurations, gaps.rows, np.sqrt(gaps.squares()))
     splits = [by_configuration(gaps.rows, rng), *([] if at_corner is None else [at_corner])]
-    results = [HeldOut.of(gaps, split, fit) for split in splits]
+    results = [FoldCorrections.of(gaps, split, fit) for split in splits]
     return [(_entry(stages, held, results[0], rng, pulses), held) for held in results]
 
 
 @dataclass(frozen=True, eq=False)
-class HeldOut:
+class FoldCorrections:
     """What each fold of a split fitted; `corrections` (k, C, D): what its effects add to the simulation, over the scale
     of `gaps`."""
 
     gaps: Gaps
-    split: Split
+    split: ConfigurationFolds
     folds: tuple[FoldFit, ...]
     corrections: Floats
 
     @classmethod
-    def of(cls, gaps: Gaps, split: Split, fit: Callable[[Rows], FoldFit]) -> Self:
+    def of(cls, gaps: Gaps, split: ConfigurationFolds, fit: Callable[[Rows], FoldFit]) -> Self:
         folds = tuple(fit(np.setdiff1d(gaps.rows, held)) for held in split.folds)
         return cls(gaps, split, folds, gaps.over_scale(np.array([fold.averaged for fold in folds])))
 
@@ -108,7 +108,9 @@ class HeldOut:
         return float(fraction(*means))
 
 
-def _entry(stages: Sequence[Stage], held: HeldOut, folds: HeldOut, rng: np.random.Generator, pulses: bool) -> Shrinkage:
+def _entry(
+    stages: Sequence[Stage], held: FoldCorrections, folds: FoldCorrections, rng: np.random.Generator, pulses: bool
+) -> Shrinkage:
     correction, rows = held.correction, held.split.held_out
     squares = [held.squares(table) for table in (0.0, correction, held.corrected)]
     before, after, corrected = (float(np.sqrt(square.mean())) for square in squares)
@@ -125,7 +127,7 @@ def _entry(stages: Sequence[Stage], held: HeldOut, folds: HeldOut, rng: np.rando
     return Shrinkage(held.effects, held.split.name, before, after, reduced, interval, more)
 
 
-def _training_spread(held: HeldOut, folds: HeldOut) -> float:
+def _training_spread(held: FoldCorrections, folds: FoldCorrections) -> float:
     """Standard deviation of the fraction by the choice of training configurations: a jackknife over the folds.
 
     Over folds that chose the same effects; a fold that chose another one has its say in the fraction itself.

@@ -13,7 +13,7 @@ from ..means import Rows
 from ..observables.base import Stage
 from ..observables.batching import at_rows
 from ..observables.contact.residuals import pulse_residuals
-from ..observables.contact.stage import ContactStage
+from ..observables.contact.stage import ContactObservables
 
 
 def pulse_ratings(
@@ -24,7 +24,7 @@ def pulse_ratings(
     Records are aligned at half their peak, so that the rating is of size and shape and no trigger counts.
     """
     pairs: list[tuple[float, float]] = []
-    for stage in [stage for stage in stages if isinstance(stage, ContactStage)]:
+    for stage in [stage for stage in stages if isinstance(stage, ContactObservables)]:
         for held, effects in zip(folds, effects_of_folds, strict=True):
             contact = [effect for effect in effects if effect.id in stage.shows]
             before = _ratings(stage, held, ())
@@ -34,13 +34,13 @@ def pulse_ratings(
     return (float(ratings[:, 0].mean()), float(ratings[:, 1].mean())) if len(ratings) else None
 
 
-def _ratings(stage: ContactStage, held: Rows, effects: Sequence[Effect]) -> list[float]:
+def _ratings(stage: ContactObservables, held: Rows, effects: Sequence[Effect]) -> list[float]:
     """Of each held-out configuration that has a pulse: of its first run with a force and a velocity."""
     runs = stage.record.runs
     usable = [i for i, run in enumerate(runs) if run.force is not None and run.velocity_m_s]
     rows = sorted({runs[i].configuration: i for i in reversed(usable) if runs[i].configuration in held}.values())
-    if type(stage) is ContactStage and rows:  # a physical stage is cut down to these runs, a learned one is not
-        stage = ContactStage(replace(stage.record, runs=tuple(runs[i] for i in rows)))
+    if type(stage) is ContactObservables and rows:  # a physical stage is cut down to these runs, a learned one is not
+        stage = ContactObservables(replace(stage.record, runs=tuple(runs[i] for i in rows)))
         rows = list(range(len(rows)))
     if not rows:
         return []

@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Background:
+class ModelErrorAmplitudes:
     """Amplitudes in tolerances: the same everywhere, smooth over the factors, white over configurations.
 
     Of `detail` of them where an observable is a detail of shape or timing. `gain`: smooth and white, what all lines of
@@ -44,24 +44,24 @@ _SIZES = (
     (1.0, 0.5, 0.3),
     (0.5, 0.5, 0.8),
 )
-_NONE, _MIDDLE = Background(0.0), Background(0.5, 0.3, 0.2)
-_ROUGH = Background(0.5, 0.5, 0.8, _FINE)
+_NONE, _MIDDLE = ModelErrorAmplitudes(0.0), ModelErrorAmplitudes(0.5, 0.3, 0.2)
+_ROUGH = ModelErrorAmplitudes(0.5, 0.5, 0.8, _FINE)
 #: Their largest amplitude is about the tolerance itself: a gap of that size is none.
-BANK = (_NONE, *(Background(*sizes, detail=detail) for detail in (1.0, _FINE) for sizes in _SIZES))
+BANK = (_NONE, *(ModelErrorAmplitudes(*sizes, detail=detail) for detail in (1.0, _FINE) for sizes in _SIZES))
 _LITTLE, _SOME, _MUCH = (0.3, 0.2), (0.5, 0.5), (0.8, 0.6)
 #: A plate's modes are off by the same in all configurations; from one to the next its sensors are.
 PLATE_BANK = (
     _NONE,
     *(
-        Background(constant, detail=_FINE, gain=gain)
+        ModelErrorAmplitudes(constant, detail=_FINE, gain=gain)
         for constant, gain in ((0.25, _LITTLE), (0.5, _LITTLE), (0.5, _SOME), (0.8, _SOME))
     ),
     *(
-        Background(constant, detail=_FINE, gain=gain)
+        ModelErrorAmplitudes(constant, detail=_FINE, gain=gain)
         for constant, gain in ((0.25, _SOME), (0.8, _LITTLE), (1.0, _MUCH))
     ),
-    *(Background(constant, gain=gain) for constant, gain in ((0.25, _LITTLE), (0.5, _LITTLE), (0.8, _SOME))),
-    Background(0.5),
+    *(ModelErrorAmplitudes(constant, gain=gain) for constant, gain in ((0.25, _LITTLE), (0.5, _LITTLE), (0.8, _SOME))),
+    ModelErrorAmplitudes(0.5),
     _MIDDLE,
     replace(_MIDDLE, detail=_FINE),
     _ROUGH,
@@ -170,7 +170,7 @@ class ErrorKernels:
             np.array([item.detail for item in observables])[observable],
         )
 
-    def background(self, member: Background) -> Floats:
+    def background(self, member: ModelErrorAmplitudes) -> Floats:
         """(N, N)"""
         share = np.where(self.detail, member.detail, 1.0)
         over = member.constant**2 * self.constant + member.smooth**2 * self.smooth + member.white**2 * self.white
@@ -186,5 +186,5 @@ class ErrorKernels:
         return np.asarray((1 - _OWN_CELL) * over * between + _OWN_CELL * np.eye(len(over)))
 
 
-def bank(stage: str) -> tuple[Background, ...]:
+def bank(stage: str) -> tuple[ModelErrorAmplitudes, ...]:
     return PLATE_BANK if stage == "plate" else BANK

@@ -41,7 +41,7 @@ _CREDIBLE = 0.90
 
 
 @dataclass(frozen=True, eq=False)
-class Posterior:
+class HypothesisPosterior:
     """Sets of effects with their probabilities; see `ModelLibrary`. `metric` says what the squared gap is made of."""
 
     gap: GapTable
@@ -59,7 +59,7 @@ class Posterior:
         stages: Sequence[Stage],
         kinds: Sequence[type[Effect]],
         progress: Callable[[str], None] = lambda _: None,
-    ) -> Posterior:
+    ) -> HypothesisPosterior:
         problem = InferenceProblem.of(gap, stages, kinds)
         library = search(problem, progress)
         _fit_neighbours(problem, library)
@@ -281,4 +281,4 @@ def common_effects(fit: SubsetFit) -> tuple[Effect, ...]:
     return tuple(law.common.effect(law.common_part(own)) for law, own in zip(fit.laws, fit.parts, strict=True))
 
 
-__all__ = ["Posterior", "common_effects", "fitted_effects", "fitted_parameters"]
+__all__ = ["HypothesisPosterior", "common_effects", "fitted_effects", "fitted_parameters"]

@@ -10,7 +10,7 @@ import numpy as np
 from ...schema.columns import column_of
 from ..means import Rows, means, tolerances
 from ..observables.base import Observable
-from ..record import Configuration, Factor, Floats
+from ..record import Factor, Floats, RunConfiguration
 
 PERMUTATIONS = 999
 _LEVEL = 0.05
@@ -47,7 +47,7 @@ def drift(
     observables: Sequence[Observable],
     rng: np.random.Generator,
     permutations: int = PERMUTATIONS,
-    configurations: Sequence[Configuration] = (),
+    configurations: Sequence[RunConfiguration] = (),
 ) -> tuple[str, ...]:
     """A sentence for each stage whose residuals (R, d) have a trend over the order of runs; () where there is none.
 
@@ -103,7 +103,7 @@ def _trend(residual: Floats, order: Floats, group: Rows, rng: np.random.Generato
 def _confounded(
     mean: Floats,
     place: Floats,
-    configurations: Sequence[Configuration],
+    configurations: Sequence[RunConfiguration],
     rng: np.random.Generator,
     permutations: int,
 ) -> list[str]:

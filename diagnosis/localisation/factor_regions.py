@@ -10,10 +10,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...doe.factor_rules import Rule, rules
+from ...doe.factor_rules import SettingRule, rules
 from ..means import Means, Rows, floors, tolerances
 from ..observables.base import Observable
-from ..record import Configuration, Floats
+from ..record import Floats, RunConfiguration
 from ..verdict import Region
 
 PERMUTATIONS = 999
@@ -30,7 +30,7 @@ _FEWEST = 4
 def factor_regions(
     residual: Floats,
     configuration: Rows,
-    configurations: Sequence[Configuration],
+    configurations: Sequence[RunConfiguration],
     observables: Sequence[Observable],
     rng: np.random.Generator,
     permutations: int = PERMUTATIONS,
@@ -100,11 +100,11 @@ class _StageGaps:
 
 
 #: The best rule by one score of a stage, the stage's gaps, and the p-value of the search for the rule.
-_Search = tuple[Rule | None, _StageGaps, float]
+_Search = tuple[SettingRule | None, _StageGaps, float]
 
 
 def _search(
-    table: _StageGaps, candidates: Sequence[Rule], rng: np.random.Generator, permutations: int
+    table: _StageGaps, candidates: Sequence[SettingRule], rng: np.random.Generator, permutations: int
 ) -> list[_Search]:
     """Two for each score: among rules of one condition, which are few, and among all."""
     scores, masks = table.scores(), np.array([rule.inside for rule in candidates], dtype=np.float64)
@@ -134,7 +134,7 @@ def _squared_t(scores: Floats, masks: Floats) -> Floats:
     return np.asarray((cells - 2) * between / np.maximum(total - between, 1e-12 * total))
 
 
-def _best_rule(candidates: Sequence[Rule], squared_t: Floats, table: _StageGaps) -> Rule | None:
+def _best_rule(candidates: Sequence[SettingRule], squared_t: Floats, table: _StageGaps) -> SettingRule | None:
     """The best rule. One with two conditions must lower the sum of squares by more than the search for it explains.
 
     C ln(SS1 / SS2) > 2 ln K + ln C, an extended Bayesian information criterion (Chen and Chen, Biometrika 95 (2008)

@@ -8,7 +8,7 @@ from scipy.ndimage import binary_opening, find_objects, label
 
 from ..means import Rows
 from ..record import Floats
-from ..verdict import Band, TimeWindow
+from ..verdict import FrequencyBand, TimeWindow
 
 #: Up to which part of its peak a pulse is said to agree, and by how many dB a spectrum.
 _PULSE_TOLERANCE, _SPECTRUM_TOLERANCE_DB = 0.03, 0.5
@@ -46,7 +46,7 @@ def time_windows(
 
 def frequency_bands(
     frequency_hz: Floats, residual_db: Floats, configuration: Rows, channel: str, rng: np.random.Generator
-) -> tuple[Band, ...]:
+) -> tuple[FrequencyBand, ...]:
     """Bands in which levels (R, lines), measured less simulated, differ by more than 0.5 dB: of a shock response
     spectrum, or of a force. A line stands for the band up to the geometric middle of it and its neighbour.
     """
@@ -55,7 +55,7 @@ def frequency_bands(
         middle = np.sqrt(frequency_hz[1:] * frequency_hz[:-1])
         edges = np.array([frequency_hz[0] ** 2 / middle[0], *middle, frequency_hz[-1] ** 2 / middle[-1]])
     stretches = spans(residual_db, configuration, _SPECTRUM_TOLERANCE_DB, rng)
-    return tuple(Band(channel, float(edges[first]), float(edges[last + 1])) for first, last in stretches)
+    return tuple(FrequencyBand(channel, float(edges[first]), float(edges[last + 1])) for first, last in stretches)
 
 
 def amplitude_residual_db(frequency_hz: Floats, measured: Floats, simulated: Floats) -> tuple[Floats, Floats]:

@@ -8,13 +8,13 @@ from ..observables.base import Stage
 from ..record import CampaignRecord
 from .channels import channel_findings, tensile_force
 from .settings import setting_findings
-from .unit_factors import Finding, ImplausibleRecordError
+from .unit_factors import ImplausibleRecordError, LikelyMistake
 from .units import absolute_pressure, unit_findings
 
-__all__ = ["Finding", "ImplausibleRecordError", "check", "implausible"]
+__all__ = ["ImplausibleRecordError", "LikelyMistake", "check", "implausible"]
 
 
-def implausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[Finding, ...]:
+def implausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[LikelyMistake, ...]:
     """Likely mistakes of labels and units in a record, refusals first; `stages` are its nominal ones."""
     findings = [*setting_findings(record), *tensile_force(record)]
     if not findings:
@@ -22,7 +22,7 @@ def implausible(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[Findin
     return tuple(sorted(findings, key=lambda finding: finding.severity != "refuse"))
 
 
-def check(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[Finding, ...]:
+def check(record: CampaignRecord, stages: Sequence[Stage]) -> tuple[LikelyMistake, ...]:
     """What is worth naming. Raises `ImplausibleRecordError` for a record that cannot be what it says."""
     findings = implausible(record, stages)
     refusals = [finding.message for finding in findings if finding.severity == "refuse"]

@@ -17,7 +17,7 @@ from ...ingest.unit_mistakes import mistakes
 from ...twin.plate.modal import ModalPlate
 from ...twin.plate.respond import kept_below, respond
 from ..record import CampaignRecord, Floats, Run, Series
-from .unit_factors import Finding, LogGap, Suspicion, unit_finding
+from .unit_factors import LikelyMistake, LogGap, Suspicion, unit_finding
 
 #: From the start of contact on; longer where the force takes longer, to so many times its rise.
 _EARLY_S, _RISES = 1e-3, 2.0
@@ -32,7 +32,7 @@ _ALIKE = 0.05
 _MOST_PULL = 0.5
 
 
-def tensile_force(record: CampaignRecord) -> list[Finding]:
+def tensile_force(record: CampaignRecord) -> list[LikelyMistake]:
     """A refusal where the force falls as far below its rest as a contact cannot: the channel is another sensor's."""
     excursions = [run.force.excursions for run in record.runs if run.force is not None and run.force.values.size]
     shares = [fall / rise if rise > 0 else 0.0 for rise, fall in excursions]
@@ -42,10 +42,10 @@ def tensile_force(record: CampaignRecord) -> list[Finding]:
         f"force pulls {float(np.median(shares)):.0%} as much as it pushes, which no contact does: is it another "
         "sensor's channel? check the names in [channels.*] of campaign.toml"
     )
-    return [Finding("refuse", "force", message)]
+    return [LikelyMistake("refuse", "force", message)]
 
 
-def channel_findings(record: CampaignRecord) -> list[Finding]:
+def channel_findings(record: CampaignRecord) -> list[LikelyMistake]:
     """What the first millisecond tells of accelerometers; nothing where the plate or the force is not known."""
     fits = early_fits(record)
     if fits is None:
@@ -110,17 +110,17 @@ def _at(series: Series, time_s: Floats) -> Floats:
     return np.interp(time_s, series.time_s, series.values - series.rest, left=0.0, right=0.0)
 
 
-def _reversed(fits: EarlyFits) -> Iterator[Finding]:
+def _reversed(fits: EarlyFits) -> Iterator[LikelyMistake]:
     for name, fit in zip(fits.names, np.diag(fits.correlation), strict=True):
         if fit <= _REVERSED:
             message = (
                 f"{name} begins with the sign opposite to the plate's (correlation {fit:.2f}): is its axis or polarity "
                 f"reversed? turn shape_{name} in the modal table, or its sensitivity in campaign.toml"
             )
-            yield Finding("refuse", name, message)
+            yield LikelyMistake("refuse", name, message)
 
 
-def _swapped(fits: EarlyFits) -> Iterator[Finding]:
+def _swapped(fits: EarlyFits) -> Iterator[LikelyMistake]:
     size = np.abs(fits.correlation)
     for i, j in combinations(range(len(fits.names)), 2):
         crossed, straight = (size[i, j] + size[j, i]) / 2, (size[i, i] + size[j, j]) / 2
@@ -130,10 +130,10 @@ def _swapped(fits: EarlyFits) -> Iterator[Finding]:
                 f"better than their own ({straight:.2f}): are they swapped? check [channels.*] in campaign.toml and "
                 "the columns of the modal table"
             )
-            yield Finding("refuse", fits.names[i], message)
+            yield LikelyMistake("refuse", fits.names[i], message)
 
 
-def _gains(fits: EarlyFits) -> Iterator[Finding]:
+def _gains(fits: EarlyFits) -> Iterator[LikelyMistake]:
     """Of channels that fit but for their size; one finding for all where all are off alike."""
     centres = np.median(fits.log_gain, axis=0)
     correlated = [i for i in range(len(fits.names)) if abs(fits.correlation[i, i]) >= _WELL and np.isfinite(centres[i])]

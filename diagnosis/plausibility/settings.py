@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from ..record import CampaignRecord
-from .unit_factors import Finding
+from .unit_factors import LikelyMistake
 
 
 class _Limit(NamedTuple):
@@ -39,9 +39,9 @@ _LIMITS = {
 }
 
 
-def setting_findings(record: CampaignRecord) -> list[Finding]:
+def setting_findings(record: CampaignRecord) -> list[LikelyMistake]:
     """A refusal for each setting that is out of bounds, with the first value that is."""
-    findings: dict[str, Finding] = {}
+    findings: dict[str, LikelyMistake] = {}
     for setting, value in _settings(record):
         limit = _LIMITS[setting]
         if value is None or limit.low <= value <= limit.high:
@@ -51,7 +51,7 @@ def setting_findings(record: CampaignRecord) -> list[Finding]:
             f"{setting} is {value:.4g}, and a bench has {limit.low:g} to {limit.high:g} in SI: is it in {unit}? "
             "correct it where it stands in the campaign's folder"
         )
-        findings.setdefault(setting, Finding("refuse", setting, message))
+        findings.setdefault(setting, LikelyMistake("refuse", setting, message))
     return list(findings.values())
 
 

@@ -38,7 +38,7 @@ _NAMED = 3
 
 
 @dataclass(frozen=True)
-class Finding:
+class LikelyMistake:
     """A likely mistake. `message` names the thing, its value and the next step, in one line.
 
     `name`: worth a look, and said in the report. `refuse`: the record is not what it says, and is not diagnosed.
@@ -96,7 +96,7 @@ class Suspicion:
         return "name" if size >= WORTH_A_LOOK and off <= near and scatter <= _NEAR_SAME else None
 
 
-def unit_finding(reading: str, stage: str, gap: LogGap, suspicions: Iterable[Suspicion]) -> Finding | None:
+def unit_finding(reading: str, stage: str, gap: LogGap, suspicions: Iterable[Suspicion]) -> LikelyMistake | None:
     """`reading` is off by `gap` from what `stage` gives: the likeliest of the mistakes that would explain it, least
     remaining gap first; with a refusal among them only refusals. None where no mistake fits."""
     fits = sorted((item for item in suspicions if item.severity), key=lambda item: item.remaining.rms)
@@ -110,4 +110,4 @@ def unit_finding(reading: str, stage: str, gap: LogGap, suspicions: Iterable[Sus
         f"configurations), which a wrong unit does and physics hardly: is it {', or '.join(texts)}? "
         f"{_REMEDY.get(first.channel, _SENSOR_REMEDY)}"
     )
-    return Finding(first.severity or "name", first.channel, message)
+    return LikelyMistake(first.severity or "name", first.channel, message)

@@ -16,7 +16,7 @@ from ...ingest.unit_mistakes import mistakes
 from ...twin.gun.shot import ATMOSPHERE_PA
 from ..observables.base import Stage
 from ..record import CampaignRecord, Floats
-from .unit_factors import ORDER, WORTH_A_LOOK, Finding, LogGap, Suspicion, unit_finding
+from .unit_factors import ORDER, WORTH_A_LOOK, LikelyMistake, LogGap, Suspicion, unit_finding
 
 #: One atmosphere is suspected where taking it off leaves a third of a gap of this size (nats), and no more than that.
 _PRESSURE_GAP, _PRESSURE_SHARE, _PRESSURE_REST = 0.15, 1 / 3, 0.05
@@ -32,9 +32,9 @@ _ENTRANCE = {
 _POWERS = {"ln_velocity": (1, 0), "ln_peak": (1, 0), "ln_impulse": (1, 1), "ln_width": (0, 1)}
 
 
-def unit_findings(record: CampaignRecord, stages: Sequence[Stage]) -> list[Finding]:
+def unit_findings(record: CampaignRecord, stages: Sequence[Stage]) -> list[LikelyMistake]:
     """Of gun and contact, at most one for each likeliest mistake's channel: that of the larger gap."""
-    largest: dict[str, tuple[float, Finding]] = {}
+    largest: dict[str, tuple[float, LikelyMistake]] = {}
     for stage in stages:
         suspected = _stage_finding(record, stage) if stage.name in _ENTRANCE else None
         if suspected is not None:
@@ -43,7 +43,7 @@ def unit_findings(record: CampaignRecord, stages: Sequence[Stage]) -> list[Findi
     return [finding for _, finding in largest.values()]
 
 
-def absolute_pressure(record: CampaignRecord, stages: Sequence[Stage]) -> list[Finding]:
+def absolute_pressure(record: CampaignRecord, stages: Sequence[Stage]) -> list[LikelyMistake]:
     """At most a hint: air in front of the projectile takes much the same from a velocity."""
     stage = next((stage for stage in stages if stage.name == "gun"), None)
     pressure = _readings(record, "tank_pressure_pa")
@@ -61,10 +61,10 @@ def absolute_pressure(record: CampaignRecord, stages: Sequence[Stage]) -> list[F
         f"tank_pressure: one atmosphere less takes the velocity's gap from {before:.0%} to {after:.0%}: are the "
         "pressures absolute? tank_pressure_bar in runs.csv is gauge"
     )
-    return [Finding("name", "tank_pressure", message)]
+    return [LikelyMistake("name", "tank_pressure", message)]
 
 
-def _stage_finding(record: CampaignRecord, stage: Stage) -> tuple[float, Finding] | None:
+def _stage_finding(record: CampaignRecord, stage: Stage) -> tuple[float, LikelyMistake] | None:
     """Of a gap at the stage's exit that is worth a look and like a mistake: its root mean square, and what it is."""
     powers = {
         place: pair

@@ -8,12 +8,14 @@ import numpy as np
 
 from ...schema.campaigns import Campaign
 from ..record import CampaignRecord
-from .impacts import Hit
+from .impacts import StoredImpact
 from .series import HitSeries
 from .settings import TRAVEL
 
 
-def assumptions(campaign: Campaign, record: CampaignRecord, hits: Sequence[Hit], series: HitSeries) -> Iterator[str]:
+def assumptions(
+    campaign: Campaign, record: CampaignRecord, hits: Sequence[StoredImpact], series: HitSeries
+) -> Iterator[str]:
     """In the order of the chain: pressure, velocity, force, acceleration, plate."""
     yield from _gun(record, hits)
     yield from _velocity(hits)
@@ -29,7 +31,7 @@ def assumptions(campaign: Campaign, record: CampaignRecord, hits: Sequence[Hit],
             yield f"plate: hits at {', '.join(sorted(others))} too, and the modal table knows {point} alone"
 
 
-def _gun(record: CampaignRecord, hits: Sequence[Hit]) -> Iterator[str]:
+def _gun(record: CampaignRecord, hits: Sequence[StoredImpact]) -> Iterator[str]:
     pressures = [(h.set_pressure_pa, h.recorded_pressure_pa) for h in hits if h.set_pressure_pa is not None]
     ratios = [recorded / (nominal or 1.0) for nominal, recorded in pressures if recorded is not None]
     if ratios:
@@ -48,7 +50,7 @@ def _gun(record: CampaignRecord, hits: Sequence[Hit]) -> Iterator[str]:
         )
 
 
-def _velocity(hits: Sequence[Hit]) -> Iterator[str]:
+def _velocity(hits: Sequence[StoredImpact]) -> Iterator[str]:
     integrated = [hit for hit in hits if hit.velocity_source == "integrated"]
     if integrated:
         shares = [(hit.velocity_u_m_s or 0.0) / hit.velocity_m_s for hit in integrated if hit.velocity_m_s]
@@ -71,7 +73,7 @@ def _velocity(hits: Sequence[Hit]) -> Iterator[str]:
         yield f"{missing} of {len(hits)} runs have no measured velocity"
 
 
-def _force(hits: Sequence[Hit], series: HitSeries) -> Iterator[str]:
+def _force(hits: Sequence[StoredImpact], series: HitSeries) -> Iterator[str]:
     pulses = sum(hit.has_pulse for hit in hits)
     silent = sum(hit.recording_id is not None and not hit.has_pulse for hit in hits)
     if series.without_force:

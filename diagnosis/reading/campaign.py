@@ -17,7 +17,7 @@ from ...schema.materials import Material as StoredMaterial
 from ...schema.recordings import SET_ASIDE, Recording
 from ..record import CampaignRecord, Run
 from .assumptions import assumptions
-from .impacts import Hit, read_hits
+from .impacts import StoredImpact, read_hits
 from .quality_exclusions import read_exclusions
 from .series import read_series
 from .settings import read_settings, travel_m
@@ -80,7 +80,7 @@ def read_campaign(session: Session, name: str, *, most_runs_per_configuration: i
     return replace(record, assumptions=(*notes, *assumptions(campaign, record, hits, series)))
 
 
-def _hits_with_series(hits: Sequence[Hit], rows: Sequence[int], most: int) -> list[int]:
+def _hits_with_series(hits: Sequence[StoredImpact], rows: Sequence[int], most: int) -> list[int]:
     """Places of some hits with a pulse of each configuration, then of some first hits of recordings without any."""
     with_pulse = [row if hit.has_pulse else None for hit, row in zip(hits, rows, strict=True)]
     recordings = {None, *(hit.recording_id for hit in hits if hit.has_pulse)}

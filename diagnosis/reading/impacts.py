@@ -14,7 +14,7 @@ from ...schema.shots import Shot
 
 
 @dataclass(frozen=True)
-class Hit:
+class StoredImpact:
     """One impact or shot. Keys are the store's; what it does not know is None.
 
     `velocity_source` is "reported", "laser", "integrated", or "impact" where a shot's muzzle velocity is missing and
@@ -40,7 +40,7 @@ class Hit:
         return self.recording_id is not None and self.start_s is not None
 
 
-def read_hits(session: Session, campaign: Campaign) -> tuple[Hit, ...]:
+def read_hits(session: Session, campaign: Campaign) -> tuple[StoredImpact, ...]:
     """All of a campaign by run, then repetition."""
     table: Any = Impact
     source: Any = Impact
@@ -63,4 +63,4 @@ def read_hits(session: Session, campaign: Campaign) -> tuple[Hit, ...]:
         .where(table.campaign_id == campaign.id)
         .order_by(table.run, table.repetition)
     )
-    return tuple(Hit(*row) for row in session.execute(query))
+    return tuple(StoredImpact(*row) for row in session.execute(query))

@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 from ...schema.quality import QualityFinding
 from ...schema.recordings import RecordedChannel, Recording
 from ..record import Floats
-from .impacts import Hit
+from .impacts import StoredImpact
 
 _CUT_TOPS = ("clipping", "saturation")
 #: A sample from this share of a rail's level on is at the rail.
@@ -34,14 +34,14 @@ class QualityExclusions:
     double_hits: frozenset[int]
     rails: Mapping[tuple[int, str], tuple[float, ...]]
 
-    def rejects(self, hit: Hit, channel: str) -> bool:
+    def rejects(self, hit: StoredImpact, channel: str) -> bool:
         """Whether a check said not to use this channel of this hit."""
         if hit.recording_id is None:
             return False
         impacts, channels = (hit.impact_id, None), (channel, None)
         return any((hit.recording_id, i, c) in self.rejected for i in impacts for c in channels)
 
-    def cut_top(self, hit: Hit, channel: str, values: Floats) -> bool:
+    def cut_top(self, hit: StoredImpact, channel: str, values: Floats) -> bool:
         """Whether samples of this hit (n,) stand at a rail."""
         rails = self.rails.get((hit.recording_id or 0, channel), ())
         return any((values * np.sign(rail)).max(initial=0.0) >= _AT_RAIL * abs(rail) for rail in rails)

@@ -15,7 +15,7 @@ from ...ingest.stored import list_channels, read_channel
 from ...schema.recordings import RecordedChannel
 from ...signals.channel import on_impactor
 from ..record import Floats, Series
-from .impacts import Hit
+from .impacts import StoredImpact
 from .quality_exclusions import QualityExclusions
 
 #: Of the force, in contact times from the start of contact; at least so many samples before tell the noise.
@@ -52,7 +52,7 @@ class HitSeries:
 
 
 def read_series(
-    session: Session, hits: Sequence[Hit], chosen: Sequence[int], exclusions: QualityExclusions
+    session: Session, hits: Sequence[StoredImpact], chosen: Sequence[int], exclusions: QualityExclusions
 ) -> HitSeries:
     """Force and accelerations of the hits at the places `chosen`. Of a hit without a pulse accelerations alone, and
     none where a force was recorded that could have shown one."""
@@ -103,7 +103,7 @@ def _add_force(result: HitSeries, place: int, force: Series) -> None:
     result.force[place] = replace(force, values=-force.values) if fall > rise else force
 
 
-def clear_times(hits: Sequence[Hit]) -> dict[int, float]:
+def clear_times(hits: Sequence[StoredImpact]) -> dict[int, float]:
     """For each hit with a pulse, by its place in `hits`, for how long after its contact begins nothing else hits, s.
 
     One recording may hold several hits; infinite after the last one.
@@ -122,7 +122,7 @@ def _rest_s(row: RecordedChannel) -> float:
     return max(_REST_S, _REST_SAMPLES / row.sampling_rate_hz)
 
 
-def _contact_force(session: Session, cells: Sequence[RecordedChannel], hit: Hit, clear_s: float) -> Series:
+def _contact_force(session: Session, cells: Sequence[RecordedChannel], hit: StoredImpact, clear_s: float) -> Series:
     """As recorded; the cells of an array are summed."""
     duration, rest = hit.contact_time_s or 0.0, _REST_SAMPLES / cells[0].sampling_rate_hz
     before, after = max(_FORCE_BEFORE * duration, rest), min(_FORCE_AFTER * duration, clear_s)

@@ -9,7 +9,7 @@ from sqlalchemy.orm import Session
 
 from ...schema.columns import BY_NAME
 from ...schema.configurations import configuration_factors
-from ..record import Configuration, Factor
+from ..record import Factor, RunConfiguration
 
 #: Columns of a projectile's own travel to the vent holes, and their units in m.
 TRAVEL = {"travel_m": 1.0, "travel_mm": 1e-3}
@@ -21,7 +21,7 @@ _CONDITIONS = ("time", "date", "hour", "temperature", "humidity", "ambient", "or
 
 def read_settings(
     session: Session, keys: Sequence[int]
-) -> tuple[tuple[Configuration, ...], tuple[int, ...], tuple[str, ...]]:
+) -> tuple[tuple[RunConfiguration, ...], tuple[int, ...], tuple[str, ...]]:
     """Of runs by the store's `keys` of their configurations: configurations in the order of their first runs, the row
     of each run's, and sentences on columns that are no settings. Configurations that differ in those alone are one."""
     stored = configuration_factors(session, list(dict.fromkeys(keys)))
@@ -46,7 +46,7 @@ def note_columns(runs: Sequence[Mapping[str, Factor]]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _labelled(settings: Sequence[Mapping[str, Factor]]) -> tuple[Configuration, ...]:
+def _labelled(settings: Sequence[Mapping[str, Factor]]) -> tuple[RunConfiguration, ...]:
     """Configurations in this order. A label names what varies; two that read the same are numbered."""
     names = dict.fromkeys(name for factors in settings for name in factors)
     varying = [name for name in names if len({factors.get(name) for factors in settings}) > 1]
@@ -56,7 +56,7 @@ def _labelled(settings: Sequence[Mapping[str, Factor]]) -> tuple[Configuration, 
     ]
     count = Counter(texts)
     return tuple(
-        Configuration(f"{text} ({i})" if count[text] > 1 else text, factors)
+        RunConfiguration(f"{text} ({i})" if count[text] > 1 else text, factors)
         for i, (text, factors) in enumerate(zip(texts, settings, strict=True), 1)
     )
 
@@ -69,7 +69,7 @@ def _factor_text(name: str, value: Factor) -> str:
     return f"{column.column} {value / column.scale:.6g}" if column else f"{name} {value:.6g}"
 
 
-def travel_m(configuration: Configuration) -> float | None:
+def travel_m(configuration: RunConfiguration) -> float | None:
     """The projectile's travel to the vent holes, m; None where no column has it.
 
     Raises `ValueError` for a column that is not a positive number.

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from pyroshock.diagnosis.observables.gun.stage import GunStage
-from pyroshock.diagnosis.record import Configuration, Run
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
+from pyroshock.diagnosis.record import Run, RunConfiguration
 from pyroshock.twin.effects import Effect, effect
 from pyroshock.twin.gun.leakage import corner_leakage
 
@@ -44,18 +44,18 @@ class Leak:
     psi: Floats
 
 
-def clearance_leak(stage: GunStage, discharge_coefficient: float, beside: Sequence[Effect] = ()) -> Leak:
+def clearance_leak(stage: GunObservables, discharge_coefficient: float, beside: Sequence[Effect] = ()) -> Leak:
     """As wide as the bench's diameters say: no wear. With effects `beside` it, what all of them do."""
     leak = effect("gun.blow_by", discharge_coefficient=discharge_coefficient, wear_m=0.0)
     change = stage.changes([[leak, *beside]])[0, :, 0]
     return Leak(discharge_coefficient, change, change / gap(stage).y, corner_leakage(np.exp(change)))
 
 
-def predicted(stage: GunStage, fits: Sequence[Fit], settings: Sequence[tuple[float, float]]) -> Floats:
+def predicted(stage: GunObservables, fits: Sequence[Fit], settings: Sequence[tuple[float, float]]) -> Floats:
     """(k, n) m/s: what each explanation says of pressures and masses that were not shot; NaN where it stays."""
-    configurations = tuple(Configuration(f"{p / 1e5:g} bar, {m:g} kg", {}) for p, m in settings)
+    configurations = tuple(RunConfiguration(f"{p / 1e5:g} bar, {m:g} kg", {}) for p, m in settings)
     runs = tuple(Run(i, i + 1, 1, i, p, m) for i, (p, m) in enumerate(settings))
-    asked = GunStage(replace(stage.record, configurations=configurations, runs=runs))
+    asked = GunObservables(replace(stage.record, configurations=configurations, runs=runs))
     return np.array([np.exp(asked.simulated(each.effects)[:, 0]) for each in fits])
 
 
@@ -68,7 +68,7 @@ def shots_needed(velocities: Floats, scatter: float = SCATTER) -> Floats:
 
 
 def main() -> None:
-    stage = GunStage(first_shots_record())
+    stage = GunObservables(first_shots_record())
     stated, seen = gap(stage), gap(stage, SCATTER)
     print("ln measured over nominal", np.round(stated.y, 3), f"stated u {stated.s[0]:.4f}")
     smooth = np.sum(((stated.y - stated.y.mean()) / stated.s) ** 2)

@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.diagnosis.observables.gun.stage import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.twin.effects import Effect, Parameter, catalogue
 
 Floats = NDArray[np.float64]
@@ -45,7 +45,7 @@ class Fit:
         return "+".join(each.id for each in self.effects)
 
 
-def gap(stage: GunStage, scatter: float | None = None) -> Gap:
+def gap(stage: GunObservables, scatter: float | None = None) -> Gap:
     """Standard errors from the repetitions of each configuration, or from one relative `scatter` for all shots.
 
     A configuration of one shot takes the stated uncertainty.
@@ -59,7 +59,7 @@ def gap(stage: GunStage, scatter: float | None = None) -> Gap:
 
 
 def fit(
-    stage: GunStage, of: Gap, ids: Sequence[str], rows: Sequence[int] | None = None, *, anywhere: bool = False
+    stage: GunObservables, of: Gap, ids: Sequence[str], rows: Sequence[int] | None = None, *, anywhere: bool = False
 ) -> Fit:
     """Effects of these ids fitted to configurations `rows` (all), in their best regime.
 
@@ -103,7 +103,7 @@ def _regimes(kind: type[Effect]) -> list[Regime]:
     return [(kind, tuple(searched[name] for name in names)) for names in kind.regimes or (tuple(searched),)]
 
 
-def _fit(stage: GunStage, of: Gap, space: _Space, some: NDArray[np.intp]) -> Fit:
+def _fit(stage: GunObservables, of: Gap, space: _Space, some: NDArray[np.intp]) -> Fit:
     """A grid, then the steps of Levenberg and Marquardt, each one batch of shots."""
 
     def misfits(points: Floats) -> Floats:
@@ -118,7 +118,7 @@ def _fit(stage: GunStage, of: Gap, space: _Space, some: NDArray[np.intp]) -> Fit
     return Fit(tuple(effects), stage.changes([effects])[0, :, 0], chi2, space.likely(effects))
 
 
-def left_out(stage: GunStage, of: Gap, ids: Sequence[str]) -> Floats:
+def left_out(stage: GunObservables, of: Gap, ids: Sequence[str]) -> Floats:
     """(C,): ln measured over predicted of each configuration by effects that were fitted to the others."""
     every = range(of.y.size)
     return np.array([of.y[c] - fit(stage, of, ids, [i for i in every if i != c]).change[c] for c in every])

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.measured import velocity_uncertainty_m_s
 
@@ -87,7 +87,7 @@ def _record(name: str, gun: GunBench, shots: Sequence[Shot], assumptions: tuple[
         seen[at] += 1
         runs.append(Run(at, order + 1, seen[at], order, pressure, mass, velocity, u))
     configurations = tuple(
-        Configuration(f"{pressure / 1e5:.4g} bar", {"tank_pressure": pressure, "bullet_mass": mass})
+        RunConfiguration(f"{pressure / 1e5:.4g} bar", {"tank_pressure": pressure, "bullet_mass": mass})
         for pressure, mass in settings
     )
     return CampaignRecord(name, "gun", configurations, tuple(runs), gun, assumptions=assumptions)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pyroshock.diagnosis.observables.gun.stage import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.twin.gun.effect import GunEffect
 from pyroshock.twin.gun.shots import gun_velocity
 
@@ -43,7 +43,7 @@ class HeldOut:
         return float(np.sqrt(max(float(np.mean(self.errors**2 - of.s**2)), 0.0)))
 
 
-def held_out(stage: GunStage, of: Gap, ids: tuple[str, ...]) -> HeldOut:
+def held_out(stage: GunObservables, of: Gap, ids: tuple[str, ...]) -> HeldOut:
     return HeldOut("+".join(ids), left_out(stage, of, ids))
 
 
@@ -69,7 +69,7 @@ def said(found: Fit) -> str:
 
 
 def main(path: Path) -> None:
-    stage = GunStage(trettel_record(path))
+    stage = GunObservables(trettel_record(path))
     of = gap(stage)
     print("ln measured over nominal", np.round(of.y, 3), "standard errors", np.round(of.s, 4))
     factor = constant_factor(of)

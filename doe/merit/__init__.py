@@ -1,5 +1,5 @@
 """The quality of a design: balance, spread, and what a model can be fitted to."""
 
-from .quality import FIGURES, Quality, Row, compare, quality
+from .quality import FIGURES, FigureComparison, Quality, compare, quality
 
-__all__ = ["FIGURES", "Quality", "Row", "compare", "quality"]
+__all__ = ["FIGURES", "FigureComparison", "Quality", "compare", "quality"]

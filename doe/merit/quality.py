@@ -102,7 +102,7 @@ FIGURES: dict[str, tuple[str, Sense]] = {
 
 
 @dataclass(frozen=True)
-class Row:
+class FigureComparison:
     """One figure of two designs as text, and which is better to the digits shown: "a", "b" or neither ("")."""
 
     figure: str
@@ -111,7 +111,7 @@ class Row:
     better: Literal["a", "b", ""]
 
 
-def compare(a: Quality, b: Quality) -> list[Row]:
+def compare(a: Quality, b: Quality) -> list[FigureComparison]:
     """All figures side by side, for printing: those of `FIGURES`, then changeovers by factor.
 
     A factor that only one of the designs has is left blank for the other.
@@ -122,11 +122,11 @@ def compare(a: Quality, b: Quality) -> list[Row]:
     return rows + [_row(words, "less", of_a, of_b) for words, of_a, of_b in changed]
 
 
-def _row(words: str, sense: Sense, a: float | None, b: float | None) -> Row:
+def _row(words: str, sense: Sense, a: float | None, b: float | None) -> FigureComparison:
     texts = figure_text(a), figure_text(b)
     if a is None or b is None or sense == "neither" or texts[0] == texts[1]:
-        return Row(words, *texts, "")
-    return Row(words, *texts, "a" if (a < b) == (sense == "less") else "b")
+        return FigureComparison(words, *texts, "")
+    return FigureComparison(words, *texts, "a" if (a < b) == (sense == "less") else "b")
 
 
 def figure_text(value: float | None) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 from pyroshock.app.plots import MEASURED, QUIET, new_figure
-from pyroshock.ingest.pulses import Pulse
+from pyroshock.ingest.pulses import ExtractedPulse
 from pyroshock.signals.channel import Channel
 
 from .contact_differences import difference_percent
@@ -32,8 +32,8 @@ class Extracted:
 
     test: int
     force: Channel
-    walk: Pulse
-    mask: Pulse
+    walk: ExtractedPulse
+    mask: ExtractedPulse
     truth: Mapping[str, Any]
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pyroshock.app.plots import MEASURED, MODEL, QUIET, new_figure
-from pyroshock.ingest.pulses import Pulse, extract_pulses
+from pyroshock.ingest.pulses import ExtractedPulse, extract_pulses
 from pyroshock.ingest.settings import ExtractionSettings, Segmentation
 from pyroshock.signals.channel import Channel
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _AROUND = 8  # samples on either side of a contact
 
 
-def extracted(campaign: HammerCampaign, test: int, segmentation: Segmentation) -> tuple[Channel, list[Pulse]]:
+def extracted(campaign: HammerCampaign, test: int, segmentation: Segmentation) -> tuple[Channel, list[ExtractedPulse]]:
     """The force of a test, and its pulses by one of the two methods."""
     force = campaign.channels(test)["force"]
     settings = ExtractionSettings(segmentation=segmentation)
@@ -39,7 +39,7 @@ def draw(campaign: HammerCampaign) -> Figure:
     return figure
 
 
-def _draw_record(axes: Any, force: Channel, pulses: list[Pulse]) -> None:
+def _draw_record(axes: Any, force: Channel, pulses: list[ExtractedPulse]) -> None:
     near = np.concatenate([np.arange(p.contact.first - 40, p.contact.last + 400) for p in pulses])
     far = np.arange(0, force.si.size, 50)  # between the hits only noise is left out
     shown = np.unique(np.concatenate([near, far]))
@@ -52,7 +52,7 @@ def _draw_record(axes: Any, force: Channel, pulses: list[Pulse]) -> None:
     axes.set_ylabel("force (N)")
 
 
-def _draw_contact(axes: Any, force: Channel, pulse: Pulse, *, logical: bool) -> None:
+def _draw_contact(axes: Any, force: Channel, pulse: ExtractedPulse, *, logical: bool) -> None:
     first, last = pulse.contact.first, pulse.contact.last
     samples = np.arange(first - _AROUND, last + _AROUND + 1)
     time_ms = (samples - first) * force.period_s * 1e3

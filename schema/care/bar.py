@@ -11,7 +11,7 @@ Item = TypeVar("Item")
 Progress = Callable[[int, int, str], None]
 
 
-class Bar:
+class ProgressBar:
     """Counts to `total` and tells it on."""
 
     def __init__(self, progress: Progress | None, total: int) -> None:

@@ -9,7 +9,7 @@ from sqlalchemy.exc import DBAPIError
 
 from ..engine import first_line
 from ..recordings import RecordedChannel, Recording
-from .bar import Bar, Progress
+from .bar import Progress, ProgressBar
 from .checks.belonging import check_belonging
 from .checks.chunks import check_chunks
 from .checks.database import check_database, check_pages
@@ -23,9 +23,9 @@ from .checks.series import check_series
 from .checks.tables import check_tables
 from .checks.tombstones import check_tombstones
 from .checks.values import check_values
-from .findings import Finding
+from .findings import IntegrityFinding
 
-Check = Callable[[Connection, Scope], Iterator[Finding]]
+Check = Callable[[Connection, Scope], Iterator[IntegrityFinding]]
 
 #: Of rows that no campaign has alone.
 _SHARED: tuple[Check, ...] = (
@@ -51,11 +51,11 @@ def checks(*, fast: bool = False, of_a_campaign: bool = False) -> tuple[Check, .
 
 def iter_findings(
     connection: Connection, chosen: tuple[Check, ...], campaign: int | None = None, progress: Progress | None = None
-) -> Iterator[Finding]:
+) -> Iterator[IntegrityFinding]:
     """What the chosen checks find, in the whole store or in one campaign (its key)."""
     scope = Scope(campaign)
     if progress is not None and check_series in chosen:
-        scope = Scope(campaign, Bar(progress, _samples(connection, scope)))
+        scope = Scope(campaign, ProgressBar(progress, _samples(connection, scope)))
     for check in chosen:
         savepoint = connection.begin_nested()  # PostgreSQL answers nothing after an error, up to here
         try:
@@ -63,7 +63,7 @@ def iter_findings(
         except DBAPIError as error:
             savepoint.rollback()
             name = check.__name__.removeprefix("check_")
-            yield Finding(name, f"could not be looked at: {first_line(error)}", RESTORE)
+            yield IntegrityFinding(name, f"could not be looked at: {first_line(error)}", RESTORE)
         else:
             savepoint.commit()
 

@@ -9,7 +9,7 @@ from sqlalchemy import Connection, Engine, Table, func, select
 from ..engine import StoreError, describe
 from ..session import Store
 from ..tables import metadata
-from .bar import Bar, Progress
+from .bar import Progress, ProgressBar
 from .becoming import becoming_store
 from .sequences import set_sequences
 from .transfer import transfer, verify
@@ -37,7 +37,7 @@ def copy_store(source: Store, target: Engine, progress: Progress | None = None) 
         counts = {table.name: _count(origin, table) for table in tables}
         for table in tables:
             _refuse(source, origin, table, copy.dialect.name)
-        bar = Bar(progress, 2 * sum(counts.values()))
+        bar = ProgressBar(progress, 2 * sum(counts.values()))
         written = {table.name: transfer(origin, copy, table, bar) for table in tables}
         set_sequences(copy)
         for table in tables:

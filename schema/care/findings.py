@@ -11,7 +11,7 @@ _PLACE = ("campaign", "recording", "channel", "chunk", "table", "row")
 
 
 @dataclass(frozen=True)
-class Finding:
+class IntegrityFinding:
     """`place` names what is concerned: campaign, recording, channel, chunk, table, row, or what else there is."""
 
     check: str

@@ -5,14 +5,14 @@ from __future__ import annotations
 from sqlalchemy import ColumnElement, Connection, Table
 
 from ..engine import StoreError
-from .bar import Bar
+from .bar import ProgressBar
 from .digest import TableDigest
 from .loading import load
 from .rows import iter_batches
 
 
 def transfer(
-    origin: Connection, copy: Connection, table: Table, bar: Bar, where: ColumnElement[bool] | None = None
+    origin: Connection, copy: Connection, table: Table, bar: ProgressBar, where: ColumnElement[bool] | None = None
 ) -> TableDigest:
     """Copy the rows of a table (those `where` holds) as they are; what was read, as a digest."""
     digest = TableDigest()
@@ -23,7 +23,7 @@ def transfer(
     return digest
 
 
-def verify(copy: Connection, table: Table, written: TableDigest, bar: Bar) -> None:
+def verify(copy: Connection, table: Table, written: TableDigest, bar: ProgressBar) -> None:
     """Raise `StoreError` where the table does not hold what was written to it."""
     digest = TableDigest().take(bar.watch(iter_batches(copy, table), f"verifying {table.name}"))
     if digest != written:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from sqlalchemy import URL, Connection, func, select, text
 
-from ..care.bar import Bar, Progress
+from ..care.bar import Progress, ProgressBar
 from ..care.becoming import becoming_store
 from ..care.checking import checks, iter_findings
 from ..care.digest import TableDigest
@@ -62,7 +62,7 @@ def _carried(origin: Connection, copy: Connection, campaign: int, progress: Prog
     chosen = members(campaign)
     tables = [table for table in metadata.sorted_tables if table.name in chosen]
     counts = [origin.scalar(select(func.count()).select_from(t).where(chosen[t.name])) or 0 for t in tables]
-    bar = Bar(progress, 2 * sum(counts))
+    bar = ProgressBar(progress, 2 * sum(counts))
     copy.execute(text("PRAGMA defer_foreign_keys = ON"))  # who wrote the rows is known after them
     writers: set[int] = set()
     written = {}

@@ -9,7 +9,7 @@ from sqlalchemy import ColumnElement, Select, or_, select, union
 from ..benches import Gun, Hammer, ModalTable, Mode, ModeShape, Plate
 from ..campaigns import Campaign, Configuration, ConfigurationLevel, Factor, FactorLevel
 from ..diagnoses import Diagnosis
-from ..impacts import ChannelFigures, ExtractionSettings, Impact, Pulse
+from ..impacts import ChannelFigures, ExtractionSettingsRow, Impact, Pulse
 from ..materials import Material, MaterialAlias
 from ..plans import Plan, PlannedRun
 from ..quality import QualityFinding
@@ -66,7 +66,7 @@ def members(campaign: int) -> dict[str, ColumnElement[bool]]:
         "impacts": Impact.campaign_id == campaign,
         "pulses": pulses,
         "channel_figures": ChannelFigures.impact_id.in_(impacts),
-        "extraction_settings": ExtractionSettings.id.in_(select(Pulse.settings_id).where(pulses)),
+        "extraction_settings": ExtractionSettingsRow.id.in_(select(Pulse.settings_id).where(pulses)),
         "shots": Shot.campaign_id == campaign,
         "quality_findings": QualityFinding.recording_id.in_(recordings),
         "diagnoses": Diagnosis.campaign_id == campaign,

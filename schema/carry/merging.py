@@ -16,7 +16,7 @@ from ..impacts import Pulse
 from ..provenance import Provenance
 from ..tables import metadata
 from .members import WRITERS
-from .rules import Row, Rule
+from .rules import MergeRule, Row
 from .special import SETTLED, Settled, leave_in_use
 
 #: Keys in one question: SQLite allows a limited number of variables.
@@ -41,7 +41,7 @@ class Merge:
         self._new: dict[str, set[int]] = {}
         self._writers: dict[int, int] = {}
 
-    def take(self, rule: Rule) -> None:
+    def take(self, rule: MergeRule) -> None:
         """Merge a table. Raises `MergeRefusedError` where a row here is another under the same key."""
         self._keys[rule.table], self._new[rule.table] = {}, set()
         names = rule.of.columns.keys()
@@ -53,7 +53,7 @@ class Merge:
             ]
             self._merge(rule, rows)
 
-    def _comes(self, rule: Rule, names: list[str], row: Sequence[Any]) -> bool:
+    def _comes(self, rule: MergeRule, names: list[str], row: Sequence[Any]) -> bool:
         if rule.owner is None:
             return True
         (owner,) = rule.of.columns[rule.owner].foreign_keys
@@ -67,7 +67,7 @@ class Merge:
                 row[name] = self._keys[target][row[name]]
         return row
 
-    def _merge(self, rule: Rule, rows: list[dict[str, Any]]) -> None:
+    def _merge(self, rule: MergeRule, rows: list[dict[str, Any]]) -> None:
         existing = self._known(rule, rows)
         new = []
         for row in rows:
@@ -82,7 +82,7 @@ class Merge:
                 self._new[rule.table].add(row["id"])
         self._add(rule, new)
 
-    def _settled(self, rule: Rule, row: dict[str, Any], here: Row) -> Settled:
+    def _settled(self, rule: MergeRule, row: dict[str, Any], here: Row) -> Settled:
         special = SETTLED.get(rule.table)
         if special is not None:
             settled = special(self._target, row, here, lambda: self._writer(row["written_by_id"]))
@@ -91,7 +91,7 @@ class Merge:
         _refuse_another(rule, row, here)
         return Settled.KNOWN
 
-    def _known(self, rule: Rule, rows: list[dict[str, Any]]) -> dict[tuple[Any, ...], Row]:
+    def _known(self, rule: MergeRule, rows: list[dict[str, Any]]) -> dict[tuple[Any, ...], Row]:
         """Rows that are here under the keys of `rows`."""
         if not rule.key:
             return {}
@@ -106,7 +106,7 @@ class Merge:
                 rows_by_key[_key(rule, here)] = here
         return rows_by_key
 
-    def _add(self, rule: Rule, rows: list[dict[str, Any]]) -> None:
+    def _add(self, rule: MergeRule, rows: list[dict[str, Any]]) -> None:
         if not rows:
             return
         if rule.table == Pulse.__tablename__:
@@ -139,11 +139,11 @@ class Merge:
         return new_key
 
 
-def _key(rule: Rule, row: Row) -> tuple[Any, ...]:
+def _key(rule: MergeRule, row: Row) -> tuple[Any, ...]:
     return tuple(row[name] for name in rule.key)
 
 
-def _refuse_another(rule: Rule, row: Row, here: Row) -> None:
+def _refuse_another(rule: MergeRule, row: Row, here: Row) -> None:
     theirs, ours = rule.same(row), rule.same(here)
     for name, value in theirs.items():
         if value != ours[name]:
@@ -155,7 +155,7 @@ def _refuse_another(rule: Rule, row: Row, here: Row) -> None:
             raise MergeRefusedError(f"{_called(rule, row)} is another one in this store: {what}; {rule.advice}")
 
 
-def _called(rule: Rule, row: Row) -> str:
+def _called(rule: MergeRule, row: Row) -> str:
     """A row by its natural key, in words."""
     named = [f"{name} {row[name]!r}" for name in rule.key if not name.endswith("_id")]
     return f"{rule.table.removesuffix('s').replace('_', ' ')} ({', '.join(named)})"

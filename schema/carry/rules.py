@@ -15,7 +15,7 @@ Row = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Rule:
+class MergeRule:
     """How the rows of a table are merged.
 
     A row whose `key` (unique columns) is here stays as it is here, if `same` gives the same values for both: else it
@@ -56,29 +56,29 @@ _PLANNED = ("position", "repetitions", "configuration_id", "treatment", "setting
 
 #: In the order of their references. A fingerprint vouches for a row's content (`care.checks.fingerprints`).
 RULES = (
-    Rule("materials", ("name",), same=columns(*_CONSTANTS)),
-    Rule("material_aliases", ("alias",)),
-    Rule("guns", ("fingerprint",)),
-    Rule("hammers", ("fingerprint",)),
-    Rule("modal_tables", ("fingerprint",)),
-    Rule("modes", owner="table_id"),
-    Rule("mode_shapes", owner="mode_id"),
-    Rule("plates", ("fingerprint",)),
-    Rule("factors", ("name",), same=columns("si_unit")),
-    Rule("factor_levels", ("factor_id", "label"), same=columns("number", "material_id")),
-    Rule("configurations", ("fingerprint",)),
-    Rule("configuration_levels", owner="configuration_id"),
-    Rule("extraction_settings", ("fingerprint",)),
-    Rule("campaigns", ("name",), same=columns("kind", "fingerprint"), advice="import it into a store of its own"),
-    Rule("plans", ("name",), same=columns("kind", "factors", "method", "seed")),
-    Rule("planned_runs", ("plan_id", "run"), same=columns(*_PLANNED), advice="import it into a store of its own"),
-    Rule("recordings", ("campaign_id", "path"), same=columns("status", "sha256"), advice=_OTHER_RUN),
-    Rule("channels", owner="recording_id"),
-    Rule("series_chunks", owner="channel_id"),
-    Rule("impacts", ("campaign_id", "run", "repetition"), same=_impact, advice=_OTHER_RUN),
-    Rule("pulses", ("impact_id", "settings_id")),
-    Rule("channel_figures", owner="channel_id"),
-    Rule("shots", ("campaign_id", "run", "repetition"), same=_shot, advice=_OTHER_RUN),
-    Rule("quality_findings", owner="recording_id"),
-    Rule("diagnoses", ("campaign_id", "simulator", "diagnosed_at")),
+    MergeRule("materials", ("name",), same=columns(*_CONSTANTS)),
+    MergeRule("material_aliases", ("alias",)),
+    MergeRule("guns", ("fingerprint",)),
+    MergeRule("hammers", ("fingerprint",)),
+    MergeRule("modal_tables", ("fingerprint",)),
+    MergeRule("modes", owner="table_id"),
+    MergeRule("mode_shapes", owner="mode_id"),
+    MergeRule("plates", ("fingerprint",)),
+    MergeRule("factors", ("name",), same=columns("si_unit")),
+    MergeRule("factor_levels", ("factor_id", "label"), same=columns("number", "material_id")),
+    MergeRule("configurations", ("fingerprint",)),
+    MergeRule("configuration_levels", owner="configuration_id"),
+    MergeRule("extraction_settings", ("fingerprint",)),
+    MergeRule("campaigns", ("name",), same=columns("kind", "fingerprint"), advice="import it into a store of its own"),
+    MergeRule("plans", ("name",), same=columns("kind", "factors", "method", "seed")),
+    MergeRule("planned_runs", ("plan_id", "run"), same=columns(*_PLANNED), advice="import it into a store of its own"),
+    MergeRule("recordings", ("campaign_id", "path"), same=columns("status", "sha256"), advice=_OTHER_RUN),
+    MergeRule("channels", owner="recording_id"),
+    MergeRule("series_chunks", owner="channel_id"),
+    MergeRule("impacts", ("campaign_id", "run", "repetition"), same=_impact, advice=_OTHER_RUN),
+    MergeRule("pulses", ("impact_id", "settings_id")),
+    MergeRule("channel_figures", owner="channel_id"),
+    MergeRule("shots", ("campaign_id", "run", "repetition"), same=_shot, advice=_OTHER_RUN),
+    MergeRule("quality_findings", owner="recording_id"),
+    MergeRule("diagnoses", ("campaign_id", "simulator", "diagnosed_at")),
 )

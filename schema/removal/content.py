@@ -10,7 +10,7 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ..campaigns import Campaign, Configuration
-from ..impacts import ExtractionSettings, Impact, Pulse
+from ..impacts import ExtractionSettingsRow, Impact, Pulse
 from ..recordings import RecordedChannel, Recording
 from ..shots import Shot
 from .part import Part
@@ -46,7 +46,7 @@ def _queries(part: Part) -> Iterator[tuple[str, Any]]:
         columns = (table.run, table.repetition, Configuration.fingerprint, table.figures_sha256)
         hits = select(*columns).join(Configuration, table.configuration_id == Configuration.id)
         yield kind, hits.where(table.id.in_(keys))
-    pulses = select(Impact.run, Impact.repetition, ExtractionSettings.fingerprint, Pulse.figures_sha256)
+    pulses = select(Impact.run, Impact.repetition, ExtractionSettingsRow.fingerprint, Pulse.figures_sha256)
     pulses = pulses.join(Impact, Pulse.impact_id == Impact.id)
-    pulses = pulses.join(ExtractionSettings, Pulse.settings_id == ExtractionSettings.id)
+    pulses = pulses.join(ExtractionSettingsRow, Pulse.settings_id == ExtractionSettingsRow.id)
     yield "pulse", pulses.where(Pulse.id.in_(part.pulses))

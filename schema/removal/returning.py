@@ -12,7 +12,7 @@ from sqlalchemy.orm import Session
 
 from ..campaigns import Campaign, Configuration
 from ..datasets import DatasetSnapshot, SnapshotPulse
-from ..impacts import ExtractionSettings, Impact, Pulse
+from ..impacts import ExtractionSettingsRow, Impact, Pulse
 from ..recordings import STORED, Recording
 from ..shots import Shot
 from ..tombstones import RECORDING, Tombstone
@@ -36,13 +36,13 @@ def pulse_digests(session: Session, part: Part, snapshot: int | None = None) -> 
             Configuration.fingerprint,
             Impact.figures_sha256,
             Shot.figures_sha256,
-            ExtractionSettings.fingerprint,
+            ExtractionSettingsRow.fingerprint,
             Pulse.figures_sha256,
         )
         .join(Impact, Pulse.impact_id == Impact.id)
         .join(Campaign, Impact.campaign_id == Campaign.id)
         .join(Configuration, Impact.configuration_id == Configuration.id)
-        .join(ExtractionSettings, Pulse.settings_id == ExtractionSettings.id)
+        .join(ExtractionSettingsRow, Pulse.settings_id == ExtractionSettingsRow.id)
         .outerjoin(Recording, Impact.recording_id == Recording.id)
         .outerjoin(Shot, shot)
         .where(Pulse.id.in_(part.pulses))

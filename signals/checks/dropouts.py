@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..channel import Channel
 from .base import Contact, Finding, Severity
 from .levels import all_finite, finite_samples, quantisation_step
-from .runs import Runs, runs_of
+from .runs import SampleRuns, runs_of
 
 #: Shorter stands are left alone: so many equal neighbours come up in any slow or coarse record.
 MIN_HELD = 8
@@ -65,13 +65,13 @@ def _missing(channel: Channel, contacts: tuple[Contact, ...]) -> list[Finding]:
         )
     findings = []
     # A gap has no samples of its own: for "which contact" it is the one sample that follows it.
-    for contact, contact_gaps in Runs(gaps[:, 0], np.zeros(len(gaps), np.int64)).by_contact(contacts):
-        lost = Runs(contact_gaps.first, gaps[np.isin(gaps[:, 0], contact_gaps.first), 1])
+    for contact, contact_gaps in SampleRuns(gaps[:, 0], np.zeros(len(gaps), np.int64)).by_contact(contacts):
+        lost = SampleRuns(contact_gaps.first, gaps[np.isin(gaps[:, 0], contact_gaps.first), 1])
         findings.append(_finding(channel, contact, lost, "gap", "missing from the time axis"))
     return findings
 
 
-def _stands(channel: Channel) -> Runs:
+def _stands(channel: Channel) -> SampleRuns:
     """Stretches of equal samples that a live record does not have by chance; not those at its ends and extremes."""
     recorded = channel.recorded
     moved = recorded[1:] != recorded[:-1]
@@ -84,13 +84,13 @@ def _stands(channel: Channel) -> Runs:
     return _in_live_signal(finite_samples(channel), runs, resting) if runs.first.size else runs
 
 
-def _constant_runs(moved: NDArray[np.bool_], resting: bool) -> Runs:
+def _constant_runs(moved: NDArray[np.bool_], resting: bool) -> SampleRuns:
     """Runs of equal samples, from whether each differs from the one before (n - 1,): by what is rarer, moves or not."""
     if resting:
         changes = np.flatnonzero(moved)
-        return Runs(changes[:-1] + 1, np.diff(changes))
+        return SampleRuns(changes[:-1] + 1, np.diff(changes))
     runs = runs_of(np.flatnonzero(~moved))
-    return Runs(runs.first, runs.samples + 1)
+    return SampleRuns(runs.first, runs.samples + 1)
 
 
 def _least_samples(equal: int, samples: int) -> int:
@@ -99,7 +99,7 @@ def _least_samples(equal: int, samples: int) -> int:
     return max(MIN_HELD, 1 + math.ceil(math.log(MAX_CHANCE / samples) / math.log(share)))
 
 
-def _in_live_signal(x: NDArray[np.float64], runs: Runs, resting: bool) -> Runs:
+def _in_live_signal(x: NDArray[np.float64], runs: SampleRuns, resting: bool) -> SampleRuns:
     """Those of `runs` in `x` (n,) with a moving signal on both sides, the longest `MAX_STANDS` of them."""
     low, high, step = float(x.min()), float(x.max()), quantisation_step(x)
     least = max(LIVE_STEPS * step, CUT_SHARE * (high - low) if resting else 0.0)
@@ -111,7 +111,7 @@ def _in_live_signal(x: NDArray[np.float64], runs: Runs, resting: bool) -> Runs:
     runs = runs.where((np.minimum(before, after) >= least) & (level > low) & (level < high))
     longest = np.sort(np.argsort(-runs.samples)[:MAX_STANDS])
     live = [i for i in longest if _live_around(x, int(runs.first[i]), int(runs.last[i]), LIVE_STEPS * step)]
-    return Runs(runs.first[live], runs.samples[live])
+    return SampleRuns(runs.first[live], runs.samples[live])
 
 
 def _live_around(x: NDArray[np.float64], first: int, last: int, least: float) -> bool:
@@ -121,11 +121,11 @@ def _live_around(x: NDArray[np.float64], first: int, last: int, least: float) ->
     return all(side.size > 0 and float(np.median(side)) >= least for side in (before, after))
 
 
-def _findings(channel: Channel, contacts: tuple[Contact, ...], runs: Runs, kind: str, what: str) -> list[Finding]:
+def _findings(channel: Channel, contacts: tuple[Contact, ...], runs: SampleRuns, kind: str, what: str) -> list[Finding]:
     return [_finding(channel, contact, contact_runs, kind, what) for contact, contact_runs in runs.by_contact(contacts)]
 
 
-def _finding(channel: Channel, contact: int | None, runs: Runs, kind: str, what: str) -> Finding:
+def _finding(channel: Channel, contact: int | None, runs: SampleRuns, kind: str, what: str) -> Finding:
     evidence = {"kind": kind, **runs.evidence(channel)}
     message = f"{evidence['samples']} samples {what}, the first at {evidence['first_time_s']:.6g} s"
     severity: Severity = "warning" if contact is None else "reject"

@@ -30,7 +30,7 @@ MAD_TO_SIGMA = 1.4826
 
 
 @dataclass(frozen=True)
-class Span:
+class ShockSpan:
     """The shock in a record, in samples: first and last index, both included, and the peak deviation between."""
 
     first: int
@@ -107,13 +107,13 @@ def quantisation_step(x: NDArray[np.float64]) -> float:
     return float(gaps.min()) if gaps.size else 0.0
 
 
-def shock_span(channel: Channel, contacts: tuple[Contact, ...]) -> Span | None:
+def shock_span(channel: Channel, contacts: tuple[Contact, ...]) -> ShockSpan | None:
     """`event_span` of a channel: all but a force ring after a contact."""
     ringing = channel.quantity != "force"
     return channel.once(("span", contacts), lambda: event_span(finite_samples(channel), contacts, ringing))
 
 
-def event_span(x: NDArray[np.float64], contacts: tuple[Contact, ...], ringing: bool) -> Span | None:
+def event_span(x: NDArray[np.float64], contacts: tuple[Contact, ...], ringing: bool) -> ShockSpan | None:
     """Where the shock is: from the contacts, stretched over what rings above 5 % of the peak, and above the noise, if
     `ringing`.
 
@@ -127,7 +127,7 @@ def event_span(x: NDArray[np.float64], contacts: tuple[Contact, ...], ringing: b
     if peak == 0.0:
         return None
     if contacts and not ringing:
-        return Span(contacts[0].first, contacts[-1].last, peak)
+        return ShockSpan(contacts[0].first, contacts[-1].last, peak)
     limit = _loudness(x, peak)
     # Each side against its own rest: an offset after the shock is no ringing.
     before, after = _first_loud(x[:at], limit), _first_loud(x[at:][::-1], limit)
@@ -135,7 +135,7 @@ def event_span(x: NDArray[np.float64], contacts: tuple[Contact, ...], ringing: b
     last = at if after is None else x.size - 1 - after
     if contacts:
         first, last = contacts[0].first, max(last, contacts[-1].last)
-    return Span(first, last, peak)
+    return ShockSpan(first, last, peak)
 
 
 def _loudness(x: NDArray[np.float64], peak: float) -> float:

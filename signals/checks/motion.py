@@ -24,7 +24,7 @@ BLOCKS = 65536
 
 
 @dataclass(frozen=True)
-class Motion:
+class IntegratedMotion:
     """What an acceleration record integrates to from the begin of its shock on, about the level before it.
 
     `velocity_m_s` (k,) is that at the ends of blocks of `block_s`, one sample each as long as the record is short, and
@@ -47,13 +47,13 @@ class Motion:
         return self.velocity_m_s.size * self.block_s
 
 
-def motion_of(channel: Channel, contacts: tuple[Contact, ...]) -> Motion | None:
+def motion_of(channel: Channel, contacts: tuple[Contact, ...]) -> IntegratedMotion | None:
     """The motion that an acceleration tells; None of other quantities, of what moves on purpose, of a constant, and
     without a rest before the shock."""
     return channel.once(("motion", contacts), lambda: _motion_of(channel, contacts))
 
 
-def _motion_of(channel: Channel, contacts: tuple[Contact, ...]) -> Motion | None:
+def _motion_of(channel: Channel, contacts: tuple[Contact, ...]) -> IntegratedMotion | None:
     if channel.quantity != "acceleration" or on_impactor(channel.sensor.position):
         return None
     x = finite_samples(channel)
@@ -70,7 +70,7 @@ def _motion_of(channel: Channel, contacts: tuple[Contact, ...]) -> Motion | None
     sums = np.einsum("ij->i", blocks) - length * level  # four times as fast as sum() over short rows
     velocity_m_s = np.cumsum(sums) * channel.period_s
     in_shock = velocity_m_s[: (span.last - span.first) // length + 1]
-    return Motion(
+    return IntegratedMotion(
         velocity_m_s=velocity_m_s,
         block_s=length * channel.period_s,
         shock_velocity_m_s=float(np.abs(in_shock).max()),

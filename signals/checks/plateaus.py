@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .levels import Scale
-from .runs import Runs, run_heads, runs_of
+from .runs import SampleRuns, run_heads, runs_of
 
 #: Two equal neighbours straddle the top of any symmetric pulse; three need a cut, or a slow crest, which `r` tells.
 MIN_SAMPLES = 3
@@ -35,7 +35,7 @@ class Plateaus:
     """The flat stretches at one rail, and its level in SI."""
 
     level: float
-    runs: Runs
+    runs: SampleRuns
 
 
 def find_plateaus(
@@ -65,7 +65,7 @@ def _by_chance(samples: NDArray[np.int64], spread: NDArray[np.float64], noise: f
     return np.asarray(closeness ** (samples - 1) > MAX_CHANCE)
 
 
-def _is_cut(x: NDArray[np.float64], level: float, runs: Runs, spread: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _is_cut(x: NDArray[np.float64], level: float, runs: SampleRuns, spread: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Per run (k,): is its spread too small for a parabola through what surrounds it?"""
     beside = np.maximum(MIN_BESIDE, -(-runs.samples // 4))
     before = np.abs(x[np.maximum(runs.first - beside, 0)] - level)

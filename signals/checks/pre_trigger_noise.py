@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..channel import Channel
 from .base import Contact, Finding, Severity
-from .levels import Span, finite_samples, robust_sigma, shock_span
+from .levels import ShockSpan, finite_samples, robust_sigma, shock_span
 
 #: What rests before a shock. Pressure and temperature need not.
 QUANTITIES = ("force", "acceleration", "velocity", "strain")
@@ -51,7 +51,7 @@ def _nothing_before(channel: Channel, samples: int) -> Finding:
     return Finding("pre-trigger-noise", "note", message, channel.name, evidence)
 
 
-def _judge(channel: Channel, quiet: NDArray[np.float64], span: Span) -> list[Finding]:
+def _judge(channel: Channel, quiet: NDArray[np.float64], span: ShockSpan) -> list[Finding]:
     sigma = robust_sigma(quiet)
     share = sigma / span.peak
     if share < NOTE_SHARE:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .levels import Span
+from .levels import ShockSpan
 
 #: Fewer samples than this before or after the shock give no level.
 MIN_REST_SAMPLES = 16
@@ -16,7 +16,7 @@ BLOCKS = 10
 MIN_SLOPE_ERRORS = 5.0
 
 
-def rest_before(x: NDArray[np.float64], span: Span) -> NDArray[np.float64]:
+def rest_before(x: NDArray[np.float64], span: ShockSpan) -> NDArray[np.float64]:
     """What rests before the shock in `x` (n,): the first half of what lies before it; empty where that is too little,
     and where it climbs or falls.
 
@@ -36,7 +36,7 @@ def _climbs(x: NDArray[np.float64]) -> bool:
     return abs(slope) > MIN_SLOPE_ERRORS * float(np.sqrt(residuals @ residuals / (BLOCKS - 2) / (at @ at)))
 
 
-def rest_after(x: NDArray[np.float64], span: Span) -> NDArray[np.float64]:
+def rest_after(x: NDArray[np.float64], span: ShockSpan) -> NDArray[np.float64]:
     """What rests after the shock in `x` (n,), without the falling foot of a pulse: half as much as the shock lasted,
     but half of what is left at most. Where it rings to the end, the last quarter of what follows its begin."""
     quarter = x.size - (x.size - span.first) // 4

@@ -13,7 +13,7 @@ from .base import Contact
 
 
 @dataclass(frozen=True)
-class Runs:
+class SampleRuns:
     """First sample and length of each run, (k,) both, ascending and apart."""
 
     first: NDArray[np.int64]
@@ -23,10 +23,10 @@ class Runs:
     def last(self) -> NDArray[np.int64]:
         return self.first + np.maximum(self.samples - 1, 0)
 
-    def where(self, chosen: NDArray[np.bool_]) -> Runs:
-        return Runs(self.first[chosen], self.samples[chosen])
+    def where(self, chosen: NDArray[np.bool_]) -> SampleRuns:
+        return SampleRuns(self.first[chosen], self.samples[chosen])
 
-    def by_contact(self, contacts: tuple[Contact, ...]) -> Iterator[tuple[int | None, Runs]]:
+    def by_contact(self, contacts: tuple[Contact, ...]) -> Iterator[tuple[int | None, SampleRuns]]:
         """(index, runs that touch that contact) for each contact touched, then (None, the runs that touch none)."""
         outside = np.ones(self.first.size, dtype=bool)
         for index, contact in enumerate(contacts):
@@ -52,9 +52,9 @@ class Runs:
         }
 
 
-def runs_of(at: NDArray[np.int64]) -> Runs:
+def runs_of(at: NDArray[np.int64]) -> SampleRuns:
     """Ascending sample indices (n,), grouped where they are neighbours."""
-    return Runs(at[head := run_heads(at)], np.diff(head, append=at.size))
+    return SampleRuns(at[head := run_heads(at)], np.diff(head, append=at.size))
 
 
 def run_heads(at: NDArray[np.int64]) -> NDArray[np.int64]:

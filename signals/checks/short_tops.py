@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .levels import Scale
 from .plateaus import MIN_DEVIATION_SHARE, Plateaus
-from .runs import Runs
+from .runs import SampleRuns
 
 #: Chance of two equal samples, as the step's share of the fall beside them: crests in a thousand.
 MAX_STEP_SHARE = 2e-3
@@ -37,7 +37,7 @@ def find_short_top(x: NDArray[np.float64], scale: Scale, polarity: int, band: fl
     spread = max(abs(float(x[at[1]] - x[at[0]])), scale.step)
     if spread > MAX_STEP_SHARE * fall or abs(before - after) < max(MIN_LOPSIDED * fall, 3.0 * scale.noise):
         return None
-    return Plateaus(float(x[at[0]]), Runs(at[:1], np.array([2], np.int64)))
+    return Plateaus(float(x[at[0]]), SampleRuns(at[:1], np.array([2], np.int64)))
 
 
 def find_code_limit(recorded: NDArray[Any], polarity: int) -> NDArray[np.int64]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..channel import Channel, on_impactor
 from .base import Contact, Finding, Severity
-from .levels import Span, finite_samples, shock_span
+from .levels import ShockSpan, finite_samples, shock_span
 from .rest import block_mean, rest_after, rest_before
 
 #: Standard errors that make a shift (`rest.BLOCKS` tells why so many).
@@ -63,7 +63,7 @@ def check_zero_shift(channel: Channel, contacts: tuple[Contact, ...]) -> list[Fi
     return _acceleration_finding(channel, x, levels, span)
 
 
-def _levels(x: NDArray[np.float64], span: Span) -> _Levels | None:
+def _levels(x: NDArray[np.float64], span: ShockSpan) -> _Levels | None:
     """Levels of what rests before the shock and after it; the last quarter where it rings to the end."""
     before, after = rest_before(x, span), rest_after(x, span)
     if before.size == 0 or after.size == 0:
@@ -73,7 +73,7 @@ def _levels(x: NDArray[np.float64], span: Span) -> _Levels | None:
     return _Levels(level_before, level_after, error, truncated=span.last >= x.size - after.size)
 
 
-def _force_finding(channel: Channel, levels: _Levels, span: Span) -> list[Finding]:
+def _force_finding(channel: Channel, levels: _Levels, span: ShockSpan) -> list[Finding]:
     share = abs(levels.shift) / span.peak
     if share < MIN_FORCE_SHARE:
         return []
@@ -82,7 +82,7 @@ def _force_finding(channel: Channel, levels: _Levels, span: Span) -> list[Findin
     return [Finding("zero-shift", severity, message, channel.name, _evidence(levels, span, "n"))]
 
 
-def _acceleration_finding(channel: Channel, x: NDArray[np.float64], levels: _Levels, span: Span) -> list[Finding]:
+def _acceleration_finding(channel: Channel, x: NDArray[np.float64], levels: _Levels, span: ShockSpan) -> list[Finding]:
     residual_m_s = levels.shift * (x.size - span.first) * float(channel.period_s)
     # Without the offset, or the ramp itself would be the peak of the velocity and hide what it is compared with.
     moved = np.cumsum(x[span.first : span.last + 1] - levels.after) * float(channel.period_s)
@@ -107,7 +107,7 @@ def _acceleration_finding(channel: Channel, x: NDArray[np.float64], levels: _Lev
     return [Finding("zero-shift", severity, message, channel.name, evidence)]
 
 
-def _evidence(levels: _Levels, span: Span, unit: str) -> dict[str, float | bool]:
+def _evidence(levels: _Levels, span: ShockSpan, unit: str) -> dict[str, float | bool]:
     return {
         f"shift_{unit}": levels.shift,
         f"standard_error_{unit}": levels.error,

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from click.testing import Result
 from pyroshock.app.diagnoses import diagnosing
-from pyroshock.app.diagnoses.diagnosing import Asked, record_of
+from pyroshock.app.diagnoses.diagnosing import DiagnosisRequest, record_of
 from pyroshock.app.twins import building as twins
 from pyroshock.diagnosis.verdict import Cause, Verdict
 from support.records import verdicts
@@ -24,11 +24,11 @@ Diagnose = Callable[..., Result]
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[Asked]:
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[DiagnosisRequest]:
     """What the command asks for; every answer is the made-up one, named after the target."""
-    found: list[Asked] = []
+    found: list[DiagnosisRequest] = []
 
-    def made_up(store: object, db: str, asked: Asked, progress: object = None) -> Verdict:
+    def made_up(store: object, db: str, asked: DiagnosisRequest, progress: object = None) -> Verdict:
         found.append(asked)
         return verdicts.verdict(campaign=Path(asked.target).name)
 
@@ -57,18 +57,18 @@ def done(*words: str | Path) -> Result:
     return result
 
 
-def test_json_is_alone_on_standard_output(asked: list[Asked], lab: str) -> None:
+def test_json_is_alone_on_standard_output(asked: list[DiagnosisRequest], lab: str) -> None:
     assert json.loads(done("spring", "--db", lab, "--json").stdout) == verdicts.verdict().as_json()
 
 
-def test_json_file_and_page_are_written(asked: list[Asked], lab: str, tmp_path: Path) -> None:
+def test_json_file_and_page_are_written(asked: list[DiagnosisRequest], lab: str, tmp_path: Path) -> None:
     done("spring", "--db", lab, "--json", tmp_path / "report.json", "--html", tmp_path / "gap.html")
     assert json.loads((tmp_path / "report.json").read_text())["campaign"] == "spring"
     page = (tmp_path / "gap.html").read_text()
     assert "<h1>spring</h1>" in page and "The model error is 4.1 times the tolerance" in page
 
 
-def test_people_read_every_part(asked: list[Asked], lab: str) -> None:
+def test_people_read_every_part(asked: list[DiagnosisRequest], lab: str) -> None:
     told = done("spring", "--db", lab).stdout
     assert told.startswith("spring: The model error is 4.1 times the tolerance and 4.6 times the measurement noise; ")
     assert headings(told) == [
@@ -120,7 +120,7 @@ def test_restriction_is_said_first(monkeypatch: pytest.MonkeyPatch, lab: str) ->
     assert done("spring", "--db", lab).stdout.startswith(f"spring: {sentence} The model error is 42 times")
 
 
-def test_store_keeps_each_diagnosis(asked: list[Asked], lab: str) -> None:
+def test_store_keeps_each_diagnosis(asked: list[DiagnosisRequest], lab: str) -> None:
     done("spring", "--db", lab)
     done("spring", "--db", lab, "--seed", "1")
     rows = json.loads(done("spring", "--db", lab, "--list", "--json").stdout)
@@ -128,7 +128,7 @@ def test_store_keeps_each_diagnosis(asked: list[Asked], lab: str) -> None:
     assert rows[0]["id"] > rows[1]["id"]
 
 
-def test_list_tells_what_was_adopted(asked: list[Asked], lab: str) -> None:
+def test_list_tells_what_was_adopted(asked: list[DiagnosisRequest], lab: str) -> None:
     done("spring", "--db", lab, "--adopt", "gun.valve_flow")
     done("spring", "--db", lab, "--adopt", "none")
     done("spring", "--db", lab)
@@ -136,7 +136,7 @@ def test_list_tells_what_was_adopted(asked: list[Asked], lab: str) -> None:
     assert [row["adopted"] for row in rows] == [None, "version 2: none", "version 1: gun.valve_flow"]
 
 
-def test_folder_leaves_nothing_behind(asked: list[Asked], lab: str, tmp_path: Path) -> None:
+def test_folder_leaves_nothing_behind(asked: list[DiagnosisRequest], lab: str, tmp_path: Path) -> None:
     before, files = counts(lab), sorted(tmp_path.rglob("*"))
     done(tmp_path / "folder", "--db", lab)
     done(tmp_path / "folder", "--db", f"sqlite:///{tmp_path / 'none.db'}")
@@ -144,7 +144,7 @@ def test_folder_leaves_nothing_behind(asked: list[Asked], lab: str, tmp_path: Pa
     assert sorted(tmp_path.rglob("*")) == files
 
 
-def test_options_reach_the_diagnosis(asked: list[Asked], lab: str) -> None:
+def test_options_reach_the_diagnosis(asked: list[DiagnosisRequest], lab: str) -> None:
     done("spring", "--db", lab, "--seed", "3", "--tolerance", "gun=2%", "--tolerance", "plate=0.7dB",
          "--uncertain", "gun.friction_coefficient=0.05", "--simulator", "models:/hybrid@2")  # fmt: skip
     (one,) = asked
@@ -161,12 +161,12 @@ def test_options_reach_the_diagnosis(asked: list[Asked], lab: str) -> None:
         ("impactor_mass_kg", "contact.impactor_mass_kg"),
     ],
 )
-def test_uncertain_number_needs_no_stage(asked: list[Asked], lab: str, given: str, full: str) -> None:
+def test_uncertain_number_needs_no_stage(asked: list[DiagnosisRequest], lab: str, given: str, full: str) -> None:
     done("spring", "--db", lab, "--uncertain", f"{given}=0.002")
     assert asked[0].uncertain == {full: 0.002}
 
 
-def test_effects_are_named_one_by_one_or_in_a_list(asked: list[Asked], lab: str) -> None:
+def test_effects_are_named_one_by_one_or_in_a_list(asked: list[DiagnosisRequest], lab: str) -> None:
     done("spring", "--db", lab, "--with", "gun.valve_flow", "--with", "gun.blow_by, gun.valve_flow",
          "--without", "sensor.velocity_gain,sensor.pressure_gain")  # fmt: skip
     (one,) = asked
@@ -252,7 +252,7 @@ def test_what_a_user_can_mend_is_one_line(lab: str, tmp_path: Path, words: tuple
     assert message in result.stderr.strip().splitlines()[-1]
 
 
-def test_set_that_cannot_be_adopted_stores_nothing(asked: list[Asked], lab: str) -> None:
+def test_set_that_cannot_be_adopted_stores_nothing(asked: list[DiagnosisRequest], lab: str) -> None:
     before = counts(lab)
     result = pyroshock("diagnose", "spring", "--db", lab, "--adopt", "gun.blow_by")
     assert result.exit_code == 2
@@ -264,7 +264,7 @@ def test_set_that_cannot_be_adopted_stores_nothing(asked: list[Asked], lab: str)
     assert counts(lab) == before
 
 
-def test_folder_cannot_adopt(asked: list[Asked], tmp_path: Path) -> None:
+def test_folder_cannot_adopt(asked: list[DiagnosisRequest], tmp_path: Path) -> None:
     folder = gun_campaign(tmp_path / "folder")
     result = pyroshock("diagnose", folder, "--adopt", "gun.valve_flow", "--db", f"sqlite:///{tmp_path / 'none.db'}")
     assert result.exit_code == 2 and "ingest it first" in result.stderr
@@ -282,7 +282,7 @@ def test_plate_that_a_user_brings_is_taken(tmp_path: Path) -> None:
     folder = gun_campaign(tmp_path / "folder")
     modes = tmp_path / "modes.csv"
     modes.write_text("mode,frequency_hz,damping_ratio,shape_impact,shape_a\n1,400,0.01,0.3,0.4\n", encoding="utf-8")
-    record = record_of(None, "sqlite:///none.db", Asked(str(folder), modes=modes))
+    record = record_of(None, "sqlite:///none.db", DiagnosisRequest(str(folder), modes=modes))
     assert record.plate is not None and record.plate.frequency_hz.tolist() == [400.0]
 
 
@@ -290,7 +290,7 @@ def test_drawing_of_a_plate_is_solved(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr(twins, "solved", lambda drawing, material, *_: (drawing.sensors, material.name))
     bench = tmp_path / "bench.toml"
     bench.write_text("[plate]\nmaterial = 'steel'\nsensors = {left = [0.3, 0.3]}\n", encoding="utf-8")
-    record = record_of(None, "sqlite:///none.db", Asked(str(gun_campaign(tmp_path / "folder")), bench=bench))
+    record = record_of(None, "sqlite:///none.db", DiagnosisRequest(str(gun_campaign(tmp_path / "folder")), bench=bench))
     assert record.plate == ({"left": (0.3, 0.3)}, "steel")
     assert not record.plate_points_known
 
@@ -319,7 +319,7 @@ def test_plate_is_solved_from_the_campaign_s_own_outline(
         row.pop("plate_material")
         return row if struck is None else {**row, "plate_material": struck}
 
-    record = record_of(None, "sqlite:///none.db", Asked(str(drawn_campaign(tmp_path / "folder", of))))
+    record = record_of(None, "sqlite:///none.db", DiagnosisRequest(str(drawn_campaign(tmp_path / "folder", of))))
     assert record.plate == ((0.5, 0.4), 0.012, solved)
     assert not record.plate_points_known
     assert record.plate_model_material == solved
@@ -327,6 +327,8 @@ def test_plate_is_solved_from_the_campaign_s_own_outline(
 
 def test_plate_s_own_modal_table_is_not_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(twins, "solved", lambda *_: pytest.fail("there is a modal table"))
-    record = record_of(None, "sqlite:///none.db", Asked(str(plate_campaign(tmp_path / "folder", hits=1).folder)))
+    record = record_of(
+        None, "sqlite:///none.db", DiagnosisRequest(str(plate_campaign(tmp_path / "folder", hits=1).folder))
+    )
     assert record.plate is not None and record.plate.frequency_hz.size == 6
     assert record.plate_points_known

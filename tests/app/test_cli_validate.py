@@ -10,7 +10,7 @@ from click.testing import CliRunner, Result
 from pyroshock.app.cli.validate import validate
 from pyroshock.app.demo import ingest_examples
 from pyroshock.app.twins import building as twins
-from pyroshock.validation.prediction_scores.verdict import Verdict
+from pyroshock.validation.prediction_scores.verdict import PredictionVerdict
 from support.records.twin_parts import unsolved
 from support.stores.hammer_stores import copied, filled_store, full_campaign
 from support.stores.stores import opened
@@ -66,7 +66,7 @@ def test_text_says_verdict_first(lab) -> None:
 
 
 def test_not_calibrated_is_exit_code_1(lab, monkeypatch: pytest.MonkeyPatch) -> None:
-    overconfident = Verdict("Not calibrated: the 90 % bands hold only 40 %.", calibrated=False)
+    overconfident = PredictionVerdict("Not calibrated: the 90 % bands hold only 40 %.", calibrated=False)
     monkeypatch.setattr("pyroshock.app.validating.validation.verdict", lambda _: overconfident)
     result = lab("first-shots")
     assert result.exit_code == 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from pyroshock.app.demo import ingest_examples
-from pyroshock.app.diagnoses.diagnosing import Asked, keep, last_report, past_diagnoses, report_json
+from pyroshock.app.diagnoses.diagnosing import DiagnosisRequest, keep, last_report, past_diagnoses, report_json
 from pyroshock.app.diagnoses.kept import kept_options, kept_report, kept_verdict, list_diagnoses
 from pyroshock.app.diagnoses.restriction import restriction_sentences
 from pyroshock.app.reports.diagnosis import page
@@ -65,8 +65,10 @@ def test_row_tells_the_first_cause_and_what_was_adopted(store):
 def test_what_if_is_marked_and_is_not_the_last_word_on_a_campaign(store):
     sentence = restriction_sentences(("gun.valve_flow",))
     whole = verdicts.gun(campaign=CAMPAIGN)
-    keep(store, whole, Asked(CAMPAIGN, seed=3))
-    key = keep(store, verdicts.gun(campaign=CAMPAIGN, assumptions=sentence), Asked(CAMPAIGN, with_effects=["a"]))
+    keep(store, whole, DiagnosisRequest(CAMPAIGN, seed=3))
+    key = keep(
+        store, verdicts.gun(campaign=CAMPAIGN, assumptions=sentence), DiagnosisRequest(CAMPAIGN, with_effects=["a"])
+    )
     assert [row["restricted"] for row in listed(store)] == [True, False]
     with store.reading() as session:
         assert last_report(session, CAMPAIGN) == report_json(whole)
@@ -81,7 +83,7 @@ def test_options_of_a_diagnosis_that_was_kept_without_them_are_none(store):
 
 def test_an_option_that_there_was_once_is_left_out(store):
     """So that what if can be asked of a diagnosis that was kept by another version."""
-    key = keep(store, verdicts.gun(campaign=CAMPAIGN), Asked(CAMPAIGN, seed=3))
+    key = keep(store, verdicts.gun(campaign=CAMPAIGN), DiagnosisRequest(CAMPAIGN, seed=3))
     with store.writing() as session:
         row = session.get_one(Diagnosis, key)
         row.details = {**row.details, "options": {**row.details["options"], "calibrate": 20}}

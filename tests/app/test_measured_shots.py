@@ -14,7 +14,7 @@ from pyroshock.app.tuning.session import _levels, _without_double_counting
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.benches import PlateDrawing, bench_of_campaign
 from pyroshock.app.twins.building import TwinRequest, twin_of
-from pyroshock.app.twins.measured_shots import StruckPlate, read_measured_shots, struck_plate
+from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shots, struck_plate
 from pyroshock.app.twins.stamps import StampReader
 from pyroshock.dataset.stored_bench import stored_materials
 from pyroshock.ingest.stored import list_channels, read_channel
@@ -189,7 +189,7 @@ def test_settings_that_are_not_known_and_sensors_that_are_not_there_are_told(ses
     assert left_out[0] == "run 1, repetition 1: no channel acceleration_9"
     nothing = {"aluminum": THESIS["aluminum"]}
     shots, left_out = read_measured_shots(
-        session, "gun", frequency_hz=LINES, q=10.0, sensors=SENSORS, plate=StruckPlate("aluminum", 0.01, 0.345),
+        session, "gun", frequency_hz=LINES, q=10.0, sensors=SENSORS, plate=CampaignPlate("aluminum", 0.01, 0.345),
         material=lambda name: nothing[name],
     )  # fmt: skip
     assert len(shots) == 4
@@ -321,4 +321,4 @@ def test_tune_learns_from_a_campaign_once(built, session):
 def test_struck_plate_is_the_drawings():
     drawing = PlateDrawing.of([(0, 0), (1, 0), (1, 1), (0, 1)], "square", 0.02)
     bench = SimpleNamespace(plate_material="steel", drawing=drawing)
-    assert struck_plate(bench) == StruckPlate("steel", 0.02, pytest.approx(1.0))
+    assert struck_plate(bench) == CampaignPlate("steel", 0.02, pytest.approx(1.0))

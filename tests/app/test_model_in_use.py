@@ -18,7 +18,7 @@ from pyroshock.app.cli.predict import predict
 from pyroshock.app.cli.tune import tune
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.model_in_use import bench_kind_of, model_in_use, training_campaigns, velocity_kind_of
-from pyroshock.app.web.twins import Question
+from pyroshock.app.web.twins import PredictionOptions
 from pyroshock.dataset.domain import Domain
 from pyroshock.dataset.snapshot import build_snapshot
 from pyroshock.schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
@@ -171,6 +171,8 @@ def test_table_gives_every_predictor(
 
 
 def test_question_of_the_web_gives_every_predictor() -> None:
-    shot = Question.model_validate({"boundary_conditions": "fixed", "factor": ["plate_mass_kg=9", "lot=B"]}).shot()
+    shot = PredictionOptions.model_validate(
+        {"boundary_conditions": "fixed", "factor": ["plate_mass_kg=9", "lot=B"]}
+    ).shot()
     assert (shot.boundary_conditions, shot.factors) == ("fixed", {"plate_mass_kg": 9.0, "lot": "B"})
     assert shot.bullet_mass_kg is None

@@ -8,8 +8,8 @@ from pyroshock.app.pulses.overlays import pulse_overlay
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.conditions import UnknownFieldError
 from pyroshock.schema.configurations import configuration_id
-from pyroshock.schema.impacts import ExtractionSettings, Impact
-from pyroshock.schema.levels import Level
+from pyroshock.schema.impacts import ExtractionSettingsRow, Impact
+from pyroshock.schema.levels import RunLevel
 from pyroshock.schema.listings import Condition
 from pyroshock.schema.series import encode
 from pyroshock.schema.session import Writer, open_store
@@ -32,10 +32,10 @@ def store(tmp_path_factory):
     with open_store(url, Writer("test", "0"), create=True) as store:
         with store.writing() as session:
             session.add(Campaign(id=1, name="c", kind="hammer", date=WHEN.date(), fingerprint="c"))
-            session.add(ExtractionSettings(id=1, fingerprint="1", code_version=1, settings={}))
+            session.add(ExtractionSettingsRow(id=1, fingerprint="1", code_version=1, settings={}))
             for key, (radius, peak, contact) in enumerate(MADE, 1):
-                levels = [Level("tip_material", "steel")]
-                levels += [] if radius is None else [Level("tip_radius", repr(radius), radius, "m")]
+                levels = [RunLevel("tip_material", "steel")]
+                levels += [] if radius is None else [RunLevel("tip_radius", repr(radius), radius, "m")]
                 configuration = configuration_id(session, levels)
                 session.add(Impact(id=key, campaign_id=1, run=key, repetition=1, configuration_id=configuration))
                 session.flush()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from pyroshock.app.cli.predict import predict
-from pyroshock.app.predictions.predicting import Shot, predicted_json
+from pyroshock.app.predictions.predicting import ShotRequest, predicted_json
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.benches import shipped_bench
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
@@ -45,11 +45,11 @@ def bench(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("words", "shot"),
     [
-        ((), Shot()),
+        ((), ShotRequest()),
         (("--tank-pressure", "3bar", "--bullet-mass", "0.2kg", "--impact-position", "#2"),
-         Shot(tank_pressure_pa=3e5, bullet_mass_kg=0.2, impact_position="#2")),
+         ShotRequest(tank_pressure_pa=3e5, bullet_mass_kg=0.2, impact_position="#2")),
         (("--velocity", "8m/s", "--tip", "PLA", "--tip-radius", "3cm", "--anvil", "steel", "--insulator", "polymeric"),
-         Shot(impact_velocity_m_s=8.0, tip_material="PLA", tip_radius_m=0.03, anvil_material="steel",
+         ShotRequest(impact_velocity_m_s=8.0, tip_material="PLA", tip_radius_m=0.03, anvil_material="steel",
               insulator="polymeric")),
     ],
 )  # fmt: skip
@@ -63,7 +63,7 @@ def test_json_is_that_of_the_command_line(bench, words, shot):
 
 def test_both_pressure_and_velocity_are_refused(bench):
     with pytest.raises(ValueError, match="expected exactly one of them"):
-        predicted_json(bench, Shot(tank_pressure_pa=1e5, impact_velocity_m_s=3.0))
+        predicted_json(bench, ShotRequest(tank_pressure_pa=1e5, impact_velocity_m_s=3.0))
 
 
 def test_sliders_stay_within_the_bench(bench):
@@ -87,7 +87,7 @@ def test_defaults_of_the_sliders_can_be_fired(bench):
     found = sliders(bench)
     own = {name: each["default"] for name, each in found["choices"].items()}
     own |= {name: each["default"] for name, each in found["numbers"].items() if name != "impact_velocity_m_s"}
-    assert predicted_json(bench, Shot(**own), draws=8) == predicted_json(bench, Shot(), draws=8)
+    assert predicted_json(bench, ShotRequest(**own), draws=8) == predicted_json(bench, ShotRequest(), draws=8)
 
 
 def test_every_material_is_offered_once(bench):

@@ -12,7 +12,7 @@ from pyroshock.app.predictions.warnings import domain_warnings, extrapolation_te
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.launch import GunStage
 from pyroshock.twin.prediction import RestsOn
-from pyroshock.twin.strikes import Extrapolation, Outside
+from pyroshock.twin.strikes import Extrapolation, OutOfDomain
 from support.records.twin_parts import BENCH, HalfSine, setting
 
 PRESSURE = Extrapolation("tank_pressure_pa", 10e5, 0.5e5, 6.7e5)
@@ -50,7 +50,7 @@ def test_range_is_told_in_units_of_the_lab(item, text):
 
 def test_domain_is_told_in_words_with_the_unit_of_the_value():
     shot = prediction(
-        outside=[Outside("impact_velocity_m_s", 22.1284, "up to 5.2"), Outside("insulator", "foam", "none")]
+        outside=[OutOfDomain("impact_velocity_m_s", 22.1284, "up to 5.2"), OutOfDomain("insulator", "foam", "none")]
     )
     assert warnings(shot) == (
         "Impact velocity 22.13 m/s lies outside of the domain of the contact (half-sine): up to 5.2.",
@@ -60,7 +60,7 @@ def test_domain_is_told_in_words_with_the_unit_of_the_value():
 
 def test_quantity_beyond_and_outside_is_named_once():
     beyond = Extrapolation("impact_velocity_m_s", 22.0, 1.0, 9.0)
-    shot = prediction(beyond, outside=[Outside("impact_velocity", 22.0, "1 to 9")])
+    shot = prediction(beyond, outside=[OutOfDomain("impact_velocity", 22.0, "1 to 9")])
     assert warnings(shot) == (extrapolation_text(beyond),)
     assert domain_warnings(shot) == ()
 

@@ -8,7 +8,7 @@ from pyroshock.app.pulses.segmentation import pulse_view
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.reextract import preview_impacts, reextract_recording
 from pyroshock.ingest.settings import ExtractionSettings
-from pyroshock.schema.impacts import ExtractionSettings as SettingsRow
+from pyroshock.schema.impacts import ExtractionSettingsRow as SettingsRow
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.series import as_floats
 from pyroshock.schema.session import Writer, open_store

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pyroshock.app.spectra.overlays import MOST_SPECTRA, spectrum_overlay
 from pyroshock.schema.campaigns import Configuration
-from pyroshock.schema.impacts import ExtractionSettings, Impact
+from pyroshock.schema.impacts import ExtractionSettingsRow, Impact
 from pyroshock.schema.session import Writer, open_store
 from pyroshock.signals.channel import Sensor
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
@@ -37,7 +37,7 @@ def store(tmp_path_factory):
         none, _ = add_recording(store, {FORCE: ringing(0.02, 1.0)}, RATE)
         with store.writing() as session:
             session.add(Configuration(id=1, fingerprint="1"))
-            session.add(ExtractionSettings(id=1, fingerprint="1", code_version=1, settings={}))
+            session.add(ExtractionSettingsRow(id=1, fingerprint="1", code_version=1, settings={}))
             session.flush()
             hits = ((one, 0.02), (two, 0.02), (both, 0.02), (both, 0.06), (none, 0.02))
             for key, (recording, start) in enumerate(hits, 1):

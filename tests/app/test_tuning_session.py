@@ -13,9 +13,9 @@ from pyroshock.app.twins.building import TwinRequest
 from pyroshock.doe.limits.bench import BenchLimits
 from pyroshock.doe.ranges import with_ranges
 from pyroshock.doe.space import shipped_factors, space_from_text
-from pyroshock.twin.materials import Material
+from pyroshock.twin.materials import ElasticMaterial
 from pyroshock.twin.srs.target_csv import read_target
-from pyroshock.twin.tune.space import Range
+from pyroshock.twin.tune.space import ContinuousRange
 from support.records.twin_parts import unsolved
 from support.stores.stores import opened
 
@@ -75,7 +75,7 @@ def test_thread_finds_what_the_main_thread_finds_and_can_be_stopped(session):
 def test_ranges_of_a_plan_are_ranges_of_the_tuner() -> None:
     """Any mass of a continuous factor, and nine tips of a continuous radius."""
     text = with_ranges(shipped_factors("gun"), {"bullet_mass_kg": (0.2, 1), "tip_radius_mm": (30, 60)})
-    steel = Material("steel", 210e9, 0.29, 7850.0)
+    steel = ElasticMaterial("steel", 210e9, 0.29, 7850.0)
     space = tuning_space(space_from_text(text), lambda _: steel, steel, 0.05, 700.0, ("1",), BenchLimits())
-    assert space.impactor_mass_kg == Range(0.2, 1.0)
+    assert space.impactor_mass_kg == ContinuousRange(0.2, 1.0)
     assert (space.tip_radii_m[0], space.tip_radii_m[-1], len(space.tip_radii_m)) == (0.03, 0.06, 9)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.app.demo import ingest_examples
-from pyroshock.app.predictions.predicting import Shot, predicted_json
+from pyroshock.app.predictions.predicting import ShotRequest, predicted_json
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins import stamps as twin_stamps
 from pyroshock.app.twins import warm as warm_twins
@@ -208,7 +208,7 @@ def test_law_does_not_depend_on_the_registry(store, quick, counted, in_use):
 
 
 def test_warm_twin_answers_as_a_fresh_one(store, quick):
-    request, shot = TwinRequest(frequency_hz=FEW), Shot(tank_pressure_pa=3e5, impact_position="#2")
+    request, shot = TwinRequest(frequency_hz=FEW), ShotRequest(tank_pressure_pa=3e5, impact_position="#2")
     warm = TwinShelf(store, quick).get(request)
     for _ in range(2):
         assert predicted_json(warm, shot, draws=8) == predicted_json(twin_of(store, quick, request), shot, draws=8)
@@ -222,13 +222,13 @@ def test_warm_twin_solves_no_plate_any_more(store, quick, monkeypatch):
     assert made
     made.clear()
     for position in ("#1", "#2"):
-        predicted_json(twin, Shot(impact_position=position))
+        predicted_json(twin, ShotRequest(impact_position=position))
     assert made == []
 
 
 def test_threads_predict_the_same(store, quick):
     twin = TwinShelf(store, quick).get(TwinRequest(frequency_hz=FEW))
-    shots = [Shot(tank_pressure_pa=pressure) for pressure in np.linspace(1e5, 7e5, 6).tolist()]
+    shots = [ShotRequest(tank_pressure_pa=pressure) for pressure in np.linspace(1e5, 7e5, 6).tolist()]
     alone: list[dict[str, Any]] = [predicted_json(twin, shot) for shot in shots]
     together: list[dict[str, Any]] = [{}] * len(shots)
 
@@ -244,5 +244,5 @@ def test_threads_predict_the_same(store, quick):
 
 
 def test_shipped_bench_needs_no_store(quick):
-    found = predicted_json(TwinShelf(None, quick).get(TwinRequest(frequency_hz=FEW)), Shot())
+    found = predicted_json(TwinShelf(None, quick).get(TwinRequest(frequency_hz=FEW)), ShotRequest())
     assert "shipped" in found["models"]["gun"]

@@ -19,7 +19,7 @@ from pyroshock.ingest.reextract import reextract
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.schema.campaigns import ConfigurationLevel
 from pyroshock.schema.configurations import configuration_ids
-from pyroshock.schema.levels import Level
+from pyroshock.schema.levels import RunLevel
 from pyroshock.schema.plans import Plan, PlannedRun
 from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.schema.shots import Shot
@@ -71,7 +71,7 @@ def test_folders_in_different_orders_at_once(database_url: str, tmp_path: Path) 
 
 def test_same_new_configurations_in_any_order(at_once, tables_url) -> None:
     """Rows added in different orders are how two transactions come to wait for each other."""
-    combinations = [[Level("speed", f"v{i}"), Level("tip", f"t{i % 5}")] for i in range(20)]
+    combinations = [[RunLevel("speed", f"v{i}"), RunLevel("tip", f"t{i % 5}")] for i in range(20)]
 
     def add(store: Store, number: int) -> list[int]:
         mixed = np.random.default_rng(number).permutation(20)

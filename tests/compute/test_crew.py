@@ -14,7 +14,7 @@ NOBODY = "tcp://127.0.0.1:9"
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ({"backend": "slurm"}, "backend 'slurm'; expected one of local, dask, ray"),
+        ({"backend": "slurm"}, "backend 'slurm'; expected one of local, dask"),
         ({"jobs": 0}, "jobs = 0; expected 1 or more"),
         ({"backend": "dask"}, "--scheduler tcp://HOST:8786"),
         ({"scheduler": "tcp://lab:8786"}, "--backend dask"),

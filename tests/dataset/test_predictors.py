@@ -7,7 +7,7 @@ import re
 import pytest
 from pyroshock.dataset.predictors import SHIPPED, from_json, parse, predictors_named, shipped
 from pyroshock.dataset.rows import polygon_area
-from pyroshock.dataset.sources import PROPERTIES, Case, read_number
+from pyroshock.dataset.sources import PROPERTIES, ImpactSource, read_number
 from support.records.pulse_tables import MATERIALS, PREDICTORS
 
 STORE = {
@@ -16,8 +16,8 @@ STORE = {
 }
 
 
-def case(numbers=None, **words: str) -> Case:
-    return Case(words, numbers or {}, 1.2, 0.32, "aluminum", 0.01, 0.2)
+def case(numbers=None, **words: str) -> ImpactSource:
+    return ImpactSource(words, numbers or {}, 1.2, 0.32, "aluminum", 0.01, 0.2)
 
 
 def test_hammer_has_the_thirteen_of_table_4_3():

@@ -14,7 +14,7 @@ from pyroshock.dataset.predictors import parse, shipped
 from pyroshock.dataset.snapshot import SnapshotError, build_snapshot, read_snapshot
 from pyroshock.dataset.trace import raw_files, trace
 from pyroshock.schema.datasets import DatasetSnapshot
-from pyroshock.schema.impacts import ExtractionSettings, Impact, Pulse
+from pyroshock.schema.impacts import ExtractionSettingsRow, Impact, Pulse
 from pyroshock.schema.materials import Material
 from pyroshock.schema.quality import QualityFinding
 from pyroshock.schema.recordings import RecordedChannel
@@ -322,7 +322,7 @@ def test_unknown_campaign_is_named(store):
 
 def test_unknown_extraction_is_refused_with_those_there(store):
     with store.reading() as session:
-        fingerprint = session.scalar(select(ExtractionSettings.fingerprint))
+        fingerprint = session.scalar(select(ExtractionSettingsRow.fingerprint))
     with pytest.raises(LookupError, match=f"no extractions 'beef' in the store; there: {fingerprint[:12]}"):
         built(store, extraction="beef")
 

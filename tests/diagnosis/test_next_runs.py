@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis import next_runs as planning
 from pyroshock.diagnosis.gap import GapTable
-from pyroshock.diagnosis.inference.posterior import Posterior
+from pyroshock.diagnosis.inference.posterior import HypothesisPosterior
 from pyroshock.diagnosis.next_runs import APART, MOST_RUNS, next_runs
-from pyroshock.diagnosis.observables.gun.stage import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.diagnosis.record import CampaignRecord
 from pyroshock.diagnosis.verdict import NONE, UNKNOWN, Cause, NextRun
 from pyroshock.twin.effects import catalogue, effect
@@ -23,9 +23,9 @@ TWO = tuple(Cause((name,), 0.45) for name in IDS)
 
 
 @cache
-def posterior_of(record: CampaignRecord) -> tuple[Posterior, GunStage]:
-    stage = GunStage(record)
-    return Posterior.of(GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in IDS]), stage
+def posterior_of(record: CampaignRecord) -> tuple[HypothesisPosterior, GunObservables]:
+    stage = GunObservables(record)
+    return HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in IDS]), stage
 
 
 @cache

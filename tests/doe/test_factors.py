@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.doe.factors import Factor, Requirement, Tie, connected, number_label
+from pyroshock.doe.factors import DesignFactor, Requirement, Tie, connected, number_label
 from pyroshock.doe.space import Space, read_space
 
-RADIUS = Factor("tip_radius", "tip_radius_mm", ("30", "45", "60"), (30.0, 45.0, 60.0), True, 0, "mm")
-ANVIL = Factor("anvil", "anvil", ("none", "aluminum", "steel"), None, False, 2)
-INSULATOR = Factor("insulator", "insulator", ("none", "polymeric"), None, False, 1)
+RADIUS = DesignFactor("tip_radius", "tip_radius_mm", ("30", "45", "60"), (30.0, 45.0, 60.0), True, 0, "mm")
+ANVIL = DesignFactor("anvil", "anvil", ("none", "aluminum", "steel"), None, False, 2)
+INSULATOR = DesignFactor("insulator", "insulator", ("none", "polymeric"), None, False, 1)
 NEEDS_ANVIL = Requirement("insulator", "polymeric", "anvil", ("aluminum", "steel"))
 
 SPEEDS = '[[factors]]\nname = "speed"\nkind = "ordered"\nlevels = ["low", "high"]\nunit = "m/s"\nvalues = [7, 22]\n'
@@ -41,7 +41,7 @@ def test_unknown_number_is_refused(cell: str) -> None:
 
 
 def test_words_are_not_compared_as_numbers() -> None:
-    position = Factor("position_of_impact", "position_of_impact", ("1", "2"), None, False, 0)
+    position = DesignFactor("position_of_impact", "position_of_impact", ("1", "2"), None, False, 0)
     with pytest.raises(ValueError, match=r"'1\.0'; expected one of 1, 2"):
         position.index("1.0")
 
@@ -78,11 +78,11 @@ def test_no_negative_zero() -> None:
 )
 def test_bad_factor_is_refused_by_name(change: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=re.escape(message)):
-        Factor(**{**vars(RADIUS), **change})
+        DesignFactor(**{**vars(RADIUS), **change})
 
 
 def test_unit_of_a_quotient_ends_the_column() -> None:
-    assert Factor("velocity", "velocity_m_s", ("10",), (10.0,), True, 0, "m/s").unit == "m/s"
+    assert DesignFactor("velocity", "velocity_m_s", ("10",), (10.0,), True, 0, "m/s").unit == "m/s"
 
 
 def test_insulator_needs_an_anvil() -> None:
@@ -129,7 +129,7 @@ def test_contradicting_rules_leave_nothing() -> None:
 
 def test_endless_combinations_are_refused() -> None:
     levels = tuple(map(str, range(400)))
-    factors = [Factor(name, name, levels, None, False, 0) for name in ("a", "b", "c")]
+    factors = [DesignFactor(name, name, levels, None, False, 0) for name in ("a", "b", "c")]
     with pytest.raises(ValueError, match=r"a\+b\+c: more than 100000 combinations"):
         connected(factors, [Tie(("a", "b", "c"), ((levels[:3]),))])
 

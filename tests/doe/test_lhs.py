@@ -23,7 +23,7 @@ from pyroshock.doe.designs.exchange import (
 )
 from pyroshock.doe.designs.lhs import balanced
 from pyroshock.doe.designs.shares import cut_hypercube, level_counts, repaired
-from pyroshock.doe.factors import Factor, Requirement
+from pyroshock.doe.factors import DesignFactor, Requirement
 from pyroshock.doe.merit import quality
 from pyroshock.doe.merit.balance import cell_counts, worst_deviation
 from pyroshock.doe.merit.places import axis_centres
@@ -42,8 +42,8 @@ def _rng(seed: int) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-def _word(name: str, levels: int) -> Factor:
-    return Factor(name, name, tuple(f"{name}{k}" for k in range(levels)), None, False, 0)
+def _word(name: str, levels: int) -> DesignFactor:
+    return DesignFactor(name, name, tuple(f"{name}{k}" for k in range(levels)), None, False, 0)
 
 
 def _space(*sizes: int) -> Space:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pyroshock.doe.changeovers import changeovers
-from pyroshock.doe.factors import Factor, Requirement
+from pyroshock.doe.factors import DesignFactor, Requirement
 from pyroshock.doe.order import order, time_confounding
 from pyroshock.doe.space import Space, gun_space, hammer_space, space_of
 
@@ -27,8 +27,8 @@ def _ordered(space: Space, treatments: NDArray[np.int64], seed: int) -> NDArray[
     return treatments[order(space, treatments, np.random.default_rng(seed))]
 
 
-def _word(name: str, levels: int, change: int) -> Factor:
-    return Factor(name, name, tuple(f"{name}{k}" for k in range(levels)), None, False, change)
+def _word(name: str, levels: int, change: int) -> DesignFactor:
+    return DesignFactor(name, name, tuple(f"{name}{k}" for k in range(levels)), None, False, change)
 
 
 @given(st.integers(0, 60), st.integers(0, 100))

@@ -10,20 +10,20 @@ from pyroshock.doe.designs import pydoe
 from pyroshock.doe.designs.factorial import factorial
 from pyroshock.doe.designs.optimal import optimal
 from pyroshock.doe.designs.response_surface import box_behnken, central_composite
-from pyroshock.doe.factors import Factor, continuous_levels
+from pyroshock.doe.factors import DesignFactor, continuous_levels
 from pyroshock.doe.space import Space, gun_space, space_of
 
 
-def continuous(name: str, low: float = -1.0, high: float = 1.0, step: float = 0.001) -> Factor:
+def continuous(name: str, low: float = -1.0, high: float = 1.0, step: float = 0.001) -> DesignFactor:
     levels = continuous_levels(low, high, step)
-    return Factor(name, name, levels, tuple(map(float, levels)), True, 0, "1", None, True)
+    return DesignFactor(name, name, levels, tuple(map(float, levels)), True, 0, "1", None, True)
 
 
-SPEEDS = Factor("v", "v", ("low", "high"), None, True, 0)
-THREE = Factor("v", "v", ("a", "b", "c"), None, True, 0)
+SPEEDS = DesignFactor("v", "v", ("low", "high"), None, True, 0)
+THREE = DesignFactor("v", "v", ("a", "b", "c"), None, True, 0)
 
 
-def surface_space(count: int, *more: Factor) -> Space:
+def surface_space(count: int, *more: DesignFactor) -> Space:
     return space_of("s", "hammer", [*(continuous(f"x{i}") for i in range(count)), *more])
 
 
@@ -79,7 +79,7 @@ def test_box_behnken_has_one_centre_and_two_ends_in_each_run() -> None:
 
 
 def test_surface_is_repeated_at_each_combination_of_words() -> None:
-    words = Factor("tip", "tip", ("PLA", "steel"), None, False, 0)
+    words = DesignFactor("tip", "tip", ("PLA", "steel"), None, False, 0)
     space = surface_space(2, words)
     with pytest.raises(ValueError, match="tip has levels without order \\(PLA, steel\\)"):
         central_composite(space)
@@ -189,6 +189,6 @@ def test_model_that_cannot_be_fitted_is_refused(options: dict, message: str) -> 
 
 
 def test_too_few_levels_for_a_degree_are_named() -> None:
-    space = surface_space(1, Factor("v_mm", "v_mm", ("1", "2"), (1.0, 2.0), False, 0, "mm"))
+    space = surface_space(1, DesignFactor("v_mm", "v_mm", ("1", "2"), (1.0, 2.0), False, 0, "mm"))
     with pytest.raises(ValueError, match="v_mm has 2 levels; expected 3 for a model of degree 2"):
         optimal(space, 6, np.random.default_rng(1), degree=2)

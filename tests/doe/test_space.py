@@ -13,7 +13,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from pyroshock.doe.factors import Factor, Requirement, Tie, number_label
+from pyroshock.doe.factors import DesignFactor, Requirement, Tie, number_label
 from pyroshock.doe.space import Axis, Space, gun_space, hammer_space, space_of
 
 GUN, HAMMER = gun_space(), hammer_space()
@@ -41,13 +41,13 @@ def spaces(draw: st.DrawFn) -> Space:
         raise
 
 
-def _factor(name: str, size: int, numeric: bool) -> Factor:
+def _factor(name: str, size: int, numeric: bool) -> DesignFactor:
     numbers = tuple(0.1 * (place + 1) for place in range(size))
     levels = tuple(map(number_label, numbers)) if numeric else tuple("abcd"[:size])
-    return Factor(name, name, levels, numbers if numeric else None, False, 0)
+    return DesignFactor(name, name, levels, numbers if numeric else None, False, 0)
 
 
-def _requirement(draw: st.DrawFn, factor: Factor, needs: Factor) -> Requirement:
+def _requirement(draw: st.DrawFn, factor: DesignFactor, needs: DesignFactor) -> Requirement:
     allowed = draw(st.lists(st.sampled_from(needs.levels), min_size=1, unique=True))
     return Requirement(factor.name, draw(st.sampled_from(factor.levels)), needs.name, tuple(allowed))
 
@@ -248,7 +248,7 @@ def test_axes_must_hold_every_factor() -> None:
 
 def test_endless_space_is_not_listed() -> None:
     levels = tuple(map(str, range(30)))
-    space = space_of("big", "gun", [Factor(name, name, levels, None, False, 0) for name in "abcdefghij"])
+    space = space_of("big", "gun", [DesignFactor(name, name, levels, None, False, 0) for name in "abcdefghij"])
     assert space.size == math.prod([30] * 10)
     with pytest.raises(ValueError, match="expected at most 1000000 to list"):
         space.all_treatments()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pyroshock.doe.designs import pydoe
 from pyroshock.doe.designs.two_level import fractional_factorial, plackett_burman, smallest_generators
-from pyroshock.doe.factors import Factor
+from pyroshock.doe.factors import DesignFactor
 from pyroshock.doe.merit.aliases import Alias, alias_lines, aliases
 from pyroshock.doe.merit.quality import quality
 from pyroshock.doe.space import Space, gun_space, space_of
@@ -26,7 +26,7 @@ TABLE_7_4 = {
 
 
 def two_level_space(names: str) -> Space:
-    return space_of("s", "hammer", [Factor(n.lower(), n.lower(), ("low", "high"), None, True, 0) for n in names])
+    return space_of("s", "hammer", [DesignFactor(n.lower(), n.lower(), ("low", "high"), None, True, 0) for n in names])
 
 
 def test_twelve_runs_are_those_of_plackett_and_burman() -> None:

@@ -5,11 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.ingest.pulses import extract_pulses
-from pyroshock.ingest.segmentation import Level, delimit, find_events, local_baseline, orientation, rest_level, segment
+from pyroshock.ingest.segmentation import (
+    RestLevel,
+    delimit,
+    find_events,
+    local_baseline,
+    orientation,
+    rest_level,
+    segment,
+)
 from pyroshock.ingest.settings import ExtractionSettings
 from scipy.stats import norm
 
-QUIET = Level(0.0, 0.0)
+QUIET = RestLevel(0.0, 0.0)
 #: At the threshold of a tenth: first sample above it is 3, last is 6.
 CONTACT = np.array([0.0, 0.0, 1.0, 5.0, 10.0, 6.0, 2.0, 0.5, 0.0])
 
@@ -35,7 +43,7 @@ def test_record_of_gaps_rests_at_zero():
     ("force", "sign"), [([0, 5, -4], 1), ([0, 4, -5], -1), ([0, 5, -5], 1), ([3, 8, 0], 1), ([3, 5, -2], -1)]
 )
 def test_orientation_is_that_of_the_largest_excursion(force, sign):
-    level = Level(3.0 if force[0] else 0.0, 0.0)
+    level = RestLevel(3.0 if force[0] else 0.0, 0.0)
     assert orientation(np.array(force, dtype=float), level) == sign
 
 
@@ -50,13 +58,13 @@ def test_orientation_is_that_of_the_largest_excursion(force, sign):
     ],
 )
 def test_local_rest_is_the_stretch_that_ends_four_samples_earlier(first, rate, expected):
-    level = local_baseline(np.arange(2000.0), (first, first + 9), Level(-1.0, 0.25), rate)
-    assert level == Level(expected, 0.25)
+    level = local_baseline(np.arange(2000.0), (first, first + 9), RestLevel(-1.0, 0.25), rate)
+    assert level == RestLevel(expected, 0.25)
 
 
 def test_local_rest_of_a_long_contact_ends_15_per_cent_of_it_earlier():
     """The foot of a slow pulse is no rest: 256 samples that end 150 before a contact of 1000."""
-    level = local_baseline(np.arange(2000.0), (1000, 2000), Level(-1.0, 0.25), 51_200.0)
+    level = local_baseline(np.arange(2000.0), (1000, 2000), RestLevel(-1.0, 0.25), 51_200.0)
     assert level.baseline == 850 - 128.5
 
 
@@ -65,7 +73,7 @@ def test_gap_before_a_contact_is_passed_over():
     force[500:996:2] = np.nan
     assert local_baseline(force, (1000, 1009), QUIET, 51_200.0).baseline == 868.0
     force[500:] = np.nan
-    assert local_baseline(force, (1000, 1009), Level(-1.0, 0.0), 51_200.0).baseline == -1.0
+    assert local_baseline(force, (1000, 1009), RestLevel(-1.0, 0.0), 51_200.0).baseline == -1.0
 
 
 def test_contact_of_known_samples():
@@ -84,14 +92,14 @@ def test_contact_ends_at_the_first_sample_that_does_not_exceed_the_threshold():
 
 
 def test_threshold_counts_from_the_rest():
-    found = segment(CONTACT + 100.0, np.array([4]), Level(100.0, 0.0), tenth())
+    found = segment(CONTACT + 100.0, np.array([4]), RestLevel(100.0, 0.0), tenth())
     assert (found.walk, found.threshold) == ((2, 7), 101.0)
 
 
 def test_noise_raises_the_threshold_above_its_share():
-    noisy = segment(CONTACT, np.array([4]), Level(0.0, 1.25), tenth())
+    noisy = segment(CONTACT, np.array([4]), RestLevel(0.0, 1.25), tenth())
     assert (noisy.walk, noisy.threshold, noisy.raised) == ((2, 6), 2.5, True)
-    assert not segment(CONTACT, np.array([4]), Level(0.0, 0.5), tenth()).raised  # both are 1: nothing is raised
+    assert not segment(CONTACT, np.array([4]), RestLevel(0.0, 0.5), tenth()).raised  # both are 1: nothing is raised
 
 
 @pytest.mark.parametrize("cut", [slice(3, None), slice(None, 7)], ids=["begin", "end"])
@@ -158,10 +166,10 @@ def test_events_exceed_share_and_noise_both():
     force[[10, 30, 50]] = 100.0, 10.0, 11.0
     far = ExtractionSettings(separation_s=0.0)
     assert [each.tolist() for each in find_events(force, QUIET, 1.0, far)] == [[10], [50]]
-    assert [each.tolist() for each in find_events(force, Level(0.0, 1.05), 1.0, far)] == [[10], [50]]
-    assert [each.tolist() for each in find_events(force, Level(0.0, 1.1), 1.0, far)] == [[10]]
-    assert find_events(force, Level(0.0, 10.1), 1.0, far) == []
-    assert [each.tolist() for each in find_events(force + 50, Level(50.0, 0.0), 1.0, far)] == [[10], [50]]
+    assert [each.tolist() for each in find_events(force, RestLevel(0.0, 1.05), 1.0, far)] == [[10], [50]]
+    assert [each.tolist() for each in find_events(force, RestLevel(0.0, 1.1), 1.0, far)] == [[10]]
+    assert find_events(force, RestLevel(0.0, 10.1), 1.0, far) == []
+    assert [each.tolist() for each in find_events(force + 50, RestLevel(50.0, 0.0), 1.0, far)] == [[10], [50]]
 
 
 def test_contacts_at_the_ends_of_a_record_are_events():

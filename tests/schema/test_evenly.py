@@ -8,8 +8,8 @@ import pytest
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.configurations import configuration_id
 from pyroshock.schema.evenly import list_pulse_keys
-from pyroshock.schema.impacts import ExtractionSettings, Impact
-from pyroshock.schema.levels import Level
+from pyroshock.schema.impacts import ExtractionSettingsRow, Impact
+from pyroshock.schema.levels import RunLevel
 from pyroshock.schema.listings import Condition
 from pyroshock.schema.session import Writer, open_store
 from support.stores.recorded import WHEN, pulse_row
@@ -23,8 +23,10 @@ def store(new_database):
     with open_store(new_database(), Writer("test", "0"), create=True) as store:
         with store.writing() as session:
             session.add(Campaign(id=1, name="c", kind="hammer", date=WHEN.date(), fingerprint="c"))
-            session.add_all(ExtractionSettings(id=i, fingerprint=str(i), code_version=1, settings={}) for i in (1, 2))
-            keys = [configuration_id(session, [Level("tip_material", tip)]) for tip in ("steel", "delrin")]
+            session.add_all(
+                ExtractionSettingsRow(id=i, fingerprint=str(i), code_version=1, settings={}) for i in (1, 2)
+            )
+            keys = [configuration_id(session, [RunLevel("tip_material", tip)]) for tip in ("steel", "delrin")]
             for i in range(1, IMPACTS + 2):
                 key = keys[i % 3 > 0]
                 session.add(Impact(id=i, campaign_id=1, run=i, repetition=1, configuration_id=key))

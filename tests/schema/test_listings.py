@@ -10,7 +10,7 @@ from pyroshock.schema import conditions
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.configurations import configuration_id
 from pyroshock.schema.impacts import Impact
-from pyroshock.schema.levels import Level
+from pyroshock.schema.levels import RunLevel
 from pyroshock.schema.listings import (
     OPERATORS,
     Condition,
@@ -59,8 +59,8 @@ def _fill(store):
             for i in range(12):
                 tip, radius = TIPS[i % 2], RADII[i // 2 % 2]
                 levels = (
-                    Level("tip_material", tip, material=tip),
-                    Level("tip_radius", repr(radius), radius, "m"),
+                    RunLevel("tip_material", tip, material=tip),
+                    RunLevel("tip_radius", repr(radius), radius, "m"),
                 )
                 key = configuration_id(session, levels)
                 impact = Impact(campaign_id=campaign.id, run=i, repetition=1, configuration_id=key)

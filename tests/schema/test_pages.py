@@ -7,7 +7,7 @@ import datetime as dt
 import pytest
 from pyroshock.schema.campaigns import Campaign, Configuration
 from pyroshock.schema.impacts import Impact
-from pyroshock.schema.pages import Span, iter_pages, span_of
+from pyroshock.schema.pages import KeySpan, iter_pages, span_of
 from pyroshock.schema.session import Writer, open_store
 from sqlalchemy import select
 
@@ -48,9 +48,9 @@ def test_every_match_comes_once_and_in_order(scattered, wanted, page):
 
 def test_span_is_where_the_rows_lie(scattered):
     with scattered.reading() as session:
-        assert span_of(session, Impact, None, None) == Span(10, 1_000_039)
-        assert span_of(session, Impact, 3, None) == Span(2_000, 3_995)
-        assert span_of(session, Impact, None, [2]) == Span(5_000, 1_000_039)
+        assert span_of(session, Impact, None, None) == KeySpan(10, 1_000_039)
+        assert span_of(session, Impact, 3, None) == KeySpan(2_000, 3_995)
+        assert span_of(session, Impact, None, [2]) == KeySpan(5_000, 1_000_039)
         assert span_of(session, Impact, 1, [2]).first > span_of(session, Impact, 1, [2]).last
 
 

@@ -9,8 +9,8 @@ from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.conditions import Condition
 from pyroshock.schema.configurations import configuration_ids
 from pyroshock.schema.evenly import list_pulse_keys
-from pyroshock.schema.impacts import ExtractionSettings, Impact
-from pyroshock.schema.levels import Level
+from pyroshock.schema.impacts import ExtractionSettingsRow, Impact
+from pyroshock.schema.levels import RunLevel
 from pyroshock.schema.session import Writer, open_store
 from support.stores.counting import statements
 from support.stores.recorded import pulse_row
@@ -26,8 +26,8 @@ def store(tables_url):
 
 def combinations(radii):
     """As many configurations as radii, of six factors each."""
-    rest = [Level(f"factor {i}", "1.0", 1.0) for i in range(4)]
-    return [[Level("tip", TIPS[i % 3]), Level("radius", f"{i}.0", float(i)), *rest] for i in range(radii)]
+    rest = [RunLevel(f"factor {i}", "1.0", 1.0) for i in range(4)]
+    return [[RunLevel("tip", TIPS[i % 3]), RunLevel("radius", f"{i}.0", float(i)), *rest] for i in range(radii)]
 
 
 def configurations(store, radii):
@@ -54,8 +54,8 @@ def test_new_configuration_takes_few_statements_for_all_its_levels(store):
 def test_pulses_of_a_small_store_are_not_counted_first(store):
     with store.writing() as session:
         session.add(Campaign(id=1, name="c", kind="hammer", date=dt.date(2026, 1, 1), fingerprint="c"))
-        session.add(ExtractionSettings(id=1, fingerprint="1", code_version=1, settings={}))
-        (key,) = configuration_ids(session, [[Level("tip", "steel")]])
+        session.add(ExtractionSettingsRow(id=1, fingerprint="1", code_version=1, settings={}))
+        (key,) = configuration_ids(session, [[RunLevel("tip", "steel")]])
         session.add_all(Impact(id=i, campaign_id=1, run=i, repetition=1, configuration_id=key) for i in range(1, 9))
         session.flush()
         session.add_all(pulse_row(i, id=i) for i in range(1, 9))

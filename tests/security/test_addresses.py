@@ -11,7 +11,7 @@ from pyroshock.app.cli.main import COMMANDS
 from pyroshock.app.cli.typed import SECRET_OPTIONS, command_line
 from pyroshock.app.web.settings import Settings, SettingsError
 from pyroshock.schema.addresses import AddressError, parsed, shown, without_secrets
-from pyroshock.training.place import Place, place_beside
+from pyroshock.training.place import ModelStorage, place_beside
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def _commands() -> list[click.Command]:
 def test_records_do_not_print_their_secrets() -> None:
     settings = Settings("postgresql://me:PW@host/db", token="a token of PW, long enough")
     place = place_beside("sqlite:///lab.db", {"MLFLOW_TRACKING_URI": "http://me:PW@tracking"})
-    assert isinstance(place, Place) and place.shown == "http://me:***@tracking"
+    assert isinstance(place, ModelStorage) and place.shown == "http://me:***@tracking"
     assert "PW" not in f"{settings!r} {place!r}"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 from pathlib import Path
 
 import pytest
@@ -79,7 +80,7 @@ def test_packages_that_import_each_other_are_a_group(tree: Path) -> None:
 
 
 def test_functions_are_measured_without_their_decorators() -> None:
-    tree = structure.ast.parse("@decorator\ndef f():\n    return 1\n")
+    tree = ast.parse("@decorator\ndef f():\n    return 1\n")
     assert structure.function_lengths(tree) == [2]
 
 

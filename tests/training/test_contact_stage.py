@@ -19,7 +19,7 @@ from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.models.base import ContactPrediction
 from pyroshock.training.models.calibrated import Calibrated
 from pyroshock.training.models.hybrid import Hybrid
-from pyroshock.training.models.residual import Pulse, log_correlation, measured_outputs, pulses_of
+from pyroshock.training.models.residual import ResidualPulse, log_correlation, measured_outputs, pulses_of
 from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version
 from pyroshock.training.zoo import Making, entry_of
 from pyroshock.twin.chain import Twin
@@ -29,7 +29,7 @@ from pyroshock.twin.effects import effect
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plates import PlateStage
 from pyroshock.twin.setting import Setting
-from pyroshock.twin.strikes import Extrapolation, Pulses, Strikes
+from pyroshock.twin.strikes import Extrapolation, ForcePulses, Strikes
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.impact.build import target
 from pyroshock.virtualbench.impact.impactors import hammer
@@ -123,7 +123,7 @@ def normals(n: int, seed: int = 0) -> np.ndarray:
     return np.random.default_rng(seed).standard_normal((n, 2))
 
 
-def random_pulses(model: Any, n: int = 4000, **own: Any) -> tuple[Pulses, Pulses, float]:
+def random_pulses(model: Any, n: int = 4000, **own: Any) -> tuple[ForcePulses, ForcePulses, float]:
     """Random pulses of one setting, their mean pulse, and twice the impactor's momentum."""
     stage, setting = RegisteredContact(registered(model)), hit(**own)
     drawn = stage.pulses(strikes(*[setting] * n), normals(n))
@@ -167,14 +167,14 @@ def test_no_draw_creates_energy(force: float, time: float, together: float | Non
 def test_hybrid_knows_how_force_and_time_go_together():
     """Simulated: outputs drawn with the spreads and the correlation, against the first-order formula."""
     rng = np.random.default_rng(0)
-    base = Pulse.of(TABLE.force_n[:1].clip(0.0), TABLE.contact_time_s[:1], np.full(1, 2.0))
+    base = ResidualPulse.of(TABLE.force_n[:1].clip(0.0), TABLE.contact_time_s[:1], np.full(1, 2.0))
     outputs = measured_outputs(TABLE.take(np.arange(1)), base)
     mixing = rng.standard_normal((20, 20))
     covariance = mixing @ mixing.T
     width = np.sqrt(np.diag(covariance))
     correlation, spread = covariance / np.outer(width, width), np.full((1, 20), 1e-3)
     drawn = outputs + rng.standard_normal((40_000, 20)) @ np.linalg.cholesky(correlation).T * spread
-    many = Pulse(*(np.repeat(values, len(drawn), axis=0) for values in vars(base).values()))
+    many = ResidualPulse(*(np.repeat(values, len(drawn), axis=0) for values in vars(base).values()))
     pulses, at = pulses_of(drawn, many), pulses_of(outputs, base).force_n.argmax()
     found = np.corrcoef(np.log(pulses.force_n[:, at]), np.log(pulses.contact_time_s))[0, 1]
     assert log_correlation(pulses_of(outputs, base), spread, correlation)[0] == pytest.approx(found, abs=0.02)

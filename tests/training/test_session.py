@@ -15,7 +15,7 @@ from pyroshock.compute.crew import Crew
 from pyroshock.dataset.splits import split_of
 from pyroshock.training import errands, outcomes, tasks, time_search
 from pyroshock.training.estimators.contact_time import ContactTimeProcess
-from pyroshock.training.fitting import Failure, task_of
+from pyroshock.training.fitting import FittingFailure, task_of
 from pyroshock.training.floors import floor_metrics
 from pyroshock.training.locks import locked
 from pyroshock.training.registry.registry import Registry
@@ -216,7 +216,7 @@ def test_contact_time_is_searched_once_for_all(registry, monkeypatch):
 
     def attempt(task, _, tuned=None, *others):
         given[task.model] = tuned
-        return Failure(task.model, task.split, "not tried")
+        return FittingFailure(task.model, task.split, "not tried")
 
     monkeypatch.setattr(time_search, "_searched", search)
     monkeypatch.setattr(errands, "attempted", attempt)

@@ -11,7 +11,7 @@ import pytest
 from pyroshock.schema.session import make_engine
 from pyroshock.training.fitting import fitted, task_of
 from pyroshock.training.locks import turn
-from pyroshock.training.place import Place, place_beside
+from pyroshock.training.place import ModelStorage, place_beside
 from pyroshock.training.promotion import promote
 from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url, text
@@ -22,7 +22,7 @@ from support.stores.stores import opened
 
 
 @pytest.fixture(scope="module")
-def shared(postgres_url: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
+def shared(postgres_url: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ModelStorage]:
     """A place that nobody has used yet."""
     server, name = make_url(postgres_url), f"models_{uuid.uuid4().hex}"
     _execute(server, f'CREATE DATABASE "{name}"')
@@ -33,7 +33,7 @@ def shared(postgres_url: str, tmp_path_factory: pytest.TempPathFactory) -> Itera
 
 
 @pytest.mark.slow
-def test_tables_made_by_all_at_once(shared: Place, tmp_path: Path) -> None:
+def test_tables_made_by_all_at_once(shared: ModelStorage, tmp_path: Path) -> None:
     with opened(f"sqlite:///{tmp_path / 'lab.db'}", create=True):
         pass
     environment = {"MLFLOW_TRACKING_URI": shared.tracking_uri, "PYROSHOCK_MODELS": str(shared.folder)}
@@ -42,7 +42,7 @@ def test_tables_made_by_all_at_once(shared: Place, tmp_path: Path) -> None:
     assert complaints(said) == []
 
 
-def test_what_one_registers_another_reads_and_promotes(shared: Place, tmp_path: Path, monkeypatch) -> None:
+def test_what_one_registers_another_reads_and_promotes(shared: ModelStorage, tmp_path: Path, monkeypatch) -> None:
     """Two machines differ in their current folder, and in nothing of the place."""
     without_figures(monkeypatch)
     without_judging_the_first(monkeypatch)
@@ -58,7 +58,7 @@ def test_what_one_registers_another_reads_and_promotes(shared: Place, tmp_path: 
     assert list(tmp_path.iterdir()) == []
 
 
-def test_turn_is_had_by_one(shared: Place) -> None:
+def test_turn_is_had_by_one(shared: ModelStorage) -> None:
     order, waits = [], threading.Event()
 
     def second() -> None:
@@ -74,7 +74,7 @@ def test_turn_is_had_by_one(shared: Place) -> None:
     assert order == ["first", "second"]
 
 
-def test_turn_ends_with_its_connection(shared: Place) -> None:
+def test_turn_ends_with_its_connection(shared: ModelStorage) -> None:
     """As when its process is killed, or its machine is switched off."""
     with turn(shared, "training"):
         engine = make_engine(shared.tracking_uri)

@@ -25,8 +25,8 @@ from pyroshock.training.unseen_configurations import (
 )
 from pyroshock.training.zoo import Making, entry_of
 from pyroshock.twin.contact.prior import MOST_PULSES
-from pyroshock.twin.materials import Material
-from pyroshock.twin.strikes import Pulses
+from pyroshock.twin.materials import ElasticMaterial
+from pyroshock.twin.strikes import ForcePulses
 from scipy.stats import norm
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.virtual_pulses import gun_shots
@@ -40,11 +40,12 @@ def table() -> PulseTable:
 def scattered(factor: float, spread: float) -> PulseDraws:
     """The measured pulses times a factor, log-normal: the score is known in closed form."""
 
-    def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[Pulses]:
+    def draws(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[ForcePulses]:
         force = np.repeat((unseen.peak_force_n * factor)[:, None], 3, axis=1)
         time = unseen.contact_time_s
         return [
-            Pulses(time, force * np.exp(spread * rng.normal(size=(len(unseen), 1))), time / 2) for _ in range(count)
+            ForcePulses(time, force * np.exp(spread * rng.normal(size=(len(unseen), 1))), time / 2)
+            for _ in range(count)
         ]
 
     return draws
@@ -87,7 +88,7 @@ def test_no_model_sees_what_it_is_asked_for(table: PulseTable) -> None:
     model = Watched("hann").fit(table, np.random.default_rng(0))
     draws = unseen_draws(model, table)
 
-    def watched(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[Pulses]:
+    def watched(unseen: PulseTable, count: int, rng: np.random.Generator) -> list[ForcePulses]:
         asked.append(set(unseen.configuration.tolist()))
         return draws(unseen, count, rng)
 
@@ -221,7 +222,7 @@ def gun_table(seed: int) -> PulseTable:
     )
 
 
-def quantities(material: Material) -> tuple[float, float, float, float]:
+def quantities(material: ElasticMaterial) -> tuple[float, float, float, float]:
     strength = material.yield_strength_pa
     assert strength is not None
     return material.youngs_modulus_pa, material.poisson_ratio, material.density_kg_m3, strength

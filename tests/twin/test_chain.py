@@ -17,7 +17,7 @@ from pyroshock.twin.launch import GunStage
 from pyroshock.twin.plates import PlateSpread, PlateStage
 from pyroshock.twin.sampling import MeasuredForce, sampled
 from pyroshock.twin.sensors.chain import SensorChain
-from pyroshock.twin.strikes import Pulses, Strikes
+from pyroshock.twin.strikes import ForcePulses, Strikes
 from support.records.twin_parts import BENCH, HalfSine, rigid_plate, ringing_plate, setting
 
 #: What nobody doubts.
@@ -239,7 +239,7 @@ def test_measured_force_stands_in_for_gun_and_contact():
 @pytest.mark.parametrize("step_s", [1e-5, 7e-5, 1.3e-4])
 def test_sampling_keeps_the_impulse(step_s):
     pulse = HalfSine().pulses(Strikes([setting()] * 2, np.array([1.0, 5.0])))
-    longer = Pulses(pulse.contact_time_s * [1.0, 3.7], pulse.force_n, pulse.compression_time_s)
+    longer = ForcePulses(pulse.contact_time_s * [1.0, 3.7], pulse.force_n, pulse.compression_time_s)
     force = sampled(longer, step_s)
     np.testing.assert_allclose(force.sum(axis=1) * step_s, longer.impulse_n_s, rtol=1e-12)
     assert np.all(force[:, [0, -1]] == 0)
@@ -293,7 +293,7 @@ def test_twin_goes_between_processes():
 def test_samples_beyond_those_that_are_asked_for_are_not_made():
     phases = np.sin(np.linspace(0, np.pi, 101))
     times = np.array([1e-3, 0.05, 2.0])
-    pulses = Pulses(times, np.tile(phases, (3, 1)), times / 2)
+    pulses = ForcePulses(times, np.tile(phases, (3, 1)), times / 2)
     some, all_of_them = sampled(pulses, 1e-5, 2000), sampled(pulses, 1e-5)
     assert some.shape == (3, 2000)
     assert all_of_them.shape[1] > 100 * 2000 / 2
@@ -303,5 +303,5 @@ def test_samples_beyond_those_that_are_asked_for_are_not_made():
 
 
 def test_a_contact_of_hours_costs_no_more_than_one_that_fills_the_record():
-    pulses = Pulses(np.array([1e-3, 1e4]), np.ones((2, 11)), np.array([5e-4, 5e3]))
+    pulses = ForcePulses(np.array([1e-3, 1e4]), np.ones((2, 11)), np.array([5e-4, 5e3]))
     assert sampled(pulses, 1e-6, 1000).shape == (2, 1000)

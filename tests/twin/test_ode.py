@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 from pyroshock.twin import ode
-from pyroshock.twin.ode import DORMAND_PRINCE, Ends, Method, Rates, Tolerance, run
+from pyroshock.twin.ode import DORMAND_PRINCE, Ends, Method, Rates, StepTolerance, run
 from pyroshock.twin.rosenbrock import RODAS
 
 Floats = NDArray[np.float64]
@@ -215,7 +215,7 @@ def test_targets_are_met_when_they_should_be(method: Method) -> None:
     omega = np.array([0.5, 1.0, 2.0])
     problem = Thrown(omega, np.array([1.0, 0.5, 9.0]))
     start = np.stack([np.zeros(3), np.ones(3)])
-    ends = run(problem, start, np.full(3, 1e-3), Tolerance(1e-10, np.full((2, 3), 0.1)), method)
+    ends = run(problem, start, np.full(3, 1e-3), StepTolerance(1e-10, np.full((2, 3), 0.1)), method)
     assert list(ends.reached) == [True, True, False]
     np.testing.assert_allclose(ends.state[0, :2], [1.0, 0.5], rtol=1e-9)
     expected = np.arcsin(problem.target[:2] * omega[:2]) / omega[:2]
@@ -227,11 +227,11 @@ def test_many_problems_end_as_each_alone(method: Method) -> None:
     omega = np.geomspace(0.05, 3.0, 9)
     problem = Thrown(omega, np.linspace(0.9, 0.4, 9))
     start, floor = np.stack([np.zeros(9), np.ones(9)]), np.full((2, 9), 0.1)
-    together = run(problem, start, np.full(9, 1e-2), Tolerance(1e-8, floor), method)
+    together = run(problem, start, np.full(9, 1e-2), StepTolerance(1e-8, floor), method)
     assert not together.reached.all() and together.reached.any()
     for i in range(9):
         one = np.array([i])
-        alone = run(problem.take(one), start[:, one], np.full(1, 1e-2), Tolerance(1e-8, floor[:, one]), method)
+        alone = run(problem.take(one), start[:, one], np.full(1, 1e-2), StepTolerance(1e-8, floor[:, one]), method)
         assert alone.reached[0] == together.reached[i]
         # one that is given up has no sharp end
         within = 1e-9 if together.reached[i] else 1e-4
@@ -253,7 +253,7 @@ def test_a_first_step_out_of_the_rates_domain_is_taken_back() -> None:
             Braked(np.ones(1), np.array([7 / 12])),
             np.array([[0.0], [1.0]]),
             np.array([100.0]),
-            Tolerance(1e-9, np.full((2, 1), 0.1)),
+            StepTolerance(1e-9, np.full((2, 1), 0.1)),
             DORMAND_PRINCE,
         )
     assert ends.time == pytest.approx([1.0], rel=1e-8)
@@ -314,7 +314,7 @@ def ran(
         problem,
         np.full(shape, start),
         np.full(shape[1], first),
-        Tolerance(relative, np.full(shape, floor)),
+        StepTolerance(relative, np.full(shape, floor)),
         problem.method(error, order),
     )
 

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.twin.sampling import MeasuredForce, sampled
-from pyroshock.twin.strikes import Pulses
+from pyroshock.twin.strikes import ForcePulses
 
 
-def triangle(contact_time_s: float, peak_n: float) -> Pulses:
-    return Pulses(np.array([contact_time_s]), np.array([[0.0, peak_n, 0.0]]), np.array([contact_time_s / 2]))
+def triangle(contact_time_s: float, peak_n: float) -> ForcePulses:
+    return ForcePulses(np.array([contact_time_s]), np.array([[0.0, peak_n, 0.0]]), np.array([contact_time_s / 2]))
 
 
 def test_samples_keep_the_impulse_and_go_on_to_the_end_of_contact() -> None:
@@ -40,7 +40,7 @@ def test_a_contact_of_any_duration_keeps_its_impulse(
 ) -> None:
     """From 10 ns to 1 s, of any rise; `most` may cut only what goes on beyond it."""
     time = 10.0**logarithm
-    pulses = Pulses(
+    pulses = ForcePulses(
         np.array([time]), np.interp(np.linspace(0, 1, 65), [0, rise, 1], [0, 5.0, 0])[None], np.array([time])
     )
     samples = math.ceil(time / step_s) + 2

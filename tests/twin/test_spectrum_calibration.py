@@ -12,7 +12,7 @@ from pyroshock.twin.materials import THESIS
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.plates import PlateStage
 from pyroshock.twin.spectrum_calibration import TERMS, SpectrumCalibration, stretched
-from pyroshock.twin.strikes import Pulses, Strikes
+from pyroshock.twin.strikes import ForcePulses, Strikes
 from pyroshock.twin.tune.discrepancy import Discrepancy
 from pyroshock.twin.tune.kernels import Coordinates
 from pyroshock.twin.windows import ringing_spectra
@@ -170,7 +170,7 @@ def shown_by(model: Twin, settings, louder: float = 1.0) -> MeasuredShots:
     """What a bench that is the nominal twin, but louder, would have shown, with other pulses than the law has."""
     velocity = np.array([s.impact_velocity_m_s for s in settings])
     law = model.contact.pulses(Strikes(settings, velocity))
-    pulses = Pulses(1.3 * law.contact_time_s, 0.7 * law.force_n, law.compression_time_s)
+    pulses = ForcePulses(1.3 * law.contact_time_s, 0.7 * law.force_n, law.compression_time_s)
     records = louder * model.accelerations(settings, pulses)
     spectra = ringing_spectra(records, model.sampling_rate_hz, LINES, 10.0, float(pulses.contact_time_s.max()))
     levels = 20 * np.log10(np.concatenate([np.abs(records).max(axis=-1)[..., None], spectra], axis=-1))
@@ -227,7 +227,7 @@ class OnAnvil(HalfSine):
 
     def plate_pulses(self, strikes, z, pulses):
         del strikes, z
-        return Pulses(2 * pulses.contact_time_s, 0.5 * pulses.force_n, 2 * pulses.compression_time_s)
+        return ForcePulses(2 * pulses.contact_time_s, 0.5 * pulses.force_n, 2 * pulses.compression_time_s)
 
 
 def test_the_plate_feels_what_passes_the_anvil_and_the_prediction_shows_the_tip():

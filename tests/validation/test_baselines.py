@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from pyroshock.validation.baselines import BASELINES, bic, largest_residual, noise_only
-from pyroshock.validation.problem import Floats, Problem
+from pyroshock.validation.problem import Floats, GapProblem
 from pyroshock.validation.random_forest_baseline import Forest, features, most_frequent
 
 A, B = "gun.blow_by", "contact.plastic_yield"
@@ -15,10 +15,10 @@ C = 12
 SLOPE = np.linspace(-1, 1, C)
 
 
-def problem(z: Floats, sigma: float = 0.1, stage: str = "gun") -> Problem:
+def problem(z: Floats, sigma: float = 0.1, stage: str = "gun") -> GapProblem:
     """One observable; effect A moves it evenly by 0.1 to 3 tolerances, effect B along a slope."""
     sizes = np.linspace(0.1, 3.0, 30)[:, None]
-    return Problem(
+    return GapProblem(
         z=z,
         noise=sigma**2 * np.eye(C),
         stage=np.array([stage] * C),
@@ -46,7 +46,7 @@ def test_background_is_taken_for_an_effect(answer) -> None:
 
 def test_evidence_is_the_mean_of_the_likelihood() -> None:
     """One cell, one place: z = 1 with sigma 1 against a change of 1; both sides by hand."""
-    one = Problem(
+    one = GapProblem(
         z=np.array([1.0]),
         noise=np.array([[1.0 - 1e-4]]),
         stage=np.array(["gun"]),
@@ -74,7 +74,7 @@ def test_most_frequent_effect_of_each_stage() -> None:
 
 def test_features_have_one_length() -> None:
     few, many = problem(np.zeros(C)), problem(np.zeros(C))
-    grown = Problem(
+    grown = GapProblem(
         np.ones(4 * 50),
         np.eye(4 * 50),
         np.array(["plate"] * 200),

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from pyroshock.twin.effects import catalogue
 from pyroshock.validation.auroc import auroc, found_above, threshold_at
 from pyroshock.validation.case_places import f1
-from pyroshock.validation.case_results import Row, Said
+from pyroshock.validation.case_results import CaseResult, Said
 from pyroshock.validation.metrics import figures
 from pyroshock.validation.reliability import brier, calibration_error, label_set, negative_log
 from pyroshock.validation.stage_names import stages_of
@@ -82,7 +82,7 @@ def test_smallest_set_with_nine_tenths() -> None:
 
 def test_first_label_group_and_two() -> None:
     said = Said.of("c", verdict(([LEAK, DRAG], 0.7, [0.6, 0.4]), ([LAYER], 0.2, None), (["none"], 0.1, None)))
-    found = figures("t", [Row(label(each), said) for each in (LEAK, DRAG, LAYER, "gun.valve_flow")])
+    found = figures("t", [CaseResult(label(each), said) for each in (LEAK, DRAG, LAYER, "gun.valve_flow")])
     hits = [each.hits for each in (found.first, found.first_group, found.first_two, found.first_two_groups)]
     assert hits == [1, 2, 2, 3]
     assert found.first.n == 4
@@ -117,7 +117,7 @@ def test_unknown_effects_rank_above_the_others() -> None:
 
 def test_crash_is_a_wrong_answer_everywhere() -> None:
     crash = Said("c", error="ValueError: it broke")
-    rows = [Row(truth, crash) for truth in (label(), label(LEAK), label(LEAK, LAYER), stranger())]
+    rows = [CaseResult(truth, crash) for truth in (label(), label(LEAK), label(LEAK, LAYER), stranger())]
     found = figures("t", rows)
     assert found.errors == ("c: ValueError: it broke",) * 4
     assert (found.first, found.first_group, found.first_two, found.first_two_groups) == (Rate(0, 1),) * 4
@@ -129,7 +129,7 @@ def test_crash_is_a_wrong_answer_everywhere() -> None:
 
 def test_stage_is_the_first_one_named() -> None:
     said = Said("c", stages=("contact", "gun"))
-    rows = [Row(label(LAYER, stages=("contact",)), said), Row(label(LEAK, stages=("gun",)), said)]
+    rows = [CaseResult(label(LAYER, stages=("contact",)), said), CaseResult(label(LEAK, stages=("gun",)), said)]
     assert figures("t", rows).stage == Rate(1, 2)
 
 
@@ -140,7 +140,11 @@ def test_answer_without_stages_has_that_of_its_effect() -> None:
 
 def test_region_is_scored_where_the_effect_has_one() -> None:
     here = label(LAYER, inside=(0, 1, 2, 3))
-    rows = [Row(here, Said("c", inside=((0, 1),))), Row(here, Said("c")), Row(label(LEAK), Said("c", inside=((0,),)))]
+    rows = [
+        CaseResult(here, Said("c", inside=((0, 1),))),
+        CaseResult(here, Said("c")),
+        CaseResult(label(LEAK), Said("c", inside=((0,),))),
+    ]
     found = figures("t", rows)
     assert (found.region_f1, found.regions) == (pytest.approx((2 / 3 + 0) / 2), 2)
 
@@ -160,8 +164,10 @@ def test_every_effect_has_its_stage(effect: str) -> None:
 def test_shrinkage_beside_the_right_effect_s() -> None:
     said = [Said("c", shrinkage={"fraction": f, "ci90": [0.5, 0.8]}) for f in (0.8, 0.6, None)]
     truths = (0.8, 0.8, 0.8)
-    rows = [Row(label(LEAK), s, {"fraction": f, "true_fraction": 0.7}) for s, f in zip(said, truths, strict=True)]
-    found = figures("t", [*rows, Row(label(LEAK), said[0], {"fraction": None})]).shrinkage
+    rows = [
+        CaseResult(label(LEAK), s, {"fraction": f, "true_fraction": 0.7}) for s, f in zip(said, truths, strict=True)
+    ]
+    found = figures("t", [*rows, CaseResult(label(LEAK), said[0], {"fraction": None})]).shrinkage
     assert (found.ratio_median, found.n) == (pytest.approx(0.75), 3)
     assert found.covered == Rate(3, 3)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.validation.case_results import Label, Row, Said
+from pyroshock.validation.case_results import CaseResult, Said, WithheldTruth
 from pyroshock.validation.results_io import SCORED, pooled, read_rows, write_rows
 from pyroshock.validation.tally import tables
 from support.records.blind_rows import DRAG, LAYER, LEAK, label, says, stranger, verdict
@@ -16,8 +16,8 @@ from support.records.blind_rows import DRAG, LAYER, LEAK, label, says, stranger,
 ROWS = [
     says(label(LEAK, stages=("gun",)), {LEAK: 0.7, DRAG: 0.2, "none": 0.1}),
     says(stranger(case="d"), {"unknown": 0.6, LEAK: 0.4}),
-    Row(label(LAYER, case="e", inside=(1, 3)), Said("e", error="the process died")),
-    Row(
+    CaseResult(label(LAYER, case="e", inside=(1, 3)), Said("e", error="the process died")),
+    CaseResult(
         label(LEAK, DRAG, case="f", tier="two"),
         Said.of("f", verdict(([LEAK, f"{LEAK}+{DRAG}"], 0.9, [0.3, 0.6]), (["none"], 0.1, None)), [[0, 2]]),
         {"fraction": 0.9},
@@ -51,8 +51,8 @@ def test_any_row_comes_back(
 ) -> None:
     import tempfile
 
-    truth = Label(case, "weak", "chain", tuple(effects), "", size, size / 2, ("gun", "plate"), inside, True)
-    row = Row(truth, Said.from_probabilities(case, said, 1.5))
+    truth = WithheldTruth(case, "weak", "chain", tuple(effects), "", size, size / 2, ("gun", "plate"), inside, True)
+    row = CaseResult(truth, Said.from_probabilities(case, said, 1.5))
     with tempfile.TemporaryDirectory() as folder:
         write_rows(Path(folder) / SCORED, asked(0), [row])
         assert read_rows(Path(folder) / SCORED)[1] == [row]

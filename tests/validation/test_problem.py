@@ -7,22 +7,22 @@ import pytest
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.inference.problem import InferenceProblem
 from pyroshock.validation.baselines import BASELINES
-from pyroshock.validation.problem import Problem
+from pyroshock.validation.problem import GapProblem
 from support.records.toy_bench import ToyGun, ToyLayer, ToyLoss, ToyMass, campaign, stages_of
 
 KINDS = (ToyLoss, ToyMass, ToyLayer)
 
 
-def problem(*effects, seed: int = 0) -> Problem:
+def problem(*effects, seed: int = 0) -> GapProblem:
     record = campaign(effects, np.random.default_rng(seed))
     stages = stages_of(record)[:2]
     gap = GapTable.of(record, stages)
-    return Problem.of(gap, InferenceProblem.of(gap, stages, KINDS))
+    return GapProblem.of(gap, InferenceProblem.of(gap, stages, KINDS))
 
 
 def test_without_effects_nothing_is_simulated() -> None:
     record = campaign((), np.random.default_rng(0))
-    one = Problem.of(GapTable.of(record, [ToyGun(record)]))
+    one = GapProblem.of(GapTable.of(record, [ToyGun(record)]))
     assert (one.changes, one.parameters) == ({}, {})
     assert one.noise.shape == (24, 24)
 
@@ -30,7 +30,7 @@ def test_without_effects_nothing_is_simulated() -> None:
 def test_cells_are_means_over_tolerances() -> None:
     record = campaign((ToyLoss(0.1),), np.random.default_rng(0))
     gap = GapTable.of(record, [ToyGun(record)])
-    one = Problem.of(gap)
+    one = GapProblem.of(gap)
     np.testing.assert_allclose(one.z, gap.mean[one.configuration, one.observable] / 0.01)
 
 

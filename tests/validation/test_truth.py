@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.options import Options
 from pyroshock.twin.effects import effect
-from pyroshock.validation.case_plan import Task
+from pyroshock.validation.case_plan import CaseTask
 from pyroshock.validation.cases.case import Label as Opened
 from pyroshock.validation.cases.draw import draw_case
 from pyroshock.validation.cases.record import label_of
-from pyroshock.validation.oracle_fit import Asked, oracle
+from pyroshock.validation.oracle_fit import OpenedTask, oracle
 from pyroshock.validation.truth import label, named_regions
 
-TASK = Task("strong-0000", "strong", (1,))
+TASK = CaseTask("strong-0000", "strong", (1,))
 
 
 def opened(kind: str, cause: str, **other: Any) -> Opened:
@@ -72,6 +72,6 @@ def test_right_effect_shrinks_the_gap(monkeypatch: pytest.MonkeyPatch) -> None:
     case = draw_case("gun", "very strong", np.random.default_rng(1), cause="gun.dead_volume", number=0, decoy=False)
     monkeypatch.setattr(module, "drawn", lambda task: (case, 5))
     none = effect("gun.dead_volume", volume_m3=0.0).as_json()
-    found = oracle(Asked(TASK, Options(), (none,)))
+    found = oracle(OpenedTask(TASK, Options(), (none,)))
     assert found["fraction"] > 0.8
     assert found["true_fraction"] == pytest.approx(0.0, abs=1e-9)

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 import pytest
-from pyroshock.virtualbench.effects import CATALOGUE, SIGNED, Effect, Effects
+from pyroshock.virtualbench.effects import CATALOGUE, SIGNED, Effects, EffectSwitch
 
 
 def test_names_are_the_catalogue_and_the_habits(shared: Path) -> None:
@@ -59,13 +59,13 @@ def test_seal_gives_the_same_bench_back() -> None:
 
 
 def test_order_of_giving_does_not_matter() -> None:
-    first, second = Effect("gun.blow_by"), Effect("bench.noise", strength=3.0)
+    first, second = EffectSwitch("gun.blow_by"), EffectSwitch("bench.noise", strength=3.0)
     assert Effects((first, second)) == Effects((second, first))
 
 
 @pytest.mark.parametrize("name", ["gun.blowby", "gun", "", "twin.noise"])
 def test_unknown_name_lists_the_known(name: str) -> None:
-    for ask in (Effect, Effects.only, Effects.default().__getitem__, Effects.default().without):
+    for ask in (EffectSwitch, Effects.only, Effects.default().__getitem__, Effects.default().without):
         with pytest.raises(ValueError, match=r"unknown effect .*gun\.blow_by.*bench\.noise"):
             ask(name)
     assert name not in Effects.default()
@@ -85,7 +85,7 @@ def test_only_signed_effects_go_below_zero() -> None:
 
 def test_effect_given_twice_is_refused() -> None:
     with pytest.raises(ValueError, match=r"given twice: \['gun\.blow_by'\]"):
-        Effects((Effect("gun.blow_by"), Effect("gun.blow_by", strength=2.0)))
+        Effects((EffectSwitch("gun.blow_by"), EffectSwitch("gun.blow_by", strength=2.0)))
 
 
 def test_table_cannot_be_changed() -> None:

@@ -12,7 +12,7 @@ from typing import Any
 from pyroshock.doe import designs
 from pyroshock.doe.designs.base import Design
 from pyroshock.doe.designs.methods import METHODS, DesignMethod, Option
-from pyroshock.doe.factors import Factor
+from pyroshock.doe.factors import DesignFactor
 from pyroshock.doe.merit import Quality
 from pyroshock.doe.space import Space, gun_space, hammer_space
 
@@ -72,7 +72,7 @@ def _space(title: str, space: Space) -> str:
     return joined(f"## {title}", f"{space.size} feasible treatments.", table(header, rows))
 
 
-def _levels(factor: Factor) -> str:
+def _levels(factor: DesignFactor) -> str:
     words = factor.level_text
     if factor.values:
         words += f" ({', '.join(f'{value:g}' for value in factor.values)})"

@@ -10,12 +10,12 @@ import numpy as np
 from pyroshock.diagnosis.observables.base import Observable
 from pyroshock.diagnosis.observables.contact import features as contact_features
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
-from pyroshock.diagnosis.observables.gun.stage import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.diagnosis.observables.plate import columns as plate_columns
 from pyroshock.diagnosis.observables.plate.columns import Columns
 from pyroshock.diagnosis.observables.plate.signals import PlateSignals
 from pyroshock.diagnosis.observables.plate.spectra import Spectra
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.twin.gun.bench import GunBench
 
 from .markdown import code, escaped, joined, prose, table
@@ -44,8 +44,8 @@ def page() -> str:
 def of_gun() -> tuple[Observable, ...]:
     """Of one shot."""
     shot = Run(0, 1, 1, 0, tank_pressure_pa=1e5, bullet_mass_kg=1.0, velocity_m_s=5.0)
-    record = CampaignRecord("one shot", "gun", (Configuration("1", {}),), (shot,), gun=_gun())
-    return GunStage(record).observables
+    record = CampaignRecord("one shot", "gun", (RunConfiguration("1", {}),), (shot,), gun=_gun())
+    return GunObservables(record).observables
 
 
 def of_plate() -> tuple[Observable, ...]:

@@ -14,7 +14,7 @@ from ..tuning.bayesian import Between, OneOf, Space, bayesian_minimum
 from ..tuning.folds import grouped_folds
 from .base import Arrays, Floats, Gaussian
 from .learned import LearnedArrays, Shape
-from .process_view import Solution, fitted, left_out_error
+from .process_view import ProcessSolution, fitted, left_out_error
 
 #: What is searched. `noise` is where the likelihood starts (a tenth of it is the least), relative to the output's
 #: deviation; `basis` is the mean's; without `standardise` the predictors' own units weigh them. What a model learned
@@ -69,7 +69,7 @@ class ContactTimeProcess(LearnedArrays):
         self.folds = folds
         self.fit_rows = fit_rows
 
-    _solution: Solution
+    _solution: ProcessSolution
 
     #: What was found, as JSON holds it: the settings, `lengthscales`, `signal`, `noise_level` and the search's `error`.
     tuned_: dict[str, Any] | None = None
@@ -123,7 +123,7 @@ class ContactTimeProcess(LearnedArrays):
         super().restore(arrays)
         self.tuned_ = _as_tuned(arrays)
         with one_core():
-            self._solution = Solution(arrays["x"], arrays["y"], self.tuned_)
+            self._solution = ProcessSolution(arrays["x"], arrays["y"], self.tuned_)
         return self
 
     def predict(self, x: Floats) -> Gaussian:

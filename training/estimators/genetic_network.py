@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from ...compute.crew import HERE, Crew
 from ..fit_report import FitReport, SettingValue
 from ..tuning.folds import grouped_folds
-from ..tuning.genetic import CREEP, CROSSED, MUTATED, Found, Genes, Search, searched
-from ..tuning.journal import Journal
+from ..tuning.genetic import CREEP, CROSSED, MUTATED, Genes, GeneticResult, Search, searched
+from ..tuning.journal import SearchJournal
 from .base import Arrays, Estimator, Floats, Gaussian, NotFittedError
 from .network import Network
 from .perceptron import OPTIMISER, one_thread, outputs_of, train_network
@@ -44,7 +44,7 @@ class GeneticNetwork(Estimator):
     journal: Path | None = None
     progress: Callable[[str], None] | None = None
     crew: Crew = HERE
-    found_: Found | None = None
+    found_: GeneticResult | None = None
     network_: Network | None = None
 
     def __init__(
@@ -63,7 +63,7 @@ class GeneticNetwork(Estimator):
         search = Search(levels, self.population, self.generations, min(2, self.population - 1), self.workers)
         left_out = grouped_folds(groups, self.folds, np.random.default_rng([seed, 1]))
         evaluate = _Fitness(x, y, left_out, self.iterations, seed)
-        journal = Journal(self.journal, self._fingerprint(seed, x, y, groups))
+        journal = SearchJournal(self.journal, self._fingerprint(seed, x, y, groups))
         with one_thread():
             self.found_ = searched(search, evaluate, seed, journal, self.progress, show, self.crew)
         return self._learn(*decoded(self.found_.genes), x, y, groups, _chance(seed, self.found_.genes))

@@ -76,7 +76,7 @@ def fitted(x: Floats, y: Floats, settings: Settings, iterations: int) -> tuple[d
     return tuned, losses.tolist()
 
 
-class Solution:
+class ProcessSolution:
     """Kernel parameters given, what prediction needs: the factor of the covariance and the weights of the rows."""
 
     def __init__(self, x: Floats, y: Floats, tuned: Mapping[str, Any]) -> None:

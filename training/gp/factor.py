@@ -11,7 +11,7 @@ from .kernels import Floats
 
 
 @dataclass(frozen=True, eq=False)
-class Factor:
+class KernelFactor:
     """K (n x n) is about T T': `t` (n x r) has orthogonal columns, `eigenvalues` (r,) are their squared lengths.
 
     `pivots` (r,) are the rows that carry the factorisation, `lower` (r x r) its Cholesky factor there and `basis` (r x
@@ -26,7 +26,7 @@ class Factor:
     residual: float
 
 
-def factorise(k: Floats, tolerance: float) -> Factor:
+def factorise(k: Floats, tolerance: float) -> KernelFactor:
     """Pivoted Cholesky (LAPACK `dpstrf`) of K (n x n) until no variance left is above `tolerance`, then r x r `eigh`.
 
     Exact at full rank too; there it costs an eigendecomposition of K. `k` is left as it was.
@@ -41,7 +41,7 @@ def factorise(k: Floats, tolerance: float) -> Factor:
     g[pivots[rank:]] = lower[rank:, :rank]
     residual = float(np.maximum(k.diagonal() - np.einsum("ij,ij->i", g, g), 0.0).sum())
     eigenvalues, basis = _eigen(g.T @ g)
-    return Factor(g @ basis, np.maximum(eigenvalues, 0.0), pivots[:rank], top, basis, residual)
+    return KernelFactor(g @ basis, np.maximum(eigenvalues, 0.0), pivots[:rank], top, basis, residual)
 
 
 def _eigen(matrix: Floats) -> tuple[Floats, Floats]:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .factor import Factor, factorise
+from .factor import KernelFactor, factorise
 from .kernels import Floats
 
 #: Left-over variance per row at which the kernel's factorisation stops, of 1.
@@ -66,7 +66,7 @@ def whiten(y: Floats, b: Floats, sigma: Floats) -> Whitened:
     return Whitened(y @ q, np.maximum(s, 0.0), q, 2.0 * float(np.log(c.diagonal()).sum()))
 
 
-def solve(factor: Factor, white: Whitened) -> tuple[Floats, Floats, Floats]:
+def solve(factor: KernelFactor, white: Whitened) -> tuple[Floats, Floats, Floats]:
     """`a` (n x m), T'a (r x m) and 1 / (s_j l_i + 1) (r x m), by Woodbury: no division by small eigenvalues."""
     shrink = 1.0 / (factor.eigenvalues[:, None] * white.s + 1.0)
     projected = factor.t.T @ white.outputs
@@ -74,7 +74,7 @@ def solve(factor: Factor, white: Whitened) -> tuple[Floats, Floats, Floats]:
     return a, shrink * projected, shrink
 
 
-def likelihood(factor: Factor, y: Floats, b: Floats, sigma: Floats) -> Likelihood:
+def likelihood(factor: KernelFactor, y: Floats, b: Floats, sigma: Floats) -> Likelihood:
     """Of y (n x m) under the factorised K; O(n^2 r) and one n x n array."""
     white = whiten(y, b, sigma)
     a, projected, shrink = solve(factor, white)
@@ -91,7 +91,7 @@ def likelihood(factor: Factor, y: Floats, b: Floats, sigma: Floats) -> Likelihoo
     )
 
 
-def _by_k(factor: Factor, s: Floats, shrink: Floats, a: Floats) -> Floats:
+def _by_k(factor: KernelFactor, s: Floats, shrink: Floats, a: Floats) -> Floats:
     """1/2 (sum_j s_j (s_j K + I)^-1 - A S A') as c I - H H': a symmetric product, half the work of a general one."""
     h = np.hstack([factor.t * np.sqrt(shrink @ (s * s)), a * np.sqrt(s)])
     h *= np.sqrt(0.5)

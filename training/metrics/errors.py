@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...dataset.table import Floats, PulseTable
 from ..models.base import ContactPrediction
 from .cost import pulse_cost
-from .reconstruct import Figures, figures, reconstruct
+from .reconstruct import PulseFigures, figures, reconstruct
 
 #: By which models are ranked, the less the better; the names under which commands print them.
 METRICS = (
@@ -130,7 +130,7 @@ def _check(pulses: PulseTable, prediction: ContactPrediction) -> None:
         if not np.isfinite(given).all():
             row = int(np.argwhere(~np.isfinite(given))[0][0])
             raise ValueError(f"prediction.{name} of pulse {pulses.key[row]} (row {row}) is not finite: see the model")
-    sizes = {f.name: getattr(pulses, f.name) for f in fields(Figures)}
+    sizes = {f.name: getattr(pulses, f.name) for f in fields(PulseFigures)}
     sizes |= {"contact_time_s": pulses.contact_time_s, "range of force_n": np.ptp(pulses.force_n, axis=1)}
     for name, values in sizes.items():
         if not (values > 0).all():

@@ -21,7 +21,7 @@ ELEMENTS = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class Figures:
+class PulseFigures:
     """What Table 5.3 compares, n-arrays, SI. Compression ends at the greatest force."""
 
     peak_force_n: Floats
@@ -35,7 +35,7 @@ def reconstruct(force_n: Floats, elements: int = ELEMENTS) -> Floats:
     return force_n @ _basis(force_n.shape[1], elements).T
 
 
-def figures(fine_n: Floats, contact_time_s: Floats) -> Figures:
+def figures(fine_n: Floats, contact_time_s: Floats) -> PulseFigures:
     """Figures of pulses (n x elements) that last `contact_time_s` (n,)."""
     n, elements = fine_n.shape
     period = contact_time_s / (elements - 1)
@@ -43,7 +43,7 @@ def figures(fine_n: Floats, contact_time_s: Floats) -> Figures:
     rows = np.arange(n)
     grown = np.zeros_like(fine_n)
     np.cumsum((fine_n[:, 1:] + fine_n[:, :-1]) / 2, axis=1, out=grown[:, 1:])
-    return Figures(
+    return PulseFigures(
         peak_force_n=fine_n[rows, top],
         compression_time_s=top * period,
         impulse_n_s=grown[:, -1] * period,

@@ -16,7 +16,7 @@ from .kinds import describe
 from .parts import own, prefixed, restored, taken
 from .propagation import residual_correlation
 from .pulses import faintest_mean_force, impulse
-from .residual import Pulse, end_noise, log_correlation, measured_outputs, pulses_of, spreads_of
+from .residual import ResidualPulse, end_noise, log_correlation, measured_outputs, pulses_of, spreads_of
 
 #: The momentum bound lies this far above the greatest impulse measured.
 MARGIN = 1.05
@@ -78,10 +78,10 @@ class Hybrid(ContactModel):
         together = log_correlation(pulse, outputs.spread, self._correlation)
         return ContactPrediction(pulse.force_n, pulse.contact_time_s, *spreads, together)
 
-    def _base_pulse(self, inputs: Inputs) -> Pulse:
+    def _base_pulse(self, inputs: Inputs) -> ResidualPulse:
         nominal = self.base_.predict(inputs)
         bound = 2 * momentum(inputs) * self.allowance_
-        return Pulse.of(np.maximum(nominal.force_n, 0.0), nominal.contact_time_s, bound)
+        return ResidualPulse.of(np.maximum(nominal.force_n, 0.0), nominal.contact_time_s, bound)
 
     def fit_report(self) -> FitReport:
         return self._learned().fit_report().under("process")

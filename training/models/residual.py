@@ -22,7 +22,7 @@ _MOST = 30.0
 
 
 @dataclass(frozen=True, eq=False)
-class Pulse:
+class ResidualPulse:
     """`root` (n x 20) as in the glossary, `bound_n_s`, `share` and `contact_time_s` (n,)."""
 
     root: Floats
@@ -31,7 +31,7 @@ class Pulse:
     share: Floats
 
     @classmethod
-    def of(cls, force_n: Floats, contact_time_s: Floats, bound_n_s: Floats) -> Pulse:
+    def of(cls, force_n: Floats, contact_time_s: Floats, bound_n_s: Floats) -> ResidualPulse:
         """Of a force (n x 20) that is nowhere negative."""
         whole = impulse(force_n, contact_time_s)
         root = np.sqrt(force_n * (contact_time_s / whole)[:, None])
@@ -49,22 +49,22 @@ class Pulse:
         return np.asarray(self.mean_force_n * squares / (squares @ WEIGHTS)[:, None])
 
 
-def measured_outputs(pulses: PulseTable, base: Pulse) -> Floats:
+def measured_outputs(pulses: PulseTable, base: ResidualPulse) -> Floats:
     """n x 20; a measured force below zero is noise and counts as zero."""
-    measured = Pulse.of(np.maximum(pulses.force_n, 0.0), pulses.contact_time_s, base.bound_n_s)
+    measured = ResidualPulse.of(np.maximum(pulses.force_n, 0.0), pulses.contact_time_s, base.bound_n_s)
     time = np.log(measured.contact_time_s / base.contact_time_s)
     logit = np.log(measured.share) - np.log1p(-measured.share)
     return np.column_stack([time, logit, (measured.root - base.root)[:, _INNER]])
 
 
-def pulses_of(outputs: Floats, base: Pulse) -> Pulse:
+def pulses_of(outputs: Floats, base: ResidualPulse) -> ResidualPulse:
     """The pulses of outputs (n x 20). Where a root would be negative everywhere, the base's shape stands."""
     root = np.zeros_like(base.root)
     root[:, _INNER] = np.maximum(base.root[:, _INNER] + outputs[:, 2:], 0.0)
     flat = (root**2) @ WEIGHTS < 1e-6
     root[flat, _INNER] = base.root[flat, _INNER]
     time, logit = np.clip(outputs[:, :2], -_MOST, _MOST).T
-    return Pulse(root, base.contact_time_s * np.exp(time), base.bound_n_s, 1.0 / (1.0 + np.exp(-logit)))
+    return ResidualPulse(root, base.contact_time_s * np.exp(time), base.bound_n_s, 1.0 / (1.0 + np.exp(-logit)))
 
 
 def end_noise(pulses: PulseTable) -> Floats:
@@ -73,7 +73,7 @@ def end_noise(pulses: PulseTable) -> Floats:
     return np.asarray(np.sqrt((ends * ends).mean(axis=0)))
 
 
-def spreads_of(pulse: Pulse, spread: Floats, correlation: Floats, ends: Floats) -> tuple[Floats, Floats]:
+def spreads_of(pulse: ResidualPulse, spread: Floats, correlation: Floats, ends: Floats) -> tuple[Floats, Floats]:
     """Standard deviations of force (n x 20) and contact time (n,) from those of the outputs (n x 20).
 
     To first order, and the second where the first vanishes: q^2 has the variance 4 q^2 v + 2 v^2, v that of q.
@@ -86,14 +86,14 @@ def spreads_of(pulse: Pulse, spread: Floats, correlation: Floats, ends: Floats) 
     return force, pulse.contact_time_s * spread[:, 0]
 
 
-def log_correlation(pulse: Pulse, spread: Floats, correlation: Floats) -> Floats:
+def log_correlation(pulse: ResidualPulse, spread: Floats, correlation: Floats) -> Floats:
     """Correlation (n,) of the logarithms of peak force and contact time, to first order."""
     peak = pulse.force_n.argmax(axis=1)
     at_peak = _jacobian(pulse)[np.arange(len(peak)), peak]
     return correlation_with(at_peak, spread, correlation, 0)
 
 
-def _jacobian(pulse: Pulse) -> Floats:
+def _jacobian(pulse: ResidualPulse) -> Floats:
     """dF_i by the outputs (n x 20 x 20), with F_i = bound share q_i^2 / (tau Q) and Q the integral of q^2."""
     force = pulse.force_n
     square = ((pulse.root**2) @ WEIGHTS)[:, None]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...dataset.table import Floats, PulseTable
 from ..metrics.errors import PulseErrors
-from .canvas import LABELS, Runs, new_figure, number_tests, runs_of, tip_colours, wide_range
+from .canvas import LABELS, PulseRuns, new_figure, number_tests, runs_of, tip_colours, wide_range
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +40,7 @@ def by_test(pulses: PulseTable, errors: Mapping[str, PulseErrors], metric: str =
     return figure
 
 
-def _panel(axes: Axes, runs: Runs, values: Floats, name: str, mean: float) -> None:
+def _panel(axes: Axes, runs: PulseRuns, values: Floats, name: str, mean: float) -> None:
     places = np.arange(len(runs))
     for tip, colour in tip_colours(runs.tip).items():
         here = runs.tip == tip

@@ -40,7 +40,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 @dataclass(frozen=True, eq=False)
-class Runs:
+class PulseRuns:
     """The k runs of n pulses, in run order: `member` (n,) is the place of a pulse's run, `tip` and `label` are (k,)."""
 
     member: NDArray[np.intp]
@@ -56,7 +56,7 @@ class Runs:
         return mean
 
 
-def runs_of(pulses: PulseTable) -> Runs:
+def runs_of(pulses: PulseTable) -> PulseRuns:
     """Runs by campaign and number."""
     order = np.lexsort((pulses.run, pulses.campaign))
     campaign, run = pulses.campaign[order], pulses.run[order]
@@ -66,7 +66,7 @@ def runs_of(pulses: PulseTable) -> Runs:
     member[order] = np.cumsum(new) - 1
     many = len(np.unique(campaign)) > 1
     label = [f"{name} {number}" if many else str(number) for name, number in zip(campaign[new], run[new], strict=True)]
-    return Runs(member, pulses.tip_material[order][new], np.array(label))
+    return PulseRuns(member, pulses.tip_material[order][new], np.array(label))
 
 
 def tip_colours(tips: Texts) -> dict[str, str]:
@@ -74,7 +74,7 @@ def tip_colours(tips: Texts) -> dict[str, str]:
     return {str(tip): COLOURS[i % len(COLOURS)] for i, tip in enumerate(np.unique(tips))}
 
 
-def tip_strip(figure: Figure, axes: Axes, runs: Runs) -> None:
+def tip_strip(figure: Figure, axes: Axes, runs: PulseRuns) -> None:
     """A strip of tip materials by test on `axes`, their names below the figure."""
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
@@ -97,7 +97,7 @@ def tip_strip(figure: Figure, axes: Axes, runs: Runs) -> None:
     figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False)
 
 
-def number_tests(axes: Axes, runs: Runs) -> None:
+def number_tests(axes: Axes, runs: PulseRuns) -> None:
     """Some twelve run numbers along x."""
     step = max(1, round(len(runs) / 12))
     places = np.arange(0, len(runs), step)

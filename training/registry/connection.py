@@ -15,7 +15,7 @@ from ...schema.addresses import without_secrets
 from ...schema.rerun import rerun
 from ...schema.transient import passes
 from ..locks import turn
-from ..place import VARIABLE, Place
+from ..place import VARIABLE, ModelStorage
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient
@@ -49,7 +49,7 @@ class RegistryError(ValueError):
 class Connection:
     """To the store at a place. `experiment` is known once a client was had."""
 
-    def __init__(self, place: Place) -> None:
+    def __init__(self, place: ModelStorage) -> None:
         self.place = place
         self.experiment: str | None = None
 

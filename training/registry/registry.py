@@ -22,8 +22,8 @@ from ..fit_report import SettingValue
 from ..listing import in_order
 from ..locks import turn
 from ..models.pack import ARRAYS_FILE, MODEL_FILE, ModelFileError, read_files, read_model
-from ..place import Place
-from ..records import DatasetName, Decision, HeldOut, RegisteredModel, Trained, Version
+from ..place import ModelStorage
+from ..records import DatasetName, Decision, HeldOutPredictions, RegisteredModel, Trained, Version
 from .champions import champions_of, crown, next_stamp
 from .connection import Connection, RegistryError, patient
 from .decisions import decide, decisions, settle
@@ -50,7 +50,7 @@ _SESSION_TAG, _FLOOR_TAG = PREFIX + "session", PREFIX + "floor"
 class Registry:
     """Models registered at a place. Reading from a place where nothing was registered gives nothing, and makes none."""
 
-    def __init__(self, place: Place) -> None:
+    def __init__(self, place: ModelStorage) -> None:
         self.place = place
         self.connection = Connection(place)
 
@@ -84,7 +84,7 @@ class Registry:
         return RegisteredModel(version, model, predictors, domain, written)
 
     @patient
-    def held_out(self, version: Version) -> HeldOut:
+    def held_out(self, version: Version) -> HeldOutPredictions:
         """The held-out predictions that the version was judged by."""
         with self._files_of(version) as (client, room):
             uri = client.get_run(version.run_id).info.artifact_uri

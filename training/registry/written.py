@@ -22,7 +22,7 @@ from ..fit_report import SettingValue
 from ..loading import BENCH_COLUMNS, input_column, output_columns
 from ..metrics.summary import Estimate
 from ..models.base import ContactPrediction
-from ..records import Cost, DatasetName, Decision, HeldOut, Trained, Version
+from ..records import Cost, DatasetName, Decision, HeldOutPredictions, Trained, Version
 
 #: Of every tag of ours.
 PREFIX = "pyroshock."
@@ -139,7 +139,7 @@ def units(predictors: tuple[Predictor, ...]) -> dict[str, dict[str, str]]:
     return {"inputs": bench | given, "outputs": pulse}
 
 
-def write_held_out(held_out: HeldOut, file: Path) -> None:
+def write_held_out(held_out: HeldOutPredictions, file: Path) -> None:
     """The predictions that the metrics came from, so that models are compared without being run again."""
     p = held_out.prediction
     spreads = {"force_spread_n": p.force_spread_n, "contact_time_spread_s": p.contact_time_spread_s}
@@ -158,7 +158,7 @@ class HeldOutError(ValueError):
     """A file of held-out predictions is not what was written."""
 
 
-def read_held_out(file: Path) -> HeldOut:
+def read_held_out(file: Path) -> HeldOutPredictions:
     """Raises `HeldOutError` for a file that is not one of these."""
     try:
         with np.load(file, allow_pickle=False) as stored:
@@ -169,7 +169,7 @@ def read_held_out(file: Path) -> HeldOut:
             arrays.get("force_spread_n"),
             arrays.get("contact_time_spread_s"),
         )
-        return HeldOut(arrays["key"].astype(np.str_), prediction, arrays["trained_on"].astype(np.str_))
+        return HeldOutPredictions(arrays["key"].astype(np.str_), prediction, arrays["trained_on"].astype(np.str_))
     except (zipfile.BadZipFile, zlib.error, OSError, EOFError, KeyError, ValueError) as error:
         raise HeldOutError(f"{file} holds no held-out predictions: {error}") from error
 

@@ -30,7 +30,7 @@ Space = Mapping[str, OneOf | Between]
 
 
 @dataclass(frozen=True)
-class Found:
+class BayesianResult:
     """The best settings and what the objective gave there; `history` are all values, in the order of the search."""
 
     settings: dict[str, Any]
@@ -44,7 +44,7 @@ def bayesian_minimum(
     iterations: int,
     rng: np.random.Generator,
     first: Mapping[str, Any] | None = None,
-) -> Found:
+) -> BayesianResult:
     """The best of `iterations` settings: `first` if given, ten at random, then those Optuna's `GPSampler` proposes.
 
     Raises `ValueError` for no iterations, and where the objective is not finite (with the settings).
@@ -63,7 +63,7 @@ def bayesian_minimum(
             study.enqueue_trial(dict(first))
         study.optimize(lambda trial: _finite(objective, _proposed(trial, space)), n_trials=iterations)
     history = tuple(float(trial.value) for trial in study.trials if trial.value is not None)
-    return Found(dict(study.best_params), float(study.best_value), history)
+    return BayesianResult(dict(study.best_params), float(study.best_value), history)
 
 
 def _proposed(trial: Any, space: Space) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 Optuna's NSGA-II sampler with one objective is an elitist genetic search as well, well kept, and not used: the state
 of its chance is not in its storage, so a study that was interrupted goes on differently; it fits duplicates again; and
 with workers its result depends on who finishes first. Here a generation is a function of the seed, its number and
-the values of the one before. So nothing is stored but values by genes (`Journal`): a search that resumes goes through
+the values of the one before. Only values by genes are stored (`SearchJournal`): a search that resumes goes through
 its generations from the first again, and what was evaluated already costs nothing. PyGAD and pymoo can be replayed so
 too; docs/decisions/0022 tells what they were measured at.
 
@@ -21,7 +21,7 @@ import numpy as np
 
 from ...compute.crew import HERE, Crew
 from ...compute.mapping import mapped
-from .journal import Journal
+from .journal import SearchJournal
 
 #: A candidate: a level of each axis.
 Genes = tuple[int, ...]
@@ -48,7 +48,7 @@ class Search:
 
 
 @dataclass(frozen=True)
-class Found:
+class GeneticResult:
     """The best genes and their value; best value and candidates evaluated so far, both after each generation.
 
     `asked` counts the candidates of all generations, duplicates too.
@@ -74,11 +74,11 @@ def searched(
     search: Search,
     evaluate: Evaluate,
     seed: int,
-    journal: Journal,
+    journal: SearchJournal,
     progress: Progress | None = None,
     show: Callable[[Genes], str] = str,
     crew: Crew = HERE,
-) -> Found:
+) -> GeneticResult:
     """The best of a first population and `generations` bred from it; the same for any number of workers, and any crew.
 
     A crew of this process works in `search.workers` threads; to another `evaluate` is sent, pickled.
@@ -103,10 +103,10 @@ def searched(
                 f"generation {generation} of {search.generations}: {best[-1]:.4f} with {show(leader)};"
                 f" {len(seen)} evaluated, {requested - len(seen)} duplicates saved"
             )
-    return Found(leader, best[-1], tuple(best), requested, tuple(evaluated))
+    return GeneticResult(leader, best[-1], tuple(best), requested, tuple(evaluated))
 
 
-def _ranked(seen: Iterable[Genes], journal: Journal) -> Genes:
+def _ranked(seen: Iterable[Genes], journal: SearchJournal) -> Genes:
     """The best, and of equals the first in the order of genes."""
     return min(seen, key=lambda genes: (journal.values[genes], genes))
 

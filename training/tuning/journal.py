@@ -11,7 +11,7 @@ from typing import Any
 Key = tuple[int, ...]
 
 
-class Journal:
+class SearchJournal:
     """Values by key, in a file of JSON lines whose first tells which search it belongs to; no file without `path`.
 
     A line reaches the disk before `add` returns. A run that is killed leaves whole lines, and at most the last one

@@ -10,7 +10,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from ..strikes import Pulses
+from ..strikes import ForcePulses
 from .bodies import Floats
 from .impacts import Impacts
 from .marching import own_time
@@ -30,7 +30,7 @@ def anvil_pulses(
     phases: int,
     *,
     at_tip: bool = False,
-) -> Pulses:
+) -> ForcePulses:
     """Forces on the plate (n, phases) at equal phases of the pulse about the highest peak, which ends at 0.5 % of it.
 
     `at_tip`: forces between tip and anvil, as the load cell of a hammer feels them. `plate_mobility_m_n_s` (n,) is that
@@ -57,4 +57,4 @@ def anvil_pulses(
     solved, course = struck_anvils(np.stack(figures, axis=1), at_tip, phases)
     time = solved[:, 0] * length / velocity
     turn = np.clip(solved[:, 1], 0.01 * solved[:, 0], 0.999 * solved[:, 0]) * length / velocity
-    return Pulses(time, course * force[:, None], turn)
+    return ForcePulses(time, course * force[:, None], turn)

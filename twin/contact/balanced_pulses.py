@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..strikes import Pulses, Strikes
+from ..strikes import ForcePulses, Strikes
 from .anvil import anvil_pulses
 from .bodies import Bodies, Floats
 from .coupled_solver import ImpactSolver
@@ -79,7 +79,7 @@ def balanced_pulses(
     at_tip: bool = False,
     phases: int = PHASES,
     solver: ImpactSolver | None = None,
-) -> Pulses:
+) -> ForcePulses:
     """Pulses at latent numbers (n, names): columns of `COLUMNS` and `DISCREPANCIES`; `fixed` effects act on all.
     `at_tip`: the force on an anvil, not on the plate below it.
 
@@ -101,10 +101,10 @@ def balanced_pulses(
     power = np.exp(np.clip(columns["shape"], *np.log(_POWERS)))
     shape = (natural.force_n / natural.peak_force_n[:, None]) ** power[:, None]
     time = impulse / (peak * _mean_share(shape, np.ones(len(shape))))
-    return Pulses(time, shape * peak[:, None], natural.compression_time_s * time / natural.contact_time_s)
+    return ForcePulses(time, shape * peak[:, None], natural.compression_time_s * time / natural.contact_time_s)
 
 
-def narrowed_pulses(pulses: Pulses, mean: Pulses, share: float) -> Pulses:
+def narrowed_pulses(pulses: ForcePulses, mean: ForcePulses, share: float) -> ForcePulses:
     """Random pulses whose ln contact time deviates from that of the `mean` ones by a share of what it did.
 
     Peak and impulse stay. The shape gets the power with which they give the contact time, and the contact time is what
@@ -121,7 +121,7 @@ def narrowed_pulses(pulses: Pulses, mean: Pulses, share: float) -> Pulses:
     power = np.exp((low + high) / 2)
     time = impulse / (peak * _mean_share(shape, power))
     force = shape ** power[:, None] * peak[:, None]
-    return Pulses(time, force, pulses.compression_time_s * time / pulses.contact_time_s)
+    return ForcePulses(time, force, pulses.compression_time_s * time / pulses.contact_time_s)
 
 
 def _mean_share(shape: Floats, power: Floats) -> Floats:
@@ -136,7 +136,7 @@ def _natural_pulses(
     at_tip: bool,
     phases: int,
     solver: ImpactSolver | None,
-) -> tuple[Pulses, Floats, Floats]:
+) -> tuple[ForcePulses, Floats, Floats]:
     """Pulses as they are solved, the momentum (N s, (n,)) before, and the least impulse."""
     on_rigid_plate = _prepared(struck, [effect for effect in effects if effect.id != PlateCompliance.id])
     impacts = _prepared(struck, effects)
@@ -159,7 +159,7 @@ def _natural_pulses(
         least[rows] *= mass / (impacts.mass_kg[rows] + mass)
         pulses = anvil_pulses(on_rigid_plate.take(rows), mass, stiffness, mobility, phases, at_tip=at_tip)
         time[rows], force[rows], compression[rows] = pulses.contact_time_s, pulses.force_n, pulses.compression_time_s
-    return Pulses(time, np.maximum(force, 0.0), compression), momentum, least
+    return ForcePulses(time, np.maximum(force, 0.0), compression), momentum, least
 
 
 def _prepared(struck: StruckBodies, effects: Sequence[ContactEffect]) -> Impacts:

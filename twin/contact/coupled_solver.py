@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..strikes import Pulses
+from ..strikes import ForcePulses
 from .impacts import Impacts
 
 #: Equidistant points of a pulse: more than a single contact needs, since the bodies may part and meet again.
 COUPLED_PHASES = 129
 #: Mean pulses, at so many phases, of some impacts and of the rows that they are of the stage's strikes.
-ImpactSolver = Callable[[Impacts, NDArray[np.intp]], Pulses]
+ImpactSolver = Callable[[Impacts, NDArray[np.intp]], ForcePulses]

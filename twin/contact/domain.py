@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..strikes import Outside, Strikes
+from ..strikes import OutOfDomain, Strikes
 from .bodies import MissingQuantityError
 from .pulse import ContactPulse
 from .restitution.base import LEAST
@@ -14,7 +14,7 @@ from .struck import bodies_of, insulated
 from .yielding import yield_velocity
 
 
-def outside(strikes: Strikes, pulse: ContactPulse, effects: frozenset[str]) -> list[tuple[Outside, ...]]:
+def outside(strikes: Strikes, pulse: ContactPulse, effects: frozenset[str]) -> list[tuple[OutOfDomain, ...]]:
     """For each strike; what one of the effects (by id) takes into account is not told."""
     checks = [
         _restitution(pulse),
@@ -24,15 +24,15 @@ def outside(strikes: Strikes, pulse: ContactPulse, effects: frozenset[str]) -> l
     return [tuple(check[row] for check in checks if row in check) for row in range(len(strikes))]
 
 
-def _restitution(pulse: ContactPulse) -> dict[int, Outside]:
+def _restitution(pulse: ContactPulse) -> dict[int, OutOfDomain]:
     restitution = pulse.restitution
     return {
-        row: Outside("restitution", float(restitution.value[row]), f"{LEAST:g} to 1; clipped")
+        row: OutOfDomain("restitution", float(restitution.value[row]), f"{LEAST:g} to 1; clipped")
         for row in _rows(restitution.clipped)
     }
 
 
-def _yield(strikes: Strikes) -> dict[int, Outside]:
+def _yield(strikes: Strikes) -> dict[int, OutOfDomain]:
     """Impacts fast enough to leave a mark; nothing where a yield strength is not known."""
     try:
         fastest = yield_velocity(bodies_of(strikes))
@@ -40,15 +40,15 @@ def _yield(strikes: Strikes) -> dict[int, Outside]:
         return {}
     velocity = strikes.impact_velocity_m_s
     return {
-        row: Outside("impact_velocity_m_s", float(velocity[row]), f"up to {fastest[row]:.3g}; faster impacts yield")
+        row: OutOfDomain("impact_velocity_m_s", float(velocity[row]), f"up to {fastest[row]:.3g}; faster impacts yield")
         for row in _rows(velocity > fastest)
     }
 
 
-def _insulator(strikes: Strikes) -> dict[int, Outside]:
+def _insulator(strikes: Strikes) -> dict[int, OutOfDomain]:
     valid_range = "none; the law knows no layer"
     return {
-        row: Outside("insulator", strikes.settings[row].insulator, valid_range) for row in _rows(insulated(strikes))
+        row: OutOfDomain("insulator", strikes.settings[row].insulator, valid_range) for row in _rows(insulated(strikes))
     }
 
 

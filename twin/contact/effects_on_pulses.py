@@ -11,14 +11,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..effects import Effect
-from ..strikes import Pulses, Strikes
+from ..strikes import ForcePulses, Strikes
 from .bodies import Floats
 from .impact import impact
 from .struck import bodies_of, impedance, insulated
 from .trimming import trimmed
 
 
-def with_effects(pulses: Pulses, strikes: Strikes, effects: Sequence[Effect]) -> Pulses:
+def with_effects(pulses: ForcePulses, strikes: Strikes, effects: Sequence[Effect]) -> ForcePulses:
     """The pulses of `strikes` as Hertz' impact changes under `effects`; of that impact itself, what it then is.
 
     Momentum and energy hold: an impulse of at most two momenta of the impactor stays below two of those that it has
@@ -29,11 +29,11 @@ def with_effects(pulses: Pulses, strikes: Strikes, effects: Sequence[Effect]) ->
     force = changed_force(pulses.force_n, without.force_n, acting.force_n)
     time = acting.contact_time_s / without.contact_time_s
     compression = acting.compression_time_s / without.compression_time_s
-    changed = Pulses(pulses.contact_time_s * time, force, pulses.compression_time_s * compression)
+    changed = ForcePulses(pulses.contact_time_s * time, force, pulses.compression_time_s * compression)
     momentum = np.array([setting.impactor_mass_kg for setting in strikes.settings]) * strikes.impact_velocity_m_s
     most = np.maximum(2 * momentum, pulses.impulse_n_s) * np.maximum(1, acting.impulse_n_s / without.impulse_n_s)
     kept = np.minimum(1, most / changed.impulse_n_s)
-    return Pulses(changed.contact_time_s, force * kept[:, None], changed.compression_time_s)
+    return ForcePulses(changed.contact_time_s, force * kept[:, None], changed.compression_time_s)
 
 
 def changed_force(force_n: Floats, without_n: Floats, with_n: Floats) -> Floats:
@@ -44,7 +44,7 @@ def changed_force(force_n: Floats, without_n: Floats, with_n: Floats) -> Floats:
     return np.asarray(shape / shape.max(axis=1, keepdims=True) * peak * after / before)
 
 
-def _law_pulses(strikes: Strikes, effects: Sequence[Effect], points: int) -> Pulses:
+def _law_pulses(strikes: Strikes, effects: Sequence[Effect], points: int) -> ForcePulses:
     place = impedance(strikes)
     solved = impact(bodies_of(strikes), effects, insulated=insulated(strikes), plate_impedance_n_s_m=place)
     return trimmed(solved, points)

@@ -23,7 +23,7 @@ _PHASES = np.linspace(0.0, 1.0, 201) ** 2
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class ContactMotion:
     """Motions of n contacts: times and greatest force (n,), and the force's course."""
 
     contact_time: Floats
@@ -38,7 +38,7 @@ class Motion:
         return np.asarray(np.maximum(CubicSpline(_PHASES, self.course, axis=1)(phase), 0.0) ** 1.5)
 
 
-def motion(restitution: Floats) -> Motion:
+def motion(restitution: Floats) -> ContactMotion:
     """Motions that end with the restitutions (n,), all in [0.01, 1].
 
     Interpolated: times and peaks to 1e-7, forces to 2e-5 of the peak, from e = 0.014 downwards to 2e-4.
@@ -47,7 +47,7 @@ def motion(restitution: Floats) -> Motion:
 
     rows = CubicSpline(*_table())(np.log(restitution))
     contact_time, compression_time, peak_force = np.exp(rows[:, :3].T)
-    return Motion(contact_time, compression_time, peak_force, rows[:, 3:])
+    return ContactMotion(contact_time, compression_time, peak_force, rows[:, 3:])
 
 
 @cache
@@ -71,7 +71,7 @@ class _Falls:
 
 
 @cache
-def solve(damping: float) -> Motion:
+def solve(damping: float) -> ContactMotion:
     """One motion (n = 1) of a damping number, by a Runge-Kutta method of order 8, until the bodies part."""
     from scipy.integrate import solve_ivp
 
@@ -93,4 +93,4 @@ def solve(damping: float) -> Motion:
     end, turn, summit = (float(times[0]) for times in run.t_events)
     peak = force(run.sol(summit))
     course = np.maximum(force(run.sol(_PHASES * end)) / peak, 0.0) ** (2 / 3)
-    return Motion(np.array([end]), np.array([turn]), np.array([peak]), course[None, :])
+    return ContactMotion(np.array([end]), np.array([turn]), np.array([peak]), course[None, :])

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..effects import Effect, checked_effects
 from ..measured_shots import MeasuredShots
 from ..setting import Setting
-from ..strikes import Extrapolation, Outside, Pulses, Strikes
+from ..strikes import Extrapolation, ForcePulses, OutOfDomain, Strikes
 from .balanced_pulses import PHASES, StruckBodies, balanced_pulses, narrowed_pulses
 from .bodies import Floats
 from .coupled_solver import COUPLED_PHASES, ImpactSolver
@@ -126,11 +126,11 @@ class PriorContact:
         fixed = {effect.id for effect in self.effects}
         return (*uncertain_columns(fixed, self.hand_held), *DISCREPANCIES)
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
+    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
         """Force at 65 phases; for `z` None of the mean of all that is drawn. Raises `ValueError` for another `z`."""
         return self._solved(strikes, z, at_tip=self.hand_held)
 
-    def pulses_on_plate(self, solver: ImpactSolver, strikes: Strikes, z: Floats | None = None) -> Pulses:
+    def pulses_on_plate(self, solver: ImpactSolver, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
         """As `pulses`, where `solver` gives the pulses of impacts on a plate that it knows, but for those on an anvil.
 
         `contact.plate_compliance` does not act on them. Measured shots have narrowed the other parameters beside it,
@@ -138,7 +138,7 @@ class PriorContact:
         """
         return self._solved(strikes, z, at_tip=self.hand_held, phases=COUPLED_PHASES, solver=solver)
 
-    def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: Pulses) -> Pulses:
+    def plate_pulses(self, strikes: Strikes, z: Floats | None, pulses: ForcePulses) -> ForcePulses:
         """What of `pulses`, those of the same strikes and `z`, acts on the plate: below an anvil, what its joint
         carries; else the same."""
         rows = [row for row, setting in enumerate(strikes.settings) if setting.anvil is not None]
@@ -148,7 +148,7 @@ class PriorContact:
         carried = self._solved(below, None if z is None else z[rows], at_tip=False, phases=pulses.force_n.shape[1])
         time, force, turn = (x.copy() for x in (pulses.contact_time_s, pulses.force_n, pulses.compression_time_s))
         time[rows], force[rows], turn[rows] = carried.contact_time_s, carried.force_n, carried.compression_time_s
-        return Pulses(time, force, turn)
+        return ForcePulses(time, force, turn)
 
     def _solved(
         self,
@@ -158,11 +158,11 @@ class PriorContact:
         at_tip: bool,
         phases: int = PHASES,
         solver: ImpactSolver | None = None,
-    ) -> Pulses:
+    ) -> ForcePulses:
         mean, root = self._latent(strikes)
         struck = StruckBodies.of(strikes)
 
-        def pulses(latent: Floats) -> Pulses:
+        def pulses(latent: Floats) -> ForcePulses:
             return balanced_pulses(struck, self.names, latent, self._fixed, at_tip=at_tip, phases=phases, solver=solver)
 
         if z is None:
@@ -173,7 +173,7 @@ class PriorContact:
         random, narrowing = pulses(mean + np.einsum("nlk,nk->nl", root, z)), self.posterior.narrowing
         return random if narrowing == 1 else narrowed_pulses(random, pulses(mean), narrowing)
 
-    def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
+    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
         """Nothing: yield, loss and layer are drawn."""
         return [() for _ in range(len(strikes))]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..effects import Effect, checked_effects
-from ..strikes import Outside, Pulses, Strikes
+from ..strikes import ForcePulses, OutOfDomain, Strikes
 from .bodies import Floats
 from .coupled_solver import ImpactSolver
 from .domain import outside
@@ -62,7 +62,7 @@ class LawContact:
     def _spread(self) -> Spread:
         return SPREADS.get(self.law, NO_SPREAD) if self.spread is None else self.spread
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
+    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
         """Force at 65 phases. A random pulse is the mean one, longer and lower or shorter and higher by a log-normal
         factor: its impulse is the mean one's.
 
@@ -70,7 +70,7 @@ class LawContact:
         """
         return self._stretched(trimmed(self._solved(strikes), PHASES), z)
 
-    def pulses_on_plate(self, solver: ImpactSolver, strikes: Strikes, z: Floats | None = None) -> Pulses:
+    def pulses_on_plate(self, solver: ImpactSolver, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
         """As `pulses`, where `solver` gives the mean pulses of Hertz' impacts on a plate that it knows.
 
         `contact.plate_compliance` does not act: the solver's plate stands in its place. Raises `ValueError` for another
@@ -84,7 +84,7 @@ class LawContact:
                 impacts = effect.prepare(impacts)
         return self._stretched(solver(impacts, np.arange(len(strikes))), z)
 
-    def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
+    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
         """Restitution that had to be clipped, impacts that yield and a layer that the law does not know."""
         return outside(strikes, self._solved(strikes), frozenset(effect.id for effect in self.effects))
 
@@ -95,9 +95,9 @@ class LawContact:
         place = impedance(strikes)
         return impact(bodies, self.effects, insulated=insulated(strikes), plate_impedance_n_s_m=place, steps=_STEPS)
 
-    def _stretched(self, mean: Pulses, z: Floats | None) -> Pulses:
+    def _stretched(self, mean: ForcePulses, z: Floats | None) -> ForcePulses:
         stretch = self._stretch(len(mean.contact_time_s), z)
-        return Pulses(
+        return ForcePulses(
             contact_time_s=mean.contact_time_s * stretch,
             force_n=mean.force_n / stretch[:, None],
             compression_time_s=mean.compression_time_s * stretch,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..strikes import Pulses
+from ..strikes import ForcePulses
 from .bodies import Floats
 from .pulse import ContactPulse
 
@@ -15,7 +15,7 @@ _SLOW = 0.25
 _DENSE = np.linspace(0.0, 1.0, 1001) ** 2
 
 
-def trimmed(pulse: ContactPulse, points: int) -> Pulses:
+def trimmed(pulse: ContactPulse, points: int) -> ForcePulses:
     """Force at equidistant phases, (n, points).
 
     With little restitution bodies part slowly: the contact lasts many times as long as the pulse, most of it with
@@ -30,7 +30,7 @@ def trimmed(pulse: ContactPulse, points: int) -> Pulses:
             time[row] *= share
             force[row] = np.interp(share * np.linspace(0, 1, points), _DENSE, dense)
             force[row, -1] = 0.0
-    return Pulses(time, force, pulse.compression_time_s)
+    return ForcePulses(time, force, pulse.compression_time_s)
 
 
 def _end(force: Floats) -> float:

@@ -6,9 +6,9 @@ in the tank dp/dt = -n h_valve / V, dM/dt = -mdot_valve. These are the balances 
 (Bird, Stewart and Lightfoot, Transport Phenomena, section 15.5); without flow they are eq. 2.15.
 
 The resistance is A v^2 / 2 (f x / D rho_gas + H_air rho_air + H_gas p / (R T)), f, H_air and H_gas being those of the
-`Shot`, and what hooks of effects add.
+`ShotInputs`, and what hooks of effects add.
 
-p is the law's pressure (see `Shot`); flows see absolute pressures, and temperatures R T = p V / M.
+p is the law's pressure (see `ShotInputs`); flows see absolute pressures, and temperatures R T = p V / M.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import ode
-from ..ode import DORMAND_PRINCE, Ends, Method, Tolerance
+from ..ode import DORMAND_PRINCE, Ends, Method, StepTolerance
 from ..rosenbrock import RODAS
 from .effect import GunEffect, Instant
 from .flow import choked_flow, critical_ratio
 from .motion_kernel import QUANTITIES, REACHED, TOO_MANY_STEPS, all_rates, run_all
-from .shot import GAS_CONSTANT, Floats, Shot
+from .shot import GAS_CONSTANT, Floats, ShotInputs
 
 #: A projectile that is slower than this is at rest, and than so many of the errors that a step may make of its speed:
 #: steps that cannot tell whether friction holds it would stay where it stops for ever.
@@ -45,7 +45,7 @@ class Chamber:
     `effects` are those with a hook; without any the compiled motion is what runs.
     """
 
-    shot: Shot
+    shot: ShotInputs
     effects: Sequence[GunEffect]
     #: A factor on the error that a step may make.
     coarser: float = 1.0
@@ -154,7 +154,7 @@ class Chamber:
         floor, steps = np.maximum(floor, 1e-300), self.first_step * self.nominal_time_s
         relative = self.coarser * self.step_error
         if self.effects:
-            return ode.run(self, start, steps, Tolerance(relative, floor), self.method)
+            return ode.run(self, start, steps, StepTolerance(relative, floor), self.method)
         n = len(shot)
         states, floors = start.T.copy(), floor.T.copy()
         time, how = np.zeros(n), np.zeros(n, dtype=np.int64)
@@ -241,7 +241,7 @@ class TwoChambers(Chamber):
         return table
 
 
-def _air_kg(shot: Shot, at_tank_pressure_m3: Floats, at_atmosphere_m3: Floats) -> Floats:
+def _air_kg(shot: ShotInputs, at_tank_pressure_m3: Floats, at_atmosphere_m3: Floats) -> Floats:
     """Mass of gas in volumes at absolute tank pressure and at the atmosphere's, all at room temperature."""
     tank_pa = shot.tank_pressure_pa + shot.atmosphere_pa
     energy = tank_pa * at_tank_pressure_m3 + shot.atmosphere_pa * at_atmosphere_m3

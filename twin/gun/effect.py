@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import Effect
-from .shot import Shot
+from .shot import ShotInputs
 
 Floats = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ class Instant:
 class GunEffect(Effect):
     """An effect of the gun. It overrides one of the hooks; each does nothing by default.
 
-    `prepare` fills the fields of a `Shot`, and is all that most effects need. A law that no field can express overrides
+    `prepare` fills the fields of `ShotInputs`; most effects need no more. A law that no field can express overrides
     `resistance_n` or `leak_kg_s`; shots with such an effect take longer, as a hook is no part of the compiled motion.
     """
 
@@ -41,15 +41,15 @@ class GunEffect(Effect):
     #: effect with `resistance_n` or `leak_kg_s`.
     moves: ClassVar[bool] = False
 
-    def prepare(self, shot: Shot) -> Shot:
+    def prepare(self, shot: ShotInputs) -> ShotInputs:
         """The shot with other quantities. The result must not hang on the order of effects."""
         return shot
 
-    def resistance_n(self, shot: Shot, instant: Instant) -> Floats | float:  # noqa: ARG002
+    def resistance_n(self, shot: ShotInputs, instant: Instant) -> Floats | float:  # noqa: ARG002
         """A force against the motion, not negative; 0 at rest."""
         return 0.0
 
-    def leak_kg_s(self, shot: Shot, instant: Instant) -> Floats | float:  # noqa: ARG002
+    def leak_kg_s(self, shot: ShotInputs, instant: Instant) -> Floats | float:  # noqa: ARG002
         """Gas that escapes from behind the projectile; negative where it comes in."""
         return 0.0
 

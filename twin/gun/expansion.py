@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from .shot import Floats, Shot
+from .shot import Floats, ShotInputs
 
 # A Gauss rule over s in x = L s^2, in which speed begins linearly.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 _PHASES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2
 
 
-def net_work_j(shot: Shot, position_m: Floats) -> Floats:
+def net_work_j(shot: ShotInputs, position_m: Floats) -> Floats:
     """W at positions (..., n)."""
     from scipy.special import exprel
 
@@ -25,17 +25,17 @@ def net_work_j(shot: Shot, position_m: Floats) -> Floats:
     return np.asarray(work - (shot.opposing_pressure_pa * shot.area_m2 + shot.friction_n) * position_m)
 
 
-def starting_force_n(shot: Shot) -> Floats:
+def starting_force_n(shot: ShotInputs) -> Floats:
     """On the projectile at rest, (n,)."""
     return np.asarray((shot.filled_pressure_pa - shot.opposing_pressure_pa) * shot.area_m2 - shot.friction_n)
 
 
-def ideal_velocity_m_s(shot: Shot) -> Floats:
+def ideal_velocity_m_s(shot: ShotInputs) -> Floats:
     """At the vent holes, (n,), without the efficiency; 0 for a shot that does not get there."""
     return np.asarray(np.sqrt(np.maximum(2 * net_work_j(shot, shot.travel_m) / shot.bullet_mass_kg, 0.0)))
 
 
-def travel_time_s(shot: Shot) -> Floats:
+def travel_time_s(shot: ShotInputs) -> Floats:
     """Until the vent holes, (n,), for shots that get there: the integral of dx / v."""
     phases = _PHASES[:, None]
     energy = net_work_j(shot, shot.travel_m * phases**2)

@@ -484,7 +484,7 @@ def _moved(  # type: ignore[no-untyped-def]
 )
 def run_all(table, valve, states, steps, floors, relative, most_steps, times, ends):  # type: ignore[no-untyped-def]
     """Shots (n,) one after the other from `states` (n, 4 or 6) to their ends, in their place: times, and how each
-    ended. `steps` are tried first; `floors` (n, k) are as in `ode.Tolerance`.
+    ended. `steps` are tried first; `floors` (n, k) are as in `ode.StepTolerance`.
 
     Ends with the first shot that takes too many steps.
     """

@@ -23,7 +23,7 @@ ROOM_K = 293.15
 
 
 @dataclass(frozen=True, eq=False)
-class Shot:
+class ShotInputs:
     """n shots, SI; every array but the valve's profile is (n,). Effects replace fields before the shots are fired.
 
     The gas law is that of eq. 2.15 for gauge pressure plus `opposing_pressure_pa`: with 0 it is the nominal law of
@@ -97,7 +97,7 @@ class Shot:
         return np.broadcast_to(values, (len(self),))
 
 
-def nominal_shot(bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: ArrayLike) -> Shot:
+def nominal_shot(bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: ArrayLike) -> ShotInputs:
     """Shots of the nominal gun: pressures (gauge) and masses broadcast to (n,).
 
     Raises `ValueError` as `muzzle_velocity` does, and for more than one dimension.
@@ -112,7 +112,7 @@ def nominal_shot(bench: GunBench, tank_pressure_pa: ArrayLike, bullet_mass_kg: A
     def each(value: float) -> Floats:
         return np.broadcast_to(np.float64(value), pressure.shape)
 
-    return Shot(
+    return ShotInputs(
         tank_pressure_pa=pressure,
         bullet_mass_kg=mass,
         tank_volume_m3=each(bench.tank_volume_m3),

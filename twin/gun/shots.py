@@ -15,7 +15,7 @@ from ..effects import checked_effects
 from .bench import GunBench, checked
 from .effect import GunEffect
 from .expansion import ideal_velocity_m_s, starting_force_n, travel_time_s
-from .shot import Floats, Shot, nominal_shot, profile_table
+from .shot import Floats, ShotInputs, nominal_shot, profile_table
 
 if TYPE_CHECKING:
     from .chambers import Chamber
@@ -87,7 +87,7 @@ def gun_velocity(
     return _fired(shot, acting, bench.efficiency, coarser)
 
 
-def _with_profiles(shot: Shot, profiles: Sequence[ValveProfile | None]) -> Shot:
+def _with_profiles(shot: ShotInputs, profiles: Sequence[ValveProfile | None]) -> ShotInputs:
     if len(profiles) != len(shot):
         raise ValueError(f"{len(profiles)} valve profiles: expected one for each of {len(shot)} shots")
     stated = np.array([profile is not None for profile in profiles], dtype=bool)
@@ -96,7 +96,7 @@ def _with_profiles(shot: Shot, profiles: Sequence[ValveProfile | None]) -> Shot:
     return replace(shot, valve_area_m2=area, valve_profile=profile_table(profiles))
 
 
-def _fired(shot: Shot, effects: Sequence[GunEffect], efficiency: float, coarser: float) -> GunShots:
+def _fired(shot: ShotInputs, effects: Sequence[GunEffect], efficiency: float, coarser: float) -> GunShots:
     n = len(shot)
     moving = np.zeros(n, dtype=bool)
     for effect in effects:
@@ -113,7 +113,7 @@ def _fired(shot: Shot, effects: Sequence[GunEffect], efficiency: float, coarser:
     return replace(shots, velocity_m_s=efficiency * shots.velocity_m_s)
 
 
-def _closed(shot: Shot, _: Sequence[GunEffect], __: float) -> GunShots:
+def _closed(shot: ShotInputs, _: Sequence[GunEffect], __: float) -> GunShots:
     velocity = ideal_velocity_m_s(shot)
     exited = velocity > 0
     time = np.full(len(shot), np.nan)
@@ -122,7 +122,7 @@ def _closed(shot: Shot, _: Sequence[GunEffect], __: float) -> GunShots:
     return GunShots(velocity, time, status)
 
 
-def _one_chamber(shot: Shot, effects: Sequence[GunEffect], coarser: float) -> GunShots:
+def _one_chamber(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float) -> GunShots:
     from .chambers import Chamber
 
     # Without a valve the pressure only falls: a projectile that does not start now never does.
@@ -134,7 +134,7 @@ def _one_chamber(shot: Shot, effects: Sequence[GunEffect], coarser: float) -> Gu
     return shots
 
 
-def _two_chambers(shot: Shot, effects: Sequence[GunEffect], coarser: float) -> GunShots:
+def _two_chambers(shot: ShotInputs, effects: Sequence[GunEffect], coarser: float) -> GunShots:
     from .chambers import TwoChambers
 
     return _moved(TwoChambers(shot, effects, coarser))

@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..materials import Material
+from ..materials import ElasticMaterial
 from .damping import ConstantDamping, DampingLaw
 from .edges import Edge
 from .outline import Point, area, checked_outline
 
 
 @dataclass(frozen=True)
-class Place:
+class NamedPoint:
     """A named point of the plate: an impact point or a sensor."""
 
     name: str
@@ -38,9 +38,9 @@ class PointSpring:
     stiffness_n_m: float
 
 
-def places(points: Mapping[str, Point]) -> tuple[Place, ...]:
+def places(points: Mapping[str, Point]) -> tuple[NamedPoint, ...]:
     """`{"#1": (0.1, 0.2)}` as a plate takes it."""
-    return tuple(Place(name, (float(x), float(y))) for name, (x, y) in points.items())
+    return tuple(NamedPoint(name, (float(x), float(y))) for name, (x, y) in points.items())
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ class PlateBuild:
 
     outline_m: tuple[Point, ...]
     thickness_m: float
-    material: Material
-    impact_points: tuple[Place, ...]
-    sensors: tuple[Place, ...]
+    material: ElasticMaterial
+    impact_points: tuple[NamedPoint, ...]
+    sensors: tuple[NamedPoint, ...]
     damping: DampingLaw = field(default_factory=ConstantDamping)
     masses: tuple[PointMass, ...] = ()
     springs: tuple[PointSpring, ...] = ()

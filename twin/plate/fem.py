@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .build import PlateBuild
-from .frame import Frame, deflections
+from .frame import PlateFrame, deflections
 from .held import free_unknowns, middles, on_stretch
 from .mesh import mesh_of, stretch
 from .modal import Floats
@@ -33,7 +33,7 @@ class Elements:
     stiffness: Any
     mass: Any
     free: Any
-    frame: Frame
+    frame: PlateFrame
 
     def rows(self, points: Sequence[Point]) -> Floats:
         """Deflection at points from the unknowns, (points, u). Raises `ValueError` for a point off the plate."""
@@ -48,7 +48,7 @@ def elements_of(build: PlateBuild, length_m: float, edge_layer_m: float = 0.0) -
     from scipy.sparse import csc_matrix
     from skfem import Basis, ElementTriArgyris
 
-    frame = Frame(np.array(build.outline_m, dtype=np.float64).mean(axis=0), length_m)
+    frame = PlateFrame(np.array(build.outline_m, dtype=np.float64).mean(axis=0), length_m)
     mesh = mesh_of(build, length_m).translated(tuple(-frame.origin_m)).scaled(1 / length_m)
     # Argyris' element keeps the inverse of its last mesh: never share one.
     basis = Basis(mesh, ElementTriArgyris(), intorder=_ORDER)
@@ -78,7 +78,7 @@ def _forms(nu: float) -> tuple[Any, Any]:
     return BilinearForm(bending), BilinearForm(lambda u, v, _: u * v)
 
 
-def _edge_twist(build: PlateBuild, mesh: Any, frame: Frame) -> Any:
+def _edge_twist(build: PlateBuild, mesh: Any, frame: PlateFrame) -> Any:
     """Twisting energy along the free edges for D = 1, per depth of edge.
 
     Sides shorter than two thicknesses, about sharp points, have none: there is no room for a layer.

@@ -11,7 +11,7 @@ from .modal import Floats
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class PlateFrame:
     """Lengths in `unit_m`, from the middle of the plate.
 
     The unknowns are then all of the size of the deflections, and the powers of x and y, which the element is made of,

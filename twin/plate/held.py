@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from .build import PlateBuild
-from .frame import Frame
+from .frame import PlateFrame
 from .mesh import stretch
 from .modal import Floats
 
 _NODAL = 6
 
 
-def free_unknowns(build: PlateBuild, basis: Any, frame: Frame) -> Any:
+def free_unknowns(build: PlateBuild, basis: Any, frame: PlateFrame) -> Any:
     """Columns span what the held edges leave, corner by corner of the mesh; orthonormal there."""
     from scipy.sparse import coo_matrix
 
@@ -39,7 +39,7 @@ def free_unknowns(build: PlateBuild, basis: Any, frame: Frame) -> Any:
     return coo_matrix((np.array(values), (np.array(rows), np.array(cols))), shape=(basis.N, count)).tocsc()
 
 
-def _held(build: PlateBuild, basis: Any, frame: Frame) -> tuple[dict[int, list[Floats]], set[int]]:
+def _held(build: PlateBuild, basis: Any, frame: PlateFrame) -> tuple[dict[int, list[Floats]], set[int]]:
     """What is zero at corners of the mesh, by corner, and the slopes across sides that are."""
     rules: dict[int, list[Floats]] = defaultdict(list)
     fixed: set[int] = set()

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..sampling import sampled
-from ..strikes import Floats, Pulses
+from ..strikes import Floats, ForcePulses
 from .chain import SensorChain
 
 Index = NDArray[np.intp]
@@ -18,7 +18,7 @@ _STEPS, _END = 256, 0.005
 _ROOM = (3, 6, 12, 24, 48)
 
 
-def seen_pulses(chain: SensorChain, pulses: Pulses) -> Pulses:
+def seen_pulses(chain: SensorChain, pulses: ForcePulses) -> ForcePulses:
     """Pulses (n, p) as measured, again at p phases; a filter's tail lengthens the contact, to 0.5 % of the peak.
 
     Contacts of one octave are seen together, in steps of the shortest: one of seconds beside one of microseconds would
@@ -34,13 +34,13 @@ def seen_pulses(chain: SensorChain, pulses: Pulses) -> Pulses:
         step = float(pulses.contact_time_s[rows].min()) / _STEPS
         given, measured = _with_room(chain, pulses, rows, step)
         if not np.array_equal(measured, given):
-            seen = _cut(measured, step, Pulses(time[rows], force[rows], turn[rows]))
+            seen = _cut(measured, step, ForcePulses(time[rows], force[rows], turn[rows]))
             time[rows], force[rows], turn[rows] = seen.contact_time_s, seen.force_n, seen.compression_time_s
             changed = True
-    return Pulses(time, force, turn) if changed else pulses
+    return ForcePulses(time, force, turn) if changed else pulses
 
 
-def _with_room(chain: SensorChain, pulses: Pulses, rows: Index, step: float) -> tuple[Floats, Floats]:
+def _with_room(chain: SensorChain, pulses: ForcePulses, rows: Index, step: float) -> tuple[Floats, Floats]:
     """Forces of the rows in these steps, zeros after them, and what the channel shows of it until nearly nothing."""
     longest = 2 * _STEPS + 2
     force = sampled(pulses, step, longest)  # all rows: an effect may have a value for each
@@ -57,16 +57,16 @@ def _above_end(force: Floats) -> Flags:
     return np.asarray(force > _END * force.max(axis=1, keepdims=True))
 
 
-def _cut(force: Floats, step: float, pulses: Pulses) -> Pulses:
+def _cut(force: Floats, step: float, pulses: ForcePulses) -> ForcePulses:
     time = np.arange(force.shape[1]) * step
     last = np.max(np.arange(force.shape[1]) * _above_end(force), axis=1)
     end = np.maximum(pulses.contact_time_s, last * step)
     phases = np.linspace(0.0, 1.0, pulses.force_n.shape[1])
     rows = [np.interp(phases * end_s, time, row) for end_s, row in zip(end, force, strict=True)]
     late = np.argmax(force, axis=1) * step - _peak_time(pulses)
-    return Pulses(end, np.array(rows), pulses.compression_time_s + np.maximum(late, 0.0))
+    return ForcePulses(end, np.array(rows), pulses.compression_time_s + np.maximum(late, 0.0))
 
 
-def _peak_time(pulses: Pulses) -> Floats:
+def _peak_time(pulses: ForcePulses) -> Floats:
     share = np.argmax(pulses.force_n, axis=1) / (pulses.force_n.shape[1] - 1)
     return np.asarray(share * pulses.contact_time_s)

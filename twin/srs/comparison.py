@@ -12,7 +12,7 @@ from .tolerance import Floats
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class SpectrumComparison:
     """Spectra held against a target at `frequency_hz` (f,), the lines that both have.
 
     `error_db` (..., f) is 20 log10(spectrum / level); `margin_db` (..., f) the way to the nearer edge of the band,
@@ -35,7 +35,7 @@ class Comparison:
         return np.asarray(self.worst_margin_db >= 0)
 
 
-def compare(maximax_m_s2: Floats, frequency_hz: Floats, target: Target) -> Comparison:
+def compare(maximax_m_s2: Floats, frequency_hz: Floats, target: Target) -> SpectrumComparison:
     """Spectra (..., f) at `frequency_hz` (f,) against a target. Lines outside of the target's range are left out.
 
     An edge belongs to the band, to within rounding. Raises `ValueError` where no line lies in the target's range.
@@ -53,7 +53,7 @@ def compare(maximax_m_s2: Floats, frequency_hz: Floats, target: Target) -> Compa
     margin = np.minimum(lines.upper_db - error, lines.lower_db + error)
     margin = np.where(np.abs(margin) < 1e-9, 0.0, margin)
     worst = margin.argmin(axis=-1)
-    return Comparison(
+    return SpectrumComparison(
         frequency_hz=lines.frequency_hz,
         target=lines,
         error_db=error,

@@ -15,12 +15,12 @@ from typing import Any, Literal
 import numpy as np
 
 from ..setting import Setting
-from .discrepancy import Learned
+from .discrepancy import ShotCorrection
 from .forward import Floats
 from .goal import Goal
 from .probability import Proposal, probability_met, proposals
 from .search import Candidate, Searcher, SearchResult, best_of_mounts
-from .space import Range, TuningSpace, setting_text
+from .space import ContinuousRange, TuningSpace, setting_text
 
 #: From this probability on a setting meets the goal: more likely than not.
 AT_LEAST = 0.5
@@ -98,7 +98,7 @@ class Evidence:
         return self.searcher.goal
 
     @property
-    def learned(self) -> Learned:
+    def learned(self) -> ShotCorrection:
         return self.searcher.learned
 
 
@@ -157,7 +157,7 @@ def _candidates_beyond(evidence: Evidence) -> Iterator[Candidate]:
     yield from evidence.result.refused
     mounts = best_of_mounts([*evidence.result.best, *evidence.result.refused])[:_MOUNTS]
     low, high = evidence.space.tank_pressure_pa.ends
-    wide = replace(evidence.space, tank_pressure_pa=Range(low / _PRESSURE_RATIO, high * _PRESSURE_RATIO))
+    wide = replace(evidence.space, tank_pressure_pa=ContinuousRange(low / _PRESSURE_RATIO, high * _PRESSURE_RATIO))
     steps = np.geomspace(1.0, _PRESSURE_RATIO, _PRESSURES + 1)[1:]
     masses = evidence.space.impactor_mass_kg.grid(_MASSES).tolist()
     settings = [replace(mount.setting, impactor_mass_kg=mass) for mount in mounts for mass in masses]

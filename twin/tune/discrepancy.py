@@ -109,9 +109,9 @@ class Discrepancy:
         shared = sum(parts, np.zeros((self.frequency_hz.size, self.frequency_hz.size)))
         return np.asarray(self.scales[:, None] * shared * self.scales)
 
-    def after(self, settings: Sequence[Setting], residual_db: Floats) -> Learned:
+    def after(self, settings: Sequence[Setting], residual_db: Floats) -> ShotCorrection:
         """Conditioned on measured - predicted levels (n, f) of n shots at their settings; none is fine."""
-        return Learned.of(self, Coordinates.of(settings) if len(settings) else None, residual_db)
+        return ShotCorrection.of(self, Coordinates.of(settings) if len(settings) else None, residual_db)
 
     def in_patterns(self, residual_db: Floats) -> Floats:
         """Residuals (n, f) of lines as those of patterns."""
@@ -119,7 +119,7 @@ class Discrepancy:
 
 
 @dataclass(frozen=True, eq=False)
-class Learned:
+class ShotCorrection:
     """A discrepancy after shots: what to add to a prediction, and how sure of it.
 
     `weights` (n, f) and `precision` (f, n, n), inverse covariances of the shots, go by patterns.
@@ -131,7 +131,7 @@ class Learned:
     precision: Floats = field(default_factory=lambda: np.empty((0, 0, 0)))
 
     @classmethod
-    def of(cls, prior: Discrepancy, shots: Coordinates | None, residual_db: Floats) -> Learned:
+    def of(cls, prior: Discrepancy, shots: Coordinates | None, residual_db: Floats) -> ShotCorrection:
         if shots is None:
             return cls(prior, None)
         expected = (len(shots), prior.frequency_hz.size)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..setting import Setting
-from .discrepancy import Learned
+from .discrepancy import ShotCorrection
 from .forward import Floats
 from .goal import Goal
 from .search import Candidate
@@ -55,7 +55,7 @@ class Proposal:
 
 def proposals(
     candidates: Sequence[Candidate],
-    learned: Learned,
+    learned: ShotCorrection,
     goal: Goal,
     rng: np.random.Generator,
     *,
@@ -69,7 +69,9 @@ def proposals(
     return sorted(judged, key=lambda p: p.rank, reverse=True)
 
 
-def _judged(candidate: Candidate, learned: Learned, goal: Goal, normals: Floats, outside: tuple[str, ...]) -> Proposal:
+def _judged(
+    candidate: Candidate, learned: ShotCorrection, goal: Goal, normals: Floats, outside: tuple[str, ...]
+) -> Proposal:
     covariance = learned.covariance_db2(candidate.setting)
     drawn = candidate.level_db + normals @ root(covariance).T
     margins, expected = goal.margin_db(drawn), goal.margin_db(candidate.level_db)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..setting import Setting
-from .discrepancy import Learned
+from .discrepancy import ShotCorrection
 from .forward import Floats, Forward, Progress, Refusals, level_db
 from .goal import Goal
 from .space import Mount, TuningSpace, mount_of
@@ -42,7 +42,7 @@ class Searcher:
     """What a search asks: the model, what shots have taught, the goal, the bench."""
 
     forward: Forward
-    learned: Learned
+    learned: ShotCorrection
     goal: Goal
     refusals: Refusals
     progress: Progress | None = None

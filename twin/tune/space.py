@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..materials import Material
+from ..materials import ElasticMaterial
 from ..setting import INSULATORS, Setting
 
 Floats = NDArray[np.float64]
@@ -58,7 +58,7 @@ class Levels:
 
 
 @dataclass(frozen=True)
-class Range:
+class ContinuousRange:
     """Anything from `low` to `high`. Raises `ValueError` for ends that are not positive and rising."""
 
     low: float
@@ -85,9 +85,9 @@ class Range:
 class Mount:
     """What is screwed on and bolted down: all of a setting but pressure and mass."""
 
-    tip: Material
+    tip: ElasticMaterial
     tip_radius_m: float
-    anvil: Material | None
+    anvil: ElasticMaterial | None
     insulator: str
     impact_position: str
 
@@ -96,12 +96,12 @@ class Mount:
 class TuningSpace:
     """The settings that there are on one plate. Raises `ValueError` naming a field without any value."""
 
-    plate: Material
+    plate: ElasticMaterial
     plate_thickness_m: float
     plate_mass_kg: float
-    tips: tuple[Material, ...]
+    tips: tuple[ElasticMaterial, ...]
     tip_radii_m: tuple[float, ...]
-    anvils: tuple[Material | None, ...]
+    anvils: tuple[ElasticMaterial | None, ...]
     insulators: tuple[str, ...]
     impact_positions: tuple[str, ...]
     tank_pressure_pa: Amount

@@ -9,7 +9,7 @@ import numpy as np
 from ..setting import Setting
 from .attainability import AT_LEAST, Attainability, Evidence, attainability
 from .avoid import Avoid, avoided
-from .discrepancy import Discrepancy, Learned
+from .discrepancy import Discrepancy, ShotCorrection
 from .distinct import distinct
 from .forward import Floats, Forward, Outside, Progress, Refusals, level_db, nothing_refused
 from .goal import Goal
@@ -23,7 +23,7 @@ _SPREAD_DRAWS, _SPREAD_SETTINGS = 32, 4
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class FiredShots:
     """Shots that have been fired: settings, and the measured levels (n, f) in dB re 1 m/s2 at the goal's lines."""
 
     settings: tuple[Setting, ...] = ()
@@ -32,10 +32,10 @@ class Measured:
     def __len__(self) -> int:
         return len(self.settings)
 
-    def __add__(self, other: Measured) -> Measured:
+    def __add__(self, other: FiredShots) -> FiredShots:
         """Both together, in order."""
         parts = [m.level_db for m in (self, other) if len(m)]
-        return Measured((*self.settings, *other.settings), np.concatenate(parts) if parts else np.empty((0, 0)))
+        return FiredShots((*self.settings, *other.settings), np.concatenate(parts) if parts else np.empty((0, 0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +47,7 @@ class Tuned:
 
     proposals: tuple[Proposal, ...]
     avoid: tuple[Avoid, ...]
-    learned: Learned
+    learned: ShotCorrection
     attainability: Attainability
 
 
@@ -57,7 +57,7 @@ def tune(
     goal: Goal,
     rng: np.random.Generator,
     *,
-    measured: Measured | None = None,
+    measured: FiredShots | None = None,
     refusals: Refusals = nothing_refused,
     outside: Outside = nothing_refused,
     extrapolate: bool = False,
@@ -77,7 +77,7 @@ def tune(
         goal.frequency_hz, forward.frequency_hz, rtol=1e-6
     ):
         raise ValueError("the goal's lines are not those of the model: expected the same frequencies")
-    shots = measured or Measured()
+    shots = measured or FiredShots()
     learned = learn(forward, goal, shots, rng, space, calibrated=calibrated)
     searcher = Searcher(forward, learned, goal, refusals, progress)
     measured_settings = [
@@ -98,12 +98,12 @@ def tune(
 def learn(
     forward: Forward,
     goal: Goal,
-    shots: Measured,
+    shots: FiredShots,
     rng: np.random.Generator,
     space: TuningSpace,
     *,
     calibrated: bool = False,
-) -> Learned:
+) -> ShotCorrection:
     """The discrepancy after the shots. Few shots: stated deviations and the model's own spread; many: fitted ones.
 
     Of a calibrated model without more shots, nothing but the model's own spread and what a shot has for itself.

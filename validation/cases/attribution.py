@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .case import STAGES, TOLERANCES
-from .cause import Cause
+from .cause import ActingCause
 from .changes import changed_stage
 
 Floats = NDArray[np.float64]
@@ -48,7 +48,7 @@ class Attribution:
     shapley: Table
 
 
-def attribution(kind: str, number: int, cause: Cause) -> Attribution:
+def attribution(kind: str, number: int, cause: ActingCause) -> Attribution:
     """Of the effects of the catalogue that act in a cause. A cause without effects has empty tables."""
     left_out: Table = {}
     shapley: Table = {}
@@ -88,7 +88,7 @@ def _orders(names: Sequence[str]) -> list[tuple[str, ...]]:
     return [sequence for order in drawn for sequence in (order, order[::-1])]
 
 
-def _remembered(kind: str, number: int, cause: Cause, stage: str) -> Callable[[frozenset[str]], Floats]:
+def _remembered(kind: str, number: int, cause: ActingCause, stage: str) -> Callable[[frozenset[str]], Floats]:
     """Changes of a stage under some of a cause's effects, each set worked out once."""
     changes_by_set: dict[frozenset[str], Floats] = {}
 

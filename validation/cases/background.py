@@ -7,19 +7,19 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .case import Background
-from .designs import Setting
+from .case import BackgroundGap
+from .designs import CaseSetting
 
 Floats = NDArray[np.float64]
 _FEATURES = 64
 
 
-def draw_background(rng: np.random.Generator, *, rough: bool = False) -> Background:
+def draw_background(rng: np.random.Generator, *, rough: bool = False) -> BackgroundGap:
     """A background within tolerance: 0.2 to 0.8 of it in rms; a rough one has shorter lengths and up to 1.6."""
     size = float(rng.uniform(0.8, 1.6) if rough else rng.uniform(0.2, 0.8))
     share = float(rng.uniform(0.5, 1.0))  # of the variance, to the smooth part
     length = float(rng.uniform(0.4, 0.9) if rough else rng.uniform(1.2, 3.0))
-    return Background(
+    return BackgroundGap(
         smooth=size * share**0.5,
         white=size * (1 - share) ** 0.5,
         length=length,
@@ -28,7 +28,7 @@ def draw_background(rng: np.random.Generator, *, rough: bool = False) -> Backgro
     )
 
 
-def scaled_factors(settings: Sequence[Setting]) -> Floats:
+def scaled_factors(settings: Sequence[CaseSetting]) -> Floats:
     """Factors (C, k) in standard deviations; words as 0 and 1."""
     numbers = [
         [np.log(s.tank_pressure_bar or 1.0), np.log(s.mass_kg), np.log(s.tip_radius_mm), np.log(s.pulse_s or 1.0)]
@@ -43,7 +43,7 @@ def scaled_factors(settings: Sequence[Setting]) -> Floats:
     return np.stack(kept, axis=1) if kept else np.zeros((len(settings), 1))
 
 
-def background(what: Background, settings: Sequence[Setting], count: int, stream: str) -> Floats:
+def background(what: BackgroundGap, settings: Sequence[CaseSetting], count: int, stream: str) -> Floats:
     """`count` independent columns (C, count) in tolerances; another `stream` gives others.
 
     The smooth part is a sum of random Fourier features (Rahimi and Recht, 2007), of a squared-exponential kernel.

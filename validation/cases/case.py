@@ -30,7 +30,7 @@ STAGES: Mapping[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True)
-class Background:
+class BackgroundGap:
     """What no effect explains, in tolerances (rms over configurations): a smooth function of the factors over
     `length` (scaled factors) and `white`, drawn for each configuration."""
 
@@ -57,7 +57,7 @@ class Case:
     design: int
     repetitions: int
     floor: float
-    background: Background
+    background: BackgroundGap
     strengths: Mapping[str, float] = field(default_factory=dict)
     unknown: str | None = None
     amount: float = 0.0

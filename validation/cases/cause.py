@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .designs import Setting
-from .outside import Outside
+from .designs import CaseSetting
+from .outside import UnknownEffect
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Cause:
+class ActingCause:
     """What acts: effects of the catalogue, by strength, and a family outside of it.
 
     `order` (C,): places of the configurations in the order of runs, 0 to 1; evenly spread where it is empty. `laws`:
@@ -28,7 +28,7 @@ class Cause:
     order: tuple[float, ...] = ()
     laws: str = ""
 
-    def restricted(self, names: Collection[str]) -> Cause:
+    def restricted(self, names: Collection[str]) -> ActingCause:
         """With these of its effects alone."""
         return replace(self, strengths=tuple((name, value) for name, value in self.strengths if name in names))
 
@@ -39,8 +39,8 @@ class Cause:
     def places(self, count: int) -> Floats:
         return np.array(self.order) if self.order else np.linspace(0, 1, count)
 
-    def outside(self, plan: tuple[Setting, ...]) -> Outside:
-        return Outside(self.family, self.amount, plan)
+    def outside(self, plan: tuple[CaseSetting, ...]) -> UnknownEffect:
+        return UnknownEffect(self.family, self.amount, plan)
 
     def touches(self, *beginnings: str) -> bool:
         """Whether the name of something that acts begins with one of these."""

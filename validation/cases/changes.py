@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .case import STAGES, TOLERANCES
-from .cause import Cause
+from .cause import ActingCause
 from .moves import in_contact, in_gun, in_plate
 
 Floats = NDArray[np.float64]
@@ -17,12 +17,12 @@ Floats = NDArray[np.float64]
 _CHANGES = {"gun": in_gun, "contact": in_contact, "plate": in_plate}
 
 
-def changes(kind: str, number: int, cause: Cause) -> dict[str, Floats]:
+def changes(kind: str, number: int, cause: ActingCause) -> dict[str, Floats]:
     """By stage (C, d): ln v; ln peak, impulse, width; dB at third octaves of each channel."""
     return {stage: changed_stage(stage, kind, number, cause) for stage in STAGES[kind]}
 
 
-def changed_stage(stage: str, kind: str, number: int, cause: Cause) -> Floats:
+def changed_stage(stage: str, kind: str, number: int, cause: ActingCause) -> Floats:
     """(C, d) of one stage, in the unit of `TOLERANCES`."""
     return _CHANGES[stage](kind, number, cause)
 
@@ -35,6 +35,6 @@ def gaps(moved: Mapping[str, Floats]) -> dict[str, float]:
 
 
 @lru_cache(maxsize=8192)
-def gap(kind: str, number: int, cause: Cause) -> float:
+def gap(kind: str, number: int, cause: ActingCause) -> float:
     """The largest of the stages' gaps, in tolerances."""
     return max(gaps(changes(kind, number, cause)).values())

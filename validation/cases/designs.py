@@ -17,7 +17,7 @@ _TIP_RADIUS_MM = {"aluminum": 30.0, "steel": 30.0, "delrin": 30.0, "polyurethane
 
 
 @dataclass(frozen=True)
-class Setting:
+class CaseSetting:
     """One configuration; SI but for the names that say otherwise. Without a gun, `tank_pressure_bar` is 0."""
 
     tip_material: str = "steel"
@@ -56,46 +56,46 @@ class Setting:
 
 
 @lru_cache(maxsize=64)
-def design(kind: str, number: int) -> tuple[Setting, ...]:
+def design(kind: str, number: int) -> tuple[CaseSetting, ...]:
     """The configurations of one plan. Raises `ValueError` for an unknown kind or number."""
     if kind not in _PLANS or number not in range(DESIGNS):
         raise ValueError(f"design {number!r} of {kind!r}: expected 0 to {DESIGNS - 1} of {', '.join(_PLANS)}")
     return _PLANS[kind](np.random.default_rng([number, *kind.encode()]))
 
 
-def _gun(rng: np.random.Generator) -> tuple[Setting, ...]:
+def _gun(rng: np.random.Generator) -> tuple[CaseSetting, ...]:
     count = int(rng.integers(4, 7))
     pressures = np.geomspace(rng.uniform(0.3, 0.5), rng.uniform(2.0, 4.0), count).round(2)
     masses = np.sort(rng.choice([0.1, 0.15, 0.2, 0.3, 0.5, 0.8, 1.0], 3 if count > 4 else 4, replace=False))
-    rows = (Setting(tank_pressure_bar=p, mass_kg=m) for p, m in product(pressures.tolist(), masses.tolist()))
+    rows = (CaseSetting(tank_pressure_bar=p, mass_kg=m) for p, m in product(pressures.tolist(), masses.tolist()))
     return tuple(rows)
 
 
-def _hammer(rng: np.random.Generator) -> tuple[Setting, ...]:
+def _hammer(rng: np.random.Generator) -> tuple[CaseSetting, ...]:
     tips = rng.choice(list(_TIP_RADIUS_MM), int(rng.integers(2, 4)), replace=False).tolist()
     anvils = [["none", "steel"], ["none", "aluminum"], ["steel", "aluminum"]][int(rng.integers(3))]
     plate = str(rng.choice(["aluminum", "steel"]))
     scale = float(rng.choice([0.5, 1.0, 1.5]))
     return tuple(
-        Setting(tip, _TIP_RADIUS_MM[tip] * scale, plate, anvil, insulator, hammer_speed=speed)
+        CaseSetting(tip, _TIP_RADIUS_MM[tip] * scale, plate, anvil, insulator, hammer_speed=speed)
         for tip, anvil, insulator, speed in product(tips, anvils, ("none", "polymeric"), HAND_SPEEDS_M_S)
     )
 
 
-def _plate(rng: np.random.Generator) -> tuple[Setting, ...]:
+def _plate(rng: np.random.Generator) -> tuple[CaseSetting, ...]:
     pulses = rng.choice([0.12e-3, 0.18e-3, 0.25e-3, 0.35e-3, 0.5e-3, 0.8e-3], int(rng.integers(3, 7)), replace=False)
     rows = product(np.sort(pulses).tolist(), HAND_SPEEDS_M_S)
-    return tuple(Setting("aluminum", 30.0, "aluminum", hammer_speed=speed, pulse_s=pulse) for pulse, speed in rows)
+    return tuple(CaseSetting("aluminum", 30.0, "aluminum", hammer_speed=speed, pulse_s=pulse) for pulse, speed in rows)
 
 
-def _chain(rng: np.random.Generator) -> tuple[Setting, ...]:
+def _chain(rng: np.random.Generator) -> tuple[CaseSetting, ...]:
     pressures = np.geomspace(rng.uniform(0.3, 0.5), rng.uniform(1.2, 2.5), 3).round(2).tolist()
     masses = rng.choice([0.15, 0.2, 0.3, 0.5, 0.8], 2, replace=False).tolist()
     tips = rng.choice(["steel", "aluminum", "delrin"], 2, replace=False).tolist()
     radius, insulators = float(rng.choice([20.0, 30.0, 45.0])), ("none", "polymeric")
     rows = list(product(pressures, masses, tips))
     return tuple(
-        Setting(tip, radius, "steel", "steel", insulators[row % 2 if row // 4 % 2 else 1 - row % 2], pressure, mass)
+        CaseSetting(tip, radius, "steel", "steel", insulators[row % 2 if row // 4 % 2 else 1 - row % 2], pressure, mass)
         for row, (pressure, mass, tip) in enumerate(rows)
     )
 

@@ -11,7 +11,7 @@ from .designs import design
 from .plates import plate_of
 from .ringing import accelerations, levels_db, pulses_of
 from .shooting import ln_velocity
-from .striking import Pulse, strikes
+from .striking import CasePulse, strikes
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ def speeds_of(kind: str, number: int) -> Floats:
 
 
 @lru_cache(maxsize=64)
-def nominal_pulses(kind: str, number: int) -> tuple[Pulse, ...]:
+def nominal_pulses(kind: str, number: int) -> tuple[CasePulse, ...]:
     """The pulses of a plan."""
     plan = design(kind, number)
     return tuple(pulses_of(plan) if kind == "plate" else strikes(plan, speeds_of(kind, number), {}))
@@ -44,7 +44,7 @@ def nominal_levels(kind: str, number: int) -> Floats:
     return levels_under(kind, number, nominal_pulses(kind, number))
 
 
-def levels_under(kind: str, number: int, pulses: tuple[Pulse, ...]) -> Floats:
+def levels_under(kind: str, number: int, pulses: tuple[CasePulse, ...]) -> Floats:
     """Spectra (C, d) of the plate as its table has it, under pulses."""
     plate = plate_of(kind, number)
     shown = (accelerations(plate.table, pulse, START_S, RATE_HZ, SAMPLES) for pulse in pulses)

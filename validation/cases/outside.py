@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...virtualbench.plate.modes import PlateModes
-from .designs import Setting
-from .striking import Pulse
+from .designs import CaseSetting
+from .striking import CasePulse
 
 Floats = NDArray[np.float64]
 
@@ -30,14 +30,14 @@ _HANDLE_HZ, _CUSHIONED = 900.0, 0.3
 
 
 @dataclass(frozen=True)
-class Outside:
+class UnknownEffect:
     """A family that acts on a campaign with the configurations `plan`. Family "" does nothing."""
 
     family: str
     amount: float
-    plan: Sequence[Setting]
+    plan: Sequence[CaseSetting]
 
-    def ln_velocity(self, settings: Sequence[Setting], ln_v: Floats, order: Floats) -> Floats:
+    def ln_velocity(self, settings: Sequence[CaseSetting], ln_v: Floats, order: Floats) -> Floats:
         """What is added to ln v (n,) at places (n,) in the order of runs, 0 to 1."""
         if self.family == "gun.tank_drift":
             return np.asarray(-self.amount * (order - 0.3))
@@ -70,7 +70,7 @@ class Outside:
             return np.asarray(-self.amount * np.exp(-order / 0.2) * self._durations(settings))
         return np.zeros_like(ln_v)
 
-    def _durations(self, settings: Sequence[Setting]) -> Floats:
+    def _durations(self, settings: Sequence[CaseSetting]) -> Floats:
         """How long shots (n,) take, sqrt(m / p), over the plan's longest."""
         longest = max((s.mass_kg / s.tank_pressure_bar) ** 0.5 for s in self.plan)
         return np.asarray(np.array([(s.mass_kg / s.tank_pressure_bar) ** 0.5 for s in settings]) / longest)
@@ -79,7 +79,7 @@ class Outside:
     def _pressures(self) -> Floats:
         return np.log([s.tank_pressure_bar for s in self.plan])
 
-    def pulse(self, setting: Setting, pulse: Pulse, order: float, loudest_n: float) -> Pulse:
+    def pulse(self, setting: CaseSetting, pulse: CasePulse, order: float, loudest_n: float) -> CasePulse:
         """The pulse that is recorded for a true one; `loudest_n` is the campaign's largest nominal peak."""
         a = self.amount
         if self.family == "contact.oblique":
@@ -115,7 +115,7 @@ class Outside:
             return pulse.scaled(cushion, 1 / cushion)
         return pulse
 
-    def _torn(self, setting: Setting) -> bool:
+    def _torn(self, setting: CaseSetting) -> bool:
         return setting.insulator != "none" and setting.tip_material == max(s.tip_material for s in self.plan)
 
     def modes(self, modes: PlateModes, peak_n: float, loudest_n: float, order: float) -> PlateModes:
@@ -142,7 +142,7 @@ class Outside:
             return replace(modes, frequencies_hz=modes.frequencies_hz * (1 - self.amount * felt), damping=damping)
         return modes
 
-    def acceleration(self, setting: Setting, a: Floats, rate_hz: float, order: float, loud: float) -> Floats:
+    def acceleration(self, setting: CaseSetting, a: Floats, rate_hz: float, order: float, loud: float) -> Floats:
         """What is recorded (S, n) of accelerations; `loud` is the blow's peak over the campaign's largest."""
         if self.family == "plate.gain_drift":
             return a * (1 - self.amount * order)
@@ -171,7 +171,7 @@ def _slow(a: Floats, rate_hz: float) -> Floats:
     return np.asarray(sosfilt(butter(2, 2 * 600 / rate_hz, output="sos"), a, axis=-1))
 
 
-def _double(pulse: Pulse, share: float) -> Pulse:
+def _double(pulse: CasePulse, share: float) -> CasePulse:
     """A second pulse, 0.6 as long, that begins when nine tenths of the first are over."""
     n = pulse.force_n.size
     later = np.interp(np.arange(int(0.6 * n)) / 0.6, np.arange(n), pulse.force_n)
@@ -181,14 +181,14 @@ def _double(pulse: Pulse, share: float) -> Pulse:
     return replace(pulse, force_n=force)
 
 
-def _ringing_cell(pulse: Pulse, share: float) -> Pulse:
+def _ringing_cell(pulse: CasePulse, share: float) -> CasePulse:
     """A swing of 3.5 periods to the pulse that dies away within it, beside the force."""
     phase = np.linspace(0, 1, pulse.force_n.size)
     swing = share * pulse.force_n.max() * np.exp(-4 * phase) * np.sin(7 * np.pi * phase)
     return replace(pulse, force_n=pulse.force_n + swing * np.sin(np.pi * phase))
 
 
-def _slewed(pulse: Pulse, most_n_s: float) -> Pulse:
+def _slewed(pulse: CasePulse, most_n_s: float) -> CasePulse:
     """The reading climbs and falls no faster than `most_n_s`."""
     step, room = most_n_s * pulse.step_s, int(pulse.force_n.max() / (most_n_s * pulse.step_s)) + 1
     true = np.append(pulse.force_n, np.zeros(min(room, 4 * pulse.force_n.size)))

@@ -25,7 +25,7 @@ _UNEVEN = 0.4
 
 
 @dataclass(frozen=True)
-class Plate:
+class CasePlate:
     """All its modes, of which the first `listed` stand in the table; `supports` (points, modes) are shapes.
 
     `slope`: with what power of frequency the change of damping goes. `bent` (modes,): by what share a mode feels an
@@ -44,7 +44,7 @@ class Plate:
 
 
 @lru_cache(maxsize=64)
-def plate_of(kind: str, number: int) -> Plate:
+def plate_of(kind: str, number: int) -> CasePlate:
     """The plate of a plan: 10 to 16 modes from some 200 Hz to 7 to 10 kHz in its table."""
     rng = np.random.default_rng([number, *kind.encode(), 2])
     listed = int(rng.integers(10, 17))
@@ -57,7 +57,7 @@ def plate_of(kind: str, number: int) -> Plate:
     impact = rng.choice([-1, 1], count) * rng.uniform(0.15, 0.75, count)
     modes = PlateModes(frequencies, damping, impact[None], shapes, CHANNELS)
     slope = float(rng.uniform(-0.3, 0.3))
-    return Plate(modes, listed, supports, slope, rng.uniform(-_UNEVEN, _UNEVEN, count))
+    return CasePlate(modes, listed, supports, slope, rng.uniform(-_UNEVEN, _UNEVEN, count))
 
 
 def first_modes(modes: PlateModes, count: int) -> PlateModes:
@@ -71,7 +71,7 @@ def first_modes(modes: PlateModes, count: int) -> PlateModes:
     )
 
 
-def changed(plate: Plate, strengths: Mapping[str, float], laws: str = "") -> PlateModes:
+def changed(plate: CasePlate, strengths: Mapping[str, float], laws: str = "") -> PlateModes:
     """The table's modes as they are under effects.
 
     `plate.damping`: so many times 10 % more, with a power of frequency that is the plate's; `plate.stiffness`: per cent

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .case import TOLERANCES, Case
-from .designs import Setting
+from .designs import CaseSetting
 from .recording import recordings
-from .runs import Runs
+from .runs import CaseRuns
 from .scatter import heavy
 from .shooting import ln_reading, ln_truth, ln_velocity
 
@@ -25,7 +25,7 @@ READING_U, HAND_SPREAD = 0.003, 0.12
 class Played:
     """One run as it is recorded; channels (n,) in SI."""
 
-    setting: Setting
+    setting: CaseSetting
     repetition: int
     velocity_m_s: float | None = None
     velocity_u_m_s: float | None = None
@@ -34,7 +34,7 @@ class Played:
 
 def played(case: Case, seed: int) -> Iterator[Played]:
     """The runs of a case in their order."""
-    runs = Runs.of(case)
+    runs = CaseRuns.of(case)
     rng = np.random.default_rng([seed, case.background.seed])
     true, read = _speeds(runs, rng)
     shown = (f"{v:.6g}" for v in read) if case.kind != "plate" else ("",) * len(runs.rows)
@@ -45,7 +45,7 @@ def played(case: Case, seed: int) -> Iterator[Played]:
         yield Played(runs.plan[c], int(repetition) + 1, v, error, signals)
 
 
-def _speeds(runs: Runs, rng: np.random.Generator) -> tuple[Floats, Floats]:
+def _speeds(runs: CaseRuns, rng: np.random.Generator) -> tuple[Floats, Floats]:
     """True and recorded speeds (R,)."""
     case, count = runs.case, len(runs.rows)
     reading = READING_U * rng.standard_normal(count)

@@ -13,10 +13,10 @@ from ...virtualbench.seal import folder_hash
 from ...virtualbench.sensors import SensorBuild
 from .attribution import attribution
 from .case import Case, Label, tier_of
-from .cause import Cause
+from .cause import ActingCause
 from .changes import changes, gaps
 from .designs import design
-from .plates import CHANNELS, Plate, plate_of
+from .plates import CHANNELS, CasePlate, plate_of
 from .playing import Played, played
 from .shooting import gun_stage
 from .sizing import whole_cause
@@ -80,7 +80,7 @@ def label_of(case: Case, seed: int) -> Label:
     )
 
 
-def _alone(case: Case, name: str) -> Cause:
+def _alone(case: Case, name: str) -> ActingCause:
     return whole_cause(replace(case, strengths={name: case.strengths[name]}))
 
 
@@ -118,7 +118,7 @@ def _misstated(table: Mapping[str, Value], decoys: Mapping[str, float]) -> dict[
     return {k: v * decoys.get(k, 1.0) if isinstance(v, float) else v for k, v in table.items()}
 
 
-def _modal_table(plate: Plate, decoys: Mapping[str, float]) -> str:
+def _modal_table(plate: CasePlate, decoys: Mapping[str, float]) -> str:
     from ...virtualbench.plate.table import modal_table
 
     modes = plate.table

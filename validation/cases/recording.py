@@ -12,9 +12,9 @@ from .nominal import loudest_n
 from .outside import READINGS
 from .plates import changed, plate_of
 from .ringing import SAMPLES, accelerations, felt, pulses_of
-from .runs import Runs
+from .runs import CaseRuns
 from .scatter import heavy
-from .striking import Pulse, cell_reading, strikes
+from .striking import CasePulse, cell_reading, strikes
 from .unsteady import PlateBackground, warped
 
 Floats = NDArray[np.float64]
@@ -25,7 +25,7 @@ FORCE_SAMPLES, START_S = 2048, 4e-3
 FORCE_NOISE_N, FORCE_NOISE, ACCELERATION_NOISE = 0.2, 1e-3, 5e-4
 
 
-def recordings(runs: Runs, speeds: Floats, rng: np.random.Generator) -> Iterator[dict[str, Floats]]:
+def recordings(runs: CaseRuns, speeds: Floats, rng: np.random.Generator) -> Iterator[dict[str, Floats]]:
     """The recording of each run."""
     case, loudest = runs.case, loudest_n(runs.case.kind, runs.case.design)
     true, read = _pulses(runs, speeds, rng, loudest)
@@ -50,7 +50,9 @@ def recordings(runs: Runs, speeds: Floats, rng: np.random.Generator) -> Iterator
         yield signals
 
 
-def _pulses(runs: Runs, speeds: Floats, rng: np.random.Generator, loudest: float) -> tuple[list[Pulse], list[Pulse]]:
+def _pulses(
+    runs: CaseRuns, speeds: Floats, rng: np.random.Generator, loudest: float
+) -> tuple[list[CasePulse], list[CasePulse]]:
     """True pulses, and what the load cell shows of them."""
     case = runs.case
     if case.kind == "plate":

@@ -13,10 +13,10 @@ from ...virtualbench.plate.respond import respond
 from ...virtualbench.second_laws.sensors import accelerations_read
 from ...virtualbench.sensors.faults import zero_shift
 from ...virtualbench.sensors.mounting import mounted
-from .designs import Setting
-from .plates import Plate
+from .designs import CaseSetting
+from .plates import CasePlate
 from .spectra import spectrum_db, third_octaves
-from .striking import Pulse
+from .striking import CasePulse
 
 Floats = NDArray[np.float64]
 
@@ -31,15 +31,17 @@ _MOMENTUM_KG = 0.05
 
 
 @lru_cache(maxsize=256)
-def modal_pulse(pulse_s: float, speed_m_s: float) -> Pulse:
+def modal_pulse(pulse_s: float, speed_m_s: float) -> CasePulse:
     """The pulse of a modal hammer whose tip sets its length: a blow's momentum is that of its speed."""
     phase = np.linspace(0, 1, 400)
     shape = np.sin(np.pi * phase**1.08) ** 1.6
     step = pulse_s / (phase.size - 1)
-    return Pulse(shape * (_MOMENTUM_KG * speed_m_s / (shape.sum() * step)), step)
+    return CasePulse(shape * (_MOMENTUM_KG * speed_m_s / (shape.sum() * step)), step)
 
 
-def accelerations(modes: PlateModes, pulse: Pulse, start_s: float, rate_hz: float, samples: int = SAMPLES) -> Floats:
+def accelerations(
+    modes: PlateModes, pulse: CasePulse, start_s: float, rate_hz: float, samples: int = SAMPLES
+) -> Floats:
     """True accelerations (S, n) in m/s^2 of a plate at rest that a pulse meets at `start_s` of the recorder's clock."""
     time = np.arange(samples) / rate_hz
     fine = 1 / (rate_hz * RATIO)
@@ -64,17 +66,17 @@ def felt(acceleration: Floats, rate_hz: float, strengths: Mapping[str, float], l
     return acceleration
 
 
-def lines_hz(plate: Plate) -> Floats:
+def lines_hz(plate: CasePlate) -> Floats:
     """Third octaves from half of the lowest mode to the highest one of a table."""
     frequencies = plate.table.frequencies_hz
     return third_octaves(0.5 * float(frequencies[0]), float(frequencies[-1]))
 
 
-def levels_db(acceleration: Floats, plate: Plate, rate_hz: float) -> Floats:
+def levels_db(acceleration: Floats, plate: CasePlate, rate_hz: float) -> Floats:
     """Spectra (S * lines,) of records (S, n)."""
     return spectrum_db(acceleration, rate_hz, lines_hz(plate)).ravel()
 
 
-def pulses_of(settings: Sequence[Setting]) -> list[Pulse]:
+def pulses_of(settings: Sequence[CaseSetting]) -> list[CasePulse]:
     """A modal hammer's pulse for each setting."""
     return [modal_pulse(setting.pulse_s, setting.speed_m_s) for setting in settings]

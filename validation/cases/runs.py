@@ -9,35 +9,35 @@ from numpy.typing import NDArray
 
 from .background import background
 from .case import TOLERANCES, Case
-from .designs import Setting, design
+from .designs import CaseSetting, design
 from .order import run_order
-from .outside import Outside
+from .outside import UnknownEffect
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Runs:
+class CaseRuns:
     """What all runs of a case share; `rows` (R, 2) of configuration and repetition, `order` (R,) from 0 to 1."""
 
     case: Case
-    plan: tuple[Setting, ...]
+    plan: tuple[CaseSetting, ...]
     rows: NDArray[np.int64]
     order: Floats
-    outside: Outside
+    outside: UnknownEffect
 
     @classmethod
-    def of(cls, case: Case) -> Runs:
+    def of(cls, case: Case) -> CaseRuns:
         """Those of a case."""
         plan, rows = design(case.kind, case.design), run_order(case)
-        return cls(case, plan, rows, np.linspace(0, 1, len(rows)), Outside(case.unknown or "", case.amount, plan))
+        return cls(case, plan, rows, np.linspace(0, 1, len(rows)), UnknownEffect(case.unknown or "", case.amount, plan))
 
     @property
     def which(self) -> NDArray[np.int64]:
         return np.asarray(self.rows[:, 0])
 
     @property
-    def settings(self) -> list[Setting]:
+    def settings(self) -> list[CaseSetting]:
         return [self.plan[c] for c in self.which]
 
     def spread(self, stage: str) -> float:

@@ -9,13 +9,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from ...virtualbench.effects import Effect, Effects
+from ...virtualbench.effects import Effects, EffectSwitch
 from ...virtualbench.gun.build import GunBuild, Projectile
 from ...virtualbench.gun.quick import muzzle_velocity
 from ...virtualbench.recorder import Value
 from ...virtualbench.second_laws.gun import muzzle_velocity_m_s
 from ...virtualbench.second_laws.sensors import pressure_bar, velocity_factor
-from .designs import Setting, design
+from .designs import CaseSetting, design
 
 Floats = NDArray[np.float64]
 _FIXED_POINT_STEPS = 30
@@ -63,7 +63,9 @@ def ln_velocity(kind: str, number: int, strengths: Mapping[str, float], laws: st
     return np.asarray(true + ln_reading(design(kind, number), true, strengths, laws))
 
 
-def ln_reading(settings: Sequence[Setting], ln_true: Floats, strengths: Mapping[str, float], laws: str = "") -> Floats:
+def ln_reading(
+    settings: Sequence[CaseSetting], ln_true: Floats, strengths: Mapping[str, float], laws: str = ""
+) -> Floats:
     """ln of recorded over true velocity (n,) at true ones."""
     gain = strengths.get("sensor.velocity_gain", 0.0)
     if not laws or not gain:
@@ -73,7 +75,9 @@ def ln_reading(settings: Sequence[Setting], ln_true: Floats, strengths: Mapping[
     return np.asarray(np.log(velocity_factor(np.exp(ln_true), masses, tips, gain, laws, hand=hand)))
 
 
-def ln_truth(settings: Sequence[Setting], ln_read: Floats, strengths: Mapping[str, float], laws: str = "") -> Floats:
+def ln_truth(
+    settings: Sequence[CaseSetting], ln_read: Floats, strengths: Mapping[str, float], laws: str = ""
+) -> Floats:
     """ln of the true velocities (n,) of recorded ones: the inverse of `ln_reading`, by a fixed point."""
     ln_true = ln_read
     for _ in range(_FIXED_POINT_STEPS if laws else 1):
@@ -91,7 +95,7 @@ def _velocities(kind: str, number: int, strengths: tuple[tuple[str, float], ...]
             )
             for s in design(kind, number)
         )
-    effects = Effects(tuple(Effect(name, strength=value) for name, value in strengths if name.startswith("gun.")))
+    effects = Effects(tuple(EffectSwitch(name, strength=value) for name, value in strengths if name.startswith("gun.")))
     rng = np.random.default_rng(0)
     return tuple(
         muzzle_velocity(gun, effects, _true_pa(setting, given), Projectile(setting.mass_kg), rng)
@@ -99,7 +103,7 @@ def _velocities(kind: str, number: int, strengths: tuple[tuple[str, float], ...]
     )
 
 
-def _true_pa(setting: Setting, strengths: Mapping[str, float]) -> float:
+def _true_pa(setting: CaseSetting, strengths: Mapping[str, float]) -> float:
     """The pressure that the transducer reads as the plan's."""
     read = setting.tank_pressure_bar - strengths.get("sensor.pressure_offset", 0.0)
     return max(0.0, read / (1 + strengths.get("sensor.pressure_gain", 0.0))) * 1e5

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from .case import TIERS, Case
-from .cause import Cause
+from .cause import ActingCause
 from .changes import gap
 from .order import places
 from .strength import RANGES, cause_of, largest, shown_by, signs, strength_for
@@ -28,11 +28,11 @@ def ratio_of(case: Case) -> float:
     return gap(case.kind, case.design, whole_cause(case)) / case.floor
 
 
-def whole_cause(case: Case) -> Cause:
+def whole_cause(case: Case) -> ActingCause:
     """What acts in a case."""
     drifting = case.unknown is not None and FAMILIES[case.unknown].drift
     order = places(case) if drifting else ()
-    return Cause(tuple(sorted(case.strengths.items())), case.unknown or "", case.amount, order, case.laws)
+    return ActingCause(tuple(sorted(case.strengths.items())), case.unknown or "", case.amount, order, case.laws)
 
 
 def with_cause(case: Case, name: str, rng: np.random.Generator) -> Case | None:

@@ -7,14 +7,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ...virtualbench.second_laws import law_of
-from .cause import Cause
+from .cause import ActingCause
 from .changes import gap
 from .designs import design
 from .unknowns import FAMILIES
 
 
 @dataclass(frozen=True)
-class Range:
+class StrengthRange:
     """Physical range of a strength, and its unit. `low` below 0: either sign."""
 
     low: float
@@ -24,32 +24,32 @@ class Range:
 
 _BENCH = "times the bench's default"
 #: Every effect of the catalogue. Contact and gun: what `impact.assemble` and `gun.setting` make of a strength.
-RANGES: Mapping[str, Range] = {
-    "gun.back_pressure": Range(0.9, 1.04, "atmospheres"),
-    "gun.blow_by": Range(0.0, 6.0, _BENCH),
-    "gun.valve_flow": Range(0.0, 2.0, _BENCH),
-    "gun.barrel_loss": Range(0.0, 20.0, _BENCH),
-    "gun.sliding_friction": Range(0.0, 10.0, _BENCH),
-    "gun.heat_exchange": Range(0.0, 60.0, _BENCH),
-    "gun.dead_volume": Range(0.0, 8.0, _BENCH),
-    "contact.viscous_loss": Range(0.0, 12.0, _BENCH),
-    "contact.plastic_yield": Range(0.0, 8.0, _BENCH),
-    "contact.layer_compliance": Range(0.0, 4.0, _BENCH),
-    "contact.plate_compliance": Range(0.0, 1.5, _BENCH),
-    "contact.effective_mass": Range(-8.0, 20.0, "5 % of the mass"),
-    "contact.tip_geometry": Range(-6.0, 10.0, "a fifth more radius at the apex"),
-    "plate.damping": Range(-6.0, 30.0, "10 % of the ratios"),
-    "plate.stiffness": Range(-8.0, 8.0, "1 % of the frequencies"),
-    "plate.sensor_mass": Range(0.0, 0.3, "kg"),
-    "plate.boundary": Range(0.0, 150.0, "Hz"),
-    "sensor.pressure_offset": Range(-0.15, 0.15, "bar"),
-    "sensor.pressure_gain": Range(-0.3, 0.3, "1"),
-    "sensor.velocity_gain": Range(-0.15, 0.15, "1"),
-    "sensor.force_gain": Range(-0.3, 0.3, "1"),
-    "sensor.force_bandwidth": Range(0.0, 25.0, "25 kHz over the corner"),
-    "sensor.acceleration_gain": Range(-0.3, 0.4, "1"),
-    "sensor.mount_resonance": Range(0.0, 5.0, "45 kHz over the resonance"),
-    "sensor.zero_shift": Range(-0.05, 0.05, "1"),
+RANGES: Mapping[str, StrengthRange] = {
+    "gun.back_pressure": StrengthRange(0.9, 1.04, "atmospheres"),
+    "gun.blow_by": StrengthRange(0.0, 6.0, _BENCH),
+    "gun.valve_flow": StrengthRange(0.0, 2.0, _BENCH),
+    "gun.barrel_loss": StrengthRange(0.0, 20.0, _BENCH),
+    "gun.sliding_friction": StrengthRange(0.0, 10.0, _BENCH),
+    "gun.heat_exchange": StrengthRange(0.0, 60.0, _BENCH),
+    "gun.dead_volume": StrengthRange(0.0, 8.0, _BENCH),
+    "contact.viscous_loss": StrengthRange(0.0, 12.0, _BENCH),
+    "contact.plastic_yield": StrengthRange(0.0, 8.0, _BENCH),
+    "contact.layer_compliance": StrengthRange(0.0, 4.0, _BENCH),
+    "contact.plate_compliance": StrengthRange(0.0, 1.5, _BENCH),
+    "contact.effective_mass": StrengthRange(-8.0, 20.0, "5 % of the mass"),
+    "contact.tip_geometry": StrengthRange(-6.0, 10.0, "a fifth more radius at the apex"),
+    "plate.damping": StrengthRange(-6.0, 30.0, "10 % of the ratios"),
+    "plate.stiffness": StrengthRange(-8.0, 8.0, "1 % of the frequencies"),
+    "plate.sensor_mass": StrengthRange(0.0, 0.3, "kg"),
+    "plate.boundary": StrengthRange(0.0, 150.0, "Hz"),
+    "sensor.pressure_offset": StrengthRange(-0.15, 0.15, "bar"),
+    "sensor.pressure_gain": StrengthRange(-0.3, 0.3, "1"),
+    "sensor.velocity_gain": StrengthRange(-0.15, 0.15, "1"),
+    "sensor.force_gain": StrengthRange(-0.3, 0.3, "1"),
+    "sensor.force_bandwidth": StrengthRange(0.0, 25.0, "25 kHz over the corner"),
+    "sensor.acceleration_gain": StrengthRange(-0.3, 0.4, "1"),
+    "sensor.mount_resonance": StrengthRange(0.0, 5.0, "45 kHz over the resonance"),
+    "sensor.zero_shift": StrengthRange(-0.05, 0.05, "1"),
 }
 #: Campaigns that can show an effect, by the beginning of its name.
 _SEEN: Mapping[str, tuple[str, ...]] = {
@@ -73,11 +73,11 @@ def shown_by(kind: str, number: int) -> tuple[str, ...]:
     return tuple(name for name in names if layered or name != "contact.layer_compliance")
 
 
-def cause_of(name: str, strength: float, order: tuple[float, ...] = (), laws: str = "") -> Cause:
+def cause_of(name: str, strength: float, order: tuple[float, ...] = (), laws: str = "") -> ActingCause:
     """An effect, or a family outside the catalogue, at a strength; families that drift see the order of runs."""
     if name in FAMILIES:
-        return Cause((), name, strength, order if FAMILIES[name].drift else ())
-    return Cause(((name, strength),), laws=laws)
+        return ActingCause((), name, strength, order if FAMILIES[name].drift else ())
+    return ActingCause(((name, strength),), laws=laws)
 
 
 def largest(name: str, sign: int, laws: str = "") -> float:

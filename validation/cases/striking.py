@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...virtualbench.effects import Effect, Effects
-from ...virtualbench.impact.build import Impactor, Layer, Target, target
+from ...virtualbench.effects import Effects, EffectSwitch
+from ...virtualbench.impact.build import Impactor, ImpactTarget, Layer, target
 from ...virtualbench.impact.materials import contact_material
 from ...virtualbench.impact.quick import contact_forces
 from ...virtualbench.second_laws.contact import contact_forces as second_forces
 from ...virtualbench.second_laws.sensors import force_read
 from ...virtualbench.sensors.filters import low_passed
-from .designs import Setting
+from .designs import CaseSetting
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +25,7 @@ PLATE_THICKNESS_M = 0.010
 _MOST_SAMPLES = 2000
 
 
-class _Bare(Target):
+class _Bare(ImpactTarget):
     """A target whose anvil is a face alone, of no mass: an insulator may lie on the plate."""
 
     def __post_init__(self) -> None:
@@ -33,7 +33,7 @@ class _Bare(Target):
 
 
 @dataclass(frozen=True, eq=False)
-class Pulse:
+class CasePulse:
     """Force (n,) in N from first contact, at even steps."""
 
     force_n: Floats
@@ -49,7 +49,7 @@ class Pulse:
         width = last - first + _share(self.force_n, first - 1, top / 2) + _share(self.force_n[::-1], -last - 2, top / 2)
         return np.log([top, self.force_n.sum() * self.step_s, width * self.step_s])
 
-    def scaled(self, amplitude: float, time: float) -> Pulse:
+    def scaled(self, amplitude: float, time: float) -> CasePulse:
         """The same shape, so many times as high and as long."""
         return replace(self, force_n=self.force_n * amplitude, step_s=self.step_s * time)
 
@@ -67,13 +67,13 @@ def _share(force: Floats, before: int, level: float) -> float:
 
 
 def strikes(
-    settings: Sequence[Setting], speeds_m_s: Floats, strengths: Mapping[str, float], laws: str = ""
-) -> list[Pulse]:
+    settings: Sequence[CaseSetting], speeds_m_s: Floats, strengths: Mapping[str, float], laws: str = ""
+) -> list[CasePulse]:
     """The true pulses of impacts (n) at true speeds (n,)."""
     if laws:
         bodies = [_impactor(setting) for setting in settings], [_target(setting) for setting in settings]
         return [_pulse(step, force) for step, force in second_forces(*bodies, strengths, laws, speeds_m_s)]
-    acting = tuple(Effect(name, strength=v) for name, v in strengths.items() if name.startswith("contact."))
+    acting = tuple(EffectSwitch(name, strength=v) for name, v in strengths.items() if name.startswith("contact."))
     forces = contact_forces(
         [_impactor(setting) for setting in settings],
         [_target(setting) for setting in settings],
@@ -85,13 +85,13 @@ def strikes(
     return [_pulse(step, force) for step, force in forces]
 
 
-def _pulse(step: float, force: Floats) -> Pulse:
+def _pulse(step: float, force: Floats) -> CasePulse:
     """A pulse that ends at zero, without more samples than it needs: stiff links take short steps."""
     every = max(1, force.size // _MOST_SAMPLES)
-    return Pulse(np.append(force[::every], 0.0), step * every)
+    return CasePulse(np.append(force[::every], 0.0), step * every)
 
 
-def cell_reading(pulse: Pulse, strengths: Mapping[str, float], laws: str = "") -> Pulse:
+def cell_reading(pulse: CasePulse, strengths: Mapping[str, float], laws: str = "") -> CasePulse:
     """What the load cell shows of a true pulse."""
     if laws:
         read = force_read(pulse.force_n, pulse.step_s, strengths, laws, FORCE_CORNER_HZ)
@@ -105,11 +105,11 @@ def cell_reading(pulse: Pulse, strengths: Mapping[str, float], laws: str = "") -
     return replace(pulse, force_n=force)
 
 
-def _impactor(setting: Setting) -> Impactor:
+def _impactor(setting: CaseSetting) -> Impactor:
     return Impactor(contact_material(setting.tip_material), setting.tip_radius_mm * 1e-3, setting.mass_kg)
 
 
-def _target(setting: Setting) -> Target:
+def _target(setting: CaseSetting) -> ImpactTarget:
     layer = Layer() if setting.insulator == "polymeric" else None
     impedance = target(setting.plate_material, PLATE_THICKNESS_M).plate_impedance_n_s_m
     return _Bare(contact_material(setting.face_material), impedance, None, layer)

@@ -13,7 +13,7 @@ from .case import TOLERANCES, Case
 from .designs import design
 from .plates import plate_of
 from .scatter import heavy
-from .striking import Pulse
+from .striking import CasePulse
 
 Floats = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ _SPREAD = 0.85
 _DB = 20 / np.log(10)
 
 
-def warped(pulse: Pulse, weights: Floats, tolerance: float) -> Pulse:
+def warped(pulse: CasePulse, weights: Floats, tolerance: float) -> CasePulse:
     """A pulse whose force changes smoothly over its length by a tolerance times the weights (2,): skewed, fuller."""
     phase = np.linspace(-1, 1, pulse.force_n.size)
     shape = 0.5 * weights[0] * np.sin(np.pi * phase) + 0.5 * weights[1] * np.cos(2 * np.pi * phase)

@@ -35,7 +35,7 @@ _SMALLEST = {"ln": 0.05, "dB": 0.5}
 
 
 @dataclass(frozen=True, eq=False)
-class Factor:
+class ShotFactor:
     """A setting of n shots, words or numbers (n,). `shown` is what a number is multiplied by to be told in `unit`."""
 
     name: str
@@ -45,7 +45,7 @@ class Factor:
 
 
 @dataclass(frozen=True)
-class Failure:
+class PredictionFailure:
     """Shots of `rule` are predicted wrong by `bias`: the share by which the prediction exceeds the measured value."""
 
     rule: str
@@ -87,9 +87,9 @@ def failures(
     measure: Measure,
     residual: Floats,
     configuration: NDArray[np.intp],
-    factors: Sequence[Factor],
+    factors: Sequence[ShotFactor],
     rng: np.random.Generator,
-) -> list[Failure]:
+) -> list[PredictionFailure]:
     """At most two: that all shots deviate to one side, and the rule whose shots deviate most from the rest.
 
     `residual` (n,) is measured less predicted, one value a shot. Configurations, not shots, are independent: means over
@@ -107,13 +107,13 @@ def failures(
     return named + ([] if not rules else _strongest(measure, means, members, rules, rng))
 
 
-def _failure(measure: Measure, rule: str, residual: float, shots: int, p_value: float) -> Failure:
-    return Failure(rule, measure, measure.share(-float(residual)), shots, p_value)
+def _failure(measure: Measure, rule: str, residual: float, shots: int, p_value: float) -> PredictionFailure:
+    return PredictionFailure(rule, measure, measure.share(-float(residual)), shots, p_value)
 
 
 def _strongest(
     measure: Measure, means: Floats, members: NDArray[np.intp], rules: Sequence[_Rule], rng: np.random.Generator
-) -> list[Failure]:
+) -> list[PredictionFailure]:
     """The rule of the largest contrast, where chance seldom gives one as large to any rule."""
     inside = np.array([np.bincount(members, rule.shots, len(means)) > 0 for rule in rules], dtype=np.float64)
     contrast = _contrasts(inside, means[:, None])[:, 0]
@@ -139,7 +139,7 @@ def _contrasts(inside: Floats, values: Floats) -> Floats:
     return np.asarray((sums / count - rest / (total - count)) / np.sqrt(variance * (1 / count + 1 / (total - count))))
 
 
-def _rules(factors: Sequence[Factor], members: NDArray[np.intp], configurations: int) -> Iterator[_Rule]:
+def _rules(factors: Sequence[ShotFactor], members: NDArray[np.intp], configurations: int) -> Iterator[_Rule]:
     """Rules of one condition, then of two of different factors, that hold and leave enough configurations."""
     groups: set[bytes] = set()
     conditions = {factor.name: list(_conditions(factor)) for factor in factors}
@@ -161,7 +161,7 @@ def _pairs(conditions: Mapping[str, Sequence[_Rule]]) -> Iterator[_Rule]:
                 yield _Rule(f"{condition.words} and {other.words}", condition.shots & other.shots)
 
 
-def _conditions(factor: Factor) -> Iterator[_Rule]:
+def _conditions(factor: ShotFactor) -> Iterator[_Rule]:
     if factor.values.dtype.kind in "OUS":
         yield from _of_words(factor)
         return
@@ -175,7 +175,7 @@ def _conditions(factor: Factor) -> Iterator[_Rule]:
         yield _Rule(f"{factor.name} < {shown}", factor.values <= cut)
 
 
-def _of_words(factor: Factor) -> Iterator[_Rule]:
+def _of_words(factor: ShotFactor) -> Iterator[_Rule]:
     levels = sorted(set(factor.values.tolist()))
     for level in levels:
         yield _Rule(f"{factor.name} = {level}", factor.values == level)

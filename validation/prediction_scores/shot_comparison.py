@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...twin.measured_shots import MeasuredShots
 from ...twin.prediction import ShotDraws
 from .compared_values import ComparedValues, Floats
-from .failure_rules import Factor, Failure, failures
+from .failure_rules import PredictionFailure, ShotFactor, failures
 from .quantity_score import Measure, QuantityScore
 
 _SCALARS = (
@@ -44,7 +44,7 @@ class QuantityComparison:
     def is_spectrum(self) -> bool:
         return bool(np.isfinite(self.frequency_hz).any())
 
-    def failures(self, shots: MeasuredShots, rng: np.random.Generator) -> list[Failure]:
+    def failures(self, shots: MeasuredShots, rng: np.random.Generator) -> list[PredictionFailure]:
         """Of the means over the lines of each shot."""
         rows, place = np.unique(self.shot, return_inverse=True)
         residual = np.bincount(place, self.values.residual) / np.bincount(place)
@@ -129,7 +129,7 @@ def _spectrum(sensor: int) -> _Values:
     return lambda shots, row, draws: (shots.spectra_m_s2[row, sensor], draws.spectra_m_s2[:, sensor])
 
 
-def _factors(shots: MeasuredShots) -> list[Factor]:
+def _factors(shots: MeasuredShots) -> list[ShotFactor]:
     """What the operator sets, in the words of a plan; what never varies makes no rule."""
     settings = shots.settings
     words = {
@@ -140,7 +140,7 @@ def _factors(shots: MeasuredShots) -> list[Factor]:
         "impact_position": [s.impact_position for s in settings],
         "boundary_conditions": [s.boundary_conditions for s in settings],
     }
-    factors = [Factor(name, np.array(values)) for name, values in words.items()]
+    factors = [ShotFactor(name, np.array(values)) for name, values in words.items()]
     fired = all(s.tank_pressure_pa is not None for s in settings)
     numbers = [
         ("bullet_mass" if fired else "impactor_mass", [s.impactor_mass_kg for s in settings], "kg", 1.0),
@@ -154,7 +154,7 @@ def _factors(shots: MeasuredShots) -> list[Factor]:
     else:
         numbers.append(("impact_velocity", shots.impact_velocity_m_s.tolist(), "m/s", 1.0))
     factors += [
-        Factor(name, np.array(values, dtype=np.float64), unit, shown)
+        ShotFactor(name, np.array(values, dtype=np.float64), unit, shown)
         for name, values, unit, shown in numbers
         if np.isfinite(values).all()
     ]

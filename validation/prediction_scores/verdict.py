@@ -13,7 +13,7 @@ _VAGUE = 0.75
 
 
 @dataclass(frozen=True)
-class Verdict:
+class PredictionVerdict:
     """`calibrated` is False where a 90 % band holds so few of the measured values that chance does not explain it.
 
     Bands that are too wide are no danger to a user: the sentence says so, and `calibrated` stays True. So it does where
@@ -24,7 +24,7 @@ class Verdict:
     calibrated: bool
 
 
-def verdict(scores: Sequence[QuantityScore]) -> Verdict:
+def verdict(scores: Sequence[QuantityScore]) -> PredictionVerdict:
     """Of all quantities together. Each coverage has a 95 % interval that is shared among the quantities (Bonferroni),
     so that a calibrated twin is called so in 95 of 100 campaigns. Raises `ValueError` without a quantity.
     """
@@ -34,7 +34,7 @@ def verdict(scores: Sequence[QuantityScore]) -> Verdict:
     narrow = [score for score, (_, high) in zip(scores, intervals, strict=True) if high < NOMINAL]
     wide = [score for score, (low, _) in zip(scores, intervals, strict=True) if low > NOMINAL]
     if narrow:
-        return Verdict(
+        return PredictionVerdict(
             f"Not calibrated: the 90 % bands hold only {_listed(narrow)}. {_errors(scores)}", calibrated=False
         )
     if max(low for low, _ in intervals) < _VAGUE:
@@ -43,7 +43,7 @@ def verdict(scores: Sequence[QuantityScore]) -> Verdict:
         held = f"The 90 % bands hold, and some are wider than needed: inside lie {_listed(wide)}"
     else:
         held = f"The 90 % bands hold: {_range(scores)} of the measured values lie inside, in {_size(scores)}"
-    return Verdict(f"{held}. {_errors(scores)}", calibrated=True)
+    return PredictionVerdict(f"{held}. {_errors(scores)}", calibrated=True)
 
 
 def _listed(scores: Sequence[QuantityScore]) -> str:

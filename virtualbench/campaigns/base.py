@@ -17,7 +17,7 @@ Truth = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Task:
+class RecordingTask:
     """One recording to make. `cells` is its row of runs.csv but for the recording's name, `hits` how often it is hit.
 
     `day_fraction` is when in its day, 0 in the morning and 1 in the evening.
@@ -38,7 +38,7 @@ class Taken:
     truths: Sequence[Truth]
 
 
-class Bench(Protocol):
+class VirtualBench(Protocol):
     """A bench as it stands for one campaign; picklable, since recordings are made in several processes."""
 
     @property
@@ -51,11 +51,11 @@ class Bench(Protocol):
         """The `[bench.*]` tables of campaign.toml, as the lab believes them to be."""
         ...
 
-    def tasks(self, rows: Sequence[Row], repetitions: int) -> list[Task]:
+    def tasks(self, rows: Sequence[Row], repetitions: int) -> list[RecordingTask]:
         """The recordings of a plan, in its order."""
         ...
 
-    def take(self, task: Task, rng: np.random.Generator) -> Taken:
+    def take(self, task: RecordingTask, rng: np.random.Generator) -> Taken:
         """Make one recording."""
         ...
 

@@ -19,7 +19,7 @@ from ..plate.modes import PlateModes
 from ..recorder import Value
 from ..sensors import SensorBuild, analog, digitised
 from ..sensors.faults import gain, offset_si
-from .base import Row, Taken, Task, cells_of, day_fraction, positive
+from .base import RecordingTask, Row, Taken, cells_of, day_fraction, positive
 from .gun_rows import POSITIONS, chain_height_of, impactor_of, plate_of, point_of, target_of, truth_of, valve_way_of
 from .gun_sensors import ARRAY, ARRAY_SHARES, LASER, PLATE, SENSORS, TANK
 from .plates import Key, echoes_at, plate_stage, response_at, solved_plates
@@ -47,7 +47,7 @@ TAIL_S = 4e-3
 
 
 @dataclass(frozen=True)
-class GunBench:
+class VirtualGunBench:
     """The gun, and the suspended plates in front of it."""
 
     effects: Effects
@@ -72,14 +72,14 @@ class GunBench:
         }
         return {"gun": nominal, "plate": plate_stage(next(iter(self.plates))[0])}
 
-    def tasks(self, rows: Sequence[Row], repetitions: int) -> list[Task]:
+    def tasks(self, rows: Sequence[Row], repetitions: int) -> list[RecordingTask]:
         """One recording, and one row of runs.csv, for each shot."""
         bullet = {
             "bullet_length_mm": f"{BULLET_LENGTH_M * 1e3:g}",
             "bullet_length_u_mm": f"{BULLET_LENGTH_U_M * 1e3:g}",
         }
         return [
-            Task(
+            RecordingTask(
                 name=f"{int(row['run']):04d}-{repetition:02d}",
                 row=row,
                 cells={**cells_of(row, repetition), **bullet},
@@ -90,7 +90,7 @@ class GunBench:
             for repetition in range(1, repetitions + 1)
         ]
 
-    def take(self, task: Task, rng: np.random.Generator) -> Taken:
+    def take(self, task: RecordingTask, rng: np.random.Generator) -> Taken:
         length = BULLET_LENGTH_M / (1 + VELOCITY_FAULT * self.effects["sensor.velocity_gain"])
         bullet = Projectile(positive(task.row, "bullet_mass_kg"), length)
         valve_mode, pressure_pa = valve_way_of(task.row), self._pressure(task, rng)
@@ -117,7 +117,7 @@ class GunBench:
         slowest_s = TRIGGER_S if way is None else max(TRIGGER_S, 1.2 * way.moments_s[-1])
         return DURATION_S - self.trigger.pre_trigger_s + slowest_s * max(1.0, self.effects["gun.valve_flow"])
 
-    def _pressure(self, task: Task, rng: np.random.Generator) -> float:
+    def _pressure(self, task: RecordingTask, rng: np.random.Generator) -> float:
         """The true pressure (Pa, gauge): the operator sets the plan's by the transducer, with its errors."""
         read = positive(task.row, "tank_pressure_bar") * 1e5
         read *= 1 + SETTING_SPREAD * self.effects["bench.hand_scatter"] * float(rng.standard_normal())
@@ -164,10 +164,10 @@ class GunBench:
         return out | {sensor.name: row for sensor, row in zip(PLATE, accelerations, strict=True)}
 
 
-def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, echoes: bool = False) -> GunBench:
+def set_up(rows: Sequence[Row], effects: Effects, rng: np.random.Generator, *, echoes: bool = False) -> VirtualGunBench:
     """The bench for a plan of shots, every row checked. Raises `ValueError` naming run, column and value."""
     for row in rows:
         impactor_of(row), target_of(row), point_of(row), positive(row, "tank_pressure_bar"), valve_way_of(row)
     heights = tuple(dict.fromkeys((0.0, *map(chain_height_of, rows))))
     plates = solved_plates((plate_of(row) for row in rows), effects, rng, heights)
-    return GunBench(effects, plates, heights_m=heights, echoes=echoes)
+    return VirtualGunBench(effects, plates, heights_m=heights, echoes=echoes)

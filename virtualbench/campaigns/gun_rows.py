@@ -8,7 +8,7 @@ import numpy as np
 
 from ..gun.truth import ShotTruth
 from ..gun.valve import ValveWay
-from ..impact.build import Impactor, Target, target
+from ..impact.build import Impactor, ImpactTarget, target
 from ..impact.impactors import projectile
 from ..impact.strike import ImpactTruth
 from ..plate.resonant import IMPACT_POINTS_M, OUTLINE_M
@@ -76,7 +76,7 @@ def impactor_of(row: Row) -> Impactor:
     return projectile(positive(row, "bullet_mass_kg"), cell(row, "tip_material"), radius)
 
 
-def target_of(row: Row) -> Target:
+def target_of(row: Row) -> ImpactTarget:
     anvil, insulator = cell(row, "anvil_material"), cell(row, "insulator")
     return target(cell(row, "plate_material"), THICKNESS_M, anvil_material=anvil, insulator=insulator)
 

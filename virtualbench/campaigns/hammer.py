@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import Effects
-from ..impact.build import Impactor, Target, target
+from ..impact.build import Impactor, ImpactTarget, target
 from ..impact.impactors import HAND_SPEEDS_M_S, hammer, hand_speed
 from ..impact.strike import ImpactTruth, strike_many
 from ..plate.modes import PlateModes
 from ..recorder import Value
 from ..sensors import SensorBuild, digitised
-from .base import Row, Taken, Task, Truth, cell, cells_of, day_fraction, positive
+from .base import RecordingTask, Row, Taken, Truth, cell, cells_of, day_fraction, positive
 from .hammer_sensors import LOAD_CELL, PLATE, REAR, SENSORS
 from .plates import BOUNDARIES, THICKNESS_M, Key, echoes_at, plate_stage, response_at, solved_plates
 from .ringing import felt
@@ -49,10 +49,10 @@ class HammerBench:
     def stages(self) -> Mapping[str, Mapping[str, Value]]:
         return {"hammer": {"mass_kg": MASS_KG}, "plate": plate_stage(PLATE_MATERIAL)}
 
-    def tasks(self, rows: Sequence[Row], repetitions: int) -> list[Task]:
+    def tasks(self, rows: Sequence[Row], repetitions: int) -> list[RecordingTask]:
         """One recording a row, and one row of runs.csv for all its hits: the ingest counts them on."""
         return [
-            Task(
+            RecordingTask(
                 name=f"{int(row['run']):04d}",
                 row=row,
                 cells=cells_of(row, 1),
@@ -62,7 +62,7 @@ class HammerBench:
             for number, row in enumerate(rows)
         ]
 
-    def take(self, task: Task, rng: np.random.Generator) -> Taken:
+    def take(self, task: RecordingTask, rng: np.random.Generator) -> Taken:
         impactor, struck = _impactor(task.row), _target(task.row)
         speeds = [hand_speed(cell(task.row, "hammer_speed"), self.effects, rng) for _ in range(task.hits)]
         impacts = strike_many(
@@ -135,7 +135,7 @@ def _impactor(row: Row) -> Impactor:
     return hammer(cell(row, "tip_material"), positive(row, "tip_radius_mm") * 1e-3, mass_kg=MASS_KG)
 
 
-def _target(row: Row) -> Target:
+def _target(row: Row) -> ImpactTarget:
     anvil, insulator = cell(row, "anvil_material"), cell(row, "insulator")
     return target(PLATE_MATERIAL, THICKNESS_M, anvil_material=anvil, insulator=insulator)
 

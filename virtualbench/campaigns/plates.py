@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import Effects
-from ..impact.build import Target
+from ..impact.build import ImpactTarget
 from ..impact.echoes import PlateEchoes
 from ..plate.build import Boundary
 from ..plate.modes import PlateModes, modes
@@ -62,7 +62,7 @@ def response_at(plate: PlateModes, point: int) -> Callable[[Floats, Floats], Flo
     return response
 
 
-def echoes_at(plate: PlateModes, point: int, target: Target) -> PlateEchoes:
+def echoes_at(plate: PlateModes, point: int, target: ImpactTarget) -> PlateEchoes:
     """What a plate sends back to one of its impact points while it is struck there."""
     return PlateEchoes(plate.frequencies_hz, plate.damping, plate.shape_impact[point], target.plate_impedance_n_s_m)
 

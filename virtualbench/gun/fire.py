@@ -13,7 +13,7 @@ from .curve import crossings, position_at, velocity_at
 from .gas import GAMMA
 from .integrate import Floats, integrate
 from .motion import ENERGY_OUT, HEAT_IN, MASS_OUT, RESISTED, V, X, volumes
-from .setting import Setting, setting_of
+from .setting import GunSetting, setting_of
 from .truth import Ledger, ShotTruth
 from .valve import ValveWay
 
@@ -73,7 +73,7 @@ def _check(tank_pressure_pa: float, until_s: float, restitution: float) -> None:
         raise ValueError(f"restitution = {restitution!r}: expected 0 or more and less than 1")
 
 
-def _gauge_pressures(setting: Setting, state: Floats) -> tuple[Floats, Floats, Floats]:
+def _gauge_pressures(setting: GunSetting, state: Floats) -> tuple[Floats, Floats, Floats]:
     tank, breech, ahead = volumes(setting, state[:, X])
     energy = (GAMMA - 1) * state[:, 1:6:2].T
     if setting.merged:

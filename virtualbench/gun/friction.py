@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from .gas import Gas
-from .setting import Setting
+from .setting import GunSetting
 
 #: Friction rises from 0 to its full value over this speed, as tanh(v / v0). That replaces the jump at rest, where
 #: no integrator gets past; a projectile that should stick creeps by less than 0.1 mm in 0.1 s.
@@ -13,7 +13,7 @@ CREEP_M_S = 1e-3
 AIR_VISCOSITY_PA_S = 1.82e-5
 
 
-def sliding_friction(setting: Setting, velocity: float, pressure_difference: float) -> float:
+def sliding_friction(setting: GunSetting, velocity: float, pressure_difference: float) -> float:
     """Force (N) against the motion, of the sign of `velocity`.
 
     (F_c + F_b exp(-(v / v_s)^2) + k A max(dp, 0)) tanh(v / v0): Coulomb, breakaway hump, and a seal that the gas
@@ -24,7 +24,7 @@ def sliding_friction(setting: Setting, velocity: float, pressure_difference: flo
     return (setting.coulomb_force_n + hump + seal) * math.tanh(velocity / CREEP_M_S)
 
 
-def column_loss(setting: Setting, velocity: float, gas: Gas, length_m: float, minor_loss: float) -> float:
+def column_loss(setting: GunSetting, velocity: float, gas: Gas, length_m: float, minor_loss: float) -> float:
     """Force (N) of the wall on an air column that moves with the projectile: (f l / D + K) rho v |v| / 2 A.
 
     Darcy's friction factor by Hagen-Poiseuille and Blasius, whichever is larger.

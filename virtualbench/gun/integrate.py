@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .friction import CREEP_M_S
 from .motion import TOLERANCES, Phase, V, X, initial_state
 from .rates import figures_of, rates
-from .setting import Setting
+from .setting import GunSetting
 
 Floats = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Strike:
 
 
 def integrate(
-    setting: Setting, until_s: float, restitution: float, tightness: float
+    setting: GunSetting, until_s: float, restitution: float, tightness: float
 ) -> tuple[Floats, Floats, Strike | None]:
     """Times (n,), states (n, 12) and the first strike. `tightness` multiplies every tolerance."""
     times, states = [np.zeros(1)], [initial_state(setting)[None]]
@@ -69,7 +69,7 @@ def _next_stop(stops: list[float], start: float, held: bool) -> float:
 
 
 def advance(
-    setting: Setting, state: Floats, start: float, stop: float, phase: Phase, tightness: float
+    setting: GunSetting, state: Floats, start: float, stop: float, phase: Phase, tightness: float
 ) -> tuple[Floats, Floats]:
     """Times (k,) from start to stop, both included, and states (k, 12)."""
     from scipy.integrate import odeint
@@ -91,7 +91,7 @@ def advance(
     return time, np.asarray(run)
 
 
-def _outside(setting: Setting, state: Floats) -> NDArray[np.bool_]:
+def _outside(setting: GunSetting, state: Floats) -> NDArray[np.bool_]:
     """Where the projectile is past either end of its way, and moves on."""
     at_plate = (state[:, X] >= setting.travel_m) & (state[:, V] > 0)
     return at_plate | ((state[:, X] <= 0) & (state[:, V] < -CREEP_M_S))
@@ -103,7 +103,9 @@ def _first(there: NDArray[np.bool_]) -> int:
     return int(indices[0]) + 1 if indices.size else 0
 
 
-def up_to(setting: Setting, time: Floats, state: Floats, past: int, end: float, phase: Phase) -> tuple[Floats, Floats]:
+def up_to(
+    setting: GunSetting, time: Floats, state: Floats, past: int, end: float, phase: Phase
+) -> tuple[Floats, Floats]:
     """The same up to the moment at which the position is `end`, between points `past - 1` and `past`."""
     ends = state[past - 1], state[past]
     figures = figures_of(setting)

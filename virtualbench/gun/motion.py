@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .friction import column_loss, sliding_friction
 from .gas import CV, Gas, exchange, gas_of, iso6358_flow, nozzle_flow
-from .setting import Setting
+from .setting import GunSetting
 from .valve import open_share
 
 Floats = NDArray[np.float64]
@@ -26,7 +26,7 @@ TOLERANCES = np.array([1e-9, 1e-4, 1e-9, 1e-4, 1e-9, 1e-4, 1e-6, 1e-5, 1e-9, 1e-
 STANDARD_DENSITY_KG_M3 = 1.204
 
 
-def initial_state(setting: Setting) -> Floats:
+def initial_state(setting: GunSetting) -> Floats:
     """Tank at its pressure, the rest at the surroundings', all at their temperature, and the projectile at rest."""
     state = np.zeros(STATES)
     ambient = setting.ambient
@@ -37,13 +37,13 @@ def initial_state(setting: Setting) -> Floats:
     return state
 
 
-def volumes(setting: Setting, position: Position) -> tuple[float, Position, Position]:
+def volumes(setting: GunSetting, position: Position) -> tuple[float, Position, Position]:
     """Volumes (m3) of tank, breech and column ahead; the air that moves at the gap counts as a length of the column."""
     breech = setting.breech_volume_m3 + setting.area_m2 * position
     return setting.tank_volume_m3, breech, setting.area_m2 * (setting.travel_m + setting.end_m - position)
 
 
-def gases(setting: Setting, state: list[float]) -> tuple[Gas, Gas, Gas]:
+def gases(setting: GunSetting, state: list[float]) -> tuple[Gas, Gas, Gas]:
     """Tank, breech and column ahead. Without a valve the first two are one."""
     tank, breech, ahead = volumes(setting, state[X])
     if state[X] > setting.travel_m:
@@ -73,7 +73,7 @@ class Phase(NamedTuple):
     sealed: bool
 
 
-def derivative(time: float, array: Floats, setting: Setting, phase: Phase) -> list[float]:
+def derivative(time: float, array: Floats, setting: GunSetting, phase: Phase) -> list[float]:
     """Rates of the state."""
     state = array.tolist()
     position, velocity = state[X], 0.0 if phase.held else state[V]
@@ -101,7 +101,7 @@ def derivative(time: float, array: Floats, setting: Setting, phase: Phase) -> li
     ]
 
 
-def _swept(setting: Setting, position: float, velocity: float) -> tuple[float, float]:
+def _swept(setting: GunSetting, position: float, velocity: float) -> tuple[float, float]:
     """Volume (m3/s) that the projectile adds behind and takes ahead."""
     behind = before = setting.area_m2 * velocity
     if position > setting.travel_m:
@@ -111,7 +111,7 @@ def _swept(setting: Setting, position: float, velocity: float) -> tuple[float, f
     return behind, before
 
 
-def _valve(setting: Setting, time: float, tank: Gas, breech: Gas) -> tuple[float, float]:
+def _valve(setting: GunSetting, time: float, tank: Gas, breech: Gas) -> tuple[float, float]:
     area = 0.0 if setting.merged else setting.valve_area_m2 * open_share(setting.valve_way.position(time))
     if area == 0:
         return 0.0, 0.0
@@ -119,7 +119,7 @@ def _valve(setting: Setting, time: float, tank: Gas, breech: Gas) -> tuple[float
 
 
 def _outlets(
-    setting: Setting, position: float, breech: Gas, ahead: Gas, sealed: bool
+    setting: GunSetting, position: float, breech: Gas, ahead: Gas, sealed: bool
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """From breech and column to the surroundings: the projectile's ends uncover the vents and cover them."""
     behind = setting.vent_area_m2 * _passed(setting, position)
@@ -130,14 +130,14 @@ def _outlets(
     return exchange(breech, setting.ambient, nozzle_flow, behind), column
 
 
-def _passed(setting: Setting, edge: float) -> float:
+def _passed(setting: GunSetting, edge: float) -> float:
     """Share of the vents (0 to 1) that lies behind an edge, smoothly."""
     share = (edge - setting.vent_position_m) / (2 * setting.vent_radius_m)  # uncovered from their near rim on
     share = min(max(share, 0.0), 1.0)
     return share * share * (3 - 2 * share)
 
 
-def _heat(setting: Setting, position: float, tank: Gas, breech: Gas, ahead: Gas) -> tuple[float, float, float]:
+def _heat(setting: GunSetting, position: float, tank: Gas, breech: Gas, ahead: Gas) -> tuple[float, float, float]:
     """Heat (W) from the walls; the film's conductance goes with density."""
     if setting.tank_heat_w_k == 0:
         return 0.0, 0.0, 0.0
@@ -151,7 +151,7 @@ def _heat(setting: Setting, position: float, tank: Gas, breech: Gas, ahead: Gas)
     )
 
 
-def _resistance(setting: Setting, position: float, velocity: float, breech: Gas, ahead: Gas) -> float:
+def _resistance(setting: GunSetting, position: float, velocity: float, breech: Gas, ahead: Gas) -> float:
     """Force (N) against the motion."""
     friction = sliding_friction(setting, velocity, breech.pressure - ahead.pressure)
     if setting.column_losses == 0:

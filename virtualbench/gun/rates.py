@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from .friction import AIR_VISCOSITY_PA_S, CREEP_M_S
 from .gas import CHOKED, COLDEST_K, CP, CRITICAL_RATIO, CV, GAMMA, GAS_CONSTANT, HOTTEST_K, LAMINAR_SHARE
 from .motion import STANDARD_DENSITY_KG_M3
-from .setting import Setting
+from .setting import GunSetting
 from .valve import DEAD_SHARE, RANGEABILITY
 
 Floats = NDArray[np.float64]
 Flow = tuple[float, float]
 
-_NAMES = [field.name for field in fields(Setting) if field.name != "valve_way"]
+_NAMES = [field.name for field in fields(GunSetting) if field.name != "valve_way"]
 # fmt: off
 (TANK_M3, BREECH_M3, MUZZLE_M, TRAVEL_M, END_M, AREA_M2, MASS_KG, LENGTH_M, BORE_M, AMBIENT, TANK_PA, MERGED,
  VALVE_M2, CRITICAL, LEAK_M2, VENT_M2, VENT_M, VENT_R_M, MUZZLE_M2, COULOMB_N, BREAKAWAY_N, STRIBECK_M_S,
@@ -30,7 +30,7 @@ AMBIENT_KG_M3 = AMBIENT_K + 1
 WAY = AMBIENT_KG_M3 + 1
 
 
-def figures_of(setting: Setting) -> Floats:
+def figures_of(setting: GunSetting) -> Floats:
     """The figures (29 + 2 k,) of a setting in its order; the surroundings' pressure in its place, the rest of them
     behind, and then moments and positions of the valve's way, k of each."""
     values = [getattr(setting, name) for name in _NAMES]

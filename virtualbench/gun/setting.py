@@ -12,7 +12,7 @@ from .build import GunBuild, Projectile
 from .gas import GAS_CONSTANT, Gas
 from .valve import ValveWay
 
-__all__ = ["Setting", "setting_of"]
+__all__ = ["GunSetting", "setting_of"]
 
 #: Without an atmosphere a trace of air is left, so that every chamber has a temperature.
 VACUUM_PA = 1e-2
@@ -27,7 +27,7 @@ VALVE_SCATTER, LEAK_SCATTER, FRICTION_SCATTER = 0.03, 0.05, 0.15
 
 
 @dataclass(frozen=True, slots=True)
-class Setting:
+class GunSetting:
     """Effective areas hold their discharge coefficients; `merged`: no valve between tank and barrel."""
 
     tank_volume_m3: float
@@ -67,7 +67,7 @@ def setting_of(
     projectile: Projectile,
     rng: np.random.Generator,
     valve_way: ValveWay | None = None,
-) -> Setting:
+) -> GunSetting:
     """What each strength means, at strength s:
 
     - `gun.back_pressure`: the surroundings have s times the atmosphere, and tank and force are absolute against it
@@ -89,7 +89,7 @@ def setting_of(
     heat = effects["gun.heat_exchange"]
     weight = projectile.mass_kg * 9.80665
     dead = effects["gun.dead_volume"] * gun.dead_volume_m3
-    return Setting(
+    return GunSetting(
         tank_volume_m3=gun.tank_volume_m3,
         breech_volume_m3=max(dead, SMALLEST_BREECH_M3 if valve else 0.0),
         muzzle_m=gun.barrel_length_m,

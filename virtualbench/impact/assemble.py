@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..effects import Effects
-from .build import Impactor, Layer, Target
+from .build import Impactor, ImpactTarget, Layer
 from .chain import Chain
 from .contact import ContactLaw
 
@@ -32,7 +32,7 @@ def hertz_time(chain: Chain, velocity_m_s: Floats) -> Floats:
 
 
 def assemble(
-    impactors: Sequence[Impactor], targets: Sequence[Target], effects: Effects, rng: np.random.Generator
+    impactors: Sequence[Impactor], targets: Sequence[ImpactTarget], effects: Effects, rng: np.random.Generator
 ) -> Chain:
     """One chain of as many impacts as there are impactors, with this strike's scatter of hand and aim.
 
@@ -80,7 +80,9 @@ def assemble(
     )
 
 
-def _law(impactors: Sequence[Impactor], targets: Sequence[Target], effects: Effects, radius: Floats) -> ContactLaw:
+def _law(
+    impactors: Sequence[Impactor], targets: Sequence[ImpactTarget], effects: Effects, radius: Floats
+) -> ContactLaw:
     worn = effects["contact.tip_geometry"]
     share = -math.expm1(-WEAR_PER_STRENGTH * worn) if worn > 0 else math.expm1(POINT_PER_STRENGTH * worn)
     pairs = list(zip(impactors, targets, strict=True))
@@ -103,7 +105,7 @@ def _neck(impactors: Sequence[Impactor], mass: Floats, share: Floats) -> tuple[F
     return np.asarray(reduced * circular**2), np.asarray(2 * damping * reduced * circular)
 
 
-def _anvil(targets: Sequence[Target]) -> tuple[Floats, Floats, Floats]:
+def _anvil(targets: Sequence[ImpactTarget]) -> tuple[Floats, Floats, Floats]:
     """Stiffness, damping and inverse mass, all 0 without an anvil."""
     rows = [
         (a.joint_stiffness_n_m, 2 * a.joint_damping * (a.joint_stiffness_n_m * a.mass_kg) ** 0.5, 1 / a.mass_kg)
@@ -115,7 +117,7 @@ def _anvil(targets: Sequence[Target]) -> tuple[Floats, Floats, Floats]:
     return joint, loss, inverse
 
 
-def _mixed(impactors: Sequence[Impactor], targets: Sequence[Target], tip_share: Floats, name: str) -> Floats:
+def _mixed(impactors: Sequence[Impactor], targets: Sequence[ImpactTarget], tip_share: Floats, name: str) -> Floats:
     """A property of the pair: each material by its share of the compliance."""
     tip = _array([getattr(i.tip, name) for i in impactors])
     face = _array([getattr(t.face, name) for t in targets])

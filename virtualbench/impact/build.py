@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from .materials import ContactMaterial, contact_material
 
-__all__ = ["Anvil", "Impactor", "Layer", "Target", "target"]
+__all__ = ["Anvil", "ImpactTarget", "Impactor", "Layer", "target"]
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Layer:
 
 
 @dataclass(frozen=True)
-class Target:
+class ImpactTarget:
     """What the impactor meets. `plate_impedance_n_s_m` is the force per velocity of the resonant plate's surface."""
 
     face: ContactMaterial
@@ -110,7 +110,7 @@ def target(
     anvil_material: str = "none",
     insulator: str = "none",
     edge_factor: float = 1.0,
-) -> Target:
+) -> ImpactTarget:
     """A target in the words of a plan's table.
 
     The plate carries flexural waves away as the point impedance 8 sqrt(D rho h) of an infinite thin plate does (Cremer,
@@ -127,7 +127,7 @@ def target(
     rigidity = plate_thickness_m**3 / (12 * plate.compliance_1_pa)
     impedance = 8 * math.sqrt(rigidity * plate.density_kg_m3 * plate_thickness_m)
     layer = Layer() if insulator == "polymeric" else None
-    return Target(plate if anvil is None else anvil.material, edge_factor * impedance, anvil, layer)
+    return ImpactTarget(plate if anvil is None else anvil.material, edge_factor * impedance, anvil, layer)
 
 
 def _check(name: str, value: float, fine: bool, expected: str) -> None:

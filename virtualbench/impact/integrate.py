@@ -13,7 +13,7 @@ from .echoes import EchoHistory, PlateEchoes
 
 Floats = NDArray[np.float64]
 
-__all__ = ["CREEPING", "Solution", "solve", "steps_for"]
+__all__ = ["CREEPING", "ImpactHistories", "solve", "steps_for"]
 
 #: Share of the peak force below which an impactor that no longer bounces but creeps along with the plate counts as
 #: having let go: the threshold at which the thesis ends a pulse (section 4.1).
@@ -27,7 +27,7 @@ _APART = 1.5  # of the time until the last touch: a plate that rings may meet th
 
 
 @dataclass(frozen=True)
-class Solution:
+class ImpactHistories:
     """Histories (steps, impacts) at j times `step_s` (impacts,).
 
     An impact is over after `ends` (impacts,) of the steps, in the state (states, impacts): what its history says
@@ -56,7 +56,9 @@ def steps_for(chain: Chain, velocity_m_s: Floats, steps_per_contact: int) -> Flo
     return np.asarray(1 / np.max(rates, axis=0))
 
 
-def solve(chain: Chain, velocity_m_s: Floats, *, steps_per_contact: int, echoes: PlateEchoes | None = None) -> Solution:
+def solve(
+    chain: Chain, velocity_m_s: Floats, *, steps_per_contact: int, echoes: PlateEchoes | None = None
+) -> ImpactHistories:
     """From first contact until every impactor has let go, of speeds (m/s, (impacts,)) above 0.
 
     `echoes` of the plate that all of them strike act on the contact; without them the plate has no edges.
@@ -91,7 +93,7 @@ def solve(chain: Chain, velocity_m_s: Floats, *, steps_per_contact: int, echoes:
             now = (ends == 0) & over
             final[:, now], ends[now] = state[:, now], len(history)
             if np.all(ends > 0):
-                return Solution(step, ends, final, *(np.array(column) for column in zip(*history, strict=True)))
+                return ImpactHistories(step, ends, final, *(np.array(column) for column in zip(*history, strict=True)))
         state = _stepped(chain, state, rates, deepest, step, echo)
     raise RuntimeError(f"an impact at {velocity_m_s[ends == 0].tolist()} m/s has not ended after {limit} steps")
 

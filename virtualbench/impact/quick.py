@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ..effects import Effects
 from .assemble import assemble
-from .build import Impactor, Target
+from .build import Impactor, ImpactTarget
 from .integrate import CREEPING, LOOK, longest_s, steps_for
 from .kernel import figures_of, run
 
@@ -20,7 +20,7 @@ __all__ = ["contact_forces"]
 
 def contact_forces(
     impactors: Sequence[Impactor],
-    targets: Sequence[Target],
+    targets: Sequence[ImpactTarget],
     effects: Effects,
     velocities_m_s: Floats,
     rng: np.random.Generator,

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..effects import Effects
 from .assemble import assemble
-from .build import Impactor, Target
+from .build import Impactor, ImpactTarget
 from .chain import Chain
 from .echoes import PlateEchoes
-from .integrate import CREEPING, Solution, solve
+from .integrate import CREEPING, ImpactHistories, solve
 from .tail import ringing
 
 Floats = NDArray[np.float64]
@@ -49,7 +49,7 @@ class ImpactTruth:
 
 
 def strike(
-    impactor: Impactor, target: Target, effects: Effects, velocity_m_s: float, rng: np.random.Generator
+    impactor: Impactor, target: ImpactTarget, effects: Effects, velocity_m_s: float, rng: np.random.Generator
 ) -> ImpactTruth:
     """One impact at a speed (m/s). Raises as `strike_many` does."""
     return strike_many([impactor], [target], effects, [velocity_m_s], rng)[0]
@@ -57,7 +57,7 @@ def strike(
 
 def strike_many(
     impactors: Sequence[Impactor],
-    targets: Sequence[Target],
+    targets: Sequence[ImpactTarget],
     effects: Effects,
     velocities_m_s: ArrayLike,
     rng: np.random.Generator,
@@ -93,7 +93,12 @@ def strike_many(
 
 
 def _truth(
-    index: int, impactor: Impactor, velocity: float, chain: Chain, solution: Solution, tail: tuple[Floats, Floats]
+    index: int,
+    impactor: Impactor,
+    velocity: float,
+    chain: Chain,
+    solution: ImpactHistories,
+    tail: tuple[Floats, Floats],
 ) -> ImpactTruth:
     step, end = float(solution.step_s[index]), int(solution.ends[index])
     force = solution.contact_force_n[:end, index]

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-__all__ = ["Boundary", "Clamp", "PlateBuild", "PlateMaterial", "PlateSensor", "Point", "Spring"]
+__all__ = ["BenchPlate", "Boundary", "Clamp", "PlateMaterial", "PlateSensor", "Point", "Spring"]
 
 Point = tuple[float, float]
 Boundary = Literal["free", "fixed"]
@@ -65,7 +65,7 @@ class Clamp:
 
 
 @dataclass(frozen=True)
-class PlateBuild:
+class BenchPlate:
     """One plate on the bench.
 
     `springs` act in proportion to the effect `plate.boundary`, sensor masses to `plate.sensor_mass`.

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..effects import Effects
 from .assembly import assemble, at_points, clamped_unknowns, deflection_rows
-from .build import PlateBuild
+from .build import BenchPlate
 from .eigen import modes_below
 from .elements import SHEAR_CORRECTION
 from .mesh import Mesh
@@ -52,7 +52,7 @@ class PlateModes:
     sensor_names: tuple[str, ...]
 
 
-def modes(plate: PlateBuild, effects: Effects, *, max_frequency_hz: float = 20e3) -> PlateModes:
+def modes(plate: BenchPlate, effects: Effects, *, max_frequency_hz: float = 20e3) -> PlateModes:
     """All modes up to a frequency.
 
     The same plate under the same effects is solved once (some seconds for 300 modes). Raises `ValueError` for points
@@ -79,7 +79,7 @@ def modes(plate: PlateBuild, effects: Effects, *, max_frequency_hz: float = 20e3
     return replace(solved, damping=damping)
 
 
-def flexural_wavenumber(plate: PlateBuild, frequency_hz: float) -> float:
+def flexural_wavenumber(plate: BenchPlate, frequency_hz: float) -> float:
     """Wavenumber (rad/m) of Mindlin's flexural wave (J. Appl. Mech. 18, 1951)."""
     rho, h = plate.material.density_kg_m3, plate.thickness_m
     omega = 2 * math.pi * frequency_hz
@@ -91,7 +91,7 @@ def flexural_wavenumber(plate: PlateBuild, frequency_hz: float) -> float:
 
 
 @lru_cache(maxsize=16)
-def _solved(plate: PlateBuild, stretch: float, loading: float, support: float, max_hz: float) -> PlateModes:
+def _solved(plate: BenchPlate, stretch: float, loading: float, support: float, max_hz: float) -> PlateModes:
     mesh = _mesh(plate, max_hz / stretch)
     stiffness, mass = assemble(mesh, plate.material, plate.thickness_m, stretch**2 - 1)
     springs = deflection_rows(mesh, [spring.position_m for spring in plate.springs])
@@ -118,7 +118,7 @@ def _solved(plate: PlateBuild, stretch: float, loading: float, support: float, m
     return PlateModes(*arrays, names)
 
 
-def _mesh(plate: PlateBuild, max_hz: float) -> Mesh:
+def _mesh(plate: BenchPlate, max_hz: float) -> Mesh:
     length = _WAVES_PER_ELEMENT * 2 * math.pi / flexural_wavenumber(plate, max_hz)
     corners = np.array(plate.outline_m)
     sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
@@ -126,12 +126,12 @@ def _mesh(plate: PlateBuild, max_hz: float) -> Mesh:
     return Mesh.regular(plate.outline_m, columns, rows, DEGREE, plate.clamps)
 
 
-def _free_unknowns(mesh: Mesh, plate: PlateBuild) -> NDArray[np.intp]:
+def _free_unknowns(mesh: Mesh, plate: BenchPlate) -> NDArray[np.intp]:
     held = [clamped_unknowns(mesh.edge_nodes(clamp)) for clamp in plate.clamps]
     return np.setdiff1d(np.arange(mesh.size), np.concatenate(held)) if held else np.arange(mesh.size)
 
 
-def _expected(plate: PlateBuild, max_hz: float) -> int:
+def _expected(plate: BenchPlate, max_hz: float) -> int:
     """Weyl's count with its edge term for free edges, and some to spare."""
     k = flexural_wavenumber(plate, max_hz)
     corners = np.array(plate.outline_m)
@@ -139,7 +139,7 @@ def _expected(plate: PlateBuild, max_hz: float) -> int:
     return math.ceil(plate.area_m2 * k**2 / (4 * math.pi) + 1.8 * length * k / (4 * math.pi)) + 6
 
 
-def _lowest_scale_hz(plate: PlateBuild) -> float:
+def _lowest_scale_hz(plate: BenchPlate) -> float:
     """A frequency of the order of the first elastic mode: sqrt(D / rho h) over the area."""
     per_area = plate.material.density_kg_m3 * plate.thickness_m
     return math.sqrt(plate.rigidity_n_m / per_area) / plate.area_m2

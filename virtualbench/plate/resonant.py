@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from .build import Boundary, Clamp, PlateBuild, PlateMaterial, PlateSensor, Point, Spring
+from .build import BenchPlate, Boundary, Clamp, PlateMaterial, PlateSensor, Point, Spring
 
 __all__ = ["IMPACT_POINTS_M", "MATERIALS", "OUTLINE_M", "resonant_plate"]
 
@@ -25,7 +25,7 @@ _SUSPENSION = (Spring((0.34, 0.56), 2e3), Spring((0.93, 0.37), 2e3), Spring((0.6
 _FIXTURE = (Spring((0.02, 0.11), 2e4), Spring((0.61, 0.01), 2e4), Spring((0.98, 0.38), 2e4), Spring((0.31, 0.59), 2e4))
 
 
-def resonant_plate(material: str, boundary: Boundary, rng: np.random.Generator) -> PlateBuild:
+def resonant_plate(material: str, boundary: Boundary, rng: np.random.Generator) -> BenchPlate:
     """The plate of the virtual bench, 10 mm thick: impact points #1, #2 and #3, two accelerometers.
 
     Free: two chains at the upper edge and a rope at the lower corner. Tension over length, 800 N in a rope of 0.2 m
@@ -38,7 +38,7 @@ def resonant_plate(material: str, boundary: Boundary, rng: np.random.Generator) 
     if boundary not in ("free", "fixed"):
         raise ValueError(f"plate boundary {boundary!r}: expected 'free' or 'fixed'")
     fixed = boundary == "fixed"
-    return PlateBuild(
+    return BenchPlate(
         material=MATERIALS[material],
         thickness_m=0.010,
         outline_m=OUTLINE_M,

@@ -5,6 +5,6 @@ what is tuned never meets the latter. They were chosen by physics alone, before 
 off, and 1 the small default that the law's function names.
 """
 
-from .table import LAWS, SPLITS, Law, law_of
+from .table import LAWS, SPLITS, SecondLaw, law_of
 
-__all__ = ["LAWS", "SPLITS", "Law", "law_of"]
+__all__ = ["LAWS", "SPLITS", "SecondLaw", "law_of"]

@@ -26,7 +26,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ..impact.build import Impactor, Target
+from ..impact.build import Impactor, ImpactTarget
 from ..impact.integrate import CREEPING
 from .owners import tip_value
 
@@ -70,7 +70,7 @@ _LOOK = 16
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class LoadingCurve:
     """Force (N) and residual indentation (m), (n,), of a first loading up to `depth_m` (n,), even in its logarithm."""
 
     depth_m: Floats
@@ -80,7 +80,7 @@ class Curve:
 
 def contact_forces(
     impactors: Sequence[Impactor],
-    targets: Sequence[Target],
+    targets: Sequence[ImpactTarget],
     strengths: Mapping[str, float],
     split: str,
     velocities_m_s: Floats,
@@ -98,7 +98,7 @@ def contact_forces(
 
 
 def _struck(
-    impactor: Impactor, target: Target, strengths: Mapping[str, float], split: str, speed: float, steps: int
+    impactor: Impactor, target: ImpactTarget, strengths: Mapping[str, float], split: str, speed: float, steps: int
 ) -> tuple[float, Floats]:
     modulus = 1 / (impactor.tip.compliance_1_pa + target.face.compliance_1_pa)
     stiffness = 4 / 3 * modulus * math.sqrt(impactor.tip_radius_m)
@@ -135,7 +135,7 @@ def _rates(f: Floats, contact_n_m: float, omega: Floats) -> list[float]:
 
 
 def _figures(
-    impactor: Impactor, target: Target, strengths: Mapping[str, float], split: str, stiffness: float
+    impactor: Impactor, target: ImpactTarget, strengths: Mapping[str, float], split: str, stiffness: float
 ) -> Floats:
     """The figures (15,) of an impact, in the order of the names above; spring rates are over the strength."""
 
@@ -171,7 +171,7 @@ def tsuji_alpha(restitution: float) -> float:
     return math.sqrt(5) * loss / math.sqrt(loss**2 + math.pi**2)
 
 
-def _curve(impactor: Impactor, target: Target, strengths: Mapping[str, float], split: str) -> Curve:
+def _curve(impactor: Impactor, target: ImpactTarget, strengths: Mapping[str, float], split: str) -> LoadingCurve:
     softer = min(impactor.tip, target.face, key=lambda material: material.yield_strength_pa)
     return _tabulated(
         1 / (impactor.tip.compliance_1_pa + target.face.compliance_1_pa),
@@ -190,7 +190,7 @@ def _curve(impactor: Impactor, target: Target, strengths: Mapping[str, float], s
 def _tabulated(
     modulus: float, radius: float, tip: str, softer: str, yields_pa: float, poisson: float, plastic: float, worn: float,
     split: str,
-) -> Curve:  # fmt: skip
+) -> LoadingCurve:  # fmt: skip
     depth = np.geomspace(_SHALLOWEST_M, 0.5 * radius, _GRID)
     force = 4 / 3 * modulus * math.sqrt(radius) * depth**1.5
     residual = np.zeros_like(depth)
@@ -207,7 +207,7 @@ def _tabulated(
         else:
             shaped = rounded_cone(depth, modulus, radius, CONE_BEGINS_M / size)
         force = force * shaped / hertz
-    return Curve(depth, force, residual)
+    return LoadingCurve(depth, force, residual)
 
 
 def meyer(depth_m: Floats, modulus: float, radius: float, pressure: float, index: float) -> tuple[Floats, Floats]:
@@ -265,7 +265,7 @@ def rounded_cone(depth_m: Floats, modulus: float, radius: float, begins_m: float
     return np.asarray(np.exp(np.interp(np.log(depth_m), np.log(depth), np.log(force))))
 
 
-def _plate_modes(target: Target) -> tuple[Floats, Floats]:
+def _plate_modes(target: ImpactTarget) -> tuple[Floats, Floats]:
     """Shapes at the impact (1/sqrt(kg)) and circular frequencies of a simply supported plate with this impedance."""
     return _modes_of(target.plate_impedance_n_s_m)
 

@@ -9,7 +9,7 @@ SPLITS = ("development", "sealed")
 
 
 @dataclass(frozen=True)
-class Law:
+class SecondLaw:
     """`high`: the largest strength that is physical, in the law's own unit; `low` below 0: either sign. `owner`: what
     has a value of its own: "bullet", "tip", "face", "mode", "channel"; empty where one value serves all."""
 
@@ -23,127 +23,127 @@ class Law:
 
 
 _DEVELOPMENT = (
-    Law(
+    SecondLaw(
         "gun.back_pressure", "development", 0.9, 1.04, "",
         "the air ahead is a rigid column that the projectile pushes: its mass is added, and its outflow takes a head",
         "Wylie and Streeter, Fluid Transients (1978), ch. 3, rigid column theory",
     ),
-    Law(
+    SecondLaw(
         "gun.blow_by", "development", 0.0, 6.0, "bullet",
         "isothermal flow with wall friction through a narrow ring, whose width is the bullet's own",
         "Shapiro, Compressible Fluid Flow I (1953), ch. 6; friction: Hirs, J. Lubr. Technol. 95 (1973) 137",
     ),
-    Law(
+    SecondLaw(
         "gun.valve_flow", "development", 0.0, 2.0, "",
         "a control valve with an expansion factor that opens along a straight line",
         "IEC 60534-2-1:2011, compressible fluids; x_T of full-bore ball valves, table D.2",
     ),
-    Law(
+    SecondLaw(
         "gun.barrel_loss", "development", 0.0, 40.0, "",
         "a fully rough wall, on gas whose speed grows evenly from the breech to the projectile",
         "von Karman's rough pipe: White, Fluid Mechanics, ch. 6; profile: Corner, Interior Ballistics (1950), ch. 8",
     ),
-    Law(
+    SecondLaw(
         "gun.sliding_friction", "development", 0.0, 15.0, "bullet",
         "shear of the lubricant's film under a seal, as the root of speed times contact pressure",
         "Mueller and Nau, Fluid Sealing Technology (1998), ch. 3, inverse hydrodynamic theory",
     ),
-    Law(
+    SecondLaw(
         "gun.heat_exchange", "development", 0.0, 300.0, "",
         "turbulent convection in the bore, a coefficient that grows with speed",
         "Dittus and Boelter (1930): Incropera and DeWitt, Fundamentals of Heat and Mass Transfer, ch. 8",
     ),
-    Law(
+    SecondLaw(
         "gun.dead_volume", "development", 0.0, 8.0, "",
         "a volume whose walls hold the gas that fills it near their temperature",
         "Moran and Shapiro, Fundamentals of Engineering Thermodynamics, section 4.12, filling with heat transfer",
     ),
-    Law(
+    SecondLaw(
         "contact.viscous_loss", "development", 0.0, 20.0, "tip",
         "F = K (d^1.5 + 1.5 A d^0.5 d'), A of the tip's material",
         "Kuwabara and Kono, Jpn. J. Appl. Phys. 26 (1987) 1230; Brilliantov et al., Phys. Rev. E 53 (1996) 5382",
     ),
-    Law(
+    SecondLaw(
         "contact.plastic_yield", "development", 0.0, 8.0, "tip",
         "Meyer's law with the hardening of the softer material beyond yield, elastic back",
         "Tabor, The Hardness of Metals (1951), ch. 1 and 7; unloading: Stronge, Impact Mechanics (2000), ch. 6",
     ),
-    Law(
+    SecondLaw(
         "contact.layer_compliance", "development", 0.0, 4.0, "tip",
         "a foamed sheet that densifies, under an area that is the tip's own",
         "Gibson and Ashby, Cellular Solids (1997), ch. 5, densification",
     ),
-    Law(
+    SecondLaw(
         "contact.plate_compliance", "development", 0.0, 2.0, "face",
         "far field of the plate and, before it, the local give of its surface with a loss",
         "Ljunggren, J. Sound Vib. 90 (1983) 559, near field of a point force; Cremer and Heckl, section 5.4",
     ),
-    Law(
+    SecondLaw(
         "contact.effective_mass", "development", -20.0, 25.0, "tip",
         "tips of other density than the one that was weighed: an error of mass by tip material",
         "PCB 086 series, extender masses and tips: mass changes with the tip (manufacturer's manual)",
     ),
-    Law(
+    SecondLaw(
         "contact.tip_geometry", "development", 0.0, 30.0, "tip",
         "a ball with a flat worn onto it, by tip material",
         "Popov, Hess and Willert, Handbook of Contact Mechanics (2019), section 2.5, truncated paraboloid",
     ),
-    Law(
+    SecondLaw(
         "plate.damping", "development", -8.0, 30.0, "mode",
         "Rayleigh's: a part that falls with frequency and one that grows with it",
         "Rayleigh, Theory of Sound I, section 102; Caughey, J. Appl. Mech. 27 (1960) 269",
     ),
-    Law(
+    SecondLaw(
         "plate.stiffness", "development", -8.0, 8.0, "mode",
         "another thickness, whose shear takes back more the higher the mode",
         "Mindlin, J. Appl. Mech. 18 (1951) 31",
     ),
-    Law(
+    SecondLaw(
         "plate.sensor_mass", "development", 0.0, 0.3, "mode",
         "sensors on soft mounts: each mode feels the dynamic mass m / (1 - (f / f_m)^2)",
         "Ewins, Modal Testing (2000), section 3.3; ISO 5348:2021, mass loading",
     ),
-    Law(
+    SecondLaw(
         "plate.boundary", "development", 0.0, 200.0, "mode",
         "pads that are stiff and lossy, felt by each mode as it moves there",
         "Nashif, Jones and Henderson, Vibration Damping (1985), ch. 6; Rayleigh's quotient",
     ),
-    Law(
+    SecondLaw(
         "sensor.pressure_offset", "development", -0.15, 0.15, "",
         "an error of zero at a true full scale: it falls evenly to nothing at 4 bar",
         "IEC 61298-2:2008, terminal-based errors",
     ),
-    Law(
+    SecondLaw(
         "sensor.pressure_gain", "development", -0.3, 0.3, "",
         "an error of linearity: a gain that grows with pressure",
         "IEC 61298-2:2008, conformity error",
     ),
-    Law(
+    SecondLaw(
         "sensor.velocity_gain", "development", -0.15, 0.15, "",
         "a timer that starts late: the error of a velocity grows with it",
         "Doebelin, Measurement Systems (2003), ch. 4.3, time of flight",
     ),
-    Law(
+    SecondLaw(
         "sensor.force_gain", "development", -0.3, 0.3, "",
         "an error of linearity: a gain that grows with force",
         "ISO 376:2011, interpolation error of force-proving instruments",
     ),
-    Law(
+    SecondLaw(
         "sensor.force_bandwidth", "development", 0.0, 25.0, "",
         "Bessel's low pass of four poles",
         "Thomson, Proc. IEE 96 (1949) 487",
     ),
-    Law(
+    SecondLaw(
         "sensor.acceleration_gain", "development", -0.3, 0.4, "",
         "a sensitivity that falls evenly with the logarithm of frequency",
         "Serridge and Licht, Piezoelectric Accelerometers (1987), ch. 2, charge sensitivity of ceramics",
     ),
-    Law(
+    SecondLaw(
         "sensor.mount_resonance", "development", 0.0, 5.0, "",
         "a mounting with much damping, as wax and adhesive have",
         "ISO 5348:2021, on wax and adhesives",
     ),
-    Law(
+    SecondLaw(
         "sensor.zero_shift", "development", -0.05, 0.05, "",
         "an offset at the shock's peak that decays fast at first and then slowly",
         "Harris' Shock and Vibration Handbook, 6th ed. (2010), on zero shift; two relaxations: Lakes (2009), ch. 2",
@@ -151,127 +151,127 @@ _DEVELOPMENT = (
 )  # fmt: skip
 
 _SEALED = (
-    Law(
+    SecondLaw(
         "gun.back_pressure", "sealed", 0.9, 1.04, "",
         "the projectile drives a shock ahead of it: Rankine and Hugoniot's pressure on a piston",
         "Liepmann and Roshko, Elements of Gasdynamics (1957), section 3.8; Seigel, AGARDograph 91 (1965)",
     ),
-    Law(
+    SecondLaw(
         "gun.blow_by", "sealed", 0.0, 60.0, "bullet",
         "laminar flow through a tight ring, with the cube of the bullet's clearance",
         "White, Viscous Fluid Flow (1974), section 3-3; eccentric: Piercy, Hooper and Winny, Phil. Mag. 15 (1933) 647",
     ),
-    Law(
+    SecondLaw(
         "gun.valve_flow", "sealed", 0.0, 2.0, "",
         "an orifice whose discharge grows with the drop of pressure, behind a turning disc",
         "Perry, Trans. ASME 71 (1949) 757; disc: Idelchik, Handbook of Hydraulic Resistance, ch. 9",
     ),
-    Law(
+    SecondLaw(
         "gun.barrel_loss", "sealed", 0.0, 8.0, "",
         "the gas behind follows by a simple wave: its pressure at the projectile falls with speed",
         "Seigel, The Theory of High Speed Guns, AGARDograph 91 (1965), ch. 2",
     ),
-    Law(
+    SecondLaw(
         "gun.sliding_friction", "sealed", 0.0, 15.0, "bullet",
         "a press fit by bullet whose friction falls with speed, as its surface warms",
         "Bowden and Freitag, Proc. R. Soc. A 248 (1958) 350; Montgomery, Wear 38 (1976) 235",
     ),
-    Law(
+    SecondLaw(
         "gun.heat_exchange", "sealed", 0.0, 300.0, "",
         "gas relaxes to its walls' temperature with a time constant, whatever its density",
         "Pourmovahed and Otis, J. Dyn. Syst. Meas. Control 112 (1990) 116",
     ),
-    Law(
+    SecondLaw(
         "gun.dead_volume", "sealed", 0.0, 8.0, "",
         "a side cavity that fills through a hole of its own while the shot goes on",
         "Kinsler et al., Fundamentals of Acoustics, on Helmholtz's resonator; flow: Saint-Venant and Wantzel",
     ),
-    Law(
+    SecondLaw(
         "contact.viscous_loss", "sealed", 0.0, 8.0, "tip",
         "a damper with the root of mass times stiffness and d^0.25, by the restitution of the tip's material",
         "Tsuji, Tanaka and Ishida, Powder Technol. 71 (1992) 239",
     ),
-    Law(
+    SecondLaw(
         "contact.plastic_yield", "sealed", 0.0, 8.0, "tip",
         "finite elements' fit of a hardness that falls with the contact's size, with its residual indentation",
         "Jackson and Green, J. Tribol. 127 (2005) 343; Jackson, Green and Marghitu, Nonlinear Dyn. 60 (2010) 217",
     ),
-    Law(
+    SecondLaw(
         "contact.layer_compliance", "sealed", 0.0, 4.0, "tip",
         "a spring and a damper side by side, in series with the contact, by tip",
         "Lakes, Viscoelastic Materials (2009), ch. 2, Kelvin and Voigt's solid",
     ),
-    Law(
+    SecondLaw(
         "contact.plate_compliance", "sealed", 0.0, 2.0, "face",
         "a finite plate by its modes: waves come back from the edges",
         "Karas, Ing.-Arch. 10 (1939) 237; Goldsmith, Impact (1960), ch. 4",
     ),
-    Law(
+    SecondLaw(
         "contact.effective_mass", "sealed", 0.0, 60.0, "",
         "a hand behind a spring and a damper: slow blows feel more of it",
         "ISO 10068:2012, impedance of the hand-arm system; Griffin, Handbook of Human Vibration (1990)",
     ),
-    Law(
+    SecondLaw(
         "contact.tip_geometry", "sealed", 0.0, 12.0, "tip",
         "a ball that goes over into a cone, by tip material",
         "Popov, Hess and Willert, Handbook of Contact Mechanics (2019), section 2.5, paraboloid and cone",
     ),
-    Law(
+    SecondLaw(
         "plate.damping", "sealed", -8.0, 30.0, "mode",
         "loss at the sensors' cables: each mode by its square there",
         "Ungar, J. Sound Vib. 26 (1973) 141, damping of attachments and joints",
     ),
-    Law(
+    SecondLaw(
         "plate.stiffness", "sealed", -8.0, 8.0, "mode",
         "a rolled sheet: two families of modes that bend along it and across it",
         "Leissa, Vibration of Plates, NASA SP-160 (1969), on orthotropic plates",
     ),
-    Law(
+    SecondLaw(
         "plate.sensor_mass", "sealed", 0.0, 0.3, "channel",
         "sensors of unlike mass with rotary inertia, which high modes feel more",
         "Blevins, Formulas for Natural Frequency and Mode Shape (1979); Rayleigh's quotient",
     ),
-    Law(
+    SecondLaw(
         "plate.boundary", "sealed", 0.0, 200.0, "mode",
         "two of the supports hold, and they alone, in an eigenproblem of all modes",
         "Dowell, J. Appl. Mech. 46 (1979) 206, springs on arbitrary structures",
     ),
-    Law(
+    SecondLaw(
         "sensor.pressure_offset", "sealed", -0.3, 0.3, "",
         "an error at the foot of the range that is gone above it",
         "Fraden, Handbook of Modern Sensors (2016), on dead bands and non-linearity",
     ),
-    Law(
+    SecondLaw(
         "sensor.pressure_gain", "sealed", -0.3, 0.3, "",
         "two ranges with gains of their own, the error in the upper one",
         "JCGM 200:2012 (VIM), 4.7 measuring interval; Doebelin, Measurement Systems (2003), ch. 3.3",
     ),
-    Law(
+    SecondLaw(
         "sensor.velocity_gain", "sealed", -0.15, 0.15, "bullet",
         "lengths of bullets (or bases of timing, by tip) that are wrong one by one",
         "thesis, eq. 5.2; JCGM 100:2008 (GUM), 5.1",
     ),
-    Law(
+    SecondLaw(
         "sensor.force_gain", "sealed", -0.3, 0.3, "",
         "two ranges of the charge amplifier with gains of their own",
         "ISO 16063-21 and Kistler 5011 manual: range capacitors with a tolerance each",
     ),
-    Law(
+    SecondLaw(
         "sensor.force_bandwidth", "sealed", 0.0, 25.0, "",
         "three equal poles in a row, of cable, amplifier and filter",
         "Doebelin, Measurement Systems (2003), ch. 3.3, cascaded first-order elements",
     ),
-    Law(
+    SecondLaw(
         "sensor.acceleration_gain", "sealed", -0.3, 0.4, "channel",
         "a sensitivity that grows with the level, on one channel more than on the other",
         "ISO 16063-22:2005, amplitude linearity in shock calibration",
     ),
-    Law(
+    SecondLaw(
         "sensor.mount_resonance", "sealed", 0.0, 5.0, "",
         "a block on a stud: two resonances in a row",
         "ISO 5348:2021, on mounting blocks",
     ),
-    Law(
+    SecondLaw(
         "sensor.zero_shift", "sealed", -0.05, 0.05, "",
         "an offset at the shock's peak behind two high passes: it swings through zero",
         "Harris' Shock and Vibration Handbook, 6th ed. (2010), on zero shift behind AC-coupled amplifiers",
@@ -279,10 +279,10 @@ _SEALED = (
 )  # fmt: skip
 
 #: Every law by effect and split.
-LAWS: Mapping[tuple[str, str], Law] = {(law.effect, law.split): law for law in (*_DEVELOPMENT, *_SEALED)}
+LAWS: Mapping[tuple[str, str], SecondLaw] = {(law.effect, law.split): law for law in (*_DEVELOPMENT, *_SEALED)}
 
 
-def law_of(effect: str, split: str) -> Law:
+def law_of(effect: str, split: str) -> SecondLaw:
     """Raises `ValueError` for an effect that has no such law."""
     if (effect, split) not in LAWS:
         raise ValueError(f"second law of {effect!r} for {split!r}: expected an effect of the catalogue and {SPLITS}")

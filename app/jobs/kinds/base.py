@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any, Generic, TypeVar
 
-from ..work import Ending, Result, Work
+from ..work import Ending, Result, RunningJob
 
 Arguments = TypeVar("Arguments")
 
@@ -25,7 +25,7 @@ class Kind(Generic[Arguments]):
 
     name: str
     record: type[Arguments]
-    do: Callable[[Work, Arguments], Ending]
+    do: Callable[[RunningJob, Arguments], Ending]
     after: Callable[[Arguments], None] = _nothing
 
     def read(self, stored: Mapping[str, Any]) -> Arguments:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from ..work import Ending, Result, Work
+from ..work import Ending, Result, RunningJob
 from .base import Kind
 
 
 @dataclass(frozen=True)
 class DiagnoseArguments:
-    """As `app.diagnosing.Asked`, of what any worker can read."""
+    """As `diagnosing.DiagnosisRequest`, of what any worker can read."""
 
     target: str
     simulator: str | None = None
@@ -22,15 +22,15 @@ class DiagnoseArguments:
     without_effects: Sequence[str] = ()
 
 
-def _do(work: Work, asked: DiagnoseArguments) -> Ending:
-    from ...diagnoses.diagnosing import Asked, diagnosed, is_stored, keep, report_json
+def _do(work: RunningJob, asked: DiagnoseArguments) -> Ending:
+    from ...diagnoses.diagnosing import DiagnosisRequest, diagnosed, is_stored, keep, report_json
     from ...diagnoses.summary import summary
     from ...models.training import models_extra
 
     if not is_stored(work.store, asked.target):  # a folder's path is nobody's to name from afar
         raise LookupError(f"no campaign {asked.target!r} in the store; ingest it first")
     with models_extra():
-        question = Asked(**vars(asked))
+        question = DiagnosisRequest(**vars(asked))
         verdict = diagnosed(work.store, work.db, question, work.step)
 
     def ending() -> Result:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 from urllib.parse import quote
 
-from ..work import Ending, Result, Work
+from ..work import Ending, Result, RunningJob
 from .base import Kind, told
 
 
@@ -19,7 +19,7 @@ class ExtractArguments:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-def _do(work: Work, asked: ExtractArguments) -> Ending:
+def _do(work: RunningJob, asked: ExtractArguments) -> Ending:
     from ....ingest.reextract import reextract
     from ....ingest.settings import ExtractionSettings
 

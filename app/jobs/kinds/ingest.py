@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from ..scratch import discard, is_scratch
-from ..work import Ending, NotHereError, Result, Work
+from ..work import Ending, NotHereError, Result, RunningJob
 from .base import Kind, told
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class IngestArguments:
     scratch: str | None = None
 
 
-def _do(work: Work, asked: IngestArguments) -> Ending:
+def _do(work: RunningJob, asked: IngestArguments) -> Ending:
     from ....ingest.load import ingest_folder
     from ....ingest.plan_link import link_to_plan
     from ....ingest.settings import ExtractionSettings
@@ -43,7 +43,7 @@ def _do(work: Work, asked: IngestArguments) -> Ending:
     return told(Result(f"/campaigns/{quote(report.campaign, safe='')}", _words(report, links), data))
 
 
-def _readable(work: Work, asked: IngestArguments) -> Path:
+def _readable(work: RunningJob, asked: IngestArguments) -> Path:
     """The folder, where it lies in an upload or below what this worker may read."""
     folder = Path(asked.folder).resolve()
     if asked.scratch is not None:

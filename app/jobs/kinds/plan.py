@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
-from ..work import Ending, Result, Work
+from ..work import Ending, Result, RunningJob
 from .base import Kind
 
 if TYPE_CHECKING:
     from ....doe.space import Kind as PlanKind
-    from ...plans.planning import Draft
+    from ...plans.planning import PlanDraft
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class PlanArguments:
     description: str = ""
     options: Mapping[str, str | int | float] = field(default_factory=dict)
 
-    def draft(self) -> Draft:
+    def draft(self) -> PlanDraft:
         """The design. Raises as `planning.draft_plan`."""
         from ...plans.planning import draft_plan
 
@@ -57,7 +57,7 @@ class PlanArguments:
             )
 
 
-def _do(work: Work, asked: PlanArguments) -> Ending:
+def _do(work: RunningJob, asked: PlanArguments) -> Ending:
     from ...plans.planning import store_draft
     from ...plans.tables import plan_as_json
 

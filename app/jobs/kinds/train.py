@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..work import Ending, Result, Work
+from ..work import Ending, Result, RunningJob
 from .base import Kind, told
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ class TrainArguments:
     budget: Budget = "reduced"
 
 
-def _do(work: Work, asked: TrainArguments) -> Ending:
+def _do(work: RunningJob, asked: TrainArguments) -> Ending:
     from ...models.training import models_extra
 
     with models_extra():
@@ -40,7 +40,7 @@ def _do(work: Work, asked: TrainArguments) -> Ending:
     return told(Result("/models", words, _rows(work, asked, session)))
 
 
-def _trained(work: Work, asked: TrainArguments) -> Session:
+def _trained(work: RunningJob, asked: TrainArguments) -> Session:
     from ....training.session import Progress, train
     from ...models.training import ground_of, splits_of
     from ..fenced_registry import fenced_registry_of
@@ -51,7 +51,7 @@ def _trained(work: Work, asked: TrainArguments) -> Session:
     return train(registry, ground, asked.models, splits, progress=Progress(work.step))
 
 
-def _rows(work: Work, asked: TrainArguments, session: Session) -> list[dict[str, object]]:
+def _rows(work: RunningJob, asked: TrainArguments, session: Session) -> list[dict[str, object]]:
     from ...models.tables import json_row
     from ...models.training import registry_of
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ...finite import finite
-from ..work import Ending, Result, Work
+from ..work import Ending, Result, RunningJob
 from .base import Kind, told
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class TuneArguments:
         )
 
 
-def _do(work: Work, asked: TuneArguments) -> Ending:
+def _do(work: RunningJob, asked: TuneArguments) -> Ending:
     from ...models.training import models_extra
     from ...tuning.session import session_of
 

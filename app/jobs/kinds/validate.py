@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..work import Ending, Result, Work
+from ..work import Ending, Result, RunningJob
 from .base import Kind, told
 
 
@@ -19,7 +19,7 @@ class ValidateArguments:
     seed: int = 0
 
 
-def _do(work: Work, arguments: ValidateArguments) -> Ending:
+def _do(work: RunningJob, arguments: ValidateArguments) -> Ending:
     from ...models.training import models_extra
     from ...validating.validation import ValidationRequest, validated
 

@@ -19,7 +19,7 @@ router = APIRouter(tags=["diagnoses"])
 EffectId = Annotated[Text, Field(max_length=200)]
 
 
-class Question(BaseModel):
+class DiagnosisOptions(BaseModel):
     """As the options of `pyroshock diagnose`; `tolerances` are shares for gun and contact, dB for the plate. `with`:
     ids of the effects that alone are considered, `without`: of those that are not."""
 
@@ -66,7 +66,7 @@ def diagnoses(
 
 
 @router.post("/diagnoses")
-def diagnose(question: Question, store: OpenStore, running: Running) -> dict[str, Any]:
+def diagnose(question: DiagnosisOptions, store: OpenStore, running: Running) -> dict[str, Any]:
     """Diagnose a campaign of the store; answers with the job, whose result is the report."""
     return diagnose_job(running, store, question.asked()).as_json()
 

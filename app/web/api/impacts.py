@@ -25,7 +25,7 @@ After = Annotated[int | None, Query(ge=1, le=2**31 - 1)]
 Limit = Annotated[int, Query(ge=1, le=2000)]
 
 
-class Extraction(BaseModel):
+class ExtractionOptions(BaseModel):
     """Settings of an extraction, as the options of `pyroshock extract`."""
 
     segmentation: Literal["walk", "mask"] = "walk"
@@ -89,7 +89,7 @@ def channel(
 
 
 @router.post("/impacts/{impact}/preview")
-def preview(impact: Key, extraction: Extraction, store: OpenStore) -> Any:
+def preview(impact: Key, extraction: ExtractionOptions, store: OpenStore) -> Any:
     """The pulse that other settings give; nothing is stored."""
     settings = extraction.settings()
     pulse = preview_impacts(store, _recording(store, impact), settings).pulse_of(impact)
@@ -101,7 +101,7 @@ def preview(impact: Key, extraction: Extraction, store: OpenStore) -> Any:
 
 
 @router.post("/impacts/{impact}/extract")
-def extract(impact: Key, extraction: Extraction, store: OpenStore) -> dict[str, object]:
+def extract(impact: Key, extraction: ExtractionOptions, store: OpenStore) -> dict[str, object]:
     """Cut the recording of an impact anew and use that version; the old ones stay."""
     return reextract_recording(store, _recording(store, impact), extraction.settings()).as_json()
 

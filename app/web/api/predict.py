@@ -10,7 +10,7 @@ from ...predictions.predicting import predicted_json
 from ...twins.sliders import sliders
 from ..asking import OpenStore, Running
 from ..tuning import Tuning, tune_job
-from ..twins import Asked, Question, Twins
+from ..twins import Asked, PredictionOptions, Twins
 
 router = APIRouter(tags=["twin"])
 
@@ -22,7 +22,7 @@ def predict(question: Asked, twins: Twins) -> dict[str, Any]:
 
 
 @router.post("/predict")
-def predict_body(question: Question, twins: Twins) -> dict[str, Any]:
+def predict_body(question: PredictionOptions, twins: Twins) -> dict[str, Any]:
     """The same of a JSON body; nothing is stored."""
     return predict(question, twins)
 

@@ -19,7 +19,7 @@ _SIDES = ("maximax", "positive", "negative", "primary", "residual", "pseudo_velo
 Number = Annotated[float, Field(ge=-1e12, le=1e12)]
 
 
-class Series(BaseModel):
+class AccelerationSeries(BaseModel):
     """An acceleration in m/s2 at a constant rate."""
 
     acceleration_m_s2: Annotated[list[Number], Field(min_length=2, max_length=50_000)]
@@ -29,7 +29,7 @@ class Series(BaseModel):
 
 
 @router.post("/srs")
-def srs(series: Series) -> Any:
+def srs(series: AccelerationSeries) -> Any:
     """The spectrum of a series, in the form of `pyroshock srs --json` without its checks."""
     record = np.asarray(series.acceleration_m_s2, dtype=np.float64)
     lines = np.asarray(series.frequency_hz, dtype=np.float64)

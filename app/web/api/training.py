@@ -15,7 +15,7 @@ from ..training import extract_job, train_job
 router = APIRouter(tags=["models"])
 
 
-class Training(BaseModel):
+class TrainingOptions(BaseModel):
     """As the options of `pyroshock train`; what is registered already is not trained again."""
 
     dataset: Text = Field(max_length=1000)
@@ -31,7 +31,7 @@ class Training(BaseModel):
         return TrainArguments(self.dataset, list(models_of(self.models)), self.split, self.seed, self.budget)
 
 
-class Extraction(BaseModel):
+class RepeatedExtraction(BaseModel):
     """As the options of `pyroshock extract`."""
 
     segmentation: Literal["walk", "mask"] = "walk"
@@ -40,12 +40,12 @@ class Extraction(BaseModel):
 
 
 @router.post("/train")
-def train(asked: Training, store: OpenStore, running: Running) -> dict[str, Any]:
+def train(asked: TrainingOptions, store: OpenStore, running: Running) -> dict[str, Any]:
     """Train models on a dataset; answers with the job, whose result is `train --json`."""
     return train_job(running, store, asked.asked()).as_json()
 
 
 @router.post("/campaigns/{name}/extract")
-def extract(name: Name, asked: Extraction, store: OpenStore, running: Running) -> dict[str, Any]:
+def extract(name: Name, asked: RepeatedExtraction, store: OpenStore, running: Running) -> dict[str, Any]:
     """Cut a campaign's pulses anew; answers with the job, whose result is `extract --json`."""
     return extract_job(running, store, name, ExtractionSettings(**asked.model_dump())).as_json()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...spectra.overlays import Band, ImpactSpectrum, SpectrumOverlay
+from ...spectra.overlays import ImpactSpectrum, ReferenceBand, SpectrumOverlay
 from .base import COLOURS, Figure, Trace, band, figure, line
 
 Floats = NDArray[np.float64]
@@ -65,11 +65,11 @@ def _decibels(overlay: SpectrumOverlay, level: Floats) -> list[float | None]:
     return [None if math.isnan(value) else round(float(value), 2) for value in shown]
 
 
-def _width(each: Band) -> float:
+def _width(each: ReferenceBand) -> float:
     return each.db if each.db is not None else math.inf
 
 
-def _band_name(each: Band) -> str:
+def _band_name(each: ReferenceBand) -> str:
     return "specification's tolerance" if each.db is None else f"±{each.db:g} dB"
 
 

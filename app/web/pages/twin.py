@@ -27,7 +27,7 @@ from ..asking import Key, OpenStore, Running
 from ..figures.twin import prediction_figures, tuned_figure
 from ..rendering import page, query
 from ..tuning import Tuning, tune_job
-from ..twins import Asked, Question, Twins, shown
+from ..twins import Asked, PredictionOptions, Twins, shown
 from .jobs import followed
 
 router = APIRouter()
@@ -59,7 +59,7 @@ def twin(request: Request, question: Asked, twins: Twins, store: OpenStore) -> R
     )
 
 
-def _complete(question: Question, built: BuiltTwin) -> Question:
+def _complete(question: PredictionOptions, built: BuiltTwin) -> PredictionOptions:
     """A shot of a gun is set by its pressure unless a velocity is said, one of a hammer by its velocity; the mass is
     the bench's where none is said."""
     update: dict[str, float] = {}
@@ -77,7 +77,7 @@ def _campaigns(session: Session) -> list[tuple[str, str]]:
     return [(name, kind) for name, kind in session.execute(query.limit(500))]
 
 
-def _answer(twins: Twins, question: Question) -> tuple[dict[str, Any] | None, str]:
+def _answer(twins: Twins, question: PredictionOptions) -> tuple[dict[str, Any] | None, str]:
     """What the page shows of a shot; and why there is nothing (a bullet that stays in the barrel)."""
     try:
         return answered(twins, question), ""
@@ -85,7 +85,7 @@ def _answer(twins: Twins, question: Question) -> tuple[dict[str, Any] | None, st
         return None, str(error)
 
 
-def answered(twins: Twins, question: Question) -> dict[str, Any]:
+def answered(twins: Twins, question: PredictionOptions) -> dict[str, Any]:
     """The prediction as `/api/predict` gives it, its series drawn as figures, and how long it took.
 
     `numbers` are its figures in the units of the lab, `beside` warnings by the slider that sets the quantity.

@@ -20,13 +20,13 @@ from ..base import Floats
 from ..batching import Rows
 from .force_histories import PLACES, ForceHistories, law_histories
 from .site import impactor_mass_kg, layers
-from .stage import ContactStage
+from .stage import ContactObservables
 
 #: A predictor's name; and a mass for models that do not ask for it.
 _PLATE_MASS, _UNASKED_KG = "plate_mass", 1.0
 
 
-class RegisteredContactStage(ContactStage):
+class RegisteredContactStage(ContactObservables):
     """A registered model, or any `twin.strikes.ContactStage`, at the campaign's settings and recorded velocities.
 
     `plate_mass_kg` is for models that ask for it, as the gun's do. Uncertain quantities act as in Hertz' impact. Raises
@@ -73,7 +73,7 @@ class RegisteredContactStage(ContactStage):
         return histories
 
 
-def tabulated(pulses: strikes.Pulses) -> tuple[Floats, Floats]:
+def tabulated(pulses: strikes.ForcePulses) -> tuple[Floats, Floats]:
     """Compression times (n,) and forces (n, p) at `PLACES` times these, from forces at phases of the contact.
 
     The compression is said to end at the peak, which Akima's curve may have between two phases.

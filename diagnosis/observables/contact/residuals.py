@@ -13,7 +13,7 @@ from ...record import Floats, Series
 from ..base import sensor_chain
 from .features import zeroed
 from .force_histories import ForceHistories
-from .stage import ContactStage
+from .stage import ContactObservables
 from .time_frame import level_crossings
 
 #: Room before the alignment and behind it, in the longest width at half the peak; and the most samples for it.
@@ -38,7 +38,7 @@ class PulseResiduals:
         return np.asarray(np.abs(np.fft.rfft(force_n)) * float(self.time_s[1] - self.time_s[0]))
 
 
-def pulse_residuals(stage: ContactStage, effects: Sequence[Effect] = ()) -> PulseResiduals:
+def pulse_residuals(stage: ContactObservables, effects: Sequence[Effect] = ()) -> PulseResiduals:
     """Every run's pulse, as recorded and as the stage simulates it with these effects.
 
     In steps of the finest record, or of 1/2048 of the whole where that is less. Raises `ValueError` where no run has

@@ -12,8 +12,8 @@ from ....twin.contact.effect import ContactEffect
 from ....twin.contact.impact import impact
 from ....twin.contact.impacts import plate_impedance
 from ....twin.contact.pulse import ContactPulse
-from ....twin.materials import Material
-from ...record import CampaignRecord, Configuration, Factor, Floats, Run
+from ....twin.materials import ElasticMaterial
+from ...record import CampaignRecord, Factor, Floats, Run, RunConfiguration
 from ..batching import Rows
 
 #: Of each contact's own time: peak and times are within 1e-6 of the solver's full steps.
@@ -54,7 +54,7 @@ def sites_of(record: CampaignRecord) -> Sites:
     return Sites(Bodies.of(**quantities, impact_velocity_m_s=np.ones(len(rows))), insulated, impedance)
 
 
-def _row(record: CampaignRecord, configuration: Configuration, run: Run) -> dict[str, float | bool | None]:
+def _row(record: CampaignRecord, configuration: RunConfiguration, run: Run) -> dict[str, float | bool | None]:
     tip, plate, anvil = layers(record, configuration)
     elastic = (plate.youngs_modulus_pa, plate.poisson_ratio, plate.density_kg_m3, record.plate_thickness_m)
     return {
@@ -68,11 +68,13 @@ def _row(record: CampaignRecord, configuration: Configuration, run: Run) -> dict
     }
 
 
-def layers(record: CampaignRecord, configuration: Configuration) -> tuple[Material, Material, Material | None]:
+def layers(
+    record: CampaignRecord, configuration: RunConfiguration
+) -> tuple[ElasticMaterial, ElasticMaterial, ElasticMaterial | None]:
     """Tip, plate and anvil, None without one. Raises `ValueError` as `sites_of`."""
     factors = {**configuration.factors, "plate_material": record.plate_material_of(configuration)}
 
-    def material(name: str) -> Material:
+    def material(name: str) -> ElasticMaterial:
         word = str(_stated(configuration, name, factors.get(name)))
         if word not in record.materials:
             names = ", ".join(record.materials) or "none"
@@ -93,7 +95,7 @@ def impactor_mass_kg(record: CampaignRecord, run: Run) -> float:
     return float(mass)
 
 
-def _stated(configuration: Configuration, name: str, value: Factor | None) -> Factor:
+def _stated(configuration: RunConfiguration, name: str, value: Factor | None) -> Factor:
     if value is None:
         elsewhere = ", or as material in [bench.plate]" if name == "plate_material" else ""
         raise ValueError(

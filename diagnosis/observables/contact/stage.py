@@ -33,7 +33,7 @@ UNCERTAIN = (
 _STEP = 0.03
 
 
-class ContactStage(Stage):
+class ContactObservables(Stage):
     """A mass with the tip's radius on a rigid target of the first layer's material, without loss.
 
     The mass is the hammer's nominal one, or the bullet's. `uncertain` are relative standard deviations of nominal

@@ -14,7 +14,7 @@ from ....twin.gun.bench import GunBench
 from ....twin.gun.effect import GunEffect
 from ....twin.gun.effects.valve_flow import ValveFlow
 from ....twin.gun.shots import gun_velocity
-from ...record import CampaignRecord, Configuration
+from ...record import CampaignRecord, RunConfiguration
 from ..base import Floats, Observable, Stage, Upstream, sensor_chain
 from ..batching import at_rows, batched_changes
 
@@ -28,7 +28,7 @@ READINGS = ("tank_pressure_pa", "bullet_mass_kg")
 _STEP = 1e-3
 
 
-class GunStage(Stage):
+class GunObservables(Stage):
     """Eq. 2.16 with gauge pressure and the campaign's own friction and efficiency, which stays as effects come in.
 
     The travel is that of each run where the record has it, else the gun's.
@@ -173,6 +173,6 @@ def _logarithms(velocity_m_s: Floats) -> Floats:
     return np.log(np.where(velocity_m_s > 0, velocity_m_s, np.nan))
 
 
-def _profile(configuration: Configuration) -> ValveProfile | None:
+def _profile(configuration: RunConfiguration) -> ValveProfile | None:
     text = configuration.factors.get("valve_profile")
     return None if text is None else ValveProfile.parse(str(text))

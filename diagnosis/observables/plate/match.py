@@ -28,7 +28,7 @@ _STEP, _MOST = 0.015, 16
 
 
 @dataclass(frozen=True, eq=False)
-class Lines:
+class ModeLines:
     """Frequencies (M,) in rising order, with levels (M, k) over records; None where they are not known."""
 
     frequency_hz: Floats
@@ -43,7 +43,7 @@ class Lines:
         loudness = np.log10(np.maximum(size / (_SILENT * size.max(initial=1e-300)), 1e-300))
         return np.asarray(np.where(loudness > 0, _ALONE + _DECADE * loudness, 0.0))
 
-    def pair_cost(self, lines: Lines) -> Floats:
+    def pair_cost(self, lines: ModeLines) -> Floats:
         """(M, L): of each of these modes with each of L lines."""
         cost = np.asarray(np.log(lines.frequency_hz / self.frequency_hz[:, None]) / _WIDTH) ** 2
         if self.level is None or lines.level is None:
@@ -56,7 +56,7 @@ class Lines:
         return np.where(silent, np.inf, cost + _PATTERN * (1 - pattern @ other.T))
 
 
-def matched(lines: Lines, candidates: Sequence[Lines]) -> Rows:
+def matched(lines: ModeLines, candidates: Sequence[ModeLines]) -> Rows:
     """(M,): for each mode the line that is it, -1 for none; `candidates` are plates with the same M modes in order."""
     pair = np.stack([plate.pair_cost(lines) for plate in candidates], axis=2)  # (M, L, plates), as all that follows
     mode_alone, line_alone = np.stack([plate.cost_alone for plate in candidates], axis=1), lines.cost_alone

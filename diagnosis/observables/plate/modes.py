@@ -14,7 +14,7 @@ from ....twin.plate.modal import ModalPlate
 from ....twin.plate.poles import Basis, damping_ratios, frequencies_hz, moved, poles_of, refined, search_poles
 from ...record import Floats
 from ..batching import Rows
-from .match import Lines, candidate_plates, matched
+from .match import ModeLines, candidate_plates, matched
 from .ringing import delays_s, excited, levels, phases
 from .signals import AccelerationBlock, PlateSignals
 from .spectra import RingingWindow
@@ -134,7 +134,7 @@ class ModeSearch:
         rows = np.array([row for row in best if peak[row] > 0], dtype=np.intp)
         self.searched: Rows = rows[np.linspace(0, rows.size - 1, min(_SEARCHED, rows.size)).round().astype(np.intp)]
 
-    def read(self, candidates: Sequence[Lines]) -> tuple[Rows, Reading]:
+    def read(self, candidates: Sequence[ModeLines]) -> tuple[Rows, Reading]:
         """The rows in the table (K,) of the modes that ring, and their reading run by run.
 
         Modes are named by the candidate plate that fits best, as in `matched`. None where ringing is too short.
@@ -149,7 +149,7 @@ class ModeSearch:
         if not poles.size:
             return nothing
         amplitudes, _ = Basis.of(poles, samples, step_s).projected(records)
-        lines = matched(Lines(frequencies_hz(poles), np.abs(amplitudes)), candidates)
+        lines = matched(ModeLines(frequencies_hz(poles), np.abs(amplitudes)), candidates)
         reading = Reading.empty(runs, channels, poles.size)
         measured = np.isfinite(self.ringing[:, :, 0]).any(axis=1)
         for c in np.unique(self.configuration[measured]):  # each has its poles, from all its runs
@@ -221,7 +221,7 @@ def measured_modes(plate: ModalPlate, signals: PlateSignals, configuration: Rows
     )
 
 
-def _candidate_lines(plate: ModalPlate, signals: PlateSignals, search: ModeSearch) -> list[Lines]:
+def _candidate_lines(plate: ModalPlate, signals: PlateSignals, search: ModeSearch) -> list[ModeLines]:
     """What candidate plates ring with in the runs that are searched, in shares of what is the loudest in a record."""
     runs, begin_s = search.searched, search.window.start_s
     forces = [signals.force[run] for run in runs]
@@ -229,7 +229,7 @@ def _candidate_lines(plate: ModalPlate, signals: PlateSignals, search: ModeSearc
     lines = []
     for candidate in candidate_plates(plate):
         level = levels(candidate, search.modes, signals, runs, forces, begin_s) / size
-        lines.append(Lines(candidate.frequency_hz[search.modes], level.reshape(-1, search.modes.size).T))
+        lines.append(ModeLines(candidate.frequency_hz[search.modes], level.reshape(-1, search.modes.size).T))
     return lines
 
 

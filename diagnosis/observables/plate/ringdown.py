@@ -16,11 +16,11 @@ from ....twin.plate.effects.sensor_mass import SensorMass
 from ....twin.plate.modal import ModalPlate
 from ....twin.plate.respond import kept_below
 from ....twin.plates import PlateSpread
-from ...record import CampaignRecord, Configuration, Floats
+from ...record import CampaignRecord, Floats, RunConfiguration
 from ..base import Observable, Stage, Upstream
 from ..batching import Rows
 from .columns import mode_observables
-from .match import Lines, candidate_plates
+from .match import ModeLines, candidate_plates
 from .modes import CLEAR_DAMPING, HIGHEST, LEAST_RATIO, LOST, ModeSearch, best_modes, median
 from .signals import ringdown_block
 
@@ -94,7 +94,7 @@ class PlateRingdownStage(Stage):
         peak = np.nan_to_num(np.abs(records.acceleration).max(axis=2)).max(axis=1)
         search = ModeSearch(self.plate, records, 0, configuration, peak)
         modes, reading = search.read(
-            [Lines(plate.frequency_hz[search.modes]) for plate in candidate_plates(self.plate)]
+            [ModeLines(plate.frequency_hz[search.modes]) for plate in candidate_plates(self.plate)]
         )
         loudness = np.max(np.nan_to_num(median(reading.level), nan=-np.inf), axis=0)
         best = best_modes(median(reading.damping_noise) < CLEAR_DAMPING, loudness)
@@ -103,7 +103,7 @@ class PlateRingdownStage(Stage):
         return modes[best], np.where(np.tile(reading.damping_noise < LOST, 2), values, np.nan)
 
 
-def _is_modelled(record: CampaignRecord, configuration: Configuration) -> bool:
+def _is_modelled(record: CampaignRecord, configuration: RunConfiguration) -> bool:
     """Whether a configuration strikes the plate of the record. A table is taken for whatever was struck."""
     if record.plate_points_known:
         return True

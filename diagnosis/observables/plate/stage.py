@@ -47,7 +47,7 @@ class _NominalRuns:
         return np.array_equal(self.runs, runs) and all(a is b for a, b in zip(self.forces, forces, strict=True))
 
 
-class PlateStage(Stage):
+class PlateObservables(Stage):
     """The modal table, or a solved model, driven by the measured force at the impact point of each run.
 
     In what follows `forces` (k,) are the true ones of the `runs` (k,) of the record, None where there is none. Raises

@@ -13,7 +13,7 @@ from ...impacts import Impact, Pulse
 from ...quality import QualityFinding
 from ...recordings import RecordedChannel, Recording
 from ...shots import Shot
-from ..findings import Finding
+from ..findings import IntegrityFinding
 from .scope import RESTORE, Query, Scope
 
 #: Rows of one rule that are named.
@@ -21,7 +21,7 @@ _MOST = 20
 
 
 @dataclass(frozen=True)
-class Rule:
+class CrossTableRule:
     """Rows that break a rule: the query's labels say where they are. `campaign` holds the campaign's key."""
 
     message: str
@@ -45,17 +45,17 @@ _findings = (
 )
 
 RULES = (
-    Rule(
+    CrossTableRule(
         "a stored recording without any channel",
         _recordings.where(Recording.status == "stored", ~_channels),
         Recording.campaign_id,
     ),
-    Rule(
+    CrossTableRule(
         "a recording that was set aside has channels, impacts or shots",
         _recordings.where(Recording.status == "set aside", or_(_channels, _hits)),
         Recording.campaign_id,
     ),
-    Rule(
+    CrossTableRule(
         "an impact has pulses, and not one of them in use",
         _impacts.join(Pulse, Pulse.impact_id == Impact.id)
         .group_by(Campaign.name, Impact.id)
@@ -63,19 +63,19 @@ RULES = (
         Impact.campaign_id,
         "cut its recording again, which puts one in use: pyroshock extract CAMPAIGN",
     ),
-    Rule(
+    CrossTableRule(
         "an impact with a recording of another campaign",
         _impacts.join(Recording, Impact.recording_id == Recording.id).where(
             Recording.campaign_id != Impact.campaign_id
         ),
         Impact.campaign_id,
     ),
-    Rule(
+    CrossTableRule(
         "a shot with a recording of another campaign",
         _shots.join(Recording, Shot.recording_id == Recording.id).where(Recording.campaign_id != Shot.campaign_id),
         Shot.campaign_id,
     ),
-    Rule(
+    CrossTableRule(
         "a shot with an impact of another run",
         _shots.join(Impact, Shot.impact_id == Impact.id).where(
             or_(
@@ -84,14 +84,14 @@ RULES = (
         ),
         Shot.campaign_id,
     ),
-    Rule(
+    CrossTableRule(
         "a finding about a channel of another recording",
         _findings.join(RecordedChannel, QualityFinding.channel_id == RecordedChannel.id).where(
             RecordedChannel.recording_id != QualityFinding.recording_id
         ),
         Recording.campaign_id,
     ),
-    Rule(
+    CrossTableRule(
         "a finding about an impact of another recording",
         _findings.join(Impact, QualityFinding.impact_id == Impact.id).where(
             or_(Impact.recording_id.is_(None), Impact.recording_id != QualityFinding.recording_id)
@@ -101,19 +101,19 @@ RULES = (
 )  # fmt: skip
 
 
-def check_belonging(connection: Connection, scope: Scope) -> Iterator[Finding]:
+def check_belonging(connection: Connection, scope: Scope) -> Iterator[IntegrityFinding]:
     """Rows that break a rule of `RULES`, and levels under the wrong factor.
 
     A planned run that is done needs no recorded one: it may have been ticked at the bench.
     """
     for rule in RULES:
         for row in connection.execute(scope.within(rule.query, rule.campaign).limit(_MOST)).mappings():
-            yield Finding("counts", rule.message, rule.advice, dict(row))
+            yield IntegrityFinding("counts", rule.message, rule.advice, dict(row))
     if scope.campaign is None:
         yield from _misplaced_levels(connection)
 
 
-def _misplaced_levels(connection: Connection) -> Iterator[Finding]:
+def _misplaced_levels(connection: Connection) -> Iterator[IntegrityFinding]:
     query = (
         select(ConfigurationLevel.configuration_id)
         .join(FactorLevel, ConfigurationLevel.level_id == FactorLevel.id)
@@ -121,4 +121,6 @@ def _misplaced_levels(connection: Connection) -> Iterator[Finding]:
     )
     for key in connection.scalars(query.limit(_MOST)):
         place = {"table": "configuration_levels", "row": key}
-        yield Finding("counts", "a configuration has a level under another factor than the level's own", RESTORE, place)
+        yield IntegrityFinding(
+            "counts", "a configuration has a level under another factor than the level's own", RESTORE, place
+        )

@@ -8,12 +8,12 @@ from sqlalchemy import Connection, func, select
 
 from ...campaigns import Campaign
 from ...recordings import RecordedChannel, Recording, SeriesChunk
-from ..findings import Finding
+from ..findings import IntegrityFinding
 from .scope import Scope
 from .series import ADVICE
 
 
-def check_chunks(connection: Connection, scope: Scope) -> Iterator[Finding]:
+def check_chunks(connection: Connection, scope: Scope) -> Iterator[IntegrityFinding]:
     """Channels with another number of chunks: what `check_series` finds of gaps, without reading any."""
     chunks = func.count(SeriesChunk.channel_id)
     length = RecordedChannel.chunk_samples
@@ -30,4 +30,4 @@ def check_chunks(connection: Connection, scope: Scope) -> Iterator[Finding]:
         scope.within(query, Recording.campaign_id)
     ):
         place = {"campaign": campaign, "recording": recording, "channel": channel}
-        yield Finding("series", f"{frames} chunks; expected {-(-samples // long)}", ADVICE, place)
+        yield IntegrityFinding("series", f"{frames} chunks; expected {-(-samples // long)}", ADVICE, place)

@@ -16,7 +16,7 @@ from ...plain import from_plain
 from ...recordings import RecordedChannel
 from ...shots import Shot
 from ...tables import metadata
-from ..findings import Finding
+from ..findings import IntegrityFinding
 from ..rows import stored_columns
 from .scope import RESTORE, Scope
 
@@ -26,7 +26,7 @@ _OF: tuple[tuple[type[Impact] | type[Shot], tuple[str, ...]], ...] = ((Impact, f
 _LISTS = ("force_points_n", "srs_frequency_hz", "srs_maximax_m_s2")
 
 
-def check_figures(connection: Connection, scope: Scope) -> Iterator[Finding]:
+def check_figures(connection: Connection, scope: Scope) -> Iterator[IntegrityFinding]:
     """Impacts, shots and acceleration channels whose figures (velocities, pressures, masses, peaks) have another
     SHA-256 than the recorded one."""
     for table, columns in _OF:
@@ -39,11 +39,11 @@ def check_figures(connection: Connection, scope: Scope) -> Iterator[Finding]:
                 problem = figures_problem(dict(row), columns)
                 if problem is not None:
                     place = {key: row[key] for key in ("campaign", "run", "repetition")}
-                    yield Finding("figures", problem, RESTORE, {**place, "table": table.__tablename__})
+                    yield IntegrityFinding("figures", problem, RESTORE, {**place, "table": table.__tablename__})
     yield from _channel_figures(connection, scope)
 
 
-def _channel_figures(connection: Connection, scope: Scope) -> Iterator[Finding]:
+def _channel_figures(connection: Connection, scope: Scope) -> Iterator[IntegrityFinding]:
     """Figures of acceleration channels that have another SHA-256 than the recorded one."""
     table = metadata.tables[ChannelFigures.__tablename__]
     wanted = ("id", "figures_sha256", *figures.CHANNEL)
@@ -59,7 +59,7 @@ def _channel_figures(connection: Connection, scope: Scope) -> Iterator[Finding]:
             problem = figures_problem(dict(row), figures.CHANNEL)
             if problem is not None:
                 where = {key: row[key] for key in ("campaign", "run", "repetition", "channel")}
-                yield Finding("figures", problem, RESTORE, {**where, "table": table.name})
+                yield IntegrityFinding("figures", problem, RESTORE, {**where, "table": table.name})
 
 
 def figures_problem(row: Mapping[str, Any], columns: tuple[str, ...]) -> str | None:

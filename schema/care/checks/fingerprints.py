@@ -10,16 +10,16 @@ from sqlalchemy import Connection, Table, select
 
 from ...benches import Gun, Hammer, ModalTable, Mode, ModeShape, Plate
 from ...campaigns import Configuration, ConfigurationLevel, Factor, FactorLevel
-from ...impacts import ExtractionSettings
+from ...impacts import ExtractionSettingsRow
 from ...keys import fingerprint_of
 from ...materials import Material
-from ..findings import Finding
+from ..findings import IntegrityFinding
 from .scope import RESTORE, Scope
 
 _NOT_CONTENT = ("id", "fingerprint", "written_by_id")
 
 
-def check_fingerprints(connection: Connection, _: Scope) -> Iterator[Finding]:
+def check_fingerprints(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]:
     """Configurations, parts of benches and extraction settings whose content is another than their fingerprint's."""
     yield from _told("configurations", _configurations(connection))
     for model in (Gun, Hammer):
@@ -29,12 +29,12 @@ def check_fingerprints(connection: Connection, _: Scope) -> Iterator[Finding]:
     yield from _told("extraction_settings", _settings(connection))
 
 
-def _told(table: str, rows: Iterable[tuple[int, str, object]]) -> Iterator[Finding]:
+def _told(table: str, rows: Iterable[tuple[int, str, object]]) -> Iterator[IntegrityFinding]:
     for key, fingerprint, content in rows:
         computed = fingerprint_of(content)
         if computed != fingerprint:
             message = f"its content has the fingerprint {computed[:12]}…, its row says {fingerprint[:12]}…"
-            yield Finding("fingerprints", message, RESTORE, {"table": table, "row": key})
+            yield IntegrityFinding("fingerprints", message, RESTORE, {"table": table, "row": key})
 
 
 def _configurations(connection: Connection) -> Iterator[tuple[int, str, object]]:
@@ -83,6 +83,6 @@ def _mode(connection: Connection, mode: Any) -> dict[str, Any]:
 
 
 def _settings(connection: Connection) -> Iterator[tuple[int, str, object]]:
-    columns = (ExtractionSettings.id, ExtractionSettings.fingerprint, ExtractionSettings.code_version)
-    for key, fingerprint, *content in connection.execute(select(*columns, ExtractionSettings.settings)):
+    columns = (ExtractionSettingsRow.id, ExtractionSettingsRow.fingerprint, ExtractionSettingsRow.code_version)
+    for key, fingerprint, *content in connection.execute(select(*columns, ExtractionSettingsRow.settings)):
         yield key, fingerprint, content

@@ -14,7 +14,7 @@ from sqlalchemy import Column, Connection, select
 
 from ...plain import from_plain
 from ...tables import metadata
-from ..findings import Finding
+from ..findings import IntegrityFinding
 from ..kinds import JSON_TEXT, kind_of
 from ..rows import iter_batches
 from .scope import Scope
@@ -25,7 +25,7 @@ _NAMES = frozenset({"name", "label", "alias", "path", "channel", "check", "simul
 _LONGEST = 1000
 
 
-def check_names(connection: Connection, _: Scope) -> Iterator[Finding]:
+def check_names(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]:
     """Names that no line can show, paths that lead out of the campaign's folder, JSON of another form."""
     for table in metadata.sorted_tables:
         for column in table.columns:
@@ -34,17 +34,17 @@ def check_names(connection: Connection, _: Scope) -> Iterator[Finding]:
         yield from _json(connection, table)
 
 
-def _names(connection: Connection, column: Column[Any]) -> Iterator[Finding]:
+def _names(connection: Connection, column: Column[Any]) -> Iterator[IntegrityFinding]:
     for text in connection.scalars(select(column).distinct().where(column.is_not(None))):
         if len(text) > _LONGEST or not text.isprintable():
             message = f"{column.name} is {text!r:.60}; expected one line of at most {_LONGEST} characters"
-            yield Finding("names", message, _ADVICE, {"table": column.table.name})
+            yield IntegrityFinding("names", message, _ADVICE, {"table": column.table.name})
         elif column.name == "path" and (PurePosixPath(text).is_absolute() or ".." in PurePosixPath(text).parts):
             message = f"path {text!r:.60} leads out of the campaign's folder"
-            yield Finding("names", message, _ADVICE, {"table": column.table.name})
+            yield IntegrityFinding("names", message, _ADVICE, {"table": column.table.name})
 
 
-def _json(connection: Connection, table: Any) -> Iterator[Finding]:
+def _json(connection: Connection, table: Any) -> Iterator[IntegrityFinding]:
     columns = list(table.columns)
     places = [i for i, column in enumerate(columns) if kind_of(column) == JSON_TEXT]
     if not places:
@@ -54,7 +54,7 @@ def _json(connection: Connection, table: Any) -> Iterator[Finding]:
             for place in places:
                 problem = _problem(columns[place], row[place])
                 if problem is not None:
-                    yield Finding("names", problem, _ADVICE, {"table": table.name})
+                    yield IntegrityFinding("names", problem, _ADVICE, {"table": table.name})
 
 
 def _problem(column: Column[Any], stored: str | None) -> str | None:

@@ -15,7 +15,7 @@ from ...figures import PULSE
 from ...impacts import Impact, Pulse
 from ...series import SeriesError, as_floats, content_bytes
 from ...tables import metadata
-from ..findings import Finding
+from ..findings import IntegrityFinding
 from ..rows import stored_columns
 from .figures import figures_problem
 from .scope import Scope
@@ -34,13 +34,13 @@ _READ = {"id", "figures_sha256", *PULSE}
 _MOST_POINTS = 4_000_000
 
 
-def check_pulses(connection: Connection, scope: Scope) -> Iterator[Finding]:
+def check_pulses(connection: Connection, scope: Scope) -> Iterator[IntegrityFinding]:
     """Pulses whose fine force is damaged or peaks elsewhere than their row says, and altered figures."""
     for row in _iter_pulses(connection, scope):
         problem = _problem(row)
         if problem is not None:
             place = {"campaign": row.campaign, "run": row.run, "repetition": row.repetition, "pulse": row.id}
-            yield Finding("pulses", problem, ADVICE, place)
+            yield IntegrityFinding("pulses", problem, ADVICE, place)
 
 
 def _problem(row: PulseRow) -> str | None:

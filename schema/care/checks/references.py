@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, ForeignKey, FromClause, Table, and_, func, select
 
-from ..findings import Finding
+from ..findings import IntegrityFinding
 from .scope import RESTORE, Scope
 from .tables import tables_there
 
@@ -15,7 +15,7 @@ from .tables import tables_there
 _MOST = 5
 
 
-def check_references(connection: Connection, _: Scope) -> Iterator[Finding]:
+def check_references(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]:
     """Rows that point at a row which is not there."""
     there = tables_there(connection)
     for table in there:
@@ -45,12 +45,12 @@ def _joined(table: Table, keys: list[ForeignKey]) -> tuple[FromClause, list[Colu
 
 def _named(
     connection: Connection, joined: FromClause, key: ForeignKey, orphan: ColumnElement[bool], count: int
-) -> Iterator[Finding]:
+) -> Iterator[IntegrityFinding]:
     column, table, target = key.parent, key.parent.table.name, key.column.table.name
     query = select(*key.parent.table.primary_key.columns, column).select_from(joined).where(orphan).limit(_MOST)
     for *row, value in connection.execute(query):
         place = {"table": table, "row": "/".join(map(str, row))}
-        yield Finding("references", f"{column.name} is {value}, and {target} has no such row", RESTORE, place)
+        yield IntegrityFinding("references", f"{column.name} is {value}, and {target} has no such row", RESTORE, place)
     if count > _MOST:
         message = f"{count - _MOST} further rows whose {column.name} leads nowhere"
-        yield Finding("references", message, RESTORE, {"table": table})
+        yield IntegrityFinding("references", message, RESTORE, {"table": table})

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..bar import Bar
+from ..bar import ProgressBar
 
 #: A select of any columns, whose types SQLAlchemy's versions write differently.
 Query = Any
@@ -19,7 +19,7 @@ class Scope:
     """One campaign by its key, or the whole store (None); `bar` is told of what takes time."""
 
     campaign: int | None = None
-    bar: Bar = field(default_factory=lambda: Bar(None, 0))
+    bar: ProgressBar = field(default_factory=lambda: ProgressBar(None, 0))
 
     def within(self, query: Query, campaign: Any) -> Query:
         """The query's rows of this scope, by its column that holds the campaign's key."""

@@ -6,16 +6,16 @@ from collections.abc import Iterator
 
 from sqlalchemy import Connection
 
-from ..findings import Finding
+from ..findings import IntegrityFinding
 from ..sequences import iter_lagging
 from .scope import Scope
 
 
-def check_sequences(connection: Connection, _: Scope) -> Iterator[Finding]:
+def check_sequences(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]:
     """Counters behind the largest key: the next insert would be refused."""
     for key, last, given in iter_lagging(connection):
         table = key.table.name
         advice = f"run: SELECT setval(pg_get_serial_sequence('{table}', '{key.name}'), {last})"
-        yield Finding(
+        yield IntegrityFinding(
             "sequences", f"the counter stands at {given or 0}, the largest key is {last}", advice, {"table": table}
         )

@@ -10,7 +10,7 @@ from sqlalchemy import Connection, func, select
 
 from ...recordings import SeriesChunk
 from ...series import LONGEST_CHUNK, SeriesError, SeriesHash, SeriesLayout, iter_chunks, read_slice
-from ..findings import Finding
+from ..findings import IntegrityFinding
 from .channels import ChannelRow, iter_channels, place_of
 from .scope import Scope
 
@@ -28,11 +28,11 @@ class Damage:
     chunk: int | None = None
 
 
-def check_series(connection: Connection, scope: Scope) -> Iterator[Finding]:
+def check_series(connection: Connection, scope: Scope) -> Iterator[IntegrityFinding]:
     """Series of which a chunk is missing, damaged or too many, or whose samples are not those that were stored."""
     for row in iter_channels(connection, scope):
         for damage in damages(connection, row):
-            yield Finding("series", damage.message, ADVICE, place_of(row, damage.chunk))
+            yield IntegrityFinding("series", damage.message, ADVICE, place_of(row, damage.chunk))
         scope.bar.step(row.samples, f"{row.campaign}, {row.recording}")
 
 

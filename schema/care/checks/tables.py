@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from sqlalchemy import Connection, Table, inspect
 
 from ...tables import metadata
-from ..findings import Finding
+from ..findings import IntegrityFinding
 from .scope import RESTORE, Scope
 
 
@@ -17,17 +17,17 @@ def tables_there(connection: Connection) -> list[Table]:
     return [table for table in metadata.sorted_tables if table.name in names]
 
 
-def check_tables(connection: Connection, _: Scope) -> Iterator[Finding]:
+def check_tables(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]:
     """Tables, columns and indices that are missing: somebody has taken them away by hand."""
     there = inspect(connection)
     names = set(there.get_table_names())
     for table in metadata.sorted_tables:
         if table.name not in names:
-            yield Finding("tables", "the table is missing", RESTORE, {"table": table.name})
+            yield IntegrityFinding("tables", "the table is missing", RESTORE, {"table": table.name})
             continue
         columns = {column["name"] for column in there.get_columns(table.name)}
         indices = {index["name"] for index in there.get_indexes(table.name)}
         missing = [f"column {column.name}" for column in table.columns if column.name not in columns]
         missing += [f"index {index.name}" for index in table.indexes if index.name not in indices]
         for what in sorted(missing):
-            yield Finding("tables", f"{what} is missing", RESTORE, {"table": table.name})
+            yield IntegrityFinding("tables", f"{what} is missing", RESTORE, {"table": table.name})

@@ -10,7 +10,7 @@ from sqlalchemy import Connection, select
 from ...campaigns import Campaign
 from ...recordings import Recording
 from ...tombstones import CAMPAIGN, Tombstone
-from ..findings import Finding
+from ..findings import IntegrityFinding
 from .scope import RESTORE, Scope
 
 _COLUMNS = (
@@ -28,7 +28,7 @@ _AGAIN = "take it out again (pyroshock runs discard), or restore the store from 
 _Files = Mapping[str, set[tuple[str, str]]]
 
 
-def check_tombstones(connection: Connection, _: Scope) -> Iterator[Finding]:
+def check_tombstones(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]:
     """Discarded recordings that are in the store all the same, and restored or replacing ones that are not.
 
     What a later tombstone says of the same campaign or file goes before what an earlier one says.
@@ -43,7 +43,7 @@ def check_tombstones(connection: Connection, _: Scope) -> Iterator[Finding]:
         if wrong is not None:
             place = {"campaign": stone.campaign, "recording": stone.recording, "table": "tombstones", "row": stone.id}
             given = {key: value for key, value in place.items() if value is not None}
-            yield Finding("tombstones", *wrong, given)
+            yield IntegrityFinding("tombstones", *wrong, given)
 
 
 def _files(connection: Connection, names: set[str]) -> _Files:

@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy import Column, ColumnElement, Connection, Integer, and_, cast, func, or_, select
 
-from ..findings import Finding
+from ..findings import IntegrityFinding
 from ..kinds import BYTES, DAY, INTEGER, JSON_TEXT, NUMBER, TEXT, TIME, TRUTH, kind_of
 from .scope import RESTORE, Scope
 from .tables import tables_there
@@ -26,7 +26,7 @@ _STORED_AS = {
 _FORMS = {TIME: "____-__-__ __:__:__.______", DAY: "____-__-__"}
 
 
-def check_values(connection: Connection, _: Scope) -> Iterator[Finding]:
+def check_values(connection: Connection, _: Scope) -> Iterator[IntegrityFinding]:
     """Columns of an SQLite file that hold something of another kind."""
     if connection.dialect.name != "sqlite":
         return
@@ -38,7 +38,7 @@ def check_values(connection: Connection, _: Scope) -> Iterator[Finding]:
         for column, count in zip(columns, counts, strict=True):
             if count:
                 message = f"{count} rows hold no {kind_of(column)} in {column.name}"
-                yield Finding("values", message, RESTORE, {"table": table.name})
+                yield IntegrityFinding("values", message, RESTORE, {"table": table.name})
 
 
 def _wrong(column: Column[Any]) -> ColumnElement[bool]:

@@ -12,7 +12,7 @@ from pyroshock.app.diagnoses.labels import (
     with_labels,
 )
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
-from pyroshock.diagnosis.observables.plate.stage import PlateStage
+from pyroshock.diagnosis.observables.plate.stage import PlateObservables
 from pyroshock.twin.effects import catalogue
 from support.records.plate_records import played
 
@@ -39,7 +39,7 @@ def test_features_have_physical_labels(name: str) -> None:
 
 
 def test_observables_of_a_plate_have_physical_labels() -> None:
-    names = [item.name for item in PlateStage(played([])).observables]
+    names = [item.name for item in PlateObservables(played([])).observables]
     labels = {name: observable_label(name) for name in names}
     assert len({label.text for label in labels.values()}) == len(names)
     for name, label in labels.items():

@@ -6,10 +6,10 @@ import numpy as np
 from pyroshock.app.diagnoses.plot_builder import pictures_of, residual_pictures
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.observables.base import Observable
-from pyroshock.diagnosis.observables.contact.stage import ContactStage
-from pyroshock.diagnosis.observables.gun.stage import GunStage
-from pyroshock.diagnosis.observables.plate.stage import PlateStage
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
+from pyroshock.diagnosis.observables.contact.stage import ContactObservables
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
+from pyroshock.diagnosis.observables.plate.stage import PlateObservables
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.nominal import muzzle_velocity
 from support.records.contact_campaigns import hammer_record
@@ -54,12 +54,12 @@ def test_planted_effect_closes_the_gap_that_is_drawn() -> None:
     """A gun whose readings of velocity are 5 % high: after the effect the residuals are gone."""
     gain = effect("sensor.velocity_gain", gain=1.05)
     pressures = (0.3e5, 0.6e5, 1.2e5)
-    configurations = tuple(Configuration(f"{p / 1e5:g} bar", {"tank_pressure": p}) for p in pressures)
+    configurations = tuple(RunConfiguration(f"{p / 1e5:g} bar", {"tank_pressure": p}) for p in pressures)
     runs = tuple(
         Run(i, i, 1, i, p, 0.5, 1.05 * float(muzzle_velocity(BENCH, p, 0.5)), 0.01) for i, p in enumerate(pressures)
     )
     record = CampaignRecord("made", "gun", configurations, runs, gun=BENCH)
-    stage = GunStage(record)
+    stage = GunObservables(record)
     found = pictures_of(GapTable.of(record, [stage]), [stage], [gain])
     (picture,) = found.residuals
     assert found.configurations == ("0.3 bar", "0.6 bar", "1.2 bar")
@@ -72,7 +72,7 @@ def test_pulse_after_the_true_effect_is_the_measured_one() -> None:
     """A heavier hammer's pulse is longer: before, the clock of the simulation after was another one."""
     heavy = effect("contact.effective_mass", mass_factor=1.3)
     record = hammer_record([heavy], repetitions=2)
-    stage = ContactStage(record)
+    stage = ContactObservables(record)
     (curve,) = pictures_of(GapTable.of(record, [stage]), [stage], [heavy]).curves
     assert curve.after is not None
     peak = curve.measured.max()
@@ -85,7 +85,7 @@ def test_pulse_after_the_true_effect_is_the_measured_one() -> None:
 def test_spectra_are_drawn_for_each_channel() -> None:
     gain = effect("sensor.acceleration_gain", gain=1.3)
     record = played([gain])
-    stage = PlateStage(record)
+    stage = PlateObservables(record)
     found = pictures_of(GapTable.of(record, [stage]), [stage], [gain])
     assert [curve.title.split(",")[0] for curve in found.curves] == ["acceleration 1", "acceleration 2"]
     for curve in found.curves:
@@ -96,7 +96,7 @@ def test_spectra_are_drawn_for_each_channel() -> None:
 
 def test_without_a_cause_there_is_no_after() -> None:
     record = hammer_record(repetitions=2)
-    stage = ContactStage(record)
+    stage = ContactObservables(record)
     found = pictures_of(GapTable.of(record, [stage]), [stage])
     assert all(picture.after is None for picture in found.residuals)
     assert all(picture.after is None for picture in found.curves)

@@ -11,7 +11,7 @@ from pyroshock.app.jobs.claims import running, take_over
 from pyroshock.app.jobs.fenced import FencedStore
 from pyroshock.app.jobs.fenced_registry import FencedRegistry
 from pyroshock.app.jobs.lease import Lease, LeaseLostError
-from pyroshock.app.jobs.work import Work
+from pyroshock.app.jobs.work import RunningJob
 from pyroshock.schema.session import Store
 from pyroshock.training.registry.registry import Registry
 from support.processes.odd_jobs import Odd, claimed, hand, odd
@@ -28,7 +28,7 @@ def store(sqlite_url: str) -> Iterator[Store]:
 
 def registry(store: Store, lease: Lease) -> FencedRegistry:
     url = store.engine.url.render_as_string(False)
-    return FencedRegistry(Work(lease.job, FencedStore(store, lease, "test"), url, lambda *_: None))
+    return FencedRegistry(RunningJob(lease.job, FencedStore(store, lease, "test"), url, lambda *_: None))
 
 
 def test_only_the_holder_registers_and_nobody_twice(store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from pyroshock.app.jobs import claims, doing, heart, queue, steps
 from pyroshock.app.jobs.claims import Claimed, Sighting, running, take_over
-from pyroshock.app.jobs.doing import Bench, attempt
+from pyroshock.app.jobs.doing import WorkerContext, attempt
 from pyroshock.app.jobs.fenced import FencedStore
 from pyroshock.app.jobs.kinds.diagnose import DIAGNOSE, DiagnoseArguments
 from pyroshock.app.jobs.kinds.plan import PLAN, PlanArguments
@@ -21,7 +21,7 @@ from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.jobs.steps import beat, fail, give_back, look, stopped
 from pyroshock.app.jobs.tidying import stop
 from pyroshock.app.jobs.watch import Watch
-from pyroshock.app.jobs.work import Result, Work
+from pyroshock.app.jobs.work import Result, RunningJob
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.engine import StoreError
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
@@ -75,7 +75,7 @@ def test_a_late_worker_changes_nothing(store: Store) -> None:
     assert second is not None
     assert (second.lease.attempt, get_job(store, key).worker) == (2, "second")
     _try_everything(store, late.job, late)
-    assert attempt(Bench(store, "", LEASE_S), second)
+    assert attempt(WorkerContext(store, "", LEASE_S), second)
     _try_everything(store, late.job, late)
     found = get_job(store, key)
     assert (found.state, found.error, found.attempt, rows(store, Plan)) == (DONE, None, 2, before + 1)
@@ -89,11 +89,11 @@ def _try_everything(store: Store, key: int, late: Lease) -> None:
     with pytest.raises(LeaseLostError):
         fenced.write(lambda session: session.add(Plan(name="late", kind="gun", factors="", method="lhs")))
     with pytest.raises(LeaseLostError):
-        fenced.end(lambda session: steps.finish(session, late, Result("/late"), steps.Progress()))
+        fenced.end(lambda session: steps.finish(session, late, Result("/late"), steps.JobProgress()))
     for late_end in (lambda: fail(store, late, "late"), lambda: stopped(store, late), lambda: give_back(store, late)):
         with pytest.raises(LeaseLostError):
             late_end()
-    assert not beat(store, late, steps.Progress(9, 9, "late")).held
+    assert not beat(store, late, steps.JobProgress(9, 9, "late")).held
     assert not look(store, late).held
     assert get_job(store, key) == before
 
@@ -150,7 +150,7 @@ def test_a_living_worker_keeps_its_job(file_store: Store, odd: Odd) -> None:
     """Four leases long, beside a worker that would take it, while the time of day runs backwards for both."""
     go_on = threading.Event()
 
-    def do(work: Work, _word: str) -> None:
+    def do(work: RunningJob, _word: str) -> None:
         assert go_on.wait(20)
 
     odd.do = do
@@ -243,7 +243,7 @@ def test_a_worker_that_wakes_too_late_ends_quietly(
     """It sleeps in the midst of its work, and its beats with it; then it goes on as if nothing had been."""
     asleep, wake, steps_taken = threading.Event(), threading.Event(), []
 
-    def do(work: Work, _word: str) -> None:
+    def do(work: RunningJob, _word: str) -> None:
         if work.store.lease.attempt == 1:
             asleep.set()
             assert wake.wait(20)
@@ -261,7 +261,7 @@ def test_a_worker_that_wakes_too_late_ends_quietly(
         patch.setattr(heart, "beat", away)
         patch.setattr(heart, "look", away)
         over: list[bool] = []
-        sleeper = threading.Thread(target=lambda: over.append(attempt(Bench(file_store, "", LEASE_S), first)))
+        sleeper = threading.Thread(target=lambda: over.append(attempt(WorkerContext(file_store, "", LEASE_S), first)))
         sleeper.start()
         assert asleep.wait(20)
         second = None
@@ -270,7 +270,7 @@ def test_a_worker_that_wakes_too_late_ends_quietly(
             time.sleep(0.02)
             for silent in watch.silent(running(file_store, hand())):
                 second = take_over(file_store, hand("second"), silent)
-    assert attempt(Bench(file_store, "", LEASE_S), second)
+    assert attempt(WorkerContext(file_store, "", LEASE_S), second)
     wake.set()
     sleeper.join(20)
     assert (over, steps_taken, get_job(file_store, key).state) == ([True], [2], DONE)
@@ -296,7 +296,7 @@ def test_a_diagnosis_and_a_plan_are_kept_once(store: Store, tmp_path: Path, monk
                 patch.setattr(doing, "give_back", lambda *_: None)  # a killed worker says nothing
                 patch.setattr(doing, "finish", _killed(moment))
                 with pytest.raises(KeyboardInterrupt):
-                    attempt(Bench(store, url, LEASE_S), taken)
+                    attempt(WorkerContext(store, url, LEASE_S), taken)
             silent = next(each for each in running(store, hand()) if each.job == key)
             taken = take_over(store, hand("next"), silent) if moment == "before the end" else None
     assert (rows(store, Diagnosis), rows(store, Plan)) == before

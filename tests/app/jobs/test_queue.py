@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from pyroshock.app.jobs.queue import JobView, UnknownJobError, get_job, list_jobs
 from pyroshock.app.jobs.tidying import stop
-from pyroshock.app.jobs.work import NotHereError, Result, Work
+from pyroshock.app.jobs.work import NotHereError, Result, RunningJob
 from pyroshock.app.models.training import MissingExtraError
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING
 from pyroshock.schema.session import Store
@@ -53,7 +53,7 @@ def test_jobs_are_done_one_after_the_other_in_the_order_asked(store: Store, odd:
 def test_progress_and_result_are_told(store: Store, odd: Odd) -> None:
     go_on = threading.Event()
 
-    def do(work: Work, _word: str) -> Result:
+    def do(work: RunningJob, _word: str) -> Result:
         work.step(3, 7, "recordings/0003.mat")
         assert go_on.wait(20)
         return Result("/campaigns/a", "done", {"impacts": 3, "error": float("nan")})
@@ -77,7 +77,7 @@ def test_progress_and_result_are_told(store: Store, odd: Odd) -> None:
 def test_a_stop_ends_a_job_at_its_next_step(store: Store, odd: Odd) -> None:
     begun = threading.Event()
 
-    def do(work: Work, _word: str) -> None:
+    def do(work: RunningJob, _word: str) -> None:
         for i in range(100_000):
             begun.set()
             time.sleep(0.005)
@@ -106,7 +106,7 @@ def test_errors_of_the_user_keep_their_words_and_ours_say_so(
 ) -> None:
     errors: dict[str, Exception] = {"his": ValueError("tip radius is 0; expected above 0"), "ours": KeyError("secret")}
 
-    def do(_work: Work, word: str) -> None:
+    def do(_work: RunningJob, word: str) -> None:
         raise errors[word]
 
     odd.do = do
@@ -120,7 +120,7 @@ def test_errors_of_the_user_keep_their_words_and_ours_say_so(
 
 
 def test_a_password_in_an_error_is_not_told(store: Store, odd: Odd) -> None:
-    def do(_work: Work, _word: str) -> None:
+    def do(_work: RunningJob, _word: str) -> None:
         raise ValueError("cannot reach postgresql://lab:hunter2@server/lab")
 
     odd.do = do
@@ -147,7 +147,7 @@ def test_a_job_of_another_machine_waits_for_it(store: Store, odd: Odd) -> None:
 def test_what_one_worker_lacks_another_does(store: Store, odd: Odd, lacking: type[Exception]) -> None:
     able: list[int] = []
 
-    def do(_work: Work, _word: str) -> None:
+    def do(_work: RunningJob, _word: str) -> None:
         if not able:
             raise lacking("torch is not installed")
 
@@ -174,7 +174,7 @@ def test_a_job_of_another_version_says_so(store: Store, odd: Odd, monkeypatch: p
 def test_the_end_of_a_worker_gives_the_job_back(store: Store, odd: Odd) -> None:
     begun = threading.Event()
 
-    def do(work: Work, _word: str) -> None:
+    def do(work: RunningJob, _word: str) -> None:
         begun.set()
         while not done:
             time.sleep(0.005)

@@ -15,7 +15,7 @@ from pyroshock.app.tuning.session import Ask, session_of
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest
 from pyroshock.doe.space import read_space, shipped_factors
-from pyroshock.twin.tune.space import Levels, Range
+from pyroshock.twin.tune.space import ContinuousRange, Levels
 from support.records.twin_parts import unsolved
 from support.stores.stores import opened
 
@@ -84,7 +84,7 @@ def test_masses_are_one_several_or_a_range() -> None:
         assert masses_of(one, "bullet_mass") == Levels((0.5,))
     for several in ("0.2kg,0.5kg", [0.2, half]):
         assert masses_of(several, "bullet_mass") == Levels((0.2, 0.5))
-    assert masses_of("1kg:0.2kg", "bullet_mass") == Range(0.2, 1.0)
+    assert masses_of("1kg:0.2kg", "bullet_mass") == ContinuousRange(0.2, 1.0)
 
 
 @pytest.mark.parametrize(

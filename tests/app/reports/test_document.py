@@ -10,14 +10,14 @@ import pytest
 from pyroshock.app.reports import pdf as pdf_module
 from pyroshock.app.reports.curves import Curve, line_chart, line_keys
 from pyroshock.app.reports.document import (
-    Bar,
     Bars,
     Bullets,
+    ChartRow,
     Document,
     Figure,
-    Figures,
     Paragraph,
     Section,
+    ShareBar,
     Table,
     cell_text,
 )
@@ -48,9 +48,12 @@ def document(word: str = "spring", rows: int = 3) -> Document:
             Section("Lines", (Bullets((f"first of {word}", "second"), "none"), Bullets((), "nothing here"))),
             Section("Table", (Table(word, ("name", word), [(word, float(i)) for i in range(rows)]),)),
             Section("Empty", (Table("of nothing", ("a", "b"), (), "No rows."),)),
-            Section("Bars", (Bars((Bar(word, "93 %", 0.0, 0.93, "named", word), Bar("x", "1", -1.0, 2.0, "floor"))),)),
-            Section("One chart", (Figures((chart(word),), (("line-0", word),)),)),
-            Section("Charts", (Figures((chart(), chart(), chart())),)),
+            Section(
+                "Bars",
+                (Bars((ShareBar(word, "93 %", 0.0, 0.93, "named", word), ShareBar("x", "1", -1.0, 2.0, "floor"))),),
+            ),
+            Section("One chart", (ChartRow((chart(word),), (("line-0", word),)),)),
+            Section("Charts", (ChartRow((chart(), chart(), chart())),)),
         ),
         date=dt.date(2026, 3, 2),
     )

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from pyroshock.app.reports.curves import MOST_POINTS
-from pyroshock.app.reports.document import Block, Document, Figures, Paragraph, Table
+from pyroshock.app.reports.document import Block, ChartRow, Document, Paragraph, Table
 from pyroshock.app.reports.model import model_document, of_all_splits
 from pyroshock.app.reports.page import html_of
 from pyroshock.app.reports.pdf import pdf_of
@@ -75,7 +75,7 @@ def test_a_law_has_no_figures_of_coverage(lab: tuple[Registry, Read]) -> None:
 
 def test_predictions_stand_beside_measurements(lab: tuple[Registry, Read]) -> None:
     registry, _ = lab
-    charts = [b for b in blocks(report(lab, "linear@1"), "On the pulses held out") if isinstance(b, Figures)]
+    charts = [b for b in blocks(report(lab, "linear@1"), "On the pulses held out") if isinstance(b, ChartRow)]
     agreement, coverage = charts
     count = len(registry.held_out(chosen(registry.versions(), "linear@1")).keys)
     times = Page(agreement.figures[1].drawing).of("circle")

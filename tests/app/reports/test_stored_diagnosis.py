@@ -9,7 +9,7 @@ import pytest
 from pyroshock.app.diagnoses.diagnosing import keep, report_json
 from pyroshock.app.diagnoses.summary import summary
 from pyroshock.app.reports.diagnosis import document_of
-from pyroshock.app.reports.document import Bars, Figures, Paragraph
+from pyroshock.app.reports.document import Bars, ChartRow, Paragraph
 from pyroshock.app.reports.page import html_of
 from pyroshock.app.reports.pdf import pdf_of
 from pyroshock.app.reports.stored_diagnosis import diagnosis_document, verdict_of
@@ -59,7 +59,7 @@ def test_both_hold_every_part(made: object) -> None:
 
 def test_pictures_are_drawn_where_they_are_kept() -> None:
     found = document_of(verdicts.verdict(), "3", None)
-    (figures,) = (block for section in found.sections for block in section.blocks if isinstance(block, Figures))
+    (figures,) = (block for section in found.sections for block in section.blocks if isinstance(block, ChartRow))
     assert len(figures.figures) == 3
     assert ("measured", "measured") in figures.keys
     without = document_of(verdicts.verdict(pictures=Pictures()), "3", None)

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from pyroshock.app.jobs.queue import ask, get_job
 from pyroshock.app.jobs.scratch import discard, is_scratch, make_scratch
-from pyroshock.app.jobs.work import Work
+from pyroshock.app.jobs.work import RunningJob
 from pyroshock.schema.jobs import DONE, WAITING
 from pyroshock.twin.tune.attainability import Attainability, Obstacle
 from starlette.testclient import TestClient
@@ -52,7 +52,7 @@ def scratches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[], l
 def test_a_job_outlives_its_server(tmp_path: Path, odd: Odd) -> None:
     begun, told = threading.Event(), list[int]()
 
-    def do(work: Work, _word: str) -> None:
+    def do(work: RunningJob, _word: str) -> None:
         begun.set()
         while not told:
             time.sleep(0.005)
@@ -81,7 +81,7 @@ def test_a_job_outlives_its_server(tmp_path: Path, odd: Odd) -> None:
 def test_a_job_is_stopped_from_its_page(tmp_path: Path, odd: Odd) -> None:
     begun = threading.Event()
 
-    def do(work: Work, _word: str) -> None:
+    def do(work: RunningJob, _word: str) -> None:
         for i in range(10_000):
             begun.set()
             time.sleep(0.005)

@@ -14,8 +14,8 @@ from pyroshock.diagnosis.inference.effect_laws import (
     laws_of,
     owners_of,
 )
-from pyroshock.diagnosis.observables.contact.stage import ContactStage
-from pyroshock.diagnosis.observables.gun.stage import GunStage
+from pyroshock.diagnosis.observables.contact.stage import ContactObservables
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.twin.effects import Effect, catalogue, parameter
 from support.records.contact_campaigns import hammer_record
 from support.records.gun_campaigns import gun_record
@@ -148,7 +148,7 @@ def test_starts_are_places_of_the_law(kind):
             law.effect(u)
 
 
-@pytest.mark.parametrize("stage", [GunStage(gun_record()), ContactStage(hammer_record(repetitions=1))])
+@pytest.mark.parametrize("stage", [GunObservables(gun_record()), ContactObservables(hammer_record(repetitions=1))])
 def test_off_does_nothing(stage):
     effects = [[law.off()] for law in {law.id: law for law in LAWS}.values() if law.id in stage.shows]
     assert len(effects) >= 5

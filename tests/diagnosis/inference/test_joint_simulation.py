@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.inference.effect_laws import EffectLaw, LawRanges, laws_of
 from pyroshock.diagnosis.inference.joint_simulation import JointSimulator, negligible_places
-from pyroshock.diagnosis.observables.gun.stage import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.twin.effects import catalogue
 from support.records.gun_campaigns import gun_record
 from support.records.toy_bench import Design, ToyContact, ToyForceGain, ToyGun, ToyLayer, ToyLoss, campaign
 
-STAGE = GunStage(gun_record())
+STAGE = GunObservables(gun_record())
 IDS = ("gun.dead_volume", "gun.blow_by", "gun.sliding_friction", "sensor.velocity_gain")
 LAWS = {name: laws_of(catalogue()[name], LawRanges(), {})[0] for name in IDS}
 

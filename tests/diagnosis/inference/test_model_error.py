@@ -11,8 +11,8 @@ from pyroshock.diagnosis.inference.model_error import (
     OWN,
     PLATE_BANK,
     SHARED,
-    Background,
     ErrorKernels,
+    ModelErrorAmplitudes,
     bank,
     observable_kernel,
     same_levels,
@@ -85,7 +85,7 @@ def test_what_is_made_of_parts_has_their_errors():
 
 def test_background_is_the_sum_of_its_amplitudes_squared():
     own = kernels()
-    matrix = own.background(Background(0.5, 0.3, 0.2))
+    matrix = own.background(ModelErrorAmplitudes(0.5, 0.3, 0.2))
     np.testing.assert_allclose(np.diag(matrix), 0.5**2 + 0.3**2 + 0.2**2)
     first, last = 0, len(FACTORS) - 1  # of the same observable
     smooth = np.exp(-0.5 * squared_distances(FACTORS)[first, last] / LENGTH**2)
@@ -94,12 +94,12 @@ def test_background_is_the_sum_of_its_amplitudes_squared():
 
 def test_details_have_their_share_of_the_background():
     detail = (PULSE[0], Observable("ln_rise", "contact", "force", "1", 0.03, 0.02, detail=True))
-    matrix = kernels(detail).background(Background(1.0, detail=0.15))
+    matrix = kernels(detail).background(ModelErrorAmplitudes(1.0, detail=0.15))
     np.testing.assert_allclose(np.diag(matrix), np.tile([1.0, 0.15**2], len(FACTORS)))
 
 
 @pytest.mark.parametrize("member", [*BANK, *PLATE_BANK])
-def test_every_background_is_a_covariance(member: Background):
+def test_every_background_is_a_covariance(member: ModelErrorAmplitudes):
     assert np.linalg.eigvalsh(kernels().background(member)).min() > -1e-9
 
 

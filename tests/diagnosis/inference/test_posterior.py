@@ -12,7 +12,7 @@ from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.gap_size import GapMetric
 from pyroshock.diagnosis.inference.model_search import ModelLibrary, fit_sets
 from pyroshock.diagnosis.inference.posterior import (
-    Posterior,
+    HypothesisPosterior,
     _fit_neighbours,
     common_effects,
     fitted_effects,
@@ -20,7 +20,7 @@ from pyroshock.diagnosis.inference.posterior import (
 )
 from pyroshock.diagnosis.inference.subset_fit import no_effects
 from pyroshock.diagnosis.inference.unexplained_gap import UnexplainedEvidence
-from pyroshock.diagnosis.observables.gun.stage import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.twin.effects import Effect, catalogue, effect
 from scipy.stats import norm
 from support.records.gun_campaigns import gun_record
@@ -40,14 +40,14 @@ COUNT = 10
 
 
 @cache
-def gun_posterior(planted: Effect | None = None, seed: int = 3) -> Posterior:
+def gun_posterior(planted: Effect | None = None, seed: int = 3) -> HypothesisPosterior:
     record = gun_record([planted] if planted else [], seed=seed)
-    stage = GunStage(record)
-    return Posterior.of(GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in IDS])
+    stage = GunObservables(record)
+    return HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()[name] for name in IDS])
 
 
 @cache
-def toy_posterior(*planted: Effect) -> Posterior:
+def toy_posterior(*planted: Effect) -> HypothesisPosterior:
     """Gun and contact of the toy bench."""
     scatter = Scatter(run=(0.004, 0.01, 0.1))
     record = campaign(
@@ -55,16 +55,16 @@ def toy_posterior(*planted: Effect) -> Posterior:
     )
     stages = stages_of(record)[:2]
     kinds = (ToyLoss, ToyMass, ToyLayer)
-    return Posterior.of(GapTable.of(record, stages), stages, kinds)
+    return HypothesisPosterior.of(GapTable.of(record, stages), stages, kinds)
 
 
-def linear_posterior(responses: np.ndarray, gap: np.ndarray, sets: Sequence[Sequence[str]]) -> Posterior:
+def linear_posterior(responses: np.ndarray, gap: np.ndarray, sets: Sequence[Sequence[str]]) -> HypothesisPosterior:
     """Of effects with these responses (m, C) to a gap (C,) in tolerances; these sets alone are in the library."""
     problem = linear_problem(responses[:, :, None], gap[:, None], 0.01 * np.eye(COUNT))
     library = ModelLibrary(problem, {(): no_effects(problem)})
     for names in sets:  # one by one: each from what is the best so far
         fit_sets(problem, library, [names])
-    return Posterior(problem.gap, library, GapMetric.of(problem.gap), tuple(library.weights()))
+    return HypothesisPosterior(problem.gap, library, GapMetric.of(problem.gap), tuple(library.weights()))
 
 
 DEAD_VOLUME = effect("gun.dead_volume", volume_m3=1e-3)
@@ -191,7 +191,7 @@ def test_more_unexplained_evidence_makes_unknown_likelier():
     posterior = linear_posterior(np.ones((1, COUNT)), np.zeros(COUNT), [["gun.linear_0"]])
     odds = []
     for gain in (0.0, 3.0):
-        own = Posterior(
+        own = HypothesisPosterior(
             posterior.gap,
             posterior.library,
             posterior.metric,
@@ -212,8 +212,8 @@ def test_sets_beside_which_something_is_sought_leave_most_of_the_gap():
 
 def test_parameters_of_levels_bear_their_names():
     record = gun_record([DEAD_VOLUME], seed=3)
-    stage = GunStage(record)
-    posterior = Posterior.of(GapTable.of(record, [stage]), [stage], [catalogue()["gun.sliding_friction"]])
+    stage = GunObservables(record)
+    posterior = HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()["gun.sliding_friction"]])
     law = next((law for law in posterior.problem.laws if law.levels), None)
     assert law is not None, "friction belongs to the bullet, of which the campaign has two"
     start = (law, law.starts()[1])
@@ -228,7 +228,7 @@ def test_parameters_of_levels_bear_their_names():
         assert row.value == pytest.approx(values[name][first])
 
 
-def _at(posterior: Posterior, law, u):
+def _at(posterior: HypothesisPosterior, law, u):
     return replace(posterior.library.fits[()], laws=(law,), u=u, precision=np.eye(len(u)))
 
 
@@ -243,8 +243,8 @@ def test_fitted_effects_have_the_fitted_parameters():
 def test_common_effects_have_one_value_for_all_levels():
     kinds = [catalogue()["gun.sliding_friction"]]
     record = gun_record([DEAD_VOLUME], seed=3)
-    stage = GunStage(record)
-    posterior = Posterior.of(GapTable.of(record, [stage]), [stage], kinds)
+    stage = GunObservables(record)
+    posterior = HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], kinds)
     law = next(law for law in posterior.problem.laws if law.levels)
     u = law.starts()[1]
     fit = _at(posterior, law, u)
@@ -257,8 +257,8 @@ def test_common_effects_have_one_value_for_all_levels():
 def test_interval_of_a_level_is_that_of_what_it_has_in_common_and_of_its_own():
     """What levels have in common and what each has of its own lean against each other: only their sum is known."""
     record = gun_record([DEAD_VOLUME], seed=3)
-    stage = GunStage(record)
-    posterior = Posterior.of(GapTable.of(record, [stage]), [stage], [catalogue()["gun.sliding_friction"]])
+    stage = GunObservables(record)
+    posterior = HypothesisPosterior.of(GapTable.of(record, [stage]), [stage], [catalogue()["gun.sliding_friction"]])
     law = next(law for law in posterior.problem.laws if law.levels)
     sharp = 100.0 * law.placing.T @ law.placing + np.eye(law.size)  # a measurement of each level's place, sd 0.1
     fit = replace(posterior.library.fits[()], laws=(law,), u=law.starts()[1], precision=sharp)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.inference.problem import InferenceProblem, StageBlock
-from pyroshock.diagnosis.observables.gun.stage import GunStage
-from pyroshock.diagnosis.observables.plate.stage import PlateStage
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
+from pyroshock.diagnosis.observables.plate.stage import PlateObservables
 from pyroshock.twin.effects import catalogue
 from support.records.gun_campaigns import gun_record
 from support.records.linear_problems import gap_of
@@ -108,7 +108,7 @@ def test_changes_are_in_tolerances():
 def test_search_of_an_effect_begins_where_it_moves_the_gap_by_a_tolerance(name: str):
     """At u = -2 it does, rms over configurations; at a third of that parameter it does not."""
     record = gun_record()
-    stage = GunStage(record)
+    stage = GunObservables(record)
     problem = InferenceProblem.of(GapTable.of(record, [stage]), [stage], [catalogue()[name]])
     law = problem.laws[0]
     size = float(law.coordinates[0].value(np.array(-2.0)))
@@ -127,7 +127,7 @@ def test_law_by_channel_tells_of_the_plate_s_cells_alone():
         for run in played_record.runs
     )
     record = replace(played_record, gun=gun.gun, runs=runs)
-    stages = [GunStage(record), PlateStage(record)]
+    stages = [GunObservables(record), PlateObservables(record)]
     kinds = [catalogue()[name] for name in ("gun.valve_flow", "sensor.acceleration_gain", "plate.damping")]
     gap = GapTable.of(record, stages)
     problem = InferenceProblem.of(gap, stages, kinds)

@@ -6,23 +6,23 @@ import numpy as np
 import pytest
 from pyroshock.diagnosis.localisation.drift import drift
 from pyroshock.diagnosis.observables.base import Observable
-from pyroshock.diagnosis.record import Configuration
+from pyroshock.diagnosis.record import RunConfiguration
 
 VELOCITY = (Observable("ln_velocity", "gun", "velocity", "1", 0.01, 0.008),)
 CELLS, REPEATS = 12, 3
 STRIKERS = ("254 mm", "127 mm", "PLA and steel")
 
 
-def settings(strikers: list[str]) -> list[Configuration]:
+def settings(strikers: list[str]) -> list[RunConfiguration]:
     return [
-        Configuration(f"{i}", {"striker": striker, "tank_pressure": 1e5 * (1 + (5 * i) % CELLS)})
+        RunConfiguration(f"{i}", {"striker": striker, "tank_pressure": 1e5 * (1 + (5 * i) % CELLS)})
         for i, striker in enumerate(strikers)
     ]
 
 
 def sentences(
     order: np.ndarray,
-    configurations: list[Configuration],
+    configurations: list[RunConfiguration],
     *,
     drifted: float = 0.0,
     striker: float = 0.0,
@@ -50,7 +50,7 @@ def shuffled(seed: int) -> np.ndarray:
 
 
 @pytest.mark.parametrize("configurations", [IN_BLOCKS, MIXED], ids=["blocks", "mixed"])
-def test_shuffled_runs_tell_a_drift_whatever_the_factors_do(configurations: list[Configuration]) -> None:
+def test_shuffled_runs_tell_a_drift_whatever_the_factors_do(configurations: list[RunConfiguration]) -> None:
     (sentence,) = sentences(shuffled(0), configurations, drifted=0.04, striker=0.1)
     assert sentence.startswith("gun: measured less simulated ln_velocity rises by 0.04 from the first run to the last")
     assert "cannot be told apart" not in sentence
@@ -80,7 +80,7 @@ def test_a_drift_over_mixed_factors_is_the_order_s() -> None:
 
 @pytest.mark.parametrize(("count", "repeats"), [(CELLS, REPEATS), (5, 15), (7, 1)])
 def test_a_number_that_rises_with_the_order_is_named_beside_it(count: int, repeats: int) -> None:
-    rising = [Configuration(str(i), {"striker": "254 mm", "tank_pressure": 1e5 * (1 + i)}) for i in range(count)]
+    rising = [RunConfiguration(str(i), {"striker": "254 mm", "tank_pressure": 1e5 * (1 + i)}) for i in range(count)]
     *_, sentence = sentences(np.arange(count * repeats), rising, drifted=0.15)
     assert "order of runs and tank_pressure_bar cannot be told apart" in sentence
 
@@ -92,7 +92,7 @@ def test_repetitions_in_a_row_are_no_drift() -> None:
 
 
 @pytest.mark.parametrize("configurations", [IN_BLOCKS, MIXED], ids=["blocks", "mixed"])
-def test_steady_runs_in_a_row_say_nothing(configurations: list[Configuration]) -> None:
+def test_steady_runs_in_a_row_say_nothing(configurations: list[RunConfiguration]) -> None:
     assert sum(bool(sentences(IN_A_ROW, configurations, seed=seed)) for seed in range(20)) <= 4
 
 
@@ -109,7 +109,9 @@ def test_few_settings_without_repetitions_tell_nothing(count: int) -> None:
 def test_pressures_fired_one_after_the_other_are_no_drift() -> None:
     """Trettel's shots: five pressures in rising order, 14 or 15 shots each, whose gap falls with the pressure."""
     counts, gap = np.array([14, 15, 15, 15, 15]), np.array([-1.25, -0.99, -0.92, -0.92, -0.81])
-    settings = [Configuration(str(i), {"tank_pressure": p}) for i, p in enumerate((207e3, 276e3, 345e3, 414e3, 483e3))]
+    settings = [
+        RunConfiguration(str(i), {"tank_pressure": p}) for i, p in enumerate((207e3, 276e3, 345e3, 414e3, 483e3))
+    ]
     of, rng = np.repeat(np.arange(5), counts), np.random.default_rng(0)
     residual = gap[of] + 0.05 * rng.standard_normal(of.size)
     *_, sentence = drift(residual[:, None], of, np.arange(of.size), VELOCITY, rng, configurations=settings)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pyroshock.diagnosis.observables.contact.features import NAMES, OBSERVABLES
-from pyroshock.diagnosis.observables.contact.stage import ContactStage
+from pyroshock.diagnosis.observables.contact.stage import ContactObservables
 from pyroshock.diagnosis.record import CampaignRecord, Series
 from pyroshock.twin.effects import Effect, catalogue, effect
 from pyroshock.twin.materials import THESIS
@@ -17,7 +17,7 @@ from support.records.contact_campaigns import FOUR, MASS_KG, hammer_record, with
 EXAMPLE = Path(__file__).parents[4] / "shared" / "examples" / "hammer-effective-mass"
 TOLERANCE = np.array([one.tolerance for one in OBSERVABLES])
 CLEAN = hammer_record()
-STAGE = ContactStage(CLEAN)
+STAGE = ContactObservables(CLEAN)
 SHOWN = [catalogue()[each]() for each in STAGE.shows]
 EACH = pytest.mark.parametrize("each", SHOWN, ids=lambda each: each.id)
 MILD = effect("contact.plate_compliance", share=0.1)
@@ -29,7 +29,7 @@ def column(values: np.ndarray, name: str) -> np.ndarray:
 
 def in_tolerances(record: CampaignRecord, effects: list[Effect]) -> np.ndarray:
     """Mean residual of the whole campaign (d,)."""
-    stage = ContactStage(record)
+    stage = ContactObservables(record)
     return np.asarray(((stage.measured() - stage.simulated(effects)) / TOLERANCE).mean(axis=0))
 
 
@@ -45,18 +45,18 @@ def without_plate_material(record: CampaignRecord) -> CampaignRecord:
 
 def test_the_bench_s_plate_is_struck_where_the_runs_name_none() -> None:
     """A hammer's plan has no factor plate_material: `[bench.plate]` has it."""
-    stage = ContactStage(replace(without_plate_material(CLEAN), plate_material="aluminum"))
+    stage = ContactObservables(replace(without_plate_material(CLEAN), plate_material="aluminum"))
     np.testing.assert_array_equal(stage.simulated(), STAGE.simulated())
 
 
 def test_the_runs_plate_goes_before_the_bench_s() -> None:
-    stage = ContactStage(replace(CLEAN, plate_material="steel"))
+    stage = ContactObservables(replace(CLEAN, plate_material="steel"))
     np.testing.assert_array_equal(stage.simulated(), STAGE.simulated())
 
 
 def test_a_plate_that_nobody_names_is_refused_with_both_places() -> None:
     with pytest.raises(ValueError, match=r"no plate_material: .* column .* \[bench.plate\]"):
-        ContactStage(without_plate_material(CLEAN))
+        ContactObservables(without_plate_material(CLEAN))
 
 
 @EACH
@@ -122,23 +122,23 @@ def test_representative_has_the_median_velocity() -> None:
 
 
 def test_layer_is_not_shown_without_one() -> None:
-    bare = ContactStage(hammer_record(settings=FOUR[:2]))
+    bare = ContactObservables(hammer_record(settings=FOUR[:2]))
     assert "contact.layer_compliance" not in bare.shows
     assert "contact.viscous_loss" in bare.shows
 
 
 def test_yield_is_not_shown_without_strengths() -> None:
     soft = {name: replace(one, yield_strength_pa=None) for name, one in THESIS.items()}
-    assert "contact.plastic_yield" not in ContactStage(replace(CLEAN, materials=soft)).shows
+    assert "contact.plastic_yield" not in ContactObservables(replace(CLEAN, materials=soft)).shows
 
 
 def test_nothing_is_shown_without_forces() -> None:
     runs = tuple(replace(run, force=None) for run in CLEAN.runs)
-    assert ContactStage(replace(CLEAN, runs=runs)).shows == ()
+    assert ContactObservables(replace(CLEAN, runs=runs)).shows == ()
 
 
 def test_run_without_velocity_or_force_is_nan() -> None:
-    lacking = ContactStage(without(without(CLEAN, 0, velocity_m_s=None), 1, force=None))
+    lacking = ContactObservables(without(without(CLEAN, 0, velocity_m_s=None), 1, force=None))
     gone = np.isnan(lacking.residuals()).all(axis=1)
     assert np.flatnonzero(gone).tolist() == [0, 1]
     assert not np.isnan(lacking.residuals()[2:]).any()
@@ -146,7 +146,7 @@ def test_run_without_velocity_or_force_is_nan() -> None:
 
 def test_configuration_without_velocities_is_nan() -> None:
     runs = tuple(replace(run, velocity_m_s=None) if run.configuration == 2 else run for run in CLEAN.runs)
-    stage = ContactStage(replace(CLEAN, runs=runs), {"impactor_mass_kg": 0.1})
+    stage = ContactObservables(replace(CLEAN, runs=runs), {"impactor_mass_kg": 0.1})
     for values in (stage.changes([[MILD]])[0], stage.nuisances()["impactor_mass_kg"]):
         assert np.isnan(values).all(axis=1).tolist() == [False, False, True, False]
 
@@ -172,34 +172,34 @@ def test_output_is_the_true_force() -> None:
 
 
 def test_output_is_none_without_velocity() -> None:
-    assert ContactStage(without(CLEAN, 3, velocity_m_s=None)).output()[3] is None
+    assert ContactObservables(without(CLEAN, 3, velocity_m_s=None)).output()[3] is None
 
 
 def test_bullet_strikes_with_its_own_mass() -> None:
     shots = tuple(replace(run, bullet_mass_kg=2 * MASS_KG) for run in CLEAN.runs)
-    heavier = ContactStage(replace(CLEAN, kind="gun", runs=shots)).simulated() - STAGE.simulated()
+    heavier = ContactObservables(replace(CLEAN, kind="gun", runs=shots)).simulated() - STAGE.simulated()
     assert column(heavier, "ln_impulse") == pytest.approx(np.log(2.0), abs=3e-3)
 
 
 def test_uncertain_mass_is_a_nuisance() -> None:
-    column_of_mass = ContactStage(CLEAN, {"impactor_mass_kg": 0.05}).nuisances()["impactor_mass_kg"]
+    column_of_mass = ContactObservables(CLEAN, {"impactor_mass_kg": 0.05}).nuisances()["impactor_mass_kg"]
     assert column(column_of_mass, "ln_impulse") == pytest.approx(0.05, abs=5e-4)
     assert column(column_of_mass, "ln_peak") == pytest.approx(0.03, abs=5e-4)
 
 
 def test_unknown_uncertain_quantity_is_refused() -> None:
     with pytest.raises(ValueError, match=r"no uncertain quantity 'colour'.*impactor_mass_kg"):
-        ContactStage(CLEAN, {"colour": 0.1})
+        ContactObservables(CLEAN, {"colour": 0.1})
 
 
 def test_missing_mass_is_named() -> None:
     with pytest.raises(ValueError, match=r"run 1: no mass; give \[bench.hammer\] mass_kg"):
-        ContactStage(replace(CLEAN, hammer_mass_kg=None))
+        ContactObservables(replace(CLEAN, hammer_mass_kg=None))
 
 
 def test_unknown_material_is_named() -> None:
     with pytest.raises(ValueError, match=r"tip_material = 'aluminum'.*steel"):
-        ContactStage(replace(CLEAN, materials={"steel": THESIS["steel"]}))
+        ContactObservables(replace(CLEAN, materials={"steel": THESIS["steel"]}))
 
 
 @pytest.mark.slow
@@ -207,7 +207,7 @@ def test_unknown_material_is_named() -> None:
 def test_example_has_more_impulse_than_its_mass() -> None:
     from pyroshock.diagnosis.reading.folder import read_folder
 
-    gap = (ContactStage(read_folder(EXAMPLE)).residuals() / TOLERANCE).mean(axis=0)
+    gap = (ContactObservables(read_folder(EXAMPLE)).residuals() / TOLERANCE).mean(axis=0)
     assert column(gap, "ln_impulse") > 5
     assert column(gap, "ln_peak") / column(gap, "ln_impulse") == pytest.approx(0.6, abs=0.05)
     assert np.abs(gap[4:]).max() < 0.3

@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.diagnosis.observables.contact.features import OBSERVABLES
-from pyroshock.diagnosis.observables.contact.stage import ContactStage
+from pyroshock.diagnosis.observables.contact.stage import ContactObservables
 from pyroshock.diagnosis.record import CampaignRecord, Series
 from pyroshock.twin.effects import Effect, effect
-from pyroshock.virtualbench.effects import Effect as Played
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import Impactor, Target, target
+from pyroshock.virtualbench.effects import EffectSwitch as Played
+from pyroshock.virtualbench.impact.build import Impactor, ImpactTarget, target
 from pyroshock.virtualbench.impact.materials import contact_material
 from pyroshock.virtualbench.impact.strike import STEP_S, strike_many
 from support.records.contact_campaigns import MASS_KG, hammer_record
@@ -30,7 +30,7 @@ def played(strengths: Mapping[str, float]) -> CampaignRecord:
     strikers = [Impactor(tip, BARE[run.configuration][1], MASS_KG) for tip, run in zip(tips, record.runs, strict=True)]
     acting = Effects(tuple(Played(name, strength=value) for name, value in strengths.items()))
     speeds = [run.velocity_m_s for run in record.runs if run.velocity_m_s is not None]
-    targets: list[Target] = [target("aluminum", 0.01)] * len(strikers)
+    targets: list[ImpactTarget] = [target("aluminum", 0.01)] * len(strikers)
     hits = strike_many(strikers, targets, acting, speeds, np.random.default_rng(1), tail_s=0.0)
     forces = [sampled(hit.force_n, rng) for hit in hits]
     runs = tuple(replace(run, force=force) for run, force in zip(record.runs, forces, strict=True))
@@ -44,7 +44,7 @@ def sampled(force_n: np.ndarray, rng: np.random.Generator) -> Series:
 
 
 def residual(strengths: Mapping[str, float], effects: list[Effect]) -> np.ndarray:
-    stage = ContactStage(played(strengths))
+    stage = ContactObservables(played(strengths))
     return np.asarray(np.abs((stage.measured() - stage.simulated(effects)) / TOLERANCE).max(axis=0))
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pyroshock.diagnosis.observables.gun.stage import GunStage
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.signals.valve_profile import ValveProfile
 from pyroshock.twin.effects import Effect, catalogue, effect
 from pyroshock.twin.gun.bench import GunBench
@@ -31,7 +31,9 @@ EACH = pytest.mark.parametrize("each", [*GUN, *SENSORS], ids=lambda each: each.i
 def record(repeats: int = 3, **changed: object) -> CampaignRecord:
     """Six settings; the pressure of a repetition is off by 1 % of it, the middle one is on it."""
     at = [(p, m) for p in PRESSURES for m in MASSES]
-    configurations = tuple(Configuration(f"{p:g} Pa, {m:g} kg", {"tank_pressure": p, "bullet_mass": m}) for p, m in at)
+    configurations = tuple(
+        RunConfiguration(f"{p:g} Pa, {m:g} kg", {"tank_pressure": p, "bullet_mass": m}) for p, m in at
+    )
     runs = tuple(
         Run(c, 6 * j + c, j + 1, 6 * j + c, p * (1 + 0.01 * (j - repeats // 2)), m, 10.0 + c, 0.05 * (10.0 + c))
         for j in range(repeats)
@@ -70,7 +72,7 @@ def of_bullet(values: np.ndarray, of: CampaignRecord, mass_kg: float) -> np.ndar
 def test_each_bullet_has_its_own_travel() -> None:
     """Eq. 2.16 with each bullet's L."""
     six = record()
-    shown = GunStage(with_travels(six)).simulated()[:, 0]
+    shown = GunObservables(with_travels(six)).simulated()[:, 0]
     for mass, travel in TRAVELS.items():
         rows = masses(six) == mass
         expected = np.log(muzzle_velocity(replace(BENCH, travel_m=travel), pressures(six)[rows], masses(six)[rows]))
@@ -79,10 +81,10 @@ def test_each_bullet_has_its_own_travel() -> None:
 
 @EACH
 def test_effects_act_over_each_bullet_s_travel(each: Effect) -> None:
-    mixed = GunStage(with_travels(record()))
+    mixed = GunObservables(with_travels(record()))
     found = mixed.changes([[each], []])
     for mass, travel in TRAVELS.items():
-        alone = GunStage(record(gun=replace(BENCH, travel_m=travel)))
+        alone = GunObservables(record(gun=replace(BENCH, travel_m=travel)))
         np.testing.assert_allclose(
             of_bullet(found[0], mixed.record, mass),
             of_bullet(alone.changes([[each]])[0], mixed.record, mass),
@@ -92,9 +94,9 @@ def test_effects_act_over_each_bullet_s_travel(each: Effect) -> None:
 
 @pytest.mark.parametrize("name", ["travel_m", "friction_coefficient", "bullet_mass_kg"])
 def test_uncertain_settings_act_over_each_bullet_s_travel(name: str) -> None:
-    mixed = GunStage(with_travels(record()), {name: 0.01})
+    mixed = GunObservables(with_travels(record()), {name: 0.01})
     for mass, travel in TRAVELS.items():
-        alone = GunStage(record(gun=replace(BENCH, travel_m=travel)), {name: 0.01})
+        alone = GunObservables(record(gun=replace(BENCH, travel_m=travel)), {name: 0.01})
         np.testing.assert_allclose(
             of_bullet(mixed.nuisances()[name], mixed.record, mass),
             of_bullet(alone.nuisances()[name], mixed.record, mass),
@@ -105,27 +107,27 @@ def test_uncertain_settings_act_over_each_bullet_s_travel(name: str) -> None:
 def test_nominal_is_eq_2_16() -> None:
     six = record()
     expected = np.log(muzzle_velocity(BENCH, pressures(six), masses(six)))
-    assert GunStage(six).simulated()[:, 0] == pytest.approx(expected, rel=1e-12)
+    assert GunObservables(six).simulated()[:, 0] == pytest.approx(expected, rel=1e-12)
 
 
 def test_measured_is_the_logarithm() -> None:
-    assert GunStage(record()).measured()[:6, 0] == pytest.approx(np.log(np.arange(10.0, 16.0)))
+    assert GunObservables(record()).measured()[:6, 0] == pytest.approx(np.log(np.arange(10.0, 16.0)))
 
 
 def test_residual_of_a_perfect_bench_is_nothing() -> None:
     six = record()
-    runs = tuple(replace(run, velocity_m_s=v) for run, v in zip(six.runs, GunStage(six).output(), strict=True))
-    assert GunStage(replace(six, runs=runs)).residuals() == pytest.approx(np.zeros((18, 1)), abs=1e-12)
+    runs = tuple(replace(run, velocity_m_s=v) for run, v in zip(six.runs, GunObservables(six).output(), strict=True))
+    assert GunObservables(replace(six, runs=runs)).residuals() == pytest.approx(np.zeros((18, 1)), abs=1e-12)
 
 
 def test_floor_is_the_stated_uncertainty() -> None:
-    assert GunStage(record()).observables[0].floor == pytest.approx(0.05)
+    assert GunObservables(record()).observables[0].floor == pytest.approx(0.05)
 
 
 def test_floor_is_assumed_where_none_is_stated() -> None:
     six = record()
     runs = tuple(replace(run, velocity_u_m_s=None) for run in six.runs)
-    assert GunStage(replace(six, runs=runs)).observables[0].floor == 0.01
+    assert GunObservables(replace(six, runs=runs)).observables[0].floor == 0.01
 
 
 @EACH
@@ -140,14 +142,14 @@ def test_effects_are_the_guns(each: Effect) -> None:
         gain = 0.9
     acting = [each] if isinstance(each, GunEffect) else []
     expected = np.log(gain * gun_velocity(BENCH, true_pressure, masses(six), acting).velocity_m_s)
-    assert GunStage(six).simulated([each])[:, 0] == pytest.approx(expected, rel=1e-5)
+    assert GunObservables(six).simulated([each])[:, 0] == pytest.approx(expected, rel=1e-5)
 
 
 def test_pressure_is_undone_backwards_and_velocity_shown_last() -> None:
     six = record()
     true_pressure = (pressures(six) - 4e3) / 1.1
     expected = gun_velocity(BENCH, true_pressure, masses(six), [effect("gun.back_pressure")]).velocity_m_s
-    stage, effects = GunStage(six), [*SENSORS, effect("gun.back_pressure")]
+    stage, effects = GunObservables(six), [*SENSORS, effect("gun.back_pressure")]
     assert stage.simulated(effects)[:, 0] == pytest.approx(np.log(0.9 * expected), rel=1e-12)
     assert stage.output(effects) == pytest.approx(expected, rel=1e-12)
 
@@ -156,11 +158,11 @@ def test_true_pressures_pass_no_sensor() -> None:
     six = record()
     expected = muzzle_velocity(BENCH, pressures(six) + 5e3, masses(six))
     given_pressures = [float(p) for p in pressures(six) + 5e3]
-    assert GunStage(six).output(SENSORS, given_pressures) == pytest.approx(expected, rel=1e-12)
+    assert GunObservables(six).output(SENSORS, given_pressures) == pytest.approx(expected, rel=1e-12)
 
 
 def test_shot_that_stays_in_the_barrel_is_nan() -> None:
-    stage = GunStage(record(1))
+    stage = GunObservables(record(1))
     stuck = [effect("gun.sliding_friction", seal_force_n=100.0)]
     assert list(np.isnan(stage.simulated(stuck)[:, 0])) == [True, True, False, False, False, False]
     assert list(np.isnan(stage.changes([stuck])[0, :, 0])) == [True, True, False, False, False, False]
@@ -169,19 +171,19 @@ def test_shot_that_stays_in_the_barrel_is_nan() -> None:
 
 @pytest.mark.parametrize("name", ["tank_pressure_pa", "bullet_mass_kg", "velocity_m_s"])
 def test_run_without_a_reading_is_nan(name: str) -> None:
-    residuals = GunStage(without(record(1), 2, **{name: None})).residuals()
+    residuals = GunObservables(without(record(1), 2, **{name: None})).residuals()
     assert list(np.flatnonzero(np.isnan(residuals[:, 0]))) == [2]
 
 
 def test_arrays_of_parameters_go_with_the_runs() -> None:
     six, share = without(record(1), 2, tank_pressure_pa=None), np.linspace(0, 1, 6)
-    together = GunStage(six).simulated([effect("gun.heat_exchange", share=share)])
-    alone = [GunStage(six).simulated([effect("gun.heat_exchange", share=s)])[c, 0] for c, s in enumerate(share)]
+    together = GunObservables(six).simulated([effect("gun.heat_exchange", share=share)])
+    alone = [GunObservables(six).simulated([effect("gun.heat_exchange", share=s)])[c, 0] for c, s in enumerate(share)]
     assert together[:, 0] == pytest.approx(alone, rel=1e-12, nan_ok=True)
 
 
 def test_changes_of_mixed_sets_are_those_one_by_one() -> None:
-    stage = GunStage(record())
+    stage = GunObservables(record())
     sets: list[list[Effect]] = [
         [],
         [effect("gun.blow_by", wear_m=2e-4)],
@@ -210,7 +212,7 @@ def test_changes_of_mixed_sets_are_those_one_by_one() -> None:
     )
 )
 def test_changes_do_not_hang_on_company(sets: list[list[Effect]]) -> None:
-    stage = GunStage(record(1))
+    stage = GunObservables(record(1))
     found = stage.changes(sets)
     assert found.shape == (len(sets), 6, 1)
     for k, effects in enumerate(sets):
@@ -218,7 +220,7 @@ def test_changes_do_not_hang_on_company(sets: list[list[Effect]]) -> None:
 
 
 def test_changes_of_nothing_are_nothing() -> None:
-    stage = GunStage(record())
+    stage = GunObservables(record())
     kinds = [type(each) for each in (*GUN, *SENSORS)]
     off = [kind(**{item.name: item.off for item in kind.parameters()}) for kind in kinds]
     assert np.all(stage.changes([[], *[[each] for each in off]]) == 0)
@@ -231,7 +233,7 @@ def test_cost_grows_with_configurations_not_with_runs(monkeypatch: pytest.Monkey
         fired.append(np.size(given[1]))
         return gun_velocity(*given, **more)
 
-    stage = GunStage(record(30))
+    stage = GunObservables(record(30))
     monkeypatch.setattr("pyroshock.diagnosis.observables.gun.stage.gun_velocity", counted)
     stage.changes([[effect("gun.blow_by", wear_m=w)] for w in (1e-4, 2e-4, 3e-4)])
     assert sorted(fired) == [6, 18]
@@ -240,13 +242,13 @@ def test_cost_grows_with_configurations_not_with_runs(monkeypatch: pytest.Monkey
 def test_shown_are_the_guns_and_three_sensors_effects() -> None:
     gun = [identity for identity in catalogue() if identity.startswith("gun.")]
     sensors = ["sensor.pressure_gain", "sensor.pressure_offset", "sensor.velocity_gain"]
-    assert list(GunStage(record()).shows) == [*gun, *sensors]
+    assert list(GunObservables(record()).shows) == [*gun, *sensors]
 
 
 def test_nothing_shows_without_velocities() -> None:
     six = record()
     runs = tuple(replace(run, velocity_m_s=None) for run in six.runs)
-    assert GunStage(replace(six, runs=runs)).shows == ()
+    assert GunObservables(replace(six, runs=runs)).shows == ()
 
 
 @pytest.mark.parametrize(
@@ -255,15 +257,15 @@ def test_nothing_shows_without_velocities() -> None:
 def test_nuisance_is_a_standard_deviations_change(name: str, sd: float) -> None:
     six, h = record(), 1e-3
     moved = [replace(BENCH, **{name: getattr(BENCH, name) + sign * h * sd}) for sign in (1, -1)]
-    high, low = (GunStage(replace(six, gun=bench)).simulated()[6:12] for bench in moved)
-    column = GunStage(six, {name: sd}).nuisances()[name]
+    high, low = (GunObservables(replace(six, gun=bench)).simulated()[6:12] for bench in moved)
+    column = GunObservables(six, {name: sd}).nuisances()[name]
     assert column.shape == (6, 1)
     assert column == pytest.approx((high - low) / (2 * h), rel=1e-6)
 
 
 def test_uncertain_mass_is_minus_a_half_of_its_share_without_friction() -> None:
     free = replace(BENCH, friction_coefficient=0.0)
-    columns = GunStage(replace(record(), gun=free), {"bullet_mass_kg": 0.01, "tank_pressure_pa": 1e3}).nuisances()
+    columns = GunObservables(replace(record(), gun=free), {"bullet_mass_kg": 0.01, "tank_pressure_pa": 1e3}).nuisances()
     mass, pressure = masses(record())[:6], np.repeat(PRESSURES, 2)
     assert columns["bullet_mass_kg"][:, 0] == pytest.approx(-0.005 / mass, rel=1e-4)
     assert columns["tank_pressure_pa"][:, 0] == pytest.approx(500 / pressure, rel=1e-4)
@@ -271,22 +273,22 @@ def test_uncertain_mass_is_minus_a_half_of_its_share_without_friction() -> None:
 
 def test_efficiency_of_one_has_one_side() -> None:
     ideal = replace(record(), gun=replace(BENCH, efficiency=1.0))
-    assert GunStage(ideal, {"efficiency": 0.02}).nuisances()["efficiency"] == pytest.approx(0.02, rel=1e-3)
+    assert GunObservables(ideal, {"efficiency": 0.02}).nuisances()["efficiency"] == pytest.approx(0.02, rel=1e-3)
 
 
 def test_certain_settings_are_no_nuisances() -> None:
-    assert GunStage(record()).nuisances() == GunStage(record(), {"travel_m": 0.0}).nuisances() == {}
+    assert GunObservables(record()).nuisances() == GunObservables(record(), {"travel_m": 0.0}).nuisances() == {}
 
 
 @pytest.mark.parametrize("uncertain", [{"tank_volume": 1e-4}, {"travel_m": -0.01}, {"travel_m": float("nan")}])
 def test_unknown_uncertainties_are_refused(uncertain: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=next(iter(uncertain))):
-        GunStage(record(), uncertain)
+        GunObservables(record(), uncertain)
 
 
 def test_hammer_campaign_has_no_gun() -> None:
     with pytest.raises(ValueError, match="no gun"):
-        GunStage(record(gun=None))
+        GunObservables(record(gun=None))
 
 
 @pytest.mark.parametrize("identity", [*(e.id for e in GUN), "sensor.pressure_gain", "sensor.pressure_offset"])
@@ -305,7 +307,7 @@ def test_the_valve_opens_and_closes_by_each_configuration_s_profile() -> None:
     first, *others = six.configurations
     stated = replace(six, configurations=(replace(first, factors={**first.factors, "valve_profile": text}), *others))
     valve = effect("gun.valve_flow", loss_coefficient=20.0, opening_time_s=0.3)
-    shown, usual = (GunStage(of).simulated([valve])[:, 0] for of in (stated, six))
+    shown, usual = (GunObservables(of).simulated([valve])[:, 0] for of in (stated, six))
     rows = stated.configuration_of == 0
     profiles = [ValveProfile.parse(text)] * int(rows.sum())
     expected = gun_velocity(BENCH, pressures(six)[rows], masses(six)[rows], [valve], valve_profiles=profiles)
@@ -313,7 +315,11 @@ def test_the_valve_opens_and_closes_by_each_configuration_s_profile() -> None:
     assert shown[~rows] == pytest.approx(usual[~rows], rel=1e-12)
     assert np.abs(shown[rows] - usual[rows]).min() > 1e-3
     np.testing.assert_allclose(
-        GunStage(stated).changes([[valve], []])[0][0], (shown - GunStage(six).simulated()[:, 0])[rows][1:2], rtol=1e-3
+        GunObservables(stated).changes([[valve], []])[0][0],
+        (shown - GunObservables(six).simulated()[:, 0])[rows][1:2],
+        rtol=1e-3,
     )
     none = effect("gun.valve_flow", loss_coefficient=0.0, opening_time_s=0.3)
-    np.testing.assert_allclose(GunStage(stated).simulated([none]), GunStage(six).simulated([none]), rtol=1e-12)
+    np.testing.assert_allclose(
+        GunObservables(stated).simulated([none]), GunObservables(six).simulated([none]), rtol=1e-12
+    )

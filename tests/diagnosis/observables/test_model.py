@@ -11,14 +11,14 @@ import pytest
 from pyroshock.dataset.predictors import shipped
 from pyroshock.diagnosis.observables.contact.features import NAMES, OBSERVABLES
 from pyroshock.diagnosis.observables.contact.registered_model import RegisteredContactStage
-from pyroshock.diagnosis.observables.contact.stage import ContactStage
+from pyroshock.diagnosis.observables.contact.stage import ContactObservables
 from pyroshock.diagnosis.record import CampaignRecord
 from pyroshock.training.contact_stage import RegisteredContact
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.twin.contact.effect import ContactEffect
 from pyroshock.twin.contact.stage import LawContact
 from pyroshock.twin.effects import catalogue, effect
-from pyroshock.twin.strikes import Floats, Outside, Pulses, Strikes
+from pyroshock.twin.strikes import Floats, ForcePulses, OutOfDomain, Strikes
 from support.records.contact_campaigns import MASS_KG, hammer_record
 from support.records.pulse_tables import pulse_table
 
@@ -38,12 +38,12 @@ class OneMass:
     label: str = "models:/few-phases@champion"
     normals: int = 0
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
+    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
         hammer = [replace(setting, impactor_mass_kg=MASS_KG) for setting in strikes.settings]
         found = LawContact().pulses(Strikes(hammer, strikes.impact_velocity_m_s), z)
-        return Pulses(found.contact_time_s, self.factor * found.force_n[:, ::4], found.compression_time_s)
+        return ForcePulses(found.contact_time_s, self.factor * found.force_n[:, ::4], found.compression_time_s)
 
-    def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
+    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
         return [()] * len(strikes)
 
 
@@ -55,13 +55,13 @@ def shots(mass_kg: float) -> CampaignRecord:
 
 
 def test_hertz_as_a_model_is_hertz() -> None:
-    off = (LAW.simulated() - ContactStage(RECORD).simulated()) / TOLERANCE
+    off = (LAW.simulated() - ContactObservables(RECORD).simulated()) / TOLERANCE
     assert np.abs(off).max() < 0.2
 
 
 @pytest.mark.parametrize("each", CONTACT, ids=lambda each: each.id)
 def test_effects_correct_as_they_change_the_law(each: ContactEffect) -> None:
-    off = (LAW.changes([[each]]) - ContactStage(RECORD).changes([[each]])) / TOLERANCE
+    off = (LAW.changes([[each]]) - ContactObservables(RECORD).changes([[each]])) / TOLERANCE
     assert np.abs(off).max() < 0.3
 
 
@@ -98,7 +98,7 @@ def test_registered_model_of_twenty_points() -> None:
     model: Any = SimpleNamespace(version=version, model=law, predictors=predictors.predictors)
     stage = RegisteredContactStage(RECORD_OF_TABLE, RegisteredContact(model, predictors))
     assert stage.simulator == "models:/gp@champion"
-    off = (stage.simulated() - ContactStage(RECORD_OF_TABLE).simulated()) / TOLERANCE
+    off = (stage.simulated() - ContactObservables(RECORD_OF_TABLE).simulated()) / TOLERANCE
     assert np.abs(off).max() < 0.5
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.diagnosis.observables.plate.force import on_clock, true_force
-from pyroshock.diagnosis.observables.plate.stage import PlateStage
+from pyroshock.diagnosis.observables.plate.stage import PlateObservables
 from pyroshock.diagnosis.record import Run, Series
 from pyroshock.twin.effects import Effect, catalogue, effect
 from support.records.plate_records import plate, played
@@ -31,7 +31,7 @@ PLANTED = [
 NOISE = 0.003
 
 
-def in_tolerances(stage: PlateStage, gap: np.ndarray, part: str = "") -> np.ndarray:
+def in_tolerances(stage: PlateObservables, gap: np.ndarray, part: str = "") -> np.ndarray:
     """(R, d') of the columns whose name has `part`."""
     columns = [i for i, each in enumerate(stage.observables) if part in each.name]
     assert columns
@@ -42,24 +42,24 @@ def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.nanmean(values**2)))
 
 
-def left(record_effects: Sequence[Effect], noise: float = NOISE) -> tuple[PlateStage, np.ndarray, np.ndarray]:
+def left(record_effects: Sequence[Effect], noise: float = NOISE) -> tuple[PlateObservables, np.ndarray, np.ndarray]:
     """Stage, gap before and gap after the planted effects are added, both in tolerances."""
-    stage = PlateStage(played(record_effects, noise=noise))
+    stage = PlateObservables(played(record_effects, noise=noise))
     after = stage.measured() - stage.simulated(record_effects)
     return stage, in_tolerances(stage, stage.residuals()), in_tolerances(stage, after)
 
 
 @pytest.fixture(scope="module")
-def nominal() -> PlateStage:
-    return PlateStage(played(noise=NOISE))
+def nominal() -> PlateObservables:
+    return PlateObservables(played(noise=NOISE))
 
 
 def test_plate_without_effects_leaves_no_gap() -> None:
-    stage = PlateStage(played())
+    stage = PlateObservables(played())
     assert np.nanmax(np.abs(in_tolerances(stage, stage.residuals()))) < 0.3
 
 
-def test_noise_stays_within_tolerances(nominal: PlateStage) -> None:
+def test_noise_stays_within_tolerances(nominal: PlateObservables) -> None:
     assert rms(in_tolerances(nominal, nominal.residuals())) < 0.3
 
 
@@ -93,14 +93,14 @@ def test_two_effects_close_their_gap() -> None:
 def test_gap_goes_the_effects_way(
     name: str, parameter: str, values: tuple[float, float], part: str, rising: bool
 ) -> None:
-    stages = [PlateStage(played([effect(name, **{parameter: value})], noise=NOISE)) for value in values]
+    stages = [PlateObservables(played([effect(name, **{parameter: value})], noise=NOISE)) for value in values]
     sizes = [float(np.nanmean(in_tolerances(stage, stage.residuals(), part))) for stage in stages]
     assert np.all(np.diff(sizes) > 0) == rising
     assert np.all(np.diff(sizes) < 0) != rising
 
 
 @pytest.mark.parametrize("identity", ["plate.damping", "plate.stiffness", "plate.boundary", "sensor.acceleration_gain"])
-def test_changes_are_monotone_over_what_is_likely(nominal: PlateStage, identity: str) -> None:
+def test_changes_are_monotone_over_what_is_likely(nominal: PlateObservables, identity: str) -> None:
     kind = catalogue()[identity]
     name, likely = next((item.name, item.likely) for item in kind.parameters() if item.likely is not None)
     changes = nominal.changes([[kind(**{name: float(value)})] for value in np.linspace(*likely, 9)])
@@ -109,25 +109,25 @@ def test_changes_are_monotone_over_what_is_likely(nominal: PlateStage, identity:
     assert np.all(np.diff(changes[:, :, columns], axis=0) > 0)
 
 
-def test_sets_at_once_are_those_one_by_one(nominal: PlateStage) -> None:
+def test_sets_at_once_are_those_one_by_one(nominal: PlateObservables) -> None:
     sets = [[each] for each in PLANTED] + [PLANTED[:1] + PLANTED[6:7], []]
     together = nominal.changes(sets)
     assert np.array_equal(together, np.concatenate([nominal.changes([each]) for each in sets]))
 
 
 @pytest.mark.parametrize("planted", PLANTED, ids=lambda each: each.id)
-def test_changes_are_differences_of_simulations(nominal: PlateStage, planted: Effect) -> None:
+def test_changes_are_differences_of_simulations(nominal: PlateObservables, planted: Effect) -> None:
     rows, _ = nominal.representative
     expected = nominal.simulated([planted])[rows] - nominal.simulated()[rows]
     assert nominal.changes([[planted]])[0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_effects_of_other_stages_do_nothing(nominal: PlateStage) -> None:
+def test_effects_of_other_stages_do_nothing(nominal: PlateObservables) -> None:
     others = [effect("gun.blow_by"), effect("contact.viscous_loss"), effect("sensor.velocity_gain", gain=1.1)]
     assert np.all(nominal.changes([others]) == 0)
 
 
-def test_effects_that_do_nothing_change_nothing(nominal: PlateStage) -> None:
+def test_effects_that_do_nothing_change_nothing(nominal: PlateObservables) -> None:
     off = [
         catalogue()[identity](**{item.name: item.off for item in catalogue()[identity].parameters()})
         for identity in nominal.shows
@@ -135,13 +135,13 @@ def test_effects_that_do_nothing_change_nothing(nominal: PlateStage) -> None:
     assert nominal.changes([[each] for each in off]) == pytest.approx(0, abs=1e-9)
 
 
-def test_true_force_from_upstream_passes_no_sensor(nominal: PlateStage) -> None:
+def test_true_force_from_upstream_passes_no_sensor(nominal: PlateObservables) -> None:
     forces = [run.force for run in nominal.record.runs]
     gain = [effect("sensor.force_gain", gain=1.3)]
     assert nominal.simulated(gain, forces) == pytest.approx(nominal.simulated((), forces))
 
 
-def test_twice_the_force_from_upstream_is_6_db_more(nominal: PlateStage) -> None:
+def test_twice_the_force_from_upstream_is_6_db_more(nominal: PlateObservables) -> None:
     twice = [
         None if run.force is None else replace(run.force, values=2 * run.force.values) for run in nominal.record.runs
     ]
@@ -150,7 +150,7 @@ def test_twice_the_force_from_upstream_is_6_db_more(nominal: PlateStage) -> None
     assert gap[:, columns] == pytest.approx(20 * np.log10(2))
 
 
-def test_finer_upstream_force_gives_the_same(nominal: PlateStage) -> None:
+def test_finer_upstream_force_gives_the_same(nominal: PlateObservables) -> None:
     coarse = [run.force for run in nominal.record.runs]
     fine = [_resampled(force, 7.3) for force in coarse if force is not None]
     gap = nominal.simulated((), fine) - nominal.simulated((), coarse)
@@ -160,7 +160,7 @@ def test_finer_upstream_force_gives_the_same(nominal: PlateStage) -> None:
 def test_run_without_acceleration_has_no_observables() -> None:
     record = played()
     bare = replace(record.runs[1], accelerations={})
-    stage = PlateStage(replace(record, runs=(record.runs[0], bare, *record.runs[2:])))
+    stage = PlateObservables(replace(record, runs=(record.runs[0], bare, *record.runs[2:])))
     assert np.all(np.isnan(stage.measured()[1]))
     assert np.isfinite(stage.residuals()[0]).any()
 
@@ -168,7 +168,7 @@ def test_run_without_acceleration_has_no_observables() -> None:
 def test_missing_channel_leaves_the_other() -> None:
     record = played()
     runs = tuple(_without(run, "acceleration_2") if run.order == 2 else run for run in record.runs)
-    stage = PlateStage(replace(record, runs=runs))
+    stage = PlateObservables(replace(record, runs=runs))
     of_second = [i for i, each in enumerate(stage.observables) if each.channel == "acceleration_2"]
     of_first = [i for i, each in enumerate(stage.observables) if each.channel == "acceleration_1"]
     assert np.all(np.isnan(stage.measured()[2, of_second]))
@@ -182,26 +182,26 @@ def test_channel_of_another_rate_is_left_out_and_told() -> None:
     slow = first.accelerations["acceleration_2"]
     half = Series(slow.values[::2], slow.sampling_rate_hz / 2, slow.start_s)
     changed = replace(first, accelerations={**first.accelerations, "acceleration_2": half})
-    stage = PlateStage(replace(record, runs=(changed, *record.runs[1:])))
+    stage = PlateObservables(replace(record, runs=(changed, *record.runs[1:])))
     told = f"1 accelerations of another sampling rate than {slow.sampling_rate_hz:g} Hz are left out"
     assert told in stage.assumptions
 
 
 def test_dropped_modes_are_told() -> None:
-    stage = PlateStage(played(rate_hz=10_000.0))
+    stage = PlateObservables(played(rate_hz=10_000.0))
     assert "1 modes of the plate above 4500 Hz are left out: records end there" in stage.assumptions
 
 
 def test_no_plate_is_refused() -> None:
     with pytest.raises(ValueError, match="no plate"):
-        PlateStage(replace(played(), plate=None))
+        PlateObservables(replace(played(), plate=None))
 
 
 def test_foreign_channels_are_refused() -> None:
     record = played()
     runs = tuple(replace(run, accelerations={"a": run.accelerations["acceleration_1"]}) for run in record.runs)
     with pytest.raises(ValueError, match="name the channels as the modal table does"):
-        PlateStage(replace(record, runs=runs))
+        PlateObservables(replace(record, runs=runs))
 
 
 def test_unknown_position_is_refused() -> None:
@@ -210,10 +210,10 @@ def test_unknown_position_is_refused() -> None:
     record = played(bench=two)
     wrong = replace(record.configurations[0], factors={"impact_position": "#7"})
     with pytest.raises(ValueError, match="'#7' is not on the plate; it has #1, #2"):
-        PlateStage(replace(record, configurations=(wrong, *record.configurations[1:])))
+        PlateObservables(replace(record, configurations=(wrong, *record.configurations[1:])))
 
 
-def test_every_observable_has_its_column(nominal: PlateStage) -> None:
+def test_every_observable_has_its_column(nominal: PlateObservables) -> None:
     names = [each.name for each in nominal.observables]
     assert len(set(names)) == len(names) == nominal.measured().shape[1] <= 80
 
@@ -230,8 +230,8 @@ def test_force_sensors_are_undone() -> None:
 
 def test_slow_force_channel_makes_the_plate_early() -> None:
     """It tells it from a mounting that resonates, which lifts the same lines."""
-    slow = PlateStage(played([effect("sensor.force_bandwidth", time_constant_s=4e-5)], noise=NOISE))
-    mounted = PlateStage(played([effect("sensor.mount_resonance", period_s=1.2e-4)], noise=NOISE))
+    slow = PlateObservables(played([effect("sensor.force_bandwidth", time_constant_s=4e-5)], noise=NOISE))
+    mounted = PlateObservables(played([effect("sensor.mount_resonance", period_s=1.2e-4)], noise=NOISE))
     # a low pass delays what oscillates at w by atan(w tau) / w: at high modes by less than tau
     omega, weight = 2 * np.pi * slow.modes.frequency_hz, slow.modes.weight
     early = -(weight * omega * np.arctan(4e-5 * omega)).sum(axis=1) / (weight * omega**2).sum(axis=1)
@@ -246,7 +246,7 @@ def test_long_uneven_contact_is_no_delay() -> None:
     contacts = [(2e-4, 900.0 + 200 * i) for i in range(4)] + [(c, 2000.0) for c in (4e-4, 5e-4, 6e-4, 8e-4)]
     bench = [effect("plate.stiffness", frequency_factor=1.003)]
     for skew in (1.3, 1.5):
-        stage = PlateStage(played(bench, contacts=contacts, skew=skew, noise=1e-4))
+        stage = PlateObservables(played(bench, contacts=contacts, skew=skew, noise=1e-4))
         late = in_tolerances(stage, stage.residuals(), "delay")
         assert np.isfinite(late).all()
         assert np.abs(late).max() < 0.1
@@ -263,7 +263,7 @@ def test_damping_example_says_more_damping(shared: object) -> None:
 
     from pyroshock.diagnosis.reading import read_folder
 
-    stage = PlateStage(read_folder(Path(str(shared)) / "examples" / "plate-damping"))
+    stage = PlateObservables(read_folder(Path(str(shared)) / "examples" / "plate-damping"))
     assert np.nanmin(in_tolerances(stage, stage.residuals(), "ln damping")) > 3
     after = stage.measured() - stage.simulated([effect("plate.damping", factor=1.95)])
     assert rms(in_tolerances(stage, after)) < 0.35 * rms(in_tolerances(stage, stage.residuals()))
@@ -283,7 +283,7 @@ def _without(run: Run, channel: str) -> Run:
 
 def test_simulated_records_under_the_true_effect_are_the_measured_ones() -> None:
     gain = effect("sensor.acceleration_gain", gain=10 ** (4 / 20))
-    stage = PlateStage(played([gain]))
+    stage = PlateObservables(played([gain]))
     measured = stage.signals.acceleration
     assert np.abs(measured - stage.records([gain])).max() < 0.03 * np.abs(measured).max()
     levels = [stage.columns.spectra.levels_db(records) for records in (measured, stage.records())]
@@ -307,7 +307,7 @@ def test_effect_that_differs_between_parts_closes_its_own_gap(planted: Effect) -
     assert rms(after) < 0.6
 
 
-def test_gain_of_a_channel_moves_that_channel_alone(nominal: PlateStage) -> None:
+def test_gain_of_a_channel_moves_that_channel_alone(nominal: PlateObservables) -> None:
     gain = effect("sensor.acceleration_gain", gain=np.array([1.0, 1.25]))
     moved = nominal.changes([[gain]])[0]
     channel = np.array([item.channel for item in nominal.observables])
@@ -316,7 +316,7 @@ def test_gain_of_a_channel_moves_that_channel_alone(nominal: PlateStage) -> None
     assert moved[:, lines & (channel == "acceleration_2")] == pytest.approx(20 * np.log10(1.25), abs=1e-6)
 
 
-def test_parts_are_channels_and_bands_of_as_many_modes(nominal: PlateStage) -> None:
+def test_parts_are_channels_and_bands_of_as_many_modes(nominal: PlateObservables) -> None:
     """Ten modes in three bands; an observable tells of the band of its frequency and of its own channel."""
     damping, gain, force = (
         catalogue()[name] for name in ("plate.damping", "sensor.acceleration_gain", "sensor.force_gain")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.diagnosis.observables.plate.spectra import RingingWindow
-from pyroshock.diagnosis.observables.plate.stage import PlateStage
+from pyroshock.diagnosis.observables.plate.stage import PlateObservables
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.modal import ModalPlate
 from support.records.plate_records import RATE_HZ, played
@@ -22,7 +22,7 @@ def dense() -> ModalPlate:
 
 def test_low_modes_of_a_dense_plate_are_read() -> None:
     planted = effect("plate.stiffness", frequency_factor=1.01)
-    stage = PlateStage(played([planted], noise=0.002, bench=dense()))
+    stage = PlateObservables(played([planted], noise=0.002, bench=dense()))
     frequency = [i for i, each in enumerate(stage.observables) if "ln frequency" in each.name]
     assert len(frequency) > 5
     assert stage.residuals()[:, frequency] == pytest.approx(np.log(1.01), abs=5e-4)

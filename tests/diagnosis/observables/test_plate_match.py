@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from pyroshock.diagnosis.observables.plate.match import Lines, candidate_plates, matched
+from pyroshock.diagnosis.observables.plate.match import ModeLines, candidate_plates, matched
 from pyroshock.twin.effects import effect
 from pyroshock.twin.plate.effect import PlateEffect
 from pyroshock.twin.plate.modal import ModalPlate
 from support.records.plate_records import plate
 
 
-def lines(table: ModalPlate) -> Lines:
-    return Lines(table.frequency_hz, np.abs(table.shapes * table.shape_impact).T * table.frequency_hz[:, None])
+def lines(table: ModalPlate) -> ModeLines:
+    return ModeLines(table.frequency_hz, np.abs(table.shapes * table.shape_impact).T * table.frequency_hz[:, None])
 
 
 def of_changed(name: str, **parameters: float) -> np.ndarray:
@@ -55,13 +55,13 @@ def test_foreign_line_is_left_out() -> None:
     at = int(np.searchsorted(frequency, 2000.0))
     assert own.level is not None
     level = np.insert(own.level, at, 0.3 * own.level.mean(axis=0), axis=0)
-    assert np.array_equal(matched(Lines(frequency, level), [own]), np.delete(np.arange(11), at))
+    assert np.array_equal(matched(ModeLines(frequency, level), [own]), np.delete(np.arange(11), at))
 
 
 def test_mode_that_is_not_heard_has_no_line() -> None:
     own = lines(plate())
     assert own.level is not None
-    found = Lines(np.delete(own.frequency_hz, 3), np.delete(own.level, 3, axis=0))
+    found = ModeLines(np.delete(own.frequency_hz, 3), np.delete(own.level, 3, axis=0))
     named = matched(found, [own])
     assert named[3] == -1
     assert np.array_equal(np.delete(named, 3), np.arange(9))

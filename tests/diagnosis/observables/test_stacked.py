@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.diagnosis.observables.batching import at_rows, batched_changes, stacked
-from pyroshock.diagnosis.observables.gun.stage import GunStage
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.twin.effects import effect
 from support.records.gun_campaigns import gun_record
 
@@ -36,7 +36,7 @@ def test_no_effects_are_none():
 def test_simulated_runs_have_their_configuration_s_value():
     """Run by run as if the whole campaign had the value of the run's configuration."""
     record = gun_record(pressures_pa=(0.5e5, 2e5), scatter=0.0)
-    stage, gains = GunStage(record), np.array([0.9, 1.0, 1.1, 1.2])
+    stage, gains = GunObservables(record), np.array([0.9, 1.0, 1.1, 1.2])
     together = stage.simulated(at_rows([effect("sensor.velocity_gain", gain=gains)], record.configuration_of))
     alone = np.array([stage.simulated([effect("sensor.velocity_gain", gain=float(gain))])[:, 0] for gain in gains])
     np.testing.assert_allclose(together[:, 0], alone[record.configuration_of, np.arange(len(record.runs))])

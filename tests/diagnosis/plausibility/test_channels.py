@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.plausibility import Finding, implausible
+from pyroshock.diagnosis.plausibility import LikelyMistake, implausible
 from pyroshock.diagnosis.plausibility.channels import early_fits
 from pyroshock.diagnosis.record import CampaignRecord, Series
 from support.records.plate_folders import CHANNELS, plate_record, small_plate
@@ -28,7 +28,7 @@ def times(factor: float, *channels: str) -> Callable[[Accelerations], Accelerati
     }
 
 
-def findings(record: CampaignRecord) -> tuple[Finding, ...]:
+def findings(record: CampaignRecord) -> tuple[LikelyMistake, ...]:
     return implausible(record, [])
 
 

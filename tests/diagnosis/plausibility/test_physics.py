@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import pytest
 from pyroshock.diagnosis.observables.base import Floats
-from pyroshock.diagnosis.observables.contact.stage import ContactStage
-from pyroshock.diagnosis.observables.gun.stage import GunStage
+from pyroshock.diagnosis.observables.contact.stage import ContactObservables
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.diagnosis.plausibility.channels import channel_findings
 from pyroshock.diagnosis.plausibility.units import unit_findings
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run, Series
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration, Series
 from pyroshock.twin.contact.effects.effective_mass import EffectiveMass
 from pyroshock.twin.effects import Effect, catalogue
 from pyroshock.twin.gun.bench import GunBench
@@ -24,7 +24,7 @@ from support.records.plate_folders import plate_record, small_plate
 SETTINGS = [(p, m) for p in (0.6e5, 4.8e5) for m in (0.25, 1.0)]
 
 
-class PlayedGun(GunStage):
+class PlayedGun(GunObservables):
     """Measures what effects make of its own shots."""
 
     played: Sequence[Effect] = ()
@@ -33,7 +33,7 @@ class PlayedGun(GunStage):
         return self.simulated(self.played)
 
 
-class PlayedContact(ContactStage):
+class PlayedContact(ContactObservables):
     """Measures what effects make of its own impacts."""
 
     played: Sequence[Effect] = ()
@@ -49,7 +49,7 @@ def ends(kind: type[Effect]) -> list[Effect]:
 
 
 def gun_record() -> CampaignRecord:
-    configurations = tuple(Configuration(f"shot {i}", {"tank_pressure": p}) for i, (p, _) in enumerate(SETTINGS))
+    configurations = tuple(RunConfiguration(f"shot {i}", {"tank_pressure": p}) for i, (p, _) in enumerate(SETTINGS))
     runs = tuple(Run(i, i + 1, 1, i, p, m, 10.0) for i, (p, m) in enumerate(SETTINGS))
     bench = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 1.0)
     return CampaignRecord("shots", "gun", configurations, runs, gun=bench)

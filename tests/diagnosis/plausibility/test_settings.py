@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import pytest
 from pyroshock.diagnosis.plausibility.settings import setting_findings
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.twin.gun.bench import GunBench
 from support.records.plate_folders import plate_record, small_plate
 
 BENCH = GunBench(0.0095, 0.049, 0.048, 0.885, 0.2, 1.4, 1.0)
 RUN = Run(0, 1, 1, 0, 0.6e5, 0.5, 12.0)
-RECORD = CampaignRecord("shots", "gun", (Configuration("c", {"tip_radius": 0.03}),), (RUN,), gun=BENCH)
+RECORD = CampaignRecord("shots", "gun", (RunConfiguration("c", {"tip_radius": 0.03}),), (RUN,), gun=BENCH)
 
 
 def test_a_bench_as_it_is_has_none() -> None:
@@ -35,7 +35,7 @@ def test_a_bench_as_it_is_has_none() -> None:
         (replace(RECORD, runs=(replace(RUN, travel_m=885.0),)), "travel_m of a run", "millimetres"),
         (replace(RECORD, hammer_mass_kg=320.0), "mass_kg", "grams"),
         (replace(RECORD, plate_thickness_m=10.0), "thickness_m", "millimetres"),
-        (replace(RECORD, configurations=(Configuration("c", {"tip_radius": 3e-5}),)), "tip_radius_mm", "metres"),
+        (replace(RECORD, configurations=(RunConfiguration("c", {"tip_radius": 3e-5}),)), "tip_radius_mm", "metres"),
         (
             replace(RECORD, plate=replace(small_plate(), damping_ratio=small_plate().damping_ratio * 50)),
             "damping_ratio",

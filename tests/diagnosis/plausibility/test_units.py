@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.diagnosis.observables.contact.stage import ContactStage
-from pyroshock.diagnosis.observables.gun.stage import GunStage
-from pyroshock.diagnosis.plausibility import Finding, ImplausibleRecordError, check, implausible
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
+from pyroshock.diagnosis.observables.contact.stage import ContactObservables
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
+from pyroshock.diagnosis.plausibility import ImplausibleRecordError, LikelyMistake, check, implausible
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.twin.contact.effects.effective_mass import EffectiveMass
 from pyroshock.twin.contact.effects.layer_compliance import LayerCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
@@ -30,7 +30,7 @@ def gun_record(factor: float = 0.98, *, pressure: Callable[[float], float] = lam
     """Shots at `factor` times the nominal velocity, 1 % scatter; `pressure` is what is written of the true one."""
     rng = np.random.default_rng(5)
     settings = [(p, m) for p in PRESSURES_PA for m in MASSES_KG]
-    configurations = [Configuration(f"{p} Pa {m} kg", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings]
+    configurations = [RunConfiguration(f"{p} Pa {m} kg", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings]
     runs = []
     for order in range(2 * len(settings)):
         p, m = settings[order // 2]
@@ -55,12 +55,12 @@ def with_force(record: CampaignRecord, factor: float) -> CampaignRecord:
     return with_runs(record, change)
 
 
-def of_gun(record: CampaignRecord) -> tuple[Finding, ...]:
-    return implausible(record, [GunStage(record)])
+def of_gun(record: CampaignRecord) -> tuple[LikelyMistake, ...]:
+    return implausible(record, [GunObservables(record)])
 
 
-def of_contact(record: CampaignRecord) -> tuple[Finding, ...]:
-    return implausible(record, [ContactStage(record)])
+def of_contact(record: CampaignRecord) -> tuple[LikelyMistake, ...]:
+    return implausible(record, [ContactObservables(record)])
 
 
 @pytest.mark.parametrize("factor", [1.0, 0.95, 0.75, 0.55])
@@ -147,7 +147,7 @@ def test_a_mislabelled_force_with_a_loss_beside_it_is_still_named() -> None:
 def test_check_raises_one_line_that_says_what_to_do() -> None:
     record = with_force(hammer_record(), 1e3)
     with pytest.raises(ImplausibleRecordError) as raised:
-        check(record, [ContactStage(record)])
+        check(record, [ContactObservables(record)])
     assert "\n" not in str(raised.value)
     assert "'strikes': force is 1e+03 times what the contact can give" in str(raised.value)
     assert "campaign.toml" in str(raised.value)
@@ -155,4 +155,4 @@ def test_check_raises_one_line_that_says_what_to_do() -> None:
 
 def test_check_returns_what_is_only_named() -> None:
     record = gun_record(0.99, pressure=lambda p: p + 101_325.0)
-    assert [finding.severity for finding in check(record, [GunStage(record)])] == ["name"]
+    assert [finding.severity for finding in check(record, [GunObservables(record)])] == ["name"]

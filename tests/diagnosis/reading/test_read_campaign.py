@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pyroshock.diagnosis.reading import read_campaign
 from pyroshock.diagnosis.reading.campaign import evenly_chosen
-from pyroshock.diagnosis.reading.impacts import Hit
+from pyroshock.diagnosis.reading.impacts import StoredImpact
 from pyroshock.diagnosis.reading.quality_exclusions import QualityExclusions
 from pyroshock.diagnosis.reading.series import clear_times
 from pyroshock.diagnosis.reading.settings import note_columns
@@ -119,8 +119,8 @@ def test_so_many_of_each_group_are_chosen_first_and_last_among_them(groups: list
 
 
 def test_a_window_ends_where_the_recording_s_next_contact_begins() -> None:
-    def hit(start_s: float | None, recording: int) -> Hit:
-        return Hit(1, 1, 1, recording, 1, None, None, None, start_s, 1e-3)
+    def hit(start_s: float | None, recording: int) -> StoredImpact:
+        return StoredImpact(1, 1, 1, recording, 1, None, None, None, start_s, 1e-3)
 
     clear_s = clear_times([hit(0.5, 1), hit(0.2, 1), hit(0.3, 2), hit(None, 1)])
     assert clear_s == {1: pytest.approx(0.3 - 1e-3), 0: float("inf"), 2: float("inf")}
@@ -129,7 +129,7 @@ def test_a_window_ends_where_the_recording_s_next_contact_begins() -> None:
 @pytest.mark.parametrize(("lowest", "highest", "cut"), [(-99.0, 99.0, False), (-100.0, 5.0, True), (-5.0, 120.0, True)])
 def test_a_hit_is_cut_where_its_own_samples_stand_at_a_rail(lowest: float, highest: float, cut: bool) -> None:
     exclusions = QualityExclusions(frozenset(), frozenset(), {(7, "acceleration_1"): (-100.0, 120.0)})
-    hit = Hit(1, 1, 1, 7, 1, None, None, None, 0.1, 1e-3)
+    hit = StoredImpact(1, 1, 1, 7, 1, None, None, None, 0.1, 1e-3)
     assert exclusions.cut_top(hit, "acceleration_1", np.array([0.0, lowest, highest])) is cut
     assert not exclusions.cut_top(hit, "acceleration_2", np.array([0.0, lowest, highest]))
 

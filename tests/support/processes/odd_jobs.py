@@ -13,14 +13,14 @@ from pyroshock.app.jobs.claims import Claimed, Hand, claim_waiting
 from pyroshock.app.jobs.kinds import known
 from pyroshock.app.jobs.kinds.base import Kind
 from pyroshock.app.jobs.queue import JobView, ask, this_host
-from pyroshock.app.jobs.work import Ending, Result, Work
+from pyroshock.app.jobs.work import Ending, Result, RunningJob
 from pyroshock.app.jobs.worker import Worker
 from pyroshock.schema.session import Store
 
 #: Of the tests' workers: beats every 50 ms.
 LEASE_S = 0.3
 
-Do = Callable[[Work, str], Result | Ending | None]
+Do = Callable[[RunningJob, str], Result | Ending | None]
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Odd:
     def ask(self, store: Store, word: str = "", host: str | None = None) -> JobView:
         return ask(store, self.kind(), f"odd {word}", OddArguments(word), host)
 
-    def _done(self, work: Work, arguments: OddArguments) -> Ending:
+    def _done(self, work: RunningJob, arguments: OddArguments) -> Ending:
         found = self.do(work, arguments.word) or Result("/")
         return found if callable(found) else lambda: found
 

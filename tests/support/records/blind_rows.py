@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyroshock.validation.case_results import Label, Row, Said
+from pyroshock.validation.case_results import CaseResult, Said, WithheldTruth
 
 LEAK, DRAG, LAYER = "gun.blow_by", "gun.sliding_friction", "contact.layer_compliance"
 
 
-def label(*effects: str, **other: Any) -> Label:
+def label(*effects: str, **other: Any) -> WithheldTruth:
     """A truth of 4 floors and 4 tolerances."""
     given: dict[str, Any] = {"case": "c", "tier": "strong", "kind": "gun", "gap_in_floors": 4.0}
-    return Label(**{**given, "gap_in_tolerances": 4.0, "effects": effects, **other})
+    return WithheldTruth(**{**given, "gap_in_tolerances": 4.0, "effects": effects, **other})
 
 
-def stranger(**other: Any) -> Label:
+def stranger(**other: Any) -> WithheldTruth:
     return label(family="tank temperature", **other)
 
 
-def says(truth: Label, said: dict[str, float]) -> Row:
-    return Row(truth, Said.from_probabilities(truth.case, said))
+def says(truth: WithheldTruth, said: dict[str, float]) -> CaseResult:
+    return CaseResult(truth, Said.from_probabilities(truth.case, said))
 
 
 def verdict(*causes: tuple[list[str], float, list[float] | None], **other: Any) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run, Series
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration, Series
 from pyroshock.twin.contact.effect import ContactEffect
 from pyroshock.twin.contact.impact import impact
 from pyroshock.twin.contact.struck import bodies_of, impedance
@@ -41,7 +41,7 @@ def hammer_record(
     rng = np.random.default_rng(seed)
     names = ("tip_material", "tip_radius", "anvil_material", "insulator", "plate_material")
     configurations = tuple(
-        Configuration(f"setting {i}", dict(zip(names, (*each, "aluminum"), strict=True)))
+        RunConfiguration(f"setting {i}", dict(zip(names, (*each, "aluminum"), strict=True)))
         for i, each in enumerate(settings)
     )
     velocity = rng.uniform(0.7, 2.1, len(settings) * repetitions)

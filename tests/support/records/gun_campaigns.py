@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from pyroshock.diagnosis.observables.gun.stage import GunStage
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.twin.effects import Effect
 from pyroshock.twin.gun.bench import GunBench
 
@@ -27,13 +27,13 @@ def gun_record(
     rng = np.random.default_rng(seed)
     settings = [(p, m) for p in pressures_pa for m in masses_kg]
     configurations = tuple(
-        Configuration(f"{p:g} Pa, {m:g} kg", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings
+        RunConfiguration(f"{p:g} Pa, {m:g} kg", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings
     )
     order = rng.permutation(np.tile(np.arange(len(settings)), repetitions))
     nominal = tuple(
         Run(int(c), place, 1, place, settings[c][0], settings[c][1], 10.0, 0.1) for place, c in enumerate(order)
     )
-    stage = GunStage(CampaignRecord("shots", "gun", configurations, nominal, BENCH))
+    stage = GunObservables(CampaignRecord("shots", "gun", configurations, nominal, BENCH))
     velocities = np.exp(stage.simulated(effects)[:, 0] + scatter * rng.standard_normal(len(order)))
     runs = tuple(
         replace(run, velocity_m_s=float(velocity), velocity_u_m_s=scatter * float(velocity))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from pyroshock.diagnosis.observables.gun.stage import GunStage
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run
+from pyroshock.diagnosis.observables.gun.stage import GunObservables
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration
 from pyroshock.twin.effects import Effect
 from pyroshock.twin.gun.bench import GunBench
 
@@ -27,9 +27,11 @@ def shots(
     """Twelve settings. `scatter` (of ln velocity) from shot to shot, `background` from setting to setting."""
     rng = np.random.default_rng(seed)
     settings = [(p, m) for p in PRESSURES_PA for m in MASSES_KG]
-    configurations = tuple(Configuration(f"{p:g}, {m:g}", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings)
+    configurations = tuple(
+        RunConfiguration(f"{p:g}, {m:g}", {"tank_pressure": p, "bullet_mass": m}) for p, m in settings
+    )
     nominal = tuple(Run(c, c, 1, c, p, m, 10.0, 0.1) for c, (p, m) in enumerate(settings))
-    stage = GunStage(CampaignRecord("shots", "gun", configurations, nominal, BENCH))
+    stage = GunObservables(CampaignRecord("shots", "gun", configurations, nominal, BENCH))
     true = stage.simulated(effects)[:, 0] + background * rng.standard_normal(len(settings)) + bias
     runs = []
     for number, (c, k) in enumerate((c, k) for k in range(repetitions) for c in range(len(settings))):

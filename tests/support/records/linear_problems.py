@@ -14,7 +14,7 @@ from pyroshock.diagnosis.inference.joint_simulation import Point
 from pyroshock.diagnosis.inference.problem import InferenceProblem, StageBlock
 from pyroshock.diagnosis.noise import Noise
 from pyroshock.diagnosis.observables.base import Observable, Stage
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Factor, Run
+from pyroshock.diagnosis.record import CampaignRecord, Factor, Run, RunConfiguration
 from pyroshock.twin.effects import Effect, parameter
 
 
@@ -73,7 +73,7 @@ def gap_of(
         record=CampaignRecord(
             "linear",
             "gun",
-            tuple(Configuration(str(c), dict(row)) for c, row in enumerate(factors)),
+            tuple(RunConfiguration(str(c), dict(row)) for c, row in enumerate(factors)),
             tuple(Run(int(c), place, 1, place) for place, c in enumerate(rows)),
         ),
         observables=tuple(Observable(f"o{i}", "gun", "velocity", "1", 1.0, 0.1) for i in range(columns)),

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run, Series
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration, Series
 from pyroshock.twin.plate.modal import ModalPlate
 from pyroshock.twin.plate.respond import respond
 
@@ -124,5 +124,7 @@ def plate_record(true: ModalPlate | None = None, *, noise: float = 0.001, seed: 
         series = [Series(values, rate, float(time[0])) for values in shown]
         accelerations = dict(zip(CHANNELS, series[1:], strict=True))
         runs.append(Run(order // 2, order + 1, 1, order, force=series[0], accelerations=accelerations))
-    configurations = tuple(Configuration(f"pulse {i}", {"impact_position": "#1", "pulse": float(i)}) for i in range(4))
+    configurations = tuple(
+        RunConfiguration(f"pulse {i}", {"impact_position": "#1", "pulse": float(i)}) for i in range(4)
+    )
     return CampaignRecord("plate", "hammer", configurations, tuple(runs), plate=small_plate())

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run, Series
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration, Series
 from pyroshock.twin.effects import Effect
 from pyroshock.twin.plate.effect import PlateEffect, with_effects
 from pyroshock.twin.plate.modal import ModalPlate
@@ -62,7 +62,7 @@ def played(
             size = peak_n * (1 + 0.04 * repetition)
             runs.append(_run(table, effects, (contact_s, size, skew), (c, repetition, len(runs)), noise, rate_hz, rng))
     configurations = tuple(
-        Configuration(f"{peak:g} N", {"impact_position": "#1", "hammer_speed": peak}) for _, peak in contacts
+        RunConfiguration(f"{peak:g} N", {"impact_position": "#1", "hammer_speed": peak}) for _, peak in contacts
     )
     return CampaignRecord("played", "hammer", configurations, tuple(runs), plate=table)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from pyroshock.validation.case_results import Row
-from pyroshock.validation.metrics import Figures, figures
+from pyroshock.validation.case_results import CaseResult
+from pyroshock.validation.metrics import CaseMetrics, figures
 from pyroshock.validation.results_io import pooled
 from pyroshock.validation.tally import kinds
 from pyroshock.validation.wilson import Rate
@@ -17,11 +17,11 @@ CHECKS = "6112*.jsonl"
 TIERS = ("strong", "middle", "two", "rough")
 
 
-def rows_of_checks() -> list[Row]:
+def rows_of_checks() -> list[CaseResult]:
     return pooled(sorted(FOLDER.glob(CHECKS)))[1]
 
 
-def lines(rows: Sequence[Row]) -> Iterator[str]:
+def lines(rows: Sequence[CaseResult]) -> Iterator[str]:
     """Rows of the table without its head."""
     of = {name: figures(name, [row for row in rows if row.label.tier == name]) for name in TIERS}
     usual = figures("both", [row for row in rows if row.label.tier in ("strong", "middle")])
@@ -49,12 +49,12 @@ def lines(rows: Sequence[Row]) -> Iterator[str]:
     yield _line("region F1 (cases)", "0.80", *(_region(each) for each in of.values()))
 
 
-def _of_singles(of: Mapping[str, Figures], name: str, target: str, figure: str) -> str:
+def _of_singles(of: Mapping[str, CaseMetrics], name: str, target: str, figure: str) -> str:
     cells = {tier: "-" if tier == "two" else _rate(getattr(each, figure)) for tier, each in of.items()}
     return _line(name, target, *cells.values())
 
 
-def of_kinds(rows: Sequence[Row]) -> Iterator[str]:
+def of_kinds(rows: Sequence[CaseResult]) -> Iterator[str]:
     """By kind of campaign, strong and middle together: first, first group, AUROC of unknown, false alarms, seconds."""
     for each in kinds([row for row in rows if row.label.tier in ("strong", "middle")]):
         yield _line(
@@ -84,7 +84,7 @@ def _count(rate: Rate) -> str:
     return f"{rate.hits} of {rate.n}"
 
 
-def _region(each: Figures) -> str:
+def _region(each: CaseMetrics) -> str:
     return f"{each.region_f1:.2f} ({each.regions})" if each.regions else "-"
 
 

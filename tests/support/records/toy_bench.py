@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from pyroshock.diagnosis.observables.base import Observable, Stage, Upstream
-from pyroshock.diagnosis.record import CampaignRecord, Configuration, Run, Series
+from pyroshock.diagnosis.record import CampaignRecord, Run, RunConfiguration, Series
 from pyroshock.twin.effects import Effect, Value, parameter
 
 SAMPLES = 32
@@ -204,9 +204,9 @@ class Design:
     insulators: tuple[str, ...] = ("none", "polymeric")
     repetitions: int = 4
 
-    def configurations(self) -> tuple[Configuration, ...]:
+    def configurations(self) -> tuple[RunConfiguration, ...]:
         return tuple(
-            Configuration(f"{p:g} bar {m:g} kg {i}", {"tank_pressure": p * 1e5, "bullet_mass": m, "insulator": i})
+            RunConfiguration(f"{p:g} bar {m:g} kg {i}", {"tank_pressure": p * 1e5, "bullet_mass": m, "insulator": i})
             for p in self.pressures_bar
             for m in self.masses_kg
             for i in self.insulators

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from pyroshock.twin.materials import THESIS
-from pyroshock.twin.tune.space import Range, TuningSpace
+from pyroshock.twin.tune.space import ContinuousRange, TuningSpace
 
 LINES = 100 * 2.0 ** (np.arange(41) / 6)
 SPACE = TuningSpace(
@@ -18,8 +18,8 @@ SPACE = TuningSpace(
     anvils=(None, THESIS["steel"]),
     insulators=("none", "polymeric"),
     impact_positions=("#1", "#2"),
-    tank_pressure_pa=Range(0.5e5, 8e5),
-    impactor_mass_kg=Range(0.2, 1.0),
+    tank_pressure_pa=ContinuousRange(0.5e5, 8e5),
+    impactor_mass_kg=ContinuousRange(0.2, 1.0),
 )
 _MODES_HZ = np.array([180.0, 420.0, 900.0, 2100.0, 5200.0])
 _SHAPES = {"#1": np.array([1.0, 0.4, 0.8, 0.3, 0.6]), "#2": np.array([0.3, 1.0, 0.4, 0.9, 0.3])}

@@ -10,7 +10,7 @@ from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plate.modal import ModalPlate
 from pyroshock.twin.setting import Setting
-from pyroshock.twin.strikes import Floats, Outside, Pulses, Strikes
+from pyroshock.twin.strikes import Floats, ForcePulses, OutOfDomain, Strikes
 
 BENCH = GunBench(
     tank_volume_m3=0.0095,
@@ -34,7 +34,7 @@ class HalfSine:
     label = "half-sine"
     normals = 2
 
-    def pulses(self, strikes: Strikes, z: Floats | None = None) -> Pulses:
+    def pulses(self, strikes: Strikes, z: Floats | None = None) -> ForcePulses:
         mass = np.array([setting.impactor_mass_kg for setting in strikes.settings])
         time = np.full(len(strikes), self.contact_time_s)
         peak = np.pi * mass * strikes.impact_velocity_m_s / time
@@ -42,10 +42,10 @@ class HalfSine:
             peak, time = peak * np.exp(self.scatter * z[:, 0]), time * np.exp(self.scatter * z[:, 1])
         shape = np.sin(np.pi * np.linspace(0, 1, self.points))
         shape[-1] = 0.0
-        return Pulses(time, peak[:, None] * shape, time / 2)
+        return ForcePulses(time, peak[:, None] * shape, time / 2)
 
-    def outside(self, strikes: Strikes) -> list[tuple[Outside, ...]]:
-        told = ((Outside("impact_velocity", float(u), "0 to 30"),) for u in strikes.impact_velocity_m_s)
+    def outside(self, strikes: Strikes) -> list[tuple[OutOfDomain, ...]]:
+        told = ((OutOfDomain("impact_velocity", float(u), "0 to 30"),) for u in strikes.impact_velocity_m_s)
         return [one if float(one[0].value) > 30 else () for one in told]
 
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from pyroshock.diagnosis.plot_data import CurvePicture, Pictures, ResidualPicture
 from pyroshock.diagnosis.verdict import (
-    Band,
     Cause,
     EffectShare,
     Fitted,
+    FrequencyBand,
     GapSize,
     NextRun,
     PathStep,
@@ -41,7 +41,7 @@ def verdict(**changed: Any) -> Verdict:
             stage=(StageShare("contact", 0.97, (0.93, 1.0), 4.2), StageShare("gun", 0.03, (-0.02, 0.06), 0.4)),
             factors=(Region("insulator = polymeric", 3.1, 0.001),),
             time=(TimeWindow("force", 0.0001, 0.0004),),
-            frequency=(Band("force", 800.0, 4000.0),),
+            frequency=(FrequencyBand("force", 800.0, 4000.0),),
             drift=("ln_peak of the contact falls by 0.1 % a run (p = 0.03)",),
         ),
         causes=(
@@ -132,7 +132,7 @@ def unknown(**changed: Any) -> Verdict:
             stage=(StageShare("contact", 0.8, (0.7, 0.9), 9.0), StageShare("gun", 0.2, (0.1, 0.3), 2.0)),
             factors=(Region("striker = 254 mm", 5.2, 0.002),),
             time=(TimeWindow("force", 0.0001, 0.0004),),
-            frequency=(Band("force", 800.0, 4000.0),),
+            frequency=(FrequencyBand("force", 800.0, 4000.0),),
             drift=("ln_peak of the contact falls by 0.1 % a run (p = 0.03)",),
         ),
         causes=(Cause(("unknown",), 0.9), Cause(("gun.valve_flow",), 0.08), Cause(("none",), 0.02)),

@@ -11,7 +11,7 @@ from pyroshock.training.estimators.linear import LinearPowers
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.models.hybrid import MARGIN, Hybrid
 from pyroshock.training.models.pulses import impulse
-from pyroshock.training.models.residual import Pulse, _jacobian, measured_outputs, pulses_of, spreads_of
+from pyroshock.training.models.residual import ResidualPulse, _jacobian, measured_outputs, pulses_of, spreads_of
 from support.records.pulse_tables import pulse_table
 
 
@@ -20,10 +20,10 @@ def table() -> PulseTable:
     return pulse_table(np.random.default_rng(4), repetitions=4)
 
 
-def base_of(table: PulseTable) -> Pulse:
+def base_of(table: PulseTable) -> ResidualPulse:
     nominal = Analytic("hann").fit(table, np.random.default_rng(0)).predict(table.inputs)
     bound = 2 * table.impactor_mass_kg * table.column("impact_velocity")
-    return Pulse.of(nominal.force_n, nominal.contact_time_s, bound)
+    return ResidualPulse.of(nominal.force_n, nominal.contact_time_s, bound)
 
 
 def fitted(table: PulseTable) -> Hybrid:
@@ -89,8 +89,8 @@ def test_spreads_are_those_of_samples(table: PulseTable) -> None:
     np.testing.assert_allclose(force[:, 1:-1], inner, rtol=0.15)
 
 
-def _repeated(base: Pulse, row: int) -> Pulse:
-    return Pulse(
+def _repeated(base: ResidualPulse, row: int) -> ResidualPulse:
+    return ResidualPulse(
         *(getattr(base, name)[np.full(4000, row)] for name in ("root", "contact_time_s", "bound_n_s", "share"))
     )
 

@@ -12,7 +12,7 @@ import pytest
 optuna = pytest.importorskip("optuna", reason="the extra [models] is not installed")
 pytest.importorskip("torch", reason="the extra [models] is not installed")
 
-from pyroshock.training.tuning.bayesian import Between, Found, OneOf, bayesian_minimum  # noqa: E402
+from pyroshock.training.tuning.bayesian import BayesianResult, Between, OneOf, bayesian_minimum  # noqa: E402
 
 SPACE = {"shape": OneOf(("round", "flat")), "width": Between(1e-3, 1e3)}
 
@@ -22,12 +22,12 @@ def bowl(settings: dict[str, Any]) -> float:
     return math.log10(settings["width"] / 10) ** 2 + (settings["shape"] == "flat")
 
 
-def searched(iterations: int = 25, **more: Any) -> Found:
+def searched(iterations: int = 25, **more: Any) -> BayesianResult:
     return bayesian_minimum(bowl, SPACE, iterations, np.random.default_rng(3), **more)
 
 
 @cache
-def found() -> Found:
+def found() -> BayesianResult:
     return searched()
 
 
@@ -46,7 +46,7 @@ def test_same_seed_same_history() -> None:
 
 def test_first_is_tried_first() -> None:
     first = {"shape": "flat", "width": 0.1}
-    assert searched(iterations=1, first=first) == Found(first, 5.0, (5.0,))
+    assert searched(iterations=1, first=first) == BayesianResult(first, 5.0, (5.0,))
 
 
 def test_says_nothing_and_leaves_optuna_as_it_was(capfd: pytest.CaptureFixture[str]) -> None:

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.training.tuning.genetic import Found, Genes, Search, searched
-from pyroshock.training.tuning.journal import Journal
+from pyroshock.training.tuning.genetic import Genes, GeneticResult, Search, searched
+from pyroshock.training.tuning.journal import SearchJournal
 
 LEVELS = (3, 24, 21)
 SEARCH = Search(LEVELS, population=10, generations=6)
@@ -27,8 +27,8 @@ def bowl(genes: Genes) -> float:
     return float(away @ away + 0.01 * np.sin(40 * away).sum() ** 2)
 
 
-def without_file() -> Journal:
-    return Journal(None, {})
+def without_file() -> SearchJournal:
+    return SearchJournal(None, {})
 
 
 def test_finds_the_bottom() -> None:
@@ -117,8 +117,8 @@ def test_failing_evaluation_reaches_the_caller(tmp_path: Path) -> None:
         return bowl(genes)
 
     with pytest.raises(ArithmeticError, match="diverged"):
-        searched(SEARCH, fails, 1, Journal(tmp_path / "journal", {}))
-    assert all(genes[0] != 2 for genes in Journal(tmp_path / "journal", {}).values)
+        searched(SEARCH, fails, 1, SearchJournal(tmp_path / "journal", {}))
+    assert all(genes[0] != 2 for genes in SearchJournal(tmp_path / "journal", {}).values)
 
 
 @pytest.mark.parametrize("wrong", [{"population": 1}, {"elite": 0}, {"generations": -1}, {"workers": 0}])
@@ -160,24 +160,24 @@ def test_killed_search_resumes_to_the_same_result(tmp_path: Path, kill: signal.S
         time.sleep(0.002)
     run.send_signal(kill)
     assert run.wait(timeout=30) != 0
-    before = Journal(path, {"of": "a test"}).values
+    before = SearchJournal(path, {"of": "a test"}).values
     assert 0 < len(before) < searched(SEARCH, bowl, 7, without_file()).evaluated
 
     fresh: list[Genes] = []
-    found = searched(SEARCH, lambda genes: fresh.append(genes) or bowl(genes), 7, Journal(path, {"of": "a test"}))
+    found = searched(SEARCH, lambda genes: fresh.append(genes) or bowl(genes), 7, SearchJournal(path, {"of": "a test"}))
     assert found == searched(SEARCH, bowl, 7, without_file())
     assert not set(fresh) & set(before)
 
 
-def cut(path: Path, length: int) -> Found:
+def cut(path: Path, length: int) -> GeneticResult:
     """The search after its journal was cut to some bytes, as by a power failure."""
     path.write_bytes(path.read_bytes()[:length])
-    return searched(SEARCH, bowl, 7, Journal(path, {}))
+    return searched(SEARCH, bowl, 7, SearchJournal(path, {}))
 
 
 def test_torn_at_any_byte_resumes_to_the_same_result(tmp_path: Path) -> None:
     path = tmp_path / "journal"
-    whole = searched(SEARCH, bowl, 7, Journal(path, {}))
+    whole = searched(SEARCH, bowl, 7, SearchJournal(path, {}))
     content = path.read_bytes()
     for length in range(0, len(content), 211):
         path.write_bytes(content)
@@ -187,27 +187,27 @@ def test_torn_at_any_byte_resumes_to_the_same_result(tmp_path: Path) -> None:
 
 def test_journal_keeps_values_exactly(tmp_path: Path) -> None:
     values = {(1, 2): 0.1 + 0.2, (3, 4): 1e-300, (5, 6): 1 / 3}
-    journal = Journal(tmp_path / "deep" / "journal", {"seed": 2**62})
+    journal = SearchJournal(tmp_path / "deep" / "journal", {"seed": 2**62})
     for key, value in values.items():
         journal.add(key, value)
-    assert Journal(tmp_path / "deep" / "journal", {"seed": 2**62}).values == values
+    assert SearchJournal(tmp_path / "deep" / "journal", {"seed": 2**62}).values == values
 
 
 def test_journal_of_another_search_is_refused(tmp_path: Path) -> None:
-    Journal(tmp_path / "journal", {"seed": 1})
+    SearchJournal(tmp_path / "journal", {"seed": 1})
     with pytest.raises(ValueError, match="another search"):
-        Journal(tmp_path / "journal", {"seed": 2})
+        SearchJournal(tmp_path / "journal", {"seed": 2})
 
 
 @pytest.mark.parametrize("content", ["no json\n", "[1, 2]\n", '{"search": {}}\n{"key": [1]}\n'])
 def test_stranger_is_no_journal(tmp_path: Path, content: str) -> None:
     (tmp_path / "journal").write_text(content)
     with pytest.raises(ValueError, match="no journal"):
-        Journal(tmp_path / "journal", {})
+        SearchJournal(tmp_path / "journal", {})
 
 
 def test_journal_is_readable(tmp_path: Path) -> None:
-    Journal(tmp_path / "journal", {"seed": 1}).add((1, 2, 3), 0.5)
+    SearchJournal(tmp_path / "journal", {"seed": 1}).add((1, 2, 3), 0.5)
     assert [json.loads(line) for line in (tmp_path / "journal").read_text().splitlines()] == [
         {"search": {"seed": 1}},
         {"key": [1, 2, 3], "value": 0.5},

@@ -9,7 +9,7 @@ from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.hertz import hertz
 from pyroshock.twin.contact.impacts import Impacts
-from pyroshock.twin.strikes import Pulses
+from pyroshock.twin.strikes import ForcePulses
 from scipy.integrate import solve_ivp
 
 BODIES = Bodies.of(
@@ -22,7 +22,7 @@ BODIES = Bodies.of(
 
 def on_anvil(
     impacts: Impacts, mass_kg: float, stiffness_n_m: float, mobility_m_n_s: float, phases: int = 401
-) -> Pulses:
+) -> ForcePulses:
     mass, stiffness, mobility = (np.array([value]) for value in (mass_kg, stiffness_n_m, mobility_m_n_s))
     return anvil_pulses(impacts, mass, stiffness, mobility, phases)
 

@@ -20,7 +20,7 @@ from pyroshock.twin.contact.uncertain_parameters import ANVIL_VOLUME, COLUMNS, H
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.setting import Setting
-from pyroshock.twin.strikes import Pulses, Strikes
+from pyroshock.twin.strikes import ForcePulses, Strikes
 from support.records.twin_parts import setting
 
 SETTING = Setting(1.0, THESIS["steel"], 0.045, THESIS["steel"], 0.01, 23.4, tank_pressure_pa=2.78e5)
@@ -55,7 +55,7 @@ def shots_of(
     )  # fmt: skip
 
 
-def draws(stage: PriorContact, setting: Setting, velocity: float, count: int = 64, seed: int = 0) -> Pulses:
+def draws(stage: PriorContact, setting: Setting, velocity: float, count: int = 64, seed: int = 0) -> ForcePulses:
     z = stratified_normals(count, stage.normals, np.random.default_rng(seed))
     return stage.pulses(Strikes([setting] * count, np.full(count, velocity)), z)
 

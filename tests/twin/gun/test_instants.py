@@ -22,7 +22,7 @@ from pyroshock.twin.gun.effects.sliding_friction import SlidingFriction
 from pyroshock.twin.gun.effects.valve_flow import ValveFlow
 from pyroshock.twin.gun.expansion import ideal_velocity_m_s, net_work_j, starting_force_n, travel_time_s
 from pyroshock.twin.gun.motion_kernel import open_share
-from pyroshock.twin.gun.shot import GAS_CONSTANT, Shot, nominal_shot
+from pyroshock.twin.gun.shot import GAS_CONSTANT, ShotInputs, nominal_shot
 from pyroshock.twin.gun.shots import Status, gun_velocity
 
 BENCH = GunBench(
@@ -38,7 +38,7 @@ AREA, AIR = math.pi / 4 * 0.048**2, 101_325.0
 OUTSIDE = AIR / (GAS_CONSTANT * 293.15)
 
 
-def prepared(effects: Sequence[GunEffect], pressure_pa: ArrayLike = 4e5) -> Shot:
+def prepared(effects: Sequence[GunEffect], pressure_pa: ArrayLike = 4e5) -> ShotInputs:
     """Shots of 0.5 kg."""
     shot = nominal_shot(BENCH, pressure_pa, 0.5)
     for effect in effects:

@@ -12,10 +12,10 @@ from pyroshock.signals.valve_profile import ValveProfile
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.effect import GunEffect, Instant
-from pyroshock.twin.gun.shot import Shot
+from pyroshock.twin.gun.shot import ShotInputs
 from pyroshock.twin.gun.shots import Status, gun_velocity
 from pyroshock.twin.launch import GunStage
-from pyroshock.twin.materials import Material
+from pyroshock.twin.materials import ElasticMaterial
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.setting import Setting
 from scipy.integrate import solve_ivp
@@ -161,7 +161,7 @@ class Hooked(GunEffect):
     def off(self, shots: int) -> np.ndarray:
         return np.zeros(shots, dtype=bool)
 
-    def resistance_n(self, shot: Shot, instant: Instant) -> np.ndarray:
+    def resistance_n(self, shot: ShotInputs, instant: Instant) -> np.ndarray:
         return np.zeros(instant.time_s.shape)
 
 
@@ -189,7 +189,7 @@ def test_profiles_are_one_for_each_shot() -> None:
 
 
 def test_the_stage_takes_the_profile_of_a_setting() -> None:
-    material = Material("steel", 200e9, 0.3, 7800.0)
+    material = ElasticMaterial("steel", 200e9, 0.3, 7800.0)
     own = {"impactor_mass_kg": 0.5, "tip": material, "tip_radius_m": 0.045, "plate": material}
     own |= {"plate_thickness_m": 0.01, "plate_mass_kg": 20.0}
     settings = [

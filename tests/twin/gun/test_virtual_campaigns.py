@@ -9,9 +9,9 @@ from pyroshock.twin.bands import stratified_normals
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.launch import GunStage
 from pyroshock.twin.sensors.chain import SensorChain
-from pyroshock.virtualbench.campaigns.base import Task, day_fraction
+from pyroshock.virtualbench.campaigns.base import RecordingTask, day_fraction
 from pyroshock.virtualbench.campaigns.gun import BULLET_LENGTH_M, VELOCITY_FAULT
-from pyroshock.virtualbench.campaigns.gun import GunBench as VirtualBench
+from pyroshock.virtualbench.campaigns.gun import VirtualGunBench as VirtualBench
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import Projectile
 from pyroshock.virtualbench.gun.fire import fire
@@ -38,7 +38,7 @@ def virtual_campaign(seed: int, levels: bool) -> Floats:
     for number, mass in enumerate(masses.tolist()):
         bar = LEVELS[mass][level[number]] if levels else float(even[number])
         row = {"run": str(number + 1), "tank_pressure_bar": str(bar), "bullet_mass_kg": str(mass)}
-        task = Task("", row, {}, 1, day_fraction(number, 20))
+        task = RecordingTask("", row, {}, 1, day_fraction(number, 20))
         for _ in range(REPETITIONS):
             shot = fire(bench.gun, effects, bench._pressure(task, rng), Projectile(mass, length), rng)
             if shot.muzzle_velocity_m_s > 0 and shot.laser_blocked:

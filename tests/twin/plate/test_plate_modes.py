@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.twin.materials import THESIS, Material
+from pyroshock.twin.materials import THESIS, ElasticMaterial
 from pyroshock.twin.plate.build import PlateBuild, PointMass, PointSpring, places
 from pyroshock.twin.plate.damping import RayleighDamping
 from pyroshock.twin.plate.edges import Clamped, SimplySupported
@@ -15,7 +15,7 @@ from pyroshock.twin.plate.modes import solve_plate
 
 SQUARE = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))
 ELL = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.4), (0.5, 0.4), (0.5, 0.8), (0.0, 0.8))
-STEEL = Material("steel", 200e9, 0.3, 7800.0)
+STEEL = ElasticMaterial("steel", 200e9, 0.3, 7800.0)
 THIN = 0.005
 
 

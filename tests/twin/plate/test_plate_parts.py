@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pyroshock.twin.materials import Material
-from pyroshock.twin.plate.build import Place, PlateBuild, PointMass, PointSpring, places
+from pyroshock.twin.materials import ElasticMaterial
+from pyroshock.twin.plate.build import NamedPoint, PlateBuild, PointMass, PointSpring, places
 from pyroshock.twin.plate.damping import ConstantDamping, RayleighDamping
 from pyroshock.twin.plate.edges import Clamped, Edge, SimplySupported
 from pyroshock.twin.plate.fem import _across_along, elements_of
@@ -23,7 +23,7 @@ from pyroshock.twin.plate.triangles import areas, counter_clockwise
 from scipy.linalg import eigh
 from skfem import MeshTri
 
-STEEL = Material("steel", 200e9, 0.3, 7800.0)
+STEEL = ElasticMaterial("steel", 200e9, 0.3, 7800.0)
 
 
 def plate(thickness_m: float) -> PlateBuild:
@@ -217,7 +217,7 @@ def test_a_plate_knows_its_mass_and_its_rigidity() -> None:
     [
         ({"sensors": ()}, r"sensors has names \[\]: expected one or more, each of them once"),
         (
-            {"impact_points": (Place("#1", (0.1, 0.1)), Place("#1", (0.2, 0.1)))},
+            {"impact_points": (NamedPoint("#1", (0.1, 0.1)), NamedPoint("#1", (0.2, 0.1)))},
             r"impact_points has names \['#1', '#1'\]",
         ),
         ({"edges": (Clamped(4),)}, "edge 4: expected 0 to 3"),

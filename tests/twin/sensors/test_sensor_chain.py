@@ -9,7 +9,7 @@ import pytest
 from pyroshock.twin.effects import catalogue, effect
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.seen import seen_pulses
-from pyroshock.twin.strikes import Pulses, Strikes
+from pyroshock.twin.strikes import ForcePulses, Strikes
 from support.records.twin_parts import HalfSine, setting
 
 
@@ -95,7 +95,7 @@ LOW_PASS = SensorChain.of([effect("sensor.force_bandwidth", time_constant_s=2e-5
 
 def of_lengths(*contact_time_s):
     one, times = pulses(), np.array(contact_time_s)
-    return Pulses(times, np.repeat(one.force_n[:1], len(times), axis=0), times / 2)
+    return ForcePulses(times, np.repeat(one.force_n[:1], len(times), axis=0), times / 2)
 
 
 def test_contact_of_seconds_takes_no_room_of_microseconds():

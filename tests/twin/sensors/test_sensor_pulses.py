@@ -7,7 +7,7 @@ import pytest
 from pyroshock.twin.effects import Floats, Value, effect
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.seen import seen_pulses
-from pyroshock.twin.strikes import Pulses
+from pyroshock.twin.strikes import ForcePulses
 
 #: Of a pulse's contact are its steps.
 STEPS = 256
@@ -15,10 +15,10 @@ STEPS = 256
 OCTAVE_S = 2.0**-13
 
 
-def half_sines(contact_time_s: Floats, peak_n: Floats, points: int = 1025) -> Pulses:
+def half_sines(contact_time_s: Floats, peak_n: Floats, points: int = 1025) -> ForcePulses:
     shape = np.sin(np.pi * np.linspace(0, 1, points))
     shape[-1] = 0.0
-    return Pulses(contact_time_s, peak_n[:, None] * shape, contact_time_s / 2)
+    return ForcePulses(contact_time_s, peak_n[:, None] * shape, contact_time_s / 2)
 
 
 def low_pass(time_constant_s: Value) -> SensorChain:
@@ -44,7 +44,7 @@ class Shown:
         return np.asarray(driven * np.exp(-np.maximum(time_s - self.contact_time_s, 0.0) / self.tau_s))
 
 
-def agrees(seen: Pulses, given: Pulses, row: int, tau_s: float, step_s: float) -> None:
+def agrees(seen: ForcePulses, given: ForcePulses, row: int, tau_s: float, step_s: float) -> None:
     """Its course, its end to the step before it falls below 0.5 % of the peak, and how much later its peak is."""
     truth, size = Shown(given.contact_time_s[row], tau_s), given.peak_force_n[row]
     assert truth.end_s - 1.02 * step_s < seen.contact_time_s[row] <= truth.end_s + 0.02 * step_s
@@ -83,7 +83,7 @@ def test_a_long_tail_keeps_its_impulse_whatever_is_beside_it() -> None:
     # What lies behind 0.5 % of the peak: tau times that, of some T / 2 and tau.
     np.testing.assert_allclose(together.impulse_n_s, given.impulse_n_s, rtol=0.012)
     for row in range(4):
-        alone = seen_pulses(low_pass(tau), Pulses(time[[row]], given.force_n[[row]], time[[row]] / 2))
+        alone = seen_pulses(low_pass(tau), ForcePulses(time[[row]], given.force_n[[row]], time[[row]] / 2))
         assert together.contact_time_s[row] == pytest.approx(alone.contact_time_s[0], rel=2e-3)
 
 
@@ -119,7 +119,7 @@ def test_a_gain_moves_no_peak_to_before_where_it_was(at: int) -> None:
     """In steps the peak is found a little before (38) or after (37) where it is."""
     phases = np.arange(100) / 99
     shape = np.interp(phases, [0, at / 99, 1], [0.0, 1e3, 0.0])
-    given = Pulses(np.array([1e-3]), shape[None], np.array([4e-4]))
+    given = ForcePulses(np.array([1e-3]), shape[None], np.array([4e-4]))
     seen = seen_pulses(SensorChain.of([effect("sensor.force_gain", gain=2.0)]), given)
     assert 4e-4 <= seen.compression_time_s[0] <= 4e-4 + 0.5 * 1e-3 / STEPS
 
@@ -127,7 +127,7 @@ def test_a_gain_moves_no_peak_to_before_where_it_was(at: int) -> None:
 def test_peak_of_a_coarse_pulse_is_late_by_what_the_filter_makes_it() -> None:
     """A triangle of three points: y = F (t - tau (1 - exp(-t / tau))) / (T / 2), less twice that from T / 2 on."""
     time, tau = 1e-3, 1e-4
-    given = Pulses(np.array([time]), np.array([[0.0, 500.0, 0.0]]), np.array([time / 2]))
+    given = ForcePulses(np.array([time]), np.array([[0.0, 500.0, 0.0]]), np.array([time / 2]))
     seen = seen_pulses(low_pass(tau), given)
     # y' = 0 behind the middle: exp(-s / tau) (2 - exp(-T / 2 tau)) = 1
     later = tau * np.log(2 - np.exp(-time / 2 / tau))

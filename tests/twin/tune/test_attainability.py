@@ -10,8 +10,8 @@ from pyroshock.twin.tune.discrepancy import Discrepancy
 from pyroshock.twin.tune.forward import level_db
 from pyroshock.twin.tune.goal import Goal
 from pyroshock.twin.tune.search import Effort
-from pyroshock.twin.tune.space import Levels, Range
-from pyroshock.twin.tune.tuner import Measured, tune
+from pyroshock.twin.tune.space import ContinuousRange, Levels
+from pyroshock.twin.tune.tuner import FiredShots, tune
 from support.records.tuning_toy import LINES, SPACE, Toy, spectrum
 
 EFFORT = Effort(pressures=6, masses=3, finalists=12)
@@ -20,7 +20,7 @@ HIDDEN = SPACE.setting(MOUNTS[7], 3.3e5, 0.41)
 RNG = np.random.default_rng(4)
 #: Shots that show the toy bench as it is, but for half a dB of noise.
 SHOTS = tuple(SPACE.setting(m, 3e5, 0.5) for m in MOUNTS[::2])
-SHOWN = Measured(SHOTS, level_db(Toy().spectra(SHOTS)) + 0.5 * RNG.standard_normal((len(SHOTS), LINES.size)))
+SHOWN = FiredShots(SHOTS, level_db(Toy().spectra(SHOTS)) + 0.5 * RNG.standard_normal((len(SHOTS), LINES.size)))
 
 
 def goal(change_db=0.0, tolerance_db=6.0, hidden=HIDDEN, **more):
@@ -179,6 +179,8 @@ def test_bench_that_refuses_all_is_the_obstacle():
     assert result.attainability.probability == 0.0
 
 
-@pytest.mark.parametrize(("amount", "ends"), [(Levels((0.5, 0.2, 1.0)), (0.2, 1.0)), (Range(0.3, 2.0), (0.3, 2.0))])
+@pytest.mark.parametrize(
+    ("amount", "ends"), [(Levels((0.5, 0.2, 1.0)), (0.2, 1.0)), (ContinuousRange(0.3, 2.0), (0.3, 2.0))]
+)
 def test_amounts_know_their_ends(amount, ends):
     assert amount.ends == ends

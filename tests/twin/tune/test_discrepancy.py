@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.twin.tune.discrepancy import TERMS, Discrepancy, Learned, covariance
+from pyroshock.twin.tune.discrepancy import TERMS, Discrepancy, ShotCorrection, covariance
 from pyroshock.twin.tune.kernels import Coordinates
 from pyroshock.twin.tune.likelihood import fitted
 from scipy.stats import multivariate_normal
@@ -107,7 +107,7 @@ def test_the_mean_of_repeats_teaches_what_the_repeats_do():
     residual = planted(settings)
     alone = Discrepancy(LINES).after(settings, residual)
     means = np.array([residual[groups == 4].mean(axis=0), residual[1]])
-    together = Learned.of(Discrepancy(LINES), Coordinates.of(settings).means(groups), means)
+    together = ShotCorrection.of(Discrepancy(LINES), Coordinates.of(settings).means(groups), means)
     assert together.mean_db([new]) == pytest.approx(alone.mean_db([new]), abs=1e-5)
     assert together.covariance_db2(new) == pytest.approx(alone.covariance_db2(new), abs=1e-5)
 

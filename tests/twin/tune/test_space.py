@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from pyroshock.twin.tune.space import Levels, Range, mount_of, unlike
+from pyroshock.twin.tune.space import ContinuousRange, Levels, mount_of, unlike
 from support.records.tuning_toy import SPACE
 
 
@@ -38,7 +38,7 @@ def test_bullets_that_a_lab_has_not_got_are_not_proposed():
 
 
 def test_ranges_are_covered_in_equal_ratios():
-    assert Range(1.0, 16.0).grid(5) == pytest.approx([1, 2, 4, 8, 16])
+    assert ContinuousRange(1.0, 16.0).grid(5) == pytest.approx([1, 2, 4, 8, 16])
 
 
 def test_work_between_two_settings_is_the_parts_that_differ():
@@ -51,8 +51,8 @@ def test_work_between_two_settings_is_the_parts_that_differ():
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda: Range(0.0, 1.0), "expected positive and rising"),
-        (lambda: Range(2.0, 1.0), "expected positive and rising"),
+        (lambda: ContinuousRange(0.0, 1.0), "expected positive and rising"),
+        (lambda: ContinuousRange(2.0, 1.0), "expected positive and rising"),
         (lambda: Levels(()), "expected at least one"),
         (lambda: Levels((0.5, -1.0)), "positive"),
         (lambda: replace(SPACE, tips=()), "tips is empty"),

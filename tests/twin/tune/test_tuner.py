@@ -9,7 +9,7 @@ from pyroshock.twin.tune.forward import level_db
 from pyroshock.twin.tune.goal import Goal
 from pyroshock.twin.tune.search import Effort
 from pyroshock.twin.tune.space import mount_of
-from pyroshock.twin.tune.tuner import Measured, tune
+from pyroshock.twin.tune.tuner import FiredShots, tune
 from support.records.tuning_toy import LINES, SPACE, Toy, spectrum
 
 HIDDEN = SPACE.setting(list(SPACE.mounts())[7], 3.3e5, 0.41)
@@ -55,7 +55,7 @@ def test_same_seed_same_proposals(first):
 def test_a_fired_shot_updates_the_next_proposal():
     """A bench 8 dB louder than its model: the first shot misses, the second does not."""
     fired = tuned(goal(8.0)).proposals[0].setting
-    shown = Measured((fired,), level_db(spectrum(fired))[None] + 8.0)
+    shown = FiredShots((fired,), level_db(spectrum(fired))[None] + 8.0)
     first_miss = np.abs(shown.level_db[0] - goal(8.0).level_db).max()
     after = tuned(goal(8.0), measured=shown)
     second_miss = np.abs(level_db(spectrum(after.proposals[0].setting)) + 8.0 - goal(8.0).level_db).max()
@@ -65,7 +65,7 @@ def test_a_fired_shot_updates_the_next_proposal():
 def test_shots_make_surer(first):
     rng, mounts = np.random.default_rng(2), list(SPACE.mounts())
     shots = tuple(SPACE.setting(m, 3e5, 0.5) for m in mounts[::4])
-    exact = Measured(shots, level_db(Toy().spectra(shots)) + 0.5 * rng.standard_normal((len(shots), LINES.size)))
+    exact = FiredShots(shots, level_db(Toy().spectra(shots)) + 0.5 * rng.standard_normal((len(shots), LINES.size)))
     after = tuned(goal(), measured=exact)
     assert after.proposals[0].probability_95 > first.proposals[0].probability_95 + 0.1
 
@@ -116,7 +116,7 @@ def test_progress_counts_up_to_the_whole_grid():
 
 
 def test_shots_of_two_campaigns_come_together():
-    one = Measured((HIDDEN,), np.zeros((1, LINES.size)))
-    assert len(Measured() + one + one) == 2
-    assert (one + Measured()).level_db.shape == (1, LINES.size)
-    assert len(Measured() + Measured()) == 0
+    one = FiredShots((HIDDEN,), np.zeros((1, LINES.size)))
+    assert len(FiredShots() + one + one) == 2
+    assert (one + FiredShots()).level_db.shape == (1, LINES.size)
+    assert len(FiredShots() + FiredShots()) == 0

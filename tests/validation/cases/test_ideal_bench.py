@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.validation.cases.case import TOLERANCES
-from pyroshock.validation.cases.designs import DESIGNS, Setting, design
+from pyroshock.validation.cases.designs import DESIGNS, CaseSetting, design
 from pyroshock.validation.cases.nominal import nominal_pulses, speeds_of
 from pyroshock.validation.cases.plates import changed, plate_of
 from pyroshock.validation.cases.ringing import accelerations, levels_db, modal_pulse
@@ -44,7 +44,7 @@ def test_ideal_impact_is_hertz_on_a_rigid_target(kind: str) -> None:
         assert np.count_nonzero(pulse.force_n) * pulse.step_s == pytest.approx(duration, rel=0.02)
 
 
-def _hertz(setting: Setting, v: float) -> tuple[float, float]:
+def _hertz(setting: CaseSetting, v: float) -> tuple[float, float]:
     tip, face = contact_material(setting.tip_material), contact_material(setting.face_material)
     modulus, radius = 1 / (tip.compliance_1_pa + face.compliance_1_pa), setting.tip_radius_mm * 1e-3
     stiffness = 4 / 3 * modulus * np.sqrt(radius)
@@ -53,7 +53,7 @@ def _hertz(setting: Setting, v: float) -> tuple[float, float]:
 
 
 def test_insulator_without_its_compliance_changes_nothing() -> None:
-    bare, layered = Setting(insulator="none"), Setting(insulator="polymeric")
+    bare, layered = CaseSetting(insulator="none"), CaseSetting(insulator="polymeric")
     first, second = strikes([bare, layered], np.array([1.0, 1.0]), {})
     np.testing.assert_allclose(first.force_n, second.force_n, rtol=1e-9)
 

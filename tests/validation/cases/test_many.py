@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pyroshock.validation.cases.attribution import attribution, shapley_values, shares
 from pyroshock.validation.cases.case import KINDS
-from pyroshock.validation.cases.cause import Cause
+from pyroshock.validation.cases.cause import ActingCause
 from pyroshock.validation.cases.changes import gap
 from pyroshock.validation.cases.many import (
     ALWAYS,
@@ -65,13 +65,13 @@ def test_same_generator_same_bench() -> None:
 
 
 def test_single_effect_has_the_whole_gap() -> None:
-    parts = attribution("hammer", 0, Cause((("contact.effective_mass", 2.0),)))
+    parts = attribution("hammer", 0, ActingCause((("contact.effective_mass", 2.0),)))
     assert shares(parts.left_out) == {"contact.effective_mass": pytest.approx(1.0)}
     assert shares(parts.shapley) == {"contact.effective_mass": pytest.approx(1.0)}
 
 
 def test_shapley_values_add_up_to_the_squared_gap() -> None:
-    cause = Cause((("contact.effective_mass", 2.0), ("contact.viscous_loss", 1.0), ("sensor.force_gain", 0.05)))
+    cause = ActingCause((("contact.effective_mass", 2.0), ("contact.viscous_loss", 1.0), ("sensor.force_gain", 0.05)))
     parts = attribution("hammer", 1, cause)
     from pyroshock.validation.cases.changes import changes, gaps
 
@@ -96,7 +96,7 @@ def test_stages_count_the_same() -> None:
 
 
 def test_bench_without_gap_has_no_shares() -> None:
-    parts = attribution("hammer", 0, Cause())
+    parts = attribution("hammer", 0, ActingCause())
     assert shares(parts.left_out) == {}
 
 

@@ -16,11 +16,11 @@ from pyroshock.validation.cases import (
     record_case,
     seal_labels,
 )
-from pyroshock.validation.cases.case import KINDS, Background, Case, Label
+from pyroshock.validation.cases.case import KINDS, BackgroundGap, Case, Label
 from pyroshock.validation.cases.designs import design
 from pyroshock.virtualbench.seal import SealError, folder_hash
 
-QUIET = Background(1e-9, 1e-9, 2.0, False, 1)
+QUIET = BackgroundGap(1e-9, 1e-9, 2.0, False, 1)
 
 
 def drawn(kind: str, cause: str = "catalogue") -> Case:

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.validation.prediction_scores.failure_rules import EVERYWHERE, Factor, failures
+from pyroshock.validation.prediction_scores.failure_rules import EVERYWHERE, ShotFactor, failures
 from pyroshock.validation.prediction_scores.quantity_score import Measure
 
 FORCE = Measure("peak_force", "peak force", "ln", "N")
 
 
-def campaign(seed: int, configurations: int = 40, repetitions: int = 3) -> tuple[np.ndarray, list[Factor]]:
+def campaign(seed: int, configurations: int = 40, repetitions: int = 3) -> tuple[np.ndarray, list[ShotFactor]]:
     rng = np.random.default_rng(seed)
     tips = rng.choice(["delrin", "polyurethane", "steel"], configurations)
     pressure = rng.choice([1e5, 2e5, 4e5, 6e5], configurations)
     radius = rng.choice([0.02, 0.045], configurations)
     number = np.repeat(np.arange(configurations), repetitions)
     return number, [
-        Factor("tip_material", tips[number]),
-        Factor("tank_pressure", pressure[number], "bar", 1e-5),
-        Factor("tip_radius", radius[number], "mm", 1e3),
+        ShotFactor("tip_material", tips[number]),
+        ShotFactor("tank_pressure", pressure[number], "bar", 1e-5),
+        ShotFactor("tip_radius", radius[number], "mm", 1e3),
     ]
 
 
@@ -67,7 +67,7 @@ def test_noise_gives_seldom_a_rule() -> None:
 def test_repetitions_do_not_make_a_rule() -> None:
     """A single configuration with many shots is a single observation."""
     number = np.repeat(np.arange(8), 25)
-    factors = [Factor("tip_material", np.where(number < 4, "delrin", "steel"))]
+    factors = [ShotFactor("tip_material", np.where(number < 4, "delrin", "steel"))]
     residual = np.where(number == 5, 0.8, 0.0) + 0.01 * np.random.default_rng(1).normal(size=len(number))
     assert failures(FORCE, residual, number, factors, np.random.default_rng(0)) == []
 

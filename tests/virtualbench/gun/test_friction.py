@@ -8,12 +8,12 @@ from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
 from pyroshock.virtualbench.gun.friction import column_loss, sliding_friction
 from pyroshock.virtualbench.gun.gas import Gas
-from pyroshock.virtualbench.gun.setting import Setting, setting_of
+from pyroshock.virtualbench.gun.setting import GunSetting, setting_of
 
 AIR = Gas(101_325.0, 293.15, 1.204)
 
 
-def setting(effects: Effects) -> Setting:
+def setting(effects: Effects) -> GunSetting:
     return setting_of(GunBuild(), effects, 1e5, Projectile(), np.random.default_rng(0))
 
 

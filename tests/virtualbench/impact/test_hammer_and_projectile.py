@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import Anvil, Impactor, Target, target
+from pyroshock.virtualbench.impact.build import Anvil, Impactor, ImpactTarget, target
 from pyroshock.virtualbench.impact.impactors import HAND_SPEEDS_M_S, HAND_SPREAD, hammer, hand_speed, projectile
 from pyroshock.virtualbench.impact.materials import contact_material
 from pyroshock.virtualbench.impact.strike import ImpactTruth, strike, strike_many
@@ -18,7 +18,11 @@ STEADY = Effects.default().without("bench.hand_scatter")
 
 
 def _strikes(
-    impactor: Impactor, speeds: list[float], effects: Effects = STEADY, struck: Target = ON_STEEL, tail_s: float = 4e-3
+    impactor: Impactor,
+    speeds: list[float],
+    effects: Effects = STEADY,
+    struck: ImpactTarget = ON_STEEL,
+    tail_s: float = 4e-3,
 ) -> list[ImpactTruth]:
     count, rng = len(speeds), np.random.default_rng(11)
     return strike_many([impactor] * count, [struck] * count, effects, speeds, rng, tail_s=tail_s)

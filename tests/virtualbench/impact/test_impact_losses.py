@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.impact.build import Impactor, Target, target
+from pyroshock.virtualbench.impact.build import Impactor, ImpactTarget, target
 from pyroshock.virtualbench.impact.impactors import hammer
 from pyroshock.virtualbench.impact.materials import contact_material
 from pyroshock.virtualbench.impact.strike import ImpactTruth, strike, strike_many
@@ -30,7 +30,7 @@ RAISED: dict[str, Callable[[ImpactTruth], float]] = {
 
 
 def _strike(
-    effects: Effects, struck: Target = BARE, speed: float = 1.0, impactor: Impactor | None = None
+    effects: Effects, struck: ImpactTarget = BARE, speed: float = 1.0, impactor: Impactor | None = None
 ) -> ImpactTruth:
     return strike(impactor or hammer("aluminum", 0.03), struck, effects, speed, np.random.default_rng(3))
 
@@ -95,7 +95,7 @@ def test_energy_lost_is_the_work_on_the_plate() -> None:
 @pytest.mark.parametrize(
     ("name", "struck"), [("contact.plate_compliance", BARE), ("contact.layer_compliance", INSULATED)]
 )
-def test_loss_of_plate_and_layer_grows_with_bandwidth(name: str, struck: Target) -> None:
+def test_loss_of_plate_and_layer_grows_with_bandwidth(name: str, struck: ImpactTarget) -> None:
     """Faster impacts are shorter, and the plate's dashpot and the layer's retardation take more of them."""
     rigid = replace(hammer("aluminum", 0.03), rear_fraction=0.0, rear_resonance_hz=0.0)
     impacts = strike_many([rigid] * 4, [struck] * 4, Effects.only(name), [0.1, 0.4, 1.6, 6.4], np.random.default_rng(0))

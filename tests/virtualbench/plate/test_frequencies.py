@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.plate.assembly import assemble
-from pyroshock.virtualbench.plate.build import Clamp, PlateBuild, PlateMaterial
+from pyroshock.virtualbench.plate.build import BenchPlate, Clamp, PlateMaterial
 from pyroshock.virtualbench.plate.eigen import lowest_modes
 from pyroshock.virtualbench.plate.mesh import Mesh
 from pyroshock.virtualbench.plate.modes import flexural_wavenumber, modes
@@ -30,11 +30,11 @@ ARGYRIS_FREE = [13.468, 19.596, 24.270, 34.801, 34.801]
 ARGYRIS_BENCH = [31.4554, 52.5370, 74.2571, 86.0827, 115.5963, 136.5988, 159.5517, 196.9055, 216.8646, 226.7019]
 
 
-def _plate(thickness_m: float, clamps: tuple[Clamp, ...] = (), outline: tuple = SQUARE) -> PlateBuild:
-    return PlateBuild(STEEL, thickness_m, outline, ((0.5, 0.5),), (), (0.005,) * 200, clamps)
+def _plate(thickness_m: float, clamps: tuple[Clamp, ...] = (), outline: tuple = SQUARE) -> BenchPlate:
+    return BenchPlate(STEEL, thickness_m, outline, ((0.5, 0.5),), (), (0.005,) * 200, clamps)
 
 
-def _parameters(plate: PlateBuild, limit: float) -> np.ndarray:
+def _parameters(plate: BenchPlate, limit: float) -> np.ndarray:
     """omega sqrt(rho h / D), in 1/m^2, of the modes up to that parameter."""
     unit = math.sqrt(plate.rigidity_n_m / (plate.material.density_kg_m3 * plate.thickness_m)) / (2 * math.pi)
     return modes(plate, Effects.none(), max_frequency_hz=limit * unit).frequencies_hz / unit
@@ -49,7 +49,7 @@ def test_free_square() -> None:
 
 
 def test_bench_plate_against_another_element() -> None:
-    plate = PlateBuild(STEEL, THIN_M, OUTLINE_M, (), (), (0.005,) * 200)
+    plate = BenchPlate(STEEL, THIN_M, OUTLINE_M, (), (), (0.005,) * 200)
     assert _parameters(plate, 260)[3:13] == pytest.approx(ARGYRIS_BENCH, rel=2e-4)
 
 
@@ -73,7 +73,7 @@ def test_frequencies_do_not_know_how_the_plate_lies() -> None:
     turn = np.array([[math.cos(0.7), math.sin(0.7)], [-math.sin(0.7), math.cos(0.7)]])
     turned = tuple((x, y) for x, y in (np.array(OUTLINE_M) @ turn + [0.3, 0.4]).tolist())
     lying, rolled = (_plate(0.01, outline=o) for o in (OUTLINE_M, turned[1:] + turned[:1]))
-    points = [PlateBuild(STEEL, 0.01, p.outline_m, (), (), p.damping_ratios) for p in (lying, rolled)]
+    points = [BenchPlate(STEEL, 0.01, p.outline_m, (), (), p.damping_ratios) for p in (lying, rolled)]
     first, second = (modes(p, Effects.none(), max_frequency_hz=1000).frequencies_hz for p in points)
     assert first[3:] == pytest.approx(second[3:], rel=1e-3)
 
@@ -127,7 +127,7 @@ def test_wavenumber_of_a_simply_supported_mode() -> None:
 
 
 def test_the_mesh_is_fine_enough_at_its_limit() -> None:
-    plate = PlateBuild(STEEL, 0.01, _plate(0.01).outline_m, (), (), (0.005,) * 400)
+    plate = BenchPlate(STEEL, 0.01, _plate(0.01).outline_m, (), (), (0.005,) * 400)
     coarse = modes(plate, Effects.none(), max_frequency_hz=1000).frequencies_hz
     fine = modes(plate, Effects.none(), max_frequency_hz=2000).frequencies_hz[: coarse.size]
     assert coarse.size > 8

@@ -10,7 +10,7 @@ import pytest
 from numpy.polynomial import legendre
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.plate.assembly import assemble
-from pyroshock.virtualbench.plate.build import PlateBuild, PlateSensor
+from pyroshock.virtualbench.plate.build import BenchPlate, PlateSensor
 from pyroshock.virtualbench.plate.eigen import lowest_modes
 from pyroshock.virtualbench.plate.mesh import Mesh, bilinear
 from pyroshock.virtualbench.plate.modes import PlateModes, modes
@@ -20,15 +20,15 @@ LIMIT_HZ = 1500.0
 NONE = Effects.none()
 
 
-def _plate(boundary: str = "free") -> PlateBuild:
+def _plate(boundary: str = "free") -> BenchPlate:
     return resonant_plate("aluminum", boundary, np.random.default_rng(7))
 
 
-def _solved(plate: PlateBuild, effects: Effects = NONE) -> PlateModes:
+def _solved(plate: BenchPlate, effects: Effects = NONE) -> PlateModes:
     return modes(plate, effects, max_frequency_hz=LIMIT_HZ)
 
 
-def _grid(plate: PlateBuild) -> tuple[np.ndarray, np.ndarray]:
+def _grid(plate: BenchPlate) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 2) and the masses (n,) that stand for the plate at them, by Gauss's rule."""
     points, weights = legendre.leggauss(14)
     u, v = np.repeat((points + 1) / 2, 14), np.tile((points + 1) / 2, 14)
@@ -37,7 +37,7 @@ def _grid(plate: PlateBuild) -> tuple[np.ndarray, np.ndarray]:
     return position, density * np.outer(weights, weights).ravel() / 4 * np.linalg.det(slopes)
 
 
-def _rigid_receptance(plate: PlateBuild, at: np.ndarray, hit: np.ndarray) -> np.ndarray:
+def _rigid_receptance(plate: BenchPlate, at: np.ndarray, hit: np.ndarray) -> np.ndarray:
     """Acceleration per force of the plate as a rigid body, by Newton and Euler, rotary inertia h^2 / 12 included."""
     position, mass = _grid(plate)
     centre = mass @ position / mass.sum()

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...effects import Value, parameter
 from ..effect import GunEffect
-from ..shot import Shot
+from ..shot import ShotInputs
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class BackPressure(GunEffect):
         likely=(90e3, 105e3),
     )
 
-    def prepare(self, shot: Shot) -> Shot:
+    def prepare(self, shot: ShotInputs) -> ShotInputs:
         # A bench above standard pressure: flows must not see a vacuum below the law's zero.
         return shot.but(
             opposing_pressure_pa=self.atmosphere_pa, atmosphere_pa=np.maximum(shot.atmosphere_pa, self.atmosphere_pa)

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from ...effects import Value, parameter
 from ..effect import GunEffect
-from ..shot import Shot
+from ..shot import ShotInputs
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class BarrelLoss(GunEffect):
     )
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("friction_factor", "drag_coefficient"), ("gas_heads",))
 
-    def prepare(self, shot: Shot) -> Shot:
+    def prepare(self, shot: ShotInputs) -> ShotInputs:
         return shot.but(
             friction_factor=shot.friction_factor + self.friction_factor,
             air_heads=shot.air_heads + self.drag_coefficient,

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...effects import Value, parameter
 from ..effect import GunEffect
-from ..shot import Shot
+from ..shot import ShotInputs
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class BlowBy(GunEffect):
         ("gauge_discharge_coefficient",),
     )
 
-    def prepare(self, shot: Shot) -> Shot:
+    def prepare(self, shot: ShotInputs) -> ShotInputs:
         made = np.pi / 4 * (shot.bore_diameter_m**2 - shot.projectile_diameter_m**2)
         worn = np.pi / 4 * ((shot.bore_diameter_m + 2 * np.asarray(self.wear_m)) ** 2 - shot.projectile_diameter_m**2)
         return shot.but(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ...effects import Value, parameter
 from ..effect import GunEffect
-from ..shot import Shot
+from ..shot import ShotInputs
 
 
 @dataclass(frozen=True)
@@ -26,5 +26,5 @@ class DeadVolume(GunEffect):
         "between tank and projectile", "m3", default=2e-4, low=0.0, high=5e-3, off=0.0, likely=(2e-6, 3e-3)
     )
 
-    def prepare(self, shot: Shot) -> Shot:
+    def prepare(self, shot: ShotInputs) -> ShotInputs:
         return shot.but(dead_volume_m3=self.volume_m3)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...effects import Value, parameter
 from ..effect import GunEffect
-from ..shot import Shot
+from ..shot import ShotInputs
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class HeatExchange(GunEffect):
     )
     regimes: ClassVar[tuple[tuple[str, ...], ...]] = (("share",), ("rate_1_s",))
 
-    def prepare(self, shot: Shot) -> Shot:
+    def prepare(self, shot: ShotInputs) -> ShotInputs:
         gamma = shot.heat_capacity_ratio
         push = np.maximum(shot.tank_pressure_pa, 1.0) * shot.area_m2
         time = np.sqrt(2 * shot.travel_m * shot.bullet_mass_kg / push)

@@ -10,7 +10,7 @@ import numpy as np
 from ...effects import Value, parameter
 from ..bench import STANDARD_GRAVITY_M_S2
 from ..effect import GunEffect
-from ..shot import Shot
+from ..shot import ShotInputs
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class SlidingFriction(GunEffect):
         ("added_coefficient", "seal_share"),
     )
 
-    def prepare(self, shot: Shot) -> Shot:
+    def prepare(self, shot: ShotInputs) -> ShotInputs:
         weight = shot.bullet_mass_kg * STANDARD_GRAVITY_M_S2
         seal = self.seal_force_n + np.asarray(self.seal_share) * shot.tank_pressure_pa * shot.area_m2
         return shot.but(friction_n=shot.friction_n + np.asarray(self.added_coefficient) * weight + seal)

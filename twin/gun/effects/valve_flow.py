@@ -9,7 +9,7 @@ import numpy as np
 
 from ...effects import Value, parameter
 from ..effect import GunEffect
-from ..shot import Shot
+from ..shot import ShotInputs
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class ValveFlow(GunEffect):
         ("steady_loss_coefficient",),
     )
 
-    def prepare(self, shot: Shot) -> Shot:
+    def prepare(self, shot: ShotInputs) -> ShotInputs:
         loss = np.asarray(self.loss_coefficient, dtype=np.float64)
         with np.errstate(divide="ignore"):
             area = np.pi / 4 * shot.bore_diameter_m**2 / np.sqrt(loss)
