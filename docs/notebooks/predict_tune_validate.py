@@ -91,8 +91,8 @@ tuned.to_frame()[["rank", "probability_within", *columns]].head()
 _ = tuned.plot()
 
 # %% [markdown]
-# Not every spectrum can be had on every bench. The example specification of a component asks for little at low
-# frequencies, and the search says what stands in the way.
+# Not every spectrum can be had on every bench. For the example specification of a component no setting is found, and
+# the search says what stands in the way.
 
 # %%
 specification = Path(ps.__file__).parent / "examples" / "specifications" / "component.csv"
