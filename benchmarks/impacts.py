@@ -21,7 +21,7 @@ from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
 from pyroshock.twin.contact.effects.viscous_loss import ViscousLoss
 from pyroshock.twin.contact.impact import impact
 from pyroshock.twin.contact.impacts import Impacts
-from pyroshock.twin.contact.kernel import LoadingLaw, rates
+from pyroshock.twin.contact.kernel import Law, rates
 from pyroshock.twin.contact.numbers import Numbers
 
 from .apart import busy_seconds_of, in_turn
@@ -94,7 +94,7 @@ def _evaluations(figures: NDArray[np.float64], times: int) -> float:
     """Each of another depth, or a compiler would do it once."""
     total = 0.0
     for i in range(len(figures)):
-        law = LoadingLaw(figures[i, 0], 1.0, 0.0, figures[i, 3], figures[i, 1], figures[i, 2], 0.0, 0.0)
+        law = Law(figures[i, 0], 1.0, 0.0, figures[i, 3], figures[i, 1], figures[i, 2], 0.0, 0.0)
         for k in range(times):
             total += rates(law, 0.1 + 0.01 * k, 1.0).force_rate
     return total

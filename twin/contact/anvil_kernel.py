@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .kernel import LoadingLaw, rates, unloading
+from .kernel import Law, rates, unloading
 
 #: Steps of the contact's own time, and of a period of the anvil on its joint.
 _OF_CONTACT, _OF_PERIOD = 24.0, 16.0
@@ -33,7 +33,7 @@ def _history(row, at_tip, time, force):  # type: ignore[no-untyped-def]
 
     Returns how many, and when the indentation first turns: less than 0 where it does not.
     """
-    loading = LoadingLaw(row[0], 1.0, 0.0, row[5], row[1], row[2], row[3], row[4])
+    loading = Law(row[0], 1.0, 0.0, row[5], row[1], row[2], row[3], row[4])
     own_time, mass, stiffness, damping, mobility = row[6], row[7], row[8], row[9], row[10]
     period = 2.0 * np.pi * np.sqrt(min(mass, 1.0) / stiffness)
     slow = period / _OF_PERIOD

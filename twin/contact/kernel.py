@@ -44,7 +44,7 @@ _WIDTH = 64
 # fmt: on
 
 
-class LoadingLaw(NamedTuple):
+class Law(NamedTuple):
     """f = c (xi - xi_0)^p up to the depth of yield, from there on along its tangent; and what acts beside it."""
 
     exponent: float  # p
@@ -146,7 +146,7 @@ def to_the_yield(law, own_time, power, s, size, depth, velocity):  # type: ignor
 
     The part of the step is found by regula falsi, the Illinois way: Newton's fails where the turn is near.
     """
-    elastic = LoadingLaw(
+    elastic = Law(
         law.exponent, law.factor, law.rest, np.inf, law.damping, law.inelasticity, law.compliance, law.stiffening
     )
     now = rates(elastic, depth, velocity)
@@ -204,7 +204,7 @@ def unloading(law, deepest):  # type: ignore[no-untyped-def]
         force, _ = spring(law, deepest)
         recovered = deepest * force / deepest**law.exponent
         factor, rest = force / recovered**law.exponent, deepest - recovered
-    return LoadingLaw(law.exponent, factor, rest, np.inf, law.damping, law.inelasticity, law.compliance, law.stiffening)
+    return Law(law.exponent, factor, rest, np.inf, law.damping, law.inelasticity, law.compliance, law.stiffening)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -230,9 +230,7 @@ def _ending(law, depth, now, least):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True, error_model="numpy")
 def _law(w, i):  # type: ignore[no-untyped-def]
     """Of one contact of the table."""
-    return LoadingLaw(
-        w[_P + i], w[_C + i], w[_REST + i], w[_YIELD + i], w[_A + i], w[_LAMBDA + i], w[_BETA + i], w[_H + i]
-    )
+    return Law(w[_P + i], w[_C + i], w[_REST + i], w[_YIELD + i], w[_A + i], w[_LAMBDA + i], w[_BETA + i], w[_H + i])
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

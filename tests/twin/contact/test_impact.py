@@ -333,7 +333,7 @@ def test_wrong_number_of_flags_is_refused() -> None:
 
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.7])
 def test_a_step_ends_at_the_depth_of_yield(share: float) -> None:
-    law, size = kernel.LoadingLaw(1.5, 1.0, 0.0, share, 0.3, 0.0, 0.0, 0.0), 1 / 96
+    law, size = kernel.Law(1.5, 1.0, 0.0, share, 0.3, 0.0, 0.0, 0.0), 1 / 96
     end, depth, velocity = kernel.to_the_yield(law, 1.0, 2.0, 1.0, size, share - 0.01, 0.9)  # T = 1, q = 2, s = 1
     assert depth == pytest.approx(share, rel=1e-13)
     assert end**2 - 1 == pytest.approx(0.01 / 0.9, rel=0.01)

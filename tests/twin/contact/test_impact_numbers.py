@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.twin.contact.kernel import LoadingLaw, layer, rates, spring
+from pyroshock.twin.contact.kernel import Law, layer, rates, spring
 from scipy.integrate import quad
 
 
-def _law(**values: float) -> LoadingLaw:
+def _law(**values: float) -> Law:
     nothing = dict.fromkeys(("rest", "damping", "inelasticity", "compliance", "stiffening"), 0.0)
-    return LoadingLaw(**{"exponent": 1.5, "factor": 1.0, **nothing, "yield_depth": np.inf, **values})
+    return Law(**{"exponent": 1.5, "factor": 1.0, **nothing, "yield_depth": np.inf, **values})
 
 
 @pytest.mark.parametrize("stiffening", [0.0, 1e-9, 1e-8, 2e-8, 1e-4, 0.3, 100.0])

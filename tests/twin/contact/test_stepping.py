@@ -38,7 +38,7 @@ def test_own_time_follows_the_way_of_the_loading(numbers: Numbers, within: float
     found = march(numbers, 24)
     forces = found.deepest**numbers.exponent
     layers = [
-        kernel.layer(kernel.LoadingLaw(1.5, 1.0, 0.0, np.inf, 0.0, 0.0, beta, h), force)
+        kernel.layer(kernel.Law(1.5, 1.0, 0.0, np.inf, 0.0, 0.0, beta, h), force)
         for beta, h, force in zip(numbers.compliance, numbers.stiffening, forces, strict=True)
     ]
     way = found.deepest + layers

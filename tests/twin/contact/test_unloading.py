@@ -9,7 +9,7 @@ import pytest
 from pyroshock.twin.contact.hertz import hertz
 from pyroshock.twin.contact.impact import solve
 from pyroshock.twin.contact.impacts import Impacts
-from pyroshock.twin.contact.kernel import LoadingLaw, unloading
+from pyroshock.twin.contact.kernel import Law, unloading
 from pyroshock.twin.contact.unloading import restitution_of_loop, returned_work, unloading_force
 from support.records.contact_bodies import impacts
 
@@ -30,7 +30,7 @@ def test_returned_work_is_the_area_below(exponent: float) -> None:
 
 def test_nothing_stays_where_nothing_yielded() -> None:
     """Hertz' loading and eq. 1.17 without a mark are one curve: the loop has no area, e = 1."""
-    law = LoadingLaw(1.5, 1.0, 0.0, 0.9, 0.0, 0.0, 0.0, 0.0)
+    law = Law(1.5, 1.0, 0.0, 0.9, 0.0, 0.0, 0.0, 0.0)
     assert unloading(law, 0.8) == law._replace(yield_depth=np.inf)
     assert restitution_of_loop(0.4 * PEAK * DEEPEST, PEAK, DEEPEST, 0 * DEEPEST) == pytest.approx([1.0])
 
