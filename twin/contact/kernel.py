@@ -22,6 +22,8 @@ from numba import njit
 
 #: Most steps of the loading, and of the unloading, in those of a contact's own time.
 _LONGEST = 1000
+#: Least steps in the time sqrt(d / F) in which a contact springs back.
+_RECOIL_STEPS = 6
 #: Bodies part freely when the rate of approach will change by less than this share on the way that is left.
 _FREE = 0.3
 #: Largest stiffness times way left for which the steps of the landing are short enough.
@@ -458,6 +460,20 @@ def by_contact(nodes, n):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _shorten_steps(w, i, law, size):  # type: ignore[no-untyped-def]
+    """Steps from the turn on that resolve the recoil, where what springs back is far shorter than what was pressed in.
+
+    A mass of 1 comes back the way d from rest under a force F in about sqrt(d / F).
+    """
+    now = rates(law, w[_DEPTH + i], 0.0)
+    recoil = math.sqrt(max(_left(law, w[_DEPTH + i], now.static), 0.0) / now.force)
+    shortest = w[_Q + i] * w[_TIME + i] * size * _RECOIL_STEPS
+    if recoil > 0 and shortest > recoil * w[_S + i]:
+        w[_S + i] = shortest / recoil
+        w[_T + i] = w[_TIME + i] / w[_S + i] ** w[_Q + i]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
     """Contacts of `figures` (n, 8): the columns of `Numbers`, T and q.
 
@@ -485,6 +501,7 @@ def march(figures, steps, least_share):  # type: ignore[no-untyped-def]
             w[_C + i], w[_REST + i], w[_YIELD + i] = law.factor, law.rest, np.inf
             w[_LEAST + i] = least_share * rates(law, w[_DEPTH + i], w[_VELOCITY + i]).force
             w[_S + i] = (w[_TIME + i] / w[_T + i]) ** (1.0 / w[_Q + i])
+            _shorten_steps(w, i, law, 1.0 / steps)
             outcomes[1, contact], outcomes[2, contact], outcomes[3, contact] = w[_TIME + i], w[_DEPTH + i], law.rest
         failed, nodes, count = _unload(w, some, steps, nodes, count)
         endless += failed

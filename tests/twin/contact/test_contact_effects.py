@@ -181,6 +181,26 @@ def test_tip_of_any_shape_that_relaxes_loses_the_same_at_any_speed_and_mass(expo
     assert relaxing.restitution.value == pytest.approx(np.full(3, relaxing.restitution.value[0]), rel=1e-6)
 
 
+def test_contact_that_springs_back_at_once_ends_after_its_deepest_indentation() -> None:
+    """A pointed steel tip that yields: what springs back is far shorter than what was pressed in."""
+    steel = {
+        "impactor_youngs_modulus_pa": 2e11,
+        "target_youngs_modulus_pa": 2e11,
+        "impactor_yield_strength_pa": 4e8,
+        "target_yield_strength_pa": 4e8,
+        "impactor_mass_kg": 0.5,
+        "impactor_radius_m": 0.045,
+    }
+    pointed = TipGeometry(exponent=2.62041930178646, reference_indentation_m=7.554626260509687e-06)
+    relaxing = ViscousLoss(0, relaxing_loss=0.9774522627339214, relaxing_stiffening=0.028208421853817823)
+    effects = [EffectiveMass(1.1159665200641904), PlasticYield(1.9032368468171748), pointed, relaxing]
+    fast = impact(impacts(impact_velocity_m_s=np.geomspace(10, 20, 500), **steel), effects)
+    assert np.all(np.abs(np.diff(np.log(fast.contact_time_s))) < 1e-3)
+    faster = impact(impacts(impact_velocity_m_s=np.geomspace(20, 100, 500), **steel), effects)
+    assert np.all(faster.contact_time_s > faster.compression_time_s)
+    assert np.all(faster.force_n() >= 0)
+
+
 def test_nothing_yields_below_the_yield_velocity() -> None:
     velocity = yield_velocity(impacts())[0]
     bodies = impacts(impact_velocity_m_s=velocity * np.array([0.99, 1.01]))
