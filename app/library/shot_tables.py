@@ -16,12 +16,22 @@ _ARGUMENTS = ("tank_pressure", "velocity", "bullet_mass", "tip", "tip_radius", "
 #: Arguments that a table of runs has as columns of the same name.
 _COMMON = ("insulator", "impact_position", "boundary_conditions", "valve_profile")
 _LABELS = ("run", "repetition")
+#: Argument -> the column of a table of runs that says the same.
+_OF_RUNS = {
+    "tank_pressure": "tank_pressure_bar",
+    "velocity": "impact_velocity_m_s",
+    "bullet_mass": "bullet_mass_kg",
+    "tip": "tip_material",
+    "tip_radius": "tip_radius_mm",
+    "anvil": "anvil_material",
+}
 #: Columns of the library's frames in SI -> that of a table of runs, and its unit in SI.
 _IN_SI = {
     f"{factor.name}_{factor.si_unit.lower()}": (factor.column, factor.scale)
     for factor in KNOWN_FACTORS
     if factor.si_unit is not None and factor.scale != 1.0
 }
+_RUN_COLUMNS = {*_OF_RUNS.values(), *_IN_SI, "plate_material"}
 
 
 def shot_rows(shots: pd.DataFrame) -> list[ShotRow]:
@@ -40,7 +50,13 @@ def shot_rows(shots: pd.DataFrame) -> list[ShotRow]:
     columns = (*_ARGUMENTS, *_COMMON, *_LABELS)
     unknown = [str(name) for name in shots.columns if name not in columns]
     if unknown:
-        raise ValueError(f"column {unknown[0]!r} of shots is no argument of predict; there are: {', '.join(columns)}")
+        given = next(name for name in _ARGUMENTS if name in shots.columns)
+        beside = (
+            f"; a table of runs has it, with {_OF_RUNS[given]!r} for {given!r}: use the names of one form"
+            if unknown[0] in _RUN_COLUMNS
+            else f"; there are: {', '.join(columns)}"
+        )
+        raise ValueError(f"column {unknown[0]!r} of shots is no argument of predict{beside}")
     return [_shot_row(row, number) for number, row in enumerate(rows, 1)]
 
 

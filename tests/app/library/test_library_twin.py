@@ -224,6 +224,10 @@ def test_error_of_a_twin_names_the_argument(
     ("table", "message"),
     [
         ({"tank_pressure": [1e5], "colour": ["red"]}, "column 'colour' of shots is no argument of predict"),
+        (
+            {"tank_pressure_pa": [1e5], "tip": ["steel"]},
+            "predict; a table of runs has it, with 'tip_material' for 'tip': use the names of one form",
+        ),
         ({"tank_pressure": [1e5, "5 kg"]}, "shots, row 2: tank_pressure is '5 kg'"),
         ({"run": [7], "bullet_mass_kg": [1.0]}, "shots, run 7: expected tank_pressure_bar or impact_velocity_m_s"),
         ({"tank_pressure": []}, "shots has no row to predict"),
