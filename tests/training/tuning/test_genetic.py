@@ -133,7 +133,7 @@ import signal, sys, time
 from pathlib import Path
 from test_genetic import SEARCH, bowl
 from pyroshock.training.tuning.genetic import searched
-from pyroshock.training.tuning.journal import Journal
+from pyroshock.training.tuning.journal import SearchJournal
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
@@ -141,7 +141,7 @@ def slow(genes):
     time.sleep(0.03)
     return bowl(genes)
 
-searched(SEARCH, slow, 7, Journal(Path(sys.argv[1]), {"of": "a test"}))
+searched(SEARCH, slow, 7, SearchJournal(Path(sys.argv[1]), {"of": "a test"}))
 """
 
 
