@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
-
 from ...training.place import place_beside
 from ...training.records import Trained, Version
+from ...training.registry.connection import user_environment
 from ...training.registry.registry import Registry
 from .work import RunningJob
 
@@ -19,7 +18,7 @@ class FencedRegistry(Registry):
     """
 
     def __init__(self, work: RunningJob) -> None:
-        super().__init__(place_beside(work.db, os.environ))
+        super().__init__(place_beside(work.db, user_environment()))
         self._work = work
 
     def record(self, trained: Trained, session: str | None = None) -> Version:

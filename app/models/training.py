@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from ...training.place import place_beside
+from ...training.registry.connection import user_environment
 
 if TYPE_CHECKING:
     from ...dataset.table import PulseTable
@@ -50,7 +50,7 @@ def registry_of(store_url: str) -> Registry:
     """The registry beside a store, or where MLFLOW_TRACKING_URI says."""
     from ...training.registry.registry import Registry
 
-    return Registry(place_beside(store_url, os.environ))
+    return Registry(place_beside(store_url, user_environment()))
 
 
 def ground_of(store: Store, dataset: str, registry: Registry, seed: int, budget: Budget) -> Ground:

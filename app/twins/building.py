@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -14,6 +13,7 @@ from ...dataset.stored_bench import by_name, stored_materials
 from ...schema.columns import BY_COLUMN
 from ...schema.velocity_kinds import BEFORE_CONTACT
 from ...training.place import place_beside
+from ...training.registry.connection import user_environment
 from ...twin.chain import Twin, default_lines
 from ...twin.effects import Effect, checked_effects
 from ...twin.launch import GunStage
@@ -402,7 +402,7 @@ def _drawn_plate(bench: Bench, material: ElasticMaterial, db: str, request: Twin
 
 def plates_folder(db: str) -> Path:
     """Where solved plates of a store are kept."""
-    return place_beside(db, os.environ).work / "plates"
+    return place_beside(db, user_environment()).work / "plates"
 
 
 def _of(drawing: PlateDrawing) -> str:

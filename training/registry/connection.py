@@ -42,6 +42,12 @@ _QUIET = {
 _TURN = threading.RLock()
 
 
+def user_environment() -> dict[str, str]:
+    """The process's variables as the user set them: waits while another thread's client has its own store in them."""
+    with _TURN:
+        return dict(os.environ)
+
+
 class RegistryError(ValueError):
     """The registry cannot be used, or does not hold what is asked for."""
 

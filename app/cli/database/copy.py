@@ -43,11 +43,11 @@ def copy(source: str, target: str, json_to: str | None) -> None:
 
 def _say_where_models_are(source: str) -> None:
     """Models are MLflow's, and stay where they are."""
-    import os
 
     from ....training.place import place_beside
+    from ....training.registry.connection import user_environment
 
-    place = place_beside(source, os.environ)
+    place = place_beside(source, user_environment())
     if place.database is not None and place.database.is_file():
         note(f"models stay in {place.shown}: set MLFLOW_TRACKING_URI to it for work on the copy (docs/store.md)")
     elif place.database is None:
