@@ -75,10 +75,12 @@ def test_a_typed_project_passes_mypy_strict(tmp_path):
         ),
         encoding="utf-8",
     )
-    package = Path(ps.__file__).parent.parent
+    packages = tmp_path / "packages"  # the folder of a clone may have any name
+    packages.mkdir()
+    (packages / "pyroshock").symlink_to(Path(ps.__file__).parent)
     command = [sys.executable, "-m", "mypy", "--strict", "--config-file=", "--follow-imports=silent", "analysis.py"]
     done = subprocess.run(
-        command, cwd=tmp_path, capture_output=True, text=True, check=False, env={"MYPYPATH": str(package), "PATH": ""}
+        command, cwd=tmp_path, capture_output=True, text=True, check=False, env={"MYPYPATH": str(packages), "PATH": ""}
     )
     errors = [line for line in done.stdout.splitlines() if "error" in line and line.startswith("analysis.py")]
     assert len(errors) == 1 and "Too many positional arguments" in errors[0], done.stdout
