@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from ..schema.columns import BY_COLUMN, level_label
 from ..schema.conditions import CAMPAIGN
+from ..schema.known_factors import BY_COLUMN, level_label
 from ..schema.listings import OPERATORS, Condition
 
 _FORM = re.compile(r"\s*(?P<field>[^=<>!]+?)\s*(?P<operator><=|>=|!=|=|<|>)\s*(?P<value>.*?)\s*$")

@@ -10,8 +10,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ..ingest.stored import list_channels, read_channel
+from ..schema.atomic_write import whole_file
 from ..schema.impacts import Pulse
-from ..schema.outputs import whole_file
 from ..schema.series import as_floats
 from .pulses.impact import get_impact
 

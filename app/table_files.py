@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol, TextIO
 
-from ..schema.outputs import whole_file
+from ..schema.atomic_write import whole_file
 
 Batch = dict[str, list[Any]]
 

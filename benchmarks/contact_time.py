@@ -15,7 +15,7 @@ import numpy as np
 from gpytorch.mlls import ExactMarginalLogLikelihood
 from pyroshock.training.estimators.contact_time import THESIS
 from pyroshock.training.estimators.exact_process import PRIOR
-from pyroshock.training.estimators.process_view import View
+from pyroshock.training.estimators.gp_inputs import View
 from pyroshock.training.gp.basis_process import BasisProcess
 from pyroshock.training.gp.marginal_likelihood import CholeskyMarginalLogLikelihood
 from pyroshock.training.gp.maximise import maximise

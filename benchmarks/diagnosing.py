@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pyroshock.compute.crew import Crew
 from pyroshock.diagnosis.chain import stages_of
 from pyroshock.diagnosis.diagnose import diagnose
 from pyroshock.diagnosis.gap import GapTable
 from pyroshock.diagnosis.inference.problem import InferenceProblem
 from pyroshock.diagnosis.options import Options
 from pyroshock.diagnosis.reading import read_folder
+from pyroshock.parallel.executor import Crew
 from pyroshock.twin.effects import catalogue
 from pyroshock.validation import answer_sets
 from pyroshock.validation.baseline_training import trained

@@ -14,8 +14,9 @@ from dataclasses import replace
 
 import numpy as np
 from pyroshock.twin.contact.effects.plate_compliance import PlateCompliance
-from pyroshock.twin.contact.spread import NO_SPREAD
+from pyroshock.twin.contact.law_uncertainty import NO_SPREAD
 from pyroshock.twin.contact.stage import LawContact
+from pyroshock.twin.contact_interface import ContactStage, ForcePulses, Strikes
 from pyroshock.twin.coupled_contact import CoupledContact
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plate.build import PlateBuild, places
@@ -23,7 +24,6 @@ from pyroshock.twin.plate.damping import ConstantDamping
 from pyroshock.twin.plate.modes import solve_plate
 from pyroshock.twin.plates import PlateStage
 from pyroshock.twin.setting import Setting
-from pyroshock.twin.strikes import ContactStage, ForcePulses, Strikes
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.impact.build import Impactor, target
 from pyroshock.virtualbench.impact.echoes import PlateEchoes

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from pyroshock.training.floors import floor_metrics
-from pyroshock.training.place import place_beside
+from pyroshock.training.model_storage import place_beside
 from pyroshock.training.registry.registry import Registry
 from pyroshock.training.thesis import thesis_figures
 

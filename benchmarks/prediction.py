@@ -13,10 +13,10 @@ from collections.abc import Callable
 import numpy as np
 from pyroshock.twin.chain import Twin
 from pyroshock.twin.contact.stage import LawContact
+from pyroshock.twin.contact_interface import ContactStage
 from pyroshock.twin.launch import GunStage
 from pyroshock.twin.plates import PlateStage
 from pyroshock.twin.setting import Setting
-from pyroshock.twin.strikes import ContactStage
 
 from .measuring import Spread
 from .shared_records import BENCH, PREDICTORS, pulse_table, ringing_plate, setting
@@ -37,9 +37,9 @@ def registered_process() -> ContactStage:
 
     from pyroshock.dataset.domain import Domain
     from pyroshock.training.contact_stage import RegisteredContact
-    from pyroshock.training.models.pack import pack, unpack
+    from pyroshock.training.model_catalogue import Making, entry_of
+    from pyroshock.training.models.serialization import pack, unpack
     from pyroshock.training.records import Cost, DatasetName, RegisteredModel, Version
-    from pyroshock.training.zoo import Making, entry_of
 
     table = pulse_table(np.random.default_rng(0), repetitions=PULSES // 60)
     model = entry_of(PROCESS).make(Making()).fit(table, np.random.default_rng(0))

@@ -16,7 +16,7 @@ from functools import partial
 
 import numpy as np
 from pyroshock.signals.srs.grid import octave_grid
-from pyroshock.signals.srs.iso_filter import absolute_acceleration
+from pyroshock.signals.srs.ramp_invariant import absolute_acceleration
 from pyroshock.signals.srs.spectrum import Floats, shock_response_spectrum
 from pyroshock.signals.srs.threads import processors
 

@@ -8,10 +8,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from .combinations import positions, unmet
-from .limits import Limit, OutOfRange
+from .level_combinations import positions, unmet
 from .subspace import Subspace
 from .table import Floats, Inputs, Integers, Predictor
+from .validity_limits import Limit, OutOfRange
 
 _FORMAT = 1
 #: Quantities of the bench that are inputs, if no predictors: name -> (attribute of `Inputs`, unit).

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from sqlalchemy.orm import Session
 
-from ..schema.columns import column_of
+from ..schema.known_factors import column_of
 from ..schema.listings import get_campaign_id
 from .predictors import PredictorSet
 from .rows import Levels, Row, case_of, levels_of, materials_of, rows_of_campaigns

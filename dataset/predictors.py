@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from ..schema.campaigns import KINDS
-from ..schema.columns import BY_NAME
+from ..schema.known_factors import BY_NAME
 from ..schema.toml_text import read_toml_text, toml_table
 from .sources import FACTOR, NUMBERS, WORDS, known_sources
 from .table import Predictor

@@ -11,17 +11,17 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ..schema.campaigns import Campaign, Factor
-from ..schema.columns import BY_NAME
 from ..schema.impacts import ExtractionSettingsRow
+from ..schema.known_factors import BY_NAME
 from ..schema.listings import get_campaign_id
+from .build_table import Member, MissingError, member_of, table_of
 from .missing_facts import missing_facts, missing_words
 from .predictors import PredictorSet, shipped
+from .quality_filter import verdicts
 from .rows import Row, force_hashes, levels_of, materials_of, rows_of_campaigns
 from .sources import FACTOR, Materials
 from .table import POINTS, PulseTable
-from .tabulate import Member, MissingError, member_of, table_of
 from .velocities import CHOICES, converted, definition_of, one_kind
-from .verdicts import verdicts
 
 #: Of a definition; an older software refuses a newer one.
 FORMAT = 1

@@ -16,6 +16,7 @@ from ..schema.datasets import DatasetSnapshot, SnapshotPulse
 from ..schema.frozen_facts import FACTS, hit_key, kept_facts
 from ..schema.removal.returning import note_whole
 from ..schema.session import Store
+from .build_table import member_of, table_of
 from .catalog import get_snapshot_row, list_snapshots
 from .deleted import source_deleted
 from .identity import content_hash
@@ -23,7 +24,6 @@ from .predictors import PredictorSet, from_json
 from .rows import Row, levels_of, rows_of_snapshot
 from .selection import FORMAT, DatasetDraft, select_pulses
 from .table import PulseTable
-from .tabulate import member_of, table_of
 from .velocities import converted
 
 _LONGEST_NAME = 200

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from ..schema.columns import NONE
+from ..schema.known_factors import NONE
 
 #: Young's modulus, Poisson ratio, density and yield strength of a material, SI, by name.
 Properties = Mapping[str, float]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..schema.columns import NONE
+from ..schema.known_factors import NONE
 from ..schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED, velocity_kind
 from .rows import Levels, Row, case_of, rows_of_snapshot
 from .sources import Materials

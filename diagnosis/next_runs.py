@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..schema.columns import column_of
+from ..schema.known_factors import column_of
 from ..twin.effects import Effect
 from .inference.posterior import HypothesisPosterior
 from .inference.subset_fit import SubsetFit, residual, split_parts

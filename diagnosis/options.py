@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ..twin.strikes import ContactStage
+from ..twin.contact_interface import ContactStage
 from .probability_maps import UnknownMap
 
 #: Of each stage: velocity and peak force as shares, spectra in dB. What the observables' tolerances stand for.

@@ -10,7 +10,7 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from ..schema.columns import column_of
+from ..schema.known_factors import column_of
 
 #: A level: a text, or a number in SI.
 Level = str | float

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from ..schema.columns import BY_COLUMN, parse_number
+from ..schema.known_factors import BY_COLUMN, parse_number
 from .limits.ballistic import positive
 from .limits.bench import BenchLimits
 from .limits.contact_force import Elastic, hertz_contact, raised_sine_peak_force

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..schema.columns import BY_COLUMN, BY_NAME
+from ..schema.known_factors import BY_COLUMN, BY_NAME
 from ..schema.toml_text import toml_table
 from .factors import number_label
 

@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..schema.columns import parse_number
-from ..schema.outputs import whole_file
+from ..schema.atomic_write import whole_file
+from ..schema.known_factors import parse_number
 from .plans import StoredPlan, StoredRun
 from .space import Space
 

@@ -46,7 +46,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..schema.columns import BY_COLUMN, BY_NAME
+from ..schema.known_factors import BY_COLUMN, BY_NAME
 from ..schema.toml_text import toml_table
 from .factors import DesignFactor, Requirement, Rule, Tie, continuous_levels, number_label
 

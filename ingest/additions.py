@@ -21,10 +21,10 @@ from ..schema.session import Store
 from ..schema.shots import Shot
 from .changed_rows import RowDifferences
 from .folder import CampaignFile
-from .known import KnownRow
 from .modes import ModalTableFile
 from .rows import bench_additions, campaign_values
 from .runs import RunRow
+from .stored_rows import KnownRow
 
 #: Run and repetition.
 HitKey = tuple[int, int]

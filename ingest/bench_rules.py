@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
-from ..schema.columns import BY_NAME, NONE
+from ..schema.known_factors import BY_NAME, NONE
 from .errors import Faults, IngestError
 from .folder import CampaignFile
+from .printable import shown
 from .runs import RunRow
-from .texts import shown
 
 INSULATOR, SIZE, PRESSURE = RULES = ("insulator-without-anvil", "negative-size", "pressure-above-regulator")
 

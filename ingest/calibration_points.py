@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..schema.columns import parse_number
+from ..schema.known_factors import parse_number
 from ..signals.calibration import Calibration, fit_line
 from .errors import IngestError
+from .printable import shown, stated_day
 from .tables import read_table
-from .texts import shown, stated_day
 
 FILE = "campaign.toml"
 _KEYS = ("points", "file", "date", "reference_u", "reading_u_v", "common_u")

@@ -12,7 +12,7 @@ from ..schema.campaigns import Campaign
 from ..schema.materials import Material
 from .folder import CampaignFile, GunPart, HammerPart, PlatePart
 from .modes import ModalTableFile
-from .texts import difference, shown
+from .printable import difference, shown
 
 
 def bench_differences(session: Session, row: Campaign, file: CampaignFile) -> list[tuple[str, str | None, str | None]]:

@@ -15,8 +15,8 @@ from ..signals.calibration import Calibration
 from ..signals.channel import Sensor
 from .errors import IngestError
 from .folder import FILE, CampaignFile
+from .printable import difference, shown
 from .stored import calibration_of
-from .texts import difference, shown
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from ..schema.configurations import configuration_fingerprint
 from ..schema.recordings import STORED
 from .errors import IngestError
 from .folder import CampaignFile
-from .known import KnownRecording, KnownRow, reported_uncertainty, reported_velocity
+from .printable import difference
 from .runs import RunRow
-from .texts import difference
+from .stored_rows import KnownRecording, KnownRow, reported_uncertainty, reported_velocity
 
 
 def row_values(row: RunRow, kind: str) -> dict[str, float | None]:

@@ -10,9 +10,9 @@ import json
 import re
 from collections.abc import Collection, Mapping, Sequence
 
-from ..schema.columns import BY_COLUMN, BY_NAME, KNOWN_FACTORS
+from ..schema.known_factors import BY_COLUMN, BY_NAME, KNOWN_FACTORS
 from .errors import Faults
-from .texts import shown
+from .printable import shown
 
 RUNS_FILE = "runs.csv"
 KEYS = ("run", "repetition")

@@ -11,16 +11,16 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..schema.columns import MAX_REGULATED_PRESSURE_PA
+from ..schema.known_factors import MAX_REGULATED_PRESSURE_PA
 from ..schema.toml_text import read_toml_text, toml_table
 from ..signals.channel import Sensor
 from ..signals.units import SI_UNITS, UnitError
 from .calibration_points import stated_calibration
 from .errors import Faults, IngestError
 from .force_source import ForceSource, force_source
+from .printable import LONGEST_NAME, shown, stated_day
 from .readers import ReadingOptions
 from .recording_options import reading_options
-from .texts import LONGEST_NAME, shown, stated_day
 
 FILE = "campaign.toml"
 KINDS = ("hammer", "gun")

@@ -9,7 +9,7 @@ from typing import Any
 from ..signals.channel import Sensor
 from ..signals.units import UnitError
 from .errors import IngestError
-from .texts import shown
+from .printable import shown
 
 FILE = "campaign.toml"
 _KEYS = ("from", "transfer_function", "channel", "unit", "sensitivity", "impact_position")

@@ -13,12 +13,11 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from ..schema.levels import MaterialNames
+from ..schema.factor_levels import MaterialNames
 from ..schema.materials import material_names
 from ..schema.rehearsal import RolledBackStore
 from ..schema.session import Store
 from ..signals.channel import on_impactor
-from .aside import Damaged
 from .bench_rules import Told, check_bench
 from .column_names import undeclared
 from .derived_force import TransferFunctions, plate_response
@@ -32,8 +31,9 @@ from .modes import ModalTableFile, read_modal_table
 from .parallel import Isolation, default_jobs, map_ahead
 from .processing import ProcessedRecording, process_recording
 from .readers import RecordingError
-from .readers.guard import one_line
+from .readers.error_translation import one_line
 from .recording_files import RecordingFiles
+from .rejected_recordings import Damaged
 from .report import IngestReport
 from .runs import RunRow, read_runs
 from .settings import ExtractionSettings

@@ -7,7 +7,7 @@ import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from ..schema.columns import parse_number
+from ..schema.known_factors import parse_number
 from .errors import IngestError
 from .tables import Line, read_table
 

@@ -17,11 +17,11 @@ from pathlib import Path
 from ..signals.units import SI_UNITS, UnitError, to_si
 from .errors import IngestError
 from .folder import FILE as CAMPAIGN
+from .printable import enumerated
 from .readers import AS_IN_FILE, READERS, ReadingOptions, RecordingError, open_recording
-from .readers.guard import one_line
+from .readers.error_translation import one_line
 from .recording_files import recording_path
 from .runs import FILES
-from .texts import enumerated
 
 FILL_IN, PLEASE_CHECK = "FILL IN", "# please check"
 #: `drop` stands for accelerometers alone, without an instrumented hammer.

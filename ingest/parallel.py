@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from ..compute.working_directory import working_directory_closed
-from .readers.patience import end_this_process_when_stuck
+from ..parallel.working_directory import working_directory_closed
+from .readers.watchdog import end_this_process_when_stuck
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -25,10 +25,10 @@ from .force_sign import check_force_sign
 from .gunshot import ShotMeasurement, measure_shot
 from .hit_findings import hits_without_row, touches_before
 from .impact_speed import ImpactSpeed, impact_speeds
-from .magnitude import refuse_no_reading
 from .pulses import ExtractedPulse, Hits, find_hits
 from .readers import AS_IN_FILE, OpenRecording, ReadingOptions, RecordingError
 from .recording_files import RecordingFiles
+from .sanity_limits import refuse_no_reading
 from .settings import ExtractionSettings
 
 #: A channel that a recording does without; it has no row, so that the finding's evidence names it.

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from .errors import IngestError
+from .printable import LONGEST_NAME, shown
 from .readers import ReadingOptions
 from .readers.csv_layout import BLANKS
 from .readers.matrix import MAX_COLUMNS
-from .texts import LONGEST_NAME, shown
 
 _KEYS = ("columns", "sampling_rate_hz", "delimiter", "decimal")
 #: As campaign.toml writes it -> the sign.

@@ -12,14 +12,14 @@ from functools import partial
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
-from ..compute.crew import HERE, LOCAL, Crew
-from ..compute.mapping import mapped
+from ..parallel.executor import HERE, LOCAL, Crew
+from ..parallel.map_tasks import mapped
+from ..schema.advisory_lock import take_turn
 from ..schema.campaigns import Campaign
 from ..schema.listings import get_campaign_id
 from ..schema.recordings import STORED, Recording
 from ..schema.series import SeriesError
 from ..schema.session import Store
-from ..schema.turns import take_turn
 from ..signals.channel import Channel
 from .recut import (
     Cut,

@@ -15,18 +15,18 @@ from ..schema.removal.part import Part, recording_part
 from ..schema.removal.returning import give_back
 from ..schema.session import Store
 from ..schema.tombstones import Tombstone
-from .aside import Damaged
 from .changed_rows import RowDifferences
 from .errors import IngestError
 from .folder import FILE as CAMPAIGN
 from .folder import CampaignFile
-from .known import KnownRow, known_recordings, known_rows
 from .load import PendingRecording, campaign_plate_response, process, read_campaign_tables, work_of
 from .matching import MatchedImpact
 from .processing import ProcessedRecording
+from .rejected_recordings import Damaged
 from .runs import FILE, RunRow
 from .settings import ExtractionSettings
 from .store import CampaignStore
+from .stored_rows import KnownRow, known_recordings, known_rows
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from sqlalchemy.orm import Session
 
 from ..schema.benches import Gun, Hammer, ModalTable, Mode, ModeShape, Plate
 from ..schema.campaigns import Campaign
-from ..schema.columns import NONE
 from ..schema.impacts import ExtractionSettingsRow as SettingsRow
 from ..schema.keys import fingerprint_of, get_or_add
+from ..schema.known_factors import NONE
 from ..schema.materials import Material, material_id
 from ..schema.series import encode
 from .changed_bench import bench_differences
@@ -21,12 +21,12 @@ from .errors import IngestError
 from .folder import CampaignFile, PlatePart
 from .impact_speed import StruckPlate
 from .modes import ModalTableFile
+from .printable import difference
 from .processing import StoredSeries
 from .pulses import ExtractedPulse
 from .runs import RunRow
 from .settings import EXTRACTION_VERSION, ExtractionSettings
 from .stored import with_calibration
-from .texts import difference
 
 Part = TypeVar("Part", Gun, Hammer)
 

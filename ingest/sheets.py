@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from .errors import Faults, IngestError
-from .texts import enumerated, shown
+from .printable import enumerated, shown
 
 SUFFIXES = (".xlsx", ".xls")
 #: Of the sheet that is read where a workbook has several.

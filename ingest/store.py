@@ -22,16 +22,24 @@ from ..schema.session import Store
 from ..schema.shots import Shot
 from ..signals.checks.base import Finding
 from .additions import Additions, add_facts, row_additions
-from .aside import Damaged, forget_aside, keep_aside
 from .changed_channels import refuse_changed_channels
 from .changed_rows import RowDifferences, refuse_changed_rows, way_out
 from .channel_figures import figure_rows
 from .discarded import DiscardedRecordings
 from .errors import IngestError
 from .folder import CampaignFile
-from .hit_values import finding_values, hit_velocity, impact_values, shot_values
 from .impact_speed import TargetMotion
-from .known import (
+from .matching import MatchedImpact
+from .modes import ModalTableFile
+from .plausibility import check_impulse, check_same_samples, check_tip
+from .processing import ProcessedRecording
+from .rejected_recordings import Damaged, forget_aside, keep_aside
+from .report import IngestReport
+from .row_values import finding_values, hit_velocity, impact_values, shot_values
+from .rows import bench_additions, campaign_row, channel_values, plate_mass, pulse_values, settings_id, struck_plate
+from .runs import FILE, RunRow
+from .settings import ExtractionSettings
+from .stored_rows import (
     KnownRecording,
     KnownRow,
     known_recordings,
@@ -39,14 +47,6 @@ from .known import (
     recordings_alike,
     refuse_other_modes,
 )
-from .matching import MatchedImpact
-from .modes import ModalTableFile
-from .plausibility import check_impulse, check_same_samples, check_tip
-from .processing import ProcessedRecording
-from .report import IngestReport
-from .rows import bench_additions, campaign_row, channel_values, plate_mass, pulse_values, settings_id, struck_plate
-from .runs import FILE, RunRow
-from .settings import ExtractionSettings
 
 
 @dataclass(frozen=True)

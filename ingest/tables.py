@@ -10,8 +10,8 @@ import io
 from pathlib import Path
 
 from .errors import Faults, IngestError
+from .printable import LONGEST_NAME, shown
 from .sheets import SUFFIXES, sheet_lines
-from .texts import LONGEST_NAME, shown
 
 Line = tuple[int, dict[str, str]]
 

@@ -9,7 +9,7 @@ from sqlalchemy import JSON, BigInteger, DateTime, Dialect, ForeignKey, Integer,
 from sqlalchemy.orm import DeclarativeBase, Mapped, declared_attr, mapped_column
 from sqlalchemy.types import TypeDecorator
 
-from .plain import from_plain, to_plain
+from .json_floats import from_plain, to_plain
 
 #: Constraint names are spelled out so that a migration can drop what another engine created.
 NAMING = {

@@ -8,8 +8,8 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from .campaigns import Configuration, ConfigurationLevel, Factor, FactorLevel
+from .factor_levels import RunLevel
 from .keys import fingerprint_of, get_or_add
-from .levels import RunLevel
 from .materials import material_id
 
 #: Values of one statement: SQLite takes 32,766 of them.

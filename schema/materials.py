@@ -6,7 +6,7 @@ from sqlalchemy import CheckConstraint, ForeignKey, UniqueConstraint, select
 from sqlalchemy.orm import Mapped, Session, mapped_column, relationship
 
 from .base import Base, HasId, Written, positive
-from .levels import MaterialNames
+from .factor_levels import MaterialNames
 
 
 class Material(HasId, Written, Base):

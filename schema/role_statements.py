@@ -8,7 +8,7 @@ from typing import Any
 
 from sqlalchemy import Connection, text
 
-from .rights import ADMIN, DELETED_FROM, NEVER_CHANGED, OPERATOR, READER, VERSION, tables_of
+from .permissions import ADMIN, DELETED_FROM, NEVER_CHANGED, OPERATOR, READER, VERSION, tables_of
 
 OF_THE_SCHEMA = (
     "GRANT USAGE ON SCHEMA {schema} TO {reader}, {operator}, {admin}",

@@ -12,7 +12,7 @@ from typing import Any
 from sqlalchemy import Connection, text
 from sqlalchemy.exc import DBAPIError
 
-from .rights import ADMIN, VERSION, missing_roles, tables_of
+from .permissions import ADMIN, VERSION, missing_roles, tables_of
 from .role_statements import (
     GIVE,
     LOGIN,

@@ -21,7 +21,7 @@ from sqlalchemy.orm import Session, SessionTransaction
 from . import migrate
 from .addresses import shown
 from .base import Written
-from .denied import refusal
+from .db_errors import lost, passes, taken
 from .engine import (
     BUSY_TIMEOUT_S,
     NoStoreError,
@@ -32,10 +32,10 @@ from .engine import (
     make_engine_of_existing,
     one_state,
 )
+from .permission_errors import refusal
 from .provenance import Provenance
-from .rerun import rerun
+from .retry import rerun
 from .tables import metadata
-from .transient import lost, passes, taken
 
 Result = TypeVar("Result")
 

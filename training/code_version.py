@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from .models.kinds import parts_within
+from .models.model_kinds import parts_within
 from .tasks import TRAINING_VERSION
 
 _PACKAGE = Path(__file__).resolve().parent.parent

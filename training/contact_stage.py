@@ -10,15 +10,15 @@ import numpy as np
 from ..dataset.predictors import PredictorSet, shipped
 from ..dataset.sources import FACTOR, STATED_PLATE_MASS, VELOCITY, ImpactSource, Properties, read_number, read_word
 from ..dataset.table import Floats, Inputs, Predictor
-from ..schema.columns import NONE
+from ..schema.known_factors import NONE
 from ..schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
 from ..twin.contact.effect import ContactEffect
 from ..twin.contact.effects_on_pulses import with_effects
 from ..twin.contact.target_motion import PulseMoments, TargetMotion, integrated_velocity, velocity_before_contact
+from ..twin.contact_interface import Extrapolation, ForcePulses, OutOfDomain, Strikes
 from ..twin.effects import Effect, checked_effects
 from ..twin.materials import ElasticMaterial
 from ..twin.setting import Setting
-from ..twin.strikes import Extrapolation, ForcePulses, OutOfDomain, Strikes
 from .models.base import ContactPrediction
 from .records import RegisteredModel
 

@@ -7,18 +7,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..compute.crew import HERE, Crew
 from ..dataset.domain import Domain
 from ..dataset.splits import split_of
 from ..dataset.table import PulseTable
+from ..parallel.executor import HERE, Crew
 from .metrics.errors import PulseErrors, pulse_errors
 from .metrics.summary import summary
+from .model_catalogue import Budget, Making, entry_of
 from .models.base import ContactPrediction
-from .models.pack import pack, unpack
+from .models.serialization import pack, unpack
 from .records import Cost, DatasetName, HeldOutPredictions, Trained
 from .resources import metered
 from .tasks import TrainingTask, rng_of
-from .zoo import Budget, Making, entry_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..dataset.table import POINTS, Floats, Inputs, Predictor
 from .models.base import ContactModel, ContactPrediction
-from .models.pack import read_model
+from .models.serialization import read_model
 
 if TYPE_CHECKING:
     import pandas

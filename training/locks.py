@@ -11,11 +11,11 @@ from pathlib import Path
 from sqlalchemy import Connection, func, select
 from sqlalchemy.exc import DBAPIError
 
+from ..schema.advisory_lock import number_of
+from ..schema.db_errors import passes
 from ..schema.engine import make_engine
-from ..schema.rerun import Patience, rerun
-from ..schema.transient import passes
-from ..schema.turns import number_of
-from .place import ModelStorage
+from ..schema.retry import Patience, rerun
+from .model_storage import ModelStorage
 
 #: A server that is away for longer is not waited for.
 _PATIENCE = Patience(total_s=120.0)

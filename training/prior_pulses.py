@@ -6,13 +6,13 @@ import numpy as np
 
 from ..dataset.table import Floats, PulseTable
 from ..schema.velocity_kinds import INTEGRATED
-from ..twin.bands import stratified_normals
 from ..twin.contact.prior import MOST_PULSES, PriorContact
 from ..twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
+from ..twin.contact_interface import ForcePulses, Strikes
 from ..twin.materials import ElasticMaterial
 from ..twin.measured_shots import MeasuredShots
 from ..twin.setting import Setting
-from ..twin.strikes import ForcePulses, Strikes
+from ..twin.uncertainty import stratified_normals
 from .models.analytic import bodies
 
 #: What answers without a model, in words.

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..dataset.table import PulseTable
 from .comparison import Comparison, compare
-from .judging import Judged, on_held_out, on_other
+from .evaluation import Judged, on_held_out, on_other
 from .listing import chosen
 from .metrics.errors import METRICS
 from .prior_pulses import UPDATED_LAW

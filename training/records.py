@@ -8,12 +8,12 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from ..dataset.domain import Domain
-from ..dataset.limits import OutOfRange
 from ..dataset.table import Inputs, Predictor
+from ..dataset.validity_limits import OutOfRange
 from .fit_report import FitReport
 from .metrics.summary import Estimate
 from .models.base import ContactModel, ContactPrediction
-from .models.pack import Packed
+from .models.serialization import Packed
 from .tasks import TrainingTask
 
 if TYPE_CHECKING:

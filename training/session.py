@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from ..compute.crew import HERE, Crew
+from ..parallel.executor import HERE, Crew
+from .evaluation import on_held_out
 from .fitting import FittingFailure, Ground, journal_of, task_of
 from .floors import floor_text
-from .judging import on_held_out
+from .intact_models import whole
 from .listing import newest
 from .locks import turn
-from .outcomes import outcomes
 from .records import Trained, Version
 from .registry.registry import Registry
+from .run_tasks import outcomes
 from .summary_figures import summary_figures
-from .whole import whole
 
 
 @dataclass

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .judging import Judged
+from .evaluation import Judged
 from .rendering import png
 
 #: Figures by test become illegible beyond these: the best ones, beside the thesis's analytic pulses.

@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..dataset.table import Floats, PulseTable, concatenate
-from ..twin.bands import stratified_normals
-from ..twin.strikes import ForcePulses
+from ..twin.contact_interface import ForcePulses
+from ..twin.uncertainty import stratified_normals
 from .contact_stage import random_pulses
 from .metrics.clusters import clustered
 from .metrics.crps import ensemble_crps
 from .metrics.significance import sign_flip_p
-from .models.asked import momentum
 from .models.base import ContactModel
+from .models.input_checks import momentum
 from .prior_pulses import prior_contact, prior_pulses, updated_contact, velocity_before
 from .tuning.folds import grouped_folds
 

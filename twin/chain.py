@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..signals.srs.grid import octave_grid
-from .bands import Band, Quantity, stratified_normals
+from .contact_interface import AboveAnvil, ContactStage, Extrapolating, Extrapolation, Floats, ForcePulses, Strikes
 from .launch import GunStage
 from .measured_shots import MeasuredShots
 from .plate.response import PlateResponse
@@ -17,10 +17,10 @@ from .plates import PlateStage
 from .prediction import Prediction, RestsOn, ShotDraws
 from .sampling import MeasuredForce, sampled
 from .sensors.chain import SensorChain
-from .sensors.seen import seen_pulses
+from .sensors.measured_pulses import seen_pulses
 from .setting import Setting
 from .spectrum_calibration import SpectrumCalibration, at_velocities, stretched
-from .strikes import AboveAnvil, ContactStage, Extrapolating, Extrapolation, Floats, ForcePulses, Strikes
+from .uncertainty import Band, Quantity, stratified_normals
 from .windows import ringing_spectra
 
 #: Strikes that are computed at once: what they take stays below 50 MB for each sensor.

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..signals.srs.grid import octave_grid
 from .chain import Twin
+from .contact_interface import ContactStage
 from .effects import Effect, checked_effects, effect_from_json
 from .gun.bench import GunBench
 from .gun.calibration import VelocityShots
@@ -18,7 +19,6 @@ from .launch import GunStage
 from .plate.modal import ModalPlate
 from .plates import PlateSpread, PlateStage
 from .sensors.chain import SensorChain
-from .strikes import ContactStage
 
 FORMAT = 1
 KINDS = ("measured", "fitted", "assumed")

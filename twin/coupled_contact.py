@@ -12,12 +12,12 @@ from .contact.coupled import coupled_impact
 from .contact.coupled_solver import COUPLED_PHASES, ImpactSolver
 from .contact.coupled_tables import PlatePoint
 from .contact.impacts import Impacts
-from .contact.struck import impedance
+from .contact.strikes_to_bodies import impedance
 from .contact.trimming import trimmed
+from .contact_interface import AboveAnvil, Extrapolating, Extrapolation, Floats, ForcePulses, OutOfDomain, Strikes
 from .plate.modal import ModalPlate
 from .plates import PlateStage
 from .setting import Setting
-from .strikes import AboveAnvil, Extrapolating, Extrapolation, Floats, ForcePulses, OutOfDomain, Strikes
 
 #: Steps of each contact's own time, and cycles in it above which a mode follows at once: errors of 1e-4.
 _STEPS, _CYCLES = 24, 4.0

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..signals.valve_profile import ValveProfile
+from .contact_interface import Extrapolation, Floats
 from .gun.bench import GunBench
 from .gun.calibration import VelocityPosterior, VelocityShots
 from .gun.effect import GunEffect
@@ -18,7 +19,6 @@ from .gun.limits import refuse_faster_than_gas
 from .gun.prior import GunPrior, gun_prior
 from .sensors.chain import SensorChain
 from .setting import Setting
-from .strikes import Extrapolation, Floats
 
 # Settings that are asked at once: K members each.
 _CHUNK = 2048

@@ -9,9 +9,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from .contact_interface import Floats, ForcePulses
 from .sampling import MeasuredForce
 from .setting import Setting
-from .strikes import Floats, ForcePulses
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .bands import stratified_normals
 from .effects import Effect
 from .plate.modal import Floats, ModalPlate
+from .uncertainty import stratified_normals
 
 #: Of the ensemble's random numbers: the same plates in every process.
 _SEED = 1

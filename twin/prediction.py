@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from .bands import Band, Floats, Quantity
+from .contact_interface import Extrapolation, OutOfDomain
 from .setting import Setting
-from .strikes import Extrapolation, OutOfDomain
+from .uncertainty import Band, Floats, Quantity
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .strikes import Floats, ForcePulses
+from .contact_interface import Floats, ForcePulses
 
 
 def sampled(pulses: ForcePulses, step_s: float, most: int | None = None) -> Floats:

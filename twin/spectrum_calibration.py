@@ -17,10 +17,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from .contact_interface import Floats, ForcePulses
 from .measured_shots import MeasuredShots
 from .setting import Setting
-from .strikes import Floats, ForcePulses
-from .tune.discrepancy import Discrepancy, ShotCorrection, Term
 from .tune.kernels import (
     BOUNDARY,
     INSULATOR,
@@ -40,6 +39,7 @@ from .tune.kernels import (
     white,
 )
 from .tune.likelihood import fitted
+from .tune.shot_correction import Discrepancy, ShotCorrection, Term
 
 #: Levels of settings at velocities of impact and lines under the measured force: (n, sensors, 1 + lines), dB.
 Replay = Callable[[MeasuredShots], Floats]

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..compute.crew import Crew
-from ..compute.mapping import mapped
 from ..diagnosis.options import Options
+from ..parallel.executor import Crew
+from ..parallel.map_tasks import mapped
 from .case_plan import CaseTask, drawn
 from .cases.record import record_case
 from .random_forest_baseline import Forest

@@ -9,10 +9,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ..compute.crew import Crew
-from ..compute.mapping import mapped
 from ..diagnosis.options import Options
-from ..schema.outputs import write_bytes, write_text
+from ..parallel.executor import Crew
+from ..parallel.map_tasks import mapped
+from ..schema.atomic_write import write_bytes, write_text
 from . import oracle_fit
 from .baseline_training import trained
 from .case_plan import BENCHES, TIERS, CaseTask, drawn, tasks

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ..schema.outputs import write_text
+from ..schema.atomic_write import write_text
 from .case_results import CaseResult, RankedAnswer, Said, WithheldTruth
 
 #: In a check's folder, written when the last answer is scored.

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..compute.crew import Crew
-from ..compute.mapping import mapped
+from ..parallel.executor import Crew
+from ..parallel.map_tasks import mapped
+from .atomic_folder import whole_folder
 from .campaigns.base import RecordingTask, Row, Truth, VirtualBench
 from .campaigns.gun import VirtualGunBench
 from .campaigns.gun import set_up as set_up_gun
@@ -20,7 +21,6 @@ from .effects import Effects
 from .gun.channels import Trigger
 from .recorder import RECORDING_FORMATS, CampaignCard, write_card, write_recording, write_runs
 from .seal import Seal, folder_hash, seal_path, write_seal
-from .whole_folder import whole_folder
 
 #: Called with (done, total, what) after each recording.
 Progress = Callable[[int, int, str], None]

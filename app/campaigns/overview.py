@@ -7,7 +7,7 @@ from typing import Any
 from sqlalchemy import Integer, case, func, select
 from sqlalchemy.orm import Session
 
-from ...ingest.texts import enumerated
+from ...ingest.printable import enumerated
 from ...schema.campaigns import Campaign
 from ...schema.conditions import get_campaign_id
 from ...schema.impacts import Impact

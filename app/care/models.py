@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def damaged_models(registry: Registry) -> Iterator[IntegrityFinding]:
     """Versions whose model or held-out predictions are missing or damaged; a registry that nobody made has none."""
-    from ...training.whole import damages
+    from ...training.intact_models import damages
 
     versions = {version.label: version for version in registry.versions()}
     for label, what in damages(registry, versions.values()).items():

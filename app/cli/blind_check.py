@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import click
 
 from .common import errors_as_one_line, json_option, write_json
-from .crew import crew_options
+from .worker_options import crew_options
 
 if TYPE_CHECKING:
-    from ...compute.crew import Crew
+    from ...parallel.executor import Crew
     from ...validation.report import Pool, Report
 
 

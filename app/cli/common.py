@@ -99,7 +99,7 @@ def opened(db: str, *, create: bool = False) -> Iterator[Store]:
     """The store at `db`; errors become one line. Nothing below sees a database error."""
     with errors_as_one_line():
         from ...schema.session import Writer, open_store
-        from .typed import command_line
+        from .command_echo import command_line
 
         with open_store(db, Writer(command_line(sys.argv), _version()), create=create) as store:
             yield store
@@ -111,7 +111,7 @@ def opened_to_try(db: str) -> Iterator[Store]:
     with errors_as_one_line():
         from ...schema.rehearsal import opened_to_rehearse
         from ...schema.session import Writer
-        from .typed import command_line
+        from .command_echo import command_line
 
         with opened_to_rehearse(db, Writer(command_line(sys.argv), _version())) as store:
             yield store
@@ -153,7 +153,7 @@ def write_json(data: Any, json_to: str) -> None:
         click.echo(text)
     else:
         with errors_as_one_line():
-            from ...schema.outputs import write_text
+            from ...schema.atomic_write import write_text
 
             write_text(Path(json_to), text + "\n")
         click.echo(f"written: {json_to}", err=True)

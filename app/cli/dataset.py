@@ -239,9 +239,9 @@ def trace(name: str, key: str | None, db: str, json_to: str | None) -> None:
         pyroshock dataset trace spring 5350e6044256
     """
     with opened(db) as store, store.reading() as session:
+        from ...dataset.provenance import raw_files
+        from ...dataset.provenance import trace as trace_pulse
         from ...dataset.snapshot import read_snapshot
-        from ...dataset.trace import raw_files
-        from ...dataset.trace import trace as trace_pulse
 
         snapshot = read_snapshot(session, name)
         origin = raw_files(session, snapshot) if key is None else asdict(trace_pulse(session, snapshot, key))

@@ -11,7 +11,7 @@ import click
 
 from .common import db_option, json_option, note, opened
 from .completion import plan_names
-from .made_plan import tell_plan
+from .plan_output import tell_plan
 
 if TYPE_CHECKING:
     from ...doe.designs.methods import DesignMethod, Option

@@ -119,7 +119,7 @@ def _tell(verdict: Verdict) -> None:
     from ..diagnoses.restriction import restrictions_among
     from ..diagnoses.summary import summary
     from ..number_format import percent
-    from ..reports.sentences import cause_name, fitted_words, shrinkage_line, where_lines
+    from ..reports.wording import cause_name, fitted_words, shrinkage_line, where_lines
 
     click.echo(f"{verdict.campaign}: {' '.join((*restrictions_among(verdict.assumptions), summary(verdict)))}")
     _tell_lines("What to do next", recommendations(verdict))

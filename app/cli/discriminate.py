@@ -8,7 +8,7 @@ import click
 
 from .common import db_option, json_option, note, opened
 from .completion import campaign_names
-from .made_plan import tell_plan
+from .plan_output import tell_plan
 
 
 @click.command()
@@ -31,7 +31,7 @@ def discriminate(
     """
     with opened(db) as store:
         from ..diagnoses.diagnosing import DiagnosisRequest, diagnosed, keep, last_report, report_json
-        from ..diagnoses.discriminating import no_setting, store_experiment
+        from ..diagnoses.discriminating_plan import no_setting, store_experiment
         from ..progress import progress_bar
 
         with store.reading() as session:

@@ -8,11 +8,11 @@ import click
 
 from .common import db_option, json_option, note, opened, write_json
 from .completion import campaign_names
-from .crew import crew_options
 from .settings import settings_from, settings_options
+from .worker_options import crew_options
 
 if TYPE_CHECKING:
-    from ...compute.crew import Crew
+    from ...parallel.executor import Crew
 
 
 @click.command()

@@ -10,7 +10,7 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-from ...compute.working_directory import close_working_directory
+from ...parallel.working_directory import close_working_directory
 
 #: Command -> (module in this folder, its object, what `--help` says). The table keeps help from importing them.
 COMMANDS: dict[str, tuple[str, str, str]] = {

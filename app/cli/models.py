@@ -50,8 +50,8 @@ def models(
         pyroshock models --promotions
     """
     with errors_as_one_line():
+        from ...training.intact_models import damages
         from ...training.listing import chosen, flat_row, newest, of_dataset
-        from ...training.whole import damages
         from ..models.tables import json_row
         from ..models.training import models_extra, registry_of
         from ..models.withdrawn import withdrawals_at, withdrawn_words

@@ -10,11 +10,11 @@ import click
 
 from .common import Function, db_option, json_option, note, opened_or_none, print_table, write_json
 from .completion import campaign_names, material_names
-from .crew import crew_options
 from .predict_many import MANY, Many, refuse_typed
+from .worker_options import crew_options
 
 if TYPE_CHECKING:
-    from ...compute.crew import Crew
+    from ...parallel.executor import Crew
     from ..predictions.predicting import ShotRequest
     from ..twins.building import TwinRequest
 

@@ -27,7 +27,7 @@ def report(subject: str, db: str, out: Path) -> None:
         pyroshock report models:/hybrid@3 --out hybrid.pdf
     """
     with opened(db) as store:
-        from ..reports.any import check_ending, report_on, write_report
+        from ..reports.dispatch import check_ending, report_on, write_report
 
         check_ending(out)
         write_report(report_on(store, db, subject), out)

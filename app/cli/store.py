@@ -50,8 +50,8 @@ def upgrade(db: str) -> None:
 
         from ...schema import migrate
         from ...schema.addresses import shown
-        from ...schema.denied import refusal
         from ...schema.engine import StoreError, describe, make_engine_of_existing
+        from ...schema.permission_errors import refusal
 
         engine = make_engine_of_existing(db)
         try:

@@ -8,12 +8,12 @@ import click
 
 from .common import db_option, fail, json_option, note, opened, print_table, write_json
 from .completion import dataset_names
-from .crew import crew_options
+from .worker_options import crew_options
 
 if TYPE_CHECKING:
-    from ...compute.crew import Crew
+    from ...parallel.executor import Crew
+    from ...training.model_catalogue import Budget
     from ...training.session import Session
-    from ...training.zoo import Budget
 
 
 @click.command()

@@ -158,7 +158,7 @@ def _option(argument: str) -> str:
 
 
 def _show(settings: TunedSettings, avoid: Path | None, json_to: str | None) -> None:
-    from ..tuning.laboratory import avoid_json
+    from ..tuning.bench_adapter import avoid_json
 
     tuned, sentence, rows = settings.tuned, settings.tuned.attainability.sentence, settings.to_json()
     if avoid is not None:

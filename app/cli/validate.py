@@ -49,7 +49,7 @@ def validate(
             validation = validate_twin(store, db, campaign, contact, folds, draws, seed, step)
         data = validation.to_json()
         if html is not None:
-            from ..reports.any import write_report
+            from ..reports.dispatch import write_report
             from ..reports.validation import validation_document
 
             write_report(validation_document(data), html)

@@ -118,7 +118,7 @@ def stop(context: click.Context, job: int, db: str) -> None:
     """
     own = context.get_parameter_source("db") is ParameterSource.COMMANDLINE
     with opened(db if own else context.obj) as store:
-        from ..jobs.tidying import stop as stop_job
+        from ..jobs.cleanup import stop as stop_job
 
         job_record = stop_job(store, job)
     note(f"job {job}, {job_record.label}: " + (job_record.state if job_record.ended else "asked to stop"))

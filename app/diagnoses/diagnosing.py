@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ...diagnosis.record import CampaignRecord
     from ...diagnosis.verdict import Verdict
     from ...schema.session import Store
-    from ...twin.strikes import ContactStage
+    from ...twin.contact_interface import ContactStage
     from ..twins.benches import PlateDrawing
 
 Progress = Callable[[int, int, str], None]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...training.place import place_beside
+from ...training.model_storage import place_beside
 from ...training.records import Trained, Version
 from ...training.registry.connection import user_environment
 from ...training.registry.registry import Registry

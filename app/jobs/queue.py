@@ -12,7 +12,7 @@ from sqlalchemy import select, update
 from sqlalchemy.orm import Session, undefer
 
 from ...schema.jobs import ENDED, RUNNING, STOPPED, WAITING, Job
-from ...schema.plain import to_plain
+from ...schema.json_floats import to_plain
 from ...schema.session import Store
 from ..finite import finite
 from .kinds.base import Arguments, Kind

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .fenced import FencedStore
+from .fenced_store import FencedStore
 
 #: Told (done, total, what); raises `StoppedError` or another end of the attempt.
 Step = Callable[[int, int, str], None]

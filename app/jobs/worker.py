@@ -15,13 +15,13 @@ from sqlalchemy.exc import SQLAlchemyError
 from ...schema.engine import StoreError, StoreRoleError
 from ...schema.session import Store
 from .claims import MOST_DEATHS, Claimed, Hand, Sighting, bury, claim_waiting, running, take_over
-from .doing import WorkerContext, attempt
+from .cleanup import tidy_up
+from .job_updates import give_back
 from .kinds.known import KINDS
 from .lease import LeaseLostError
+from .liveness import Watch
 from .queue import this_host
-from .steps import give_back
-from .tidying import tidy_up
-from .watch import Watch
+from .run_job import WorkerContext, attempt
 
 _log = logging.getLogger("pyroshock.jobs")
 

@@ -133,7 +133,7 @@ class GapDiagnosis:
     def fitted(self) -> dict[str, tuple[Effect, ...]]:
         """Effects with the parameters that were fitted, by name ("gun.valve_flow", "a+b"): `store.twin(effects=...)`
         takes them."""
-        from ..twins.adopting import adoptable
+        from ..twins.adopted_effects import adoptable
 
         return {"+".join(effect.id for effect in effects): effects for effects in adoptable(self.verdict).values()}
 
@@ -176,7 +176,7 @@ def diagnose_campaign(
     """
     from ..diagnoses.diagnosing import DiagnosisRequest, diagnosed, is_stored, keep
     from ..models.training import models_extra
-    from ..twins import adopting
+    from ..twins import adopted_effects
 
     request = DiagnosisRequest(target, **given)
     stored = is_stored(store, target)
@@ -185,9 +185,9 @@ def diagnose_campaign(
     with models_extra():
         verdict = diagnosed(store, url, request, step)
     if adopt is not None:
-        adopting.check_adoptable(verdict, adopt)
+        adopted_effects.check_adoptable(verdict, adopt)
     key = keep(store, verdict, request) if store is not None and stored else None
-    version = adopting.adopt(store, verdict, adopt, key) if store is not None and adopt is not None else None
+    version = adopted_effects.adopt(store, verdict, adopt, key) if store is not None and adopt is not None else None
     return GapDiagnosis(verdict, key, version)
 
 
@@ -196,13 +196,13 @@ def adopt_effect(store: Store, diagnosis: GapDiagnosis, effect: str | None) -> G
 
     Raises as `adopting.adopt`, and `ValueError` for a diagnosis that the store does not keep.
     """
-    from ..twins import adopting
+    from ..twins import adopted_effects
 
     verdict = diagnosis.verdict
     if diagnosis.number is None:
         raise ValueError(f"the diagnosis of {verdict.campaign} is of a folder; ingest it, and diagnose the campaign")
     wanted = verdict.first.effects[0] if effect is None else effect
-    return replace(diagnosis, version=adopting.adopt(store, verdict, wanted, diagnosis.number))
+    return replace(diagnosis, version=adopted_effects.adopt(store, verdict, wanted, diagnosis.number))
 
 
 def kept_diagnoses(store: Store, campaign: str | None) -> pd.DataFrame:

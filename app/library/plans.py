@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 
 from ...doe.plans import StoredPlan, list_plans, read_plan
-from ...schema.columns import BY_COLUMN, BY_NAME
+from ...schema.known_factors import BY_COLUMN, BY_NAME
 from ...schema.session import Store
 from .displays import axes_or_new, titled_table
 from .errors import raises_library_errors

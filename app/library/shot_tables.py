@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ...schema.columns import KNOWN_FACTORS, level_label
+from ...schema.known_factors import KNOWN_FACTORS, level_label
 from ..predictions.rows import ShotRow, rows_of_table
 from .twin import python_name, shot_of
 

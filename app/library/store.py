@@ -216,7 +216,7 @@ class ExperimentStore:
 
         What is registered already is not trained again. `jobs` processes train at once.
         """
-        from ...compute.crew import Crew
+        from ...parallel.executor import Crew
         from ...training.session import Progress
         from .training import train_models, training_runs
 

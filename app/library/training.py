@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from ...compute.crew import Crew
     from ...dataset.snapshot import Snapshot
+    from ...parallel.executor import Crew
     from ...schema.session import Store
+    from ...training.model_catalogue import Budget
     from ...training.records import Decision, Version
     from ...training.session import Progress, Session
-    from ...training.zoo import Budget
     from ..models.comparing import Comparisons
 
 #: Metric of a registered model -> title of its column.
@@ -218,11 +218,11 @@ def train_models(
 ) -> tuple[Session, dict[str, str]]:
     """Train models on splits of a dataset and register them: the session, and the repeatability floor by split.
 
-    Raises as `zoo.models_of`, `splits_of` and `read_snapshot`.
+    Raises as `model_catalogue.models_of`, `splits_of` and `read_snapshot`.
     """
-    from ...compute.crew import HERE
+    from ...parallel.executor import HERE
     from ...training import session as training_session
-    from ...training.zoo import models_of
+    from ...training.model_catalogue import models_of
 
     names = models_of(",".join(models))
     registry = registry_of(url)

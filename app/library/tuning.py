@@ -101,13 +101,13 @@ class TunedSettings:
     @property
     def avoid(self) -> pd.DataFrame:
         """Settings to avoid, with the reason."""
-        from ..tuning.laboratory import avoid_json
+        from ..tuning.bench_adapter import avoid_json
 
         return frame_of(({**avoid_json(item)["settings"], "why": item.reason} for item in self.tuned.avoid), ("why",))
 
     def to_json(self) -> list[dict[str, Any]]:
         """As `pyroshock tune --json` prints it."""
-        from ..tuning.laboratory import proposal_json
+        from ..tuning.bench_adapter import proposal_json
 
         return [proposal_json(proposal, rank) for rank, proposal in enumerate(self.tuned.proposals[:SHOWN], 1)]
 

@@ -127,7 +127,7 @@ class LaboratoryTwin:
         """
         import pandas as pd
 
-        from ...compute.crew import Crew
+        from ...parallel.executor import Crew
         from ..predictions.batch import bench_of_rows, foretold
         from .frames import with_units
         from .progress import step_bar

@@ -11,14 +11,14 @@ from typing import Any
 from ...dataset.table import PulseTable
 from ...training.comparison import Comparison
 from ...training.difference import Difference
+from ...training.evaluation import Judged, on_held_out
 from ...training.fit_report import SettingValue
-from ...training.judging import Judged, on_held_out
+from ...training.intact_models import whole
 from ...training.listing import chosen, finite, in_order, newest, of_dataset, row_of
 from ...training.metrics.errors import METRICS
 from ...training.promotion import compared
 from ...training.records import Version
 from ...training.registry.registry import Registry
-from ...training.whole import whole
 
 #: So many pairs are told in sentences, and group by group.
 _TOLD_WHERE = 3
@@ -153,7 +153,7 @@ def _lead(row: Difference) -> str:
 
 def draw(comparison: Comparison, metric: str, file: Path) -> None:
     """The comparison as a figure."""
-    from ...schema.outputs import whole_file
+    from ...schema.atomic_write import whole_file
     from ...training.plots.difference import difference_figure
 
     with whole_file(file) as partial:

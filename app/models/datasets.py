@@ -12,8 +12,8 @@ from ...dataset.correlation import correlation, ranges
 from ...dataset.snapshot import Built, Snapshot
 from ...dataset.splits import Split, expand, split_of
 from ...dataset.table import POINTS, Predictor, PulseTable
+from ...schema.atomic_write import whole_file
 from ...schema.conditions import listing_key
-from ...schema.outputs import whole_file
 
 #: The splits that `show` counts; the thesis's first.
 SPLITS = ("repetitions", "configurations", "treatments", "materials", "campaigns")

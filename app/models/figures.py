@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...training.floors import SCOPES
+from ...training.intact_models import damages
 from ...training.listing import finite, newest, of_dataset
 from ...training.metrics.errors import METRICS
 from ...training.metrics.reconstruct import figures, reconstruct
-from ...training.whole import damages
 from .comparing import comparisons_of, rows_of
 from .tables import json_row
 
 if TYPE_CHECKING:
     from ...dataset.table import Floats, PulseTable
-    from ...training.judging import Judged
+    from ...training.evaluation import Judged
     from ...training.records import Version
     from ...training.registry.registry import Registry
 
@@ -132,7 +132,7 @@ def held_out_figures(registry: Registry, version: Version, read: Read, most: int
     `level`, and the share of all held-out points of the `force` and of contact `time` that lie within; None without a
     spread. Raises `ValueError` where the predictions or the pulses are gone.
     """
-    from ...training.judging import on_held_out
+    from ...training.evaluation import on_held_out
 
     judged = on_held_out(registry, [version], read)
     count = len(judged.pulses)

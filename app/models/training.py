@@ -6,16 +6,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from ...training.place import place_beside
+from ...training.model_storage import place_beside
 from ...training.registry.connection import user_environment
 
 if TYPE_CHECKING:
     from ...dataset.table import PulseTable
     from ...schema.session import Store
     from ...training.fitting import Ground
+    from ...training.model_catalogue import Budget
     from ...training.records import Version
     from ...training.registry.registry import Registry
-    from ...training.zoo import Budget
 
 #: What `pyroshock[models]` brings.
 _EXTRA = frozenset({"mlflow", "torch", "gpytorch", "linear_operator", "sklearn", "skops", "optuna"})

@@ -128,7 +128,7 @@ def draw(space: Space, designs: Designs, path: Path) -> None:
     from matplotlib.figure import Figure
 
     from ...doe.plots import draw_quality
-    from ...schema.outputs import whole_file
+    from ...schema.atomic_write import whole_file
 
     figure = Figure(figsize=(6.5 * len(designs), 10), layout="constrained", dpi=120)
     FigureCanvasAgg(figure)

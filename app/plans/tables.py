@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from ...doe.plans import StoredPlan
-from ...schema.columns import BY_COLUMN, parse_number
-from ...schema.outputs import whole_file
+from ...schema.atomic_write import whole_file
+from ...schema.known_factors import BY_COLUMN, parse_number
 
 
 def plan_as_json(plan: StoredPlan) -> dict[str, Any]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...compute.crew import Crew
-from ...compute.mapping import mapped
+from ...parallel.executor import Crew
+from ...parallel.map_tasks import mapped
 from ..table_files import write_batches
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from .given_factors import store_factors
@@ -18,8 +18,8 @@ from .warnings import extrapolation_text, extrapolations
 
 if TYPE_CHECKING:
     from ...schema.session import Store
+    from ...twin.contact_interface import OutOfDomain
     from ...twin.prediction import Prediction
-    from ...twin.strikes import OutOfDomain
 
 Row = dict[str, Any]
 Step = Callable[[int, int, str], None]

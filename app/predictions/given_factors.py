@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING
 
-from ...schema.columns import BY_NAME, parse_number
+from ...schema.known_factors import BY_NAME, parse_number
 
 if TYPE_CHECKING:
     from ...schema.session import Store

@@ -7,8 +7,8 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-from ...twin.bands import Band, Floats
 from ...twin.prediction import Prediction
+from ...twin.uncertainty import Band, Floats
 from ..plots import MEASURED, MODEL, new_figure, save
 from .warnings import warnings
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...ingest.column_names import MEASURED
 from ...ingest.tables import read_table
-from ...schema.columns import BY_COLUMN, BY_NAME, KnownFactor, parse_number
+from ...schema.known_factors import BY_COLUMN, BY_NAME, KnownFactor, parse_number
 from ...schema.session import Store
 from ..plans.simulation import rows_of
 from .given_factors import check_used, factor_value, is_used, looks_like_factor

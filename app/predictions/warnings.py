@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ...twin.contact_interface import Extrapolation, OutOfDomain
 from ...twin.prediction import Prediction
-from ...twin.strikes import Extrapolation, OutOfDomain
 
 #: Ending of a quantity's name: its unit in SI, the lab's unit, and how many of them one SI unit is.
 _UNITS = {

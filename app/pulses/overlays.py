@@ -12,9 +12,9 @@ from sqlalchemy.orm import Session
 
 from ...schema.campaigns import ConfigurationLevel, Factor, FactorLevel
 from ...schema.conditions import Condition, get_factor_id, listing_key
-from ...schema.evenly import list_pulse_keys
 from ...schema.impacts import Impact, Pulse
 from ...schema.series import SeriesError, as_floats
+from ...schema.thinned_listing import list_pulse_keys
 
 Floats = NDArray[np.float64]
 

@@ -11,10 +11,10 @@ from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from ...schema.campaigns import Campaign
-from ...schema.care.bar import Progress
+from ...schema.care.progress import Progress
 from ...schema.carry.archive import Archive, archive_of, write_archive
-from ...schema.carry.foreign import opened_file
 from ...schema.carry.importing import merge
+from ...schema.carry.opened_export import opened_file
 from ...schema.diagnoses import Diagnosis
 from ...schema.removal.content import content_hash
 from ...schema.removal.part import Part, campaign_part

@@ -14,7 +14,7 @@ from ...schema.removal.removing import remove
 from ...schema.removal.standing import adopted_on
 from ...schema.session import Store
 from ...schema.tombstones import CAMPAIGN, Tombstone
-from ..twins.adopting import Adopted, adopted_for
+from ..twins.adopted_effects import Adopted, adopted_for
 from .standing import models_of, without
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from .curves import Curve, line_chart, line_keys
 from .document import Block, ChartRow, Figure, Paragraph, Section, Table
-from .inks import SERIES
 from .labels import force_unit, mean_and_spread, setting
+from .line_styles import SERIES
 from .pulse_groups import PulseGroups, telling_factor
 
 #: Configurations that a table lists.

@@ -12,8 +12,8 @@ from ...schema.listings import iter_shots
 from ..predictions.nominal import with_predictions
 from .curves import MOST_POINTS, Cloud, agreement_chart, dot_keys
 from .document import Block, Cell, ChartRow, Figure, Paragraph, Section, Table
-from .inks import SERIES
 from .labels import mean_and_spread, setting
+from .line_styles import SERIES
 from .svg import Floats
 
 #: Shots that are listed one by one, and settings.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .inks import series
+from .line_styles import series
 from .svg import AxesFrame, Floats, band, chart, dots, frame_of, line
 
 #: Points of a chart: more hide each other, and a file must stay small enough to send.

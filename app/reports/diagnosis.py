@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ...diagnosis.plot_data import Pictures
 from ...diagnosis.verdict import NONE, UNKNOWN, Cause, EffectShare, Shrinkage, Verdict
-from ...schema.outputs import write_text
+from ...schema.atomic_write import write_text
 from ..diagnoses.labels import effect_subject, single_effects
 from ..diagnoses.recommendations import next_experiment, recommendations
 from ..diagnoses.restriction import restrictions_among
@@ -19,8 +19,8 @@ from ..number_format import number, percent, percent_range
 from .charts import curve_chart, legend_keys, residual_chart, residual_title
 from .document import Bars, Block, Bullets, Cell, ChartRow, Document, Figure, Paragraph, Section, ShareBar, Table
 from .page import block_html, html_of
-from .sentences import cause_name, effect_title, fitted_words, shrinkage_line, where_lines
 from .share_charts import path_chart, share_chart
+from .wording import cause_name, effect_title, fitted_words, shrinkage_line, where_lines
 
 #: Causes from this probability on come with their equations.
 _EXPLAINED = 0.05

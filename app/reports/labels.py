@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...schema.columns import BY_COLUMN, KNOWN_FACTORS, NONE
+from ...schema.known_factors import BY_COLUMN, KNOWN_FACTORS, NONE
 from ...schema.listings import listing_key
 from .document import Cell, cell_text
 from .svg import Floats

@@ -10,7 +10,7 @@ from ...training.floors import SCOPES
 from ...training.listing import newest
 from ...training.metrics.errors import METRICS
 from ...training.metrics.summary import Estimate
-from ...training.plots.canvas import LABELS
+from ...training.plots.style import LABELS
 from ...training.records import Decision, Version
 from ..models.tables import json_row
 from .document import Cell, Document, Section, Table

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def pulses_section(registry: Registry, version: Version, read: Callable[[str], PulseTable]) -> Section:
     """The charts; in their place the reason where the store has not the pulses, or the registry not the predictions."""
-    from ...training.judging import on_held_out
+    from ...training.evaluation import on_held_out
 
     title = "On the pulses held out"
     try:

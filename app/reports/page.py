@@ -19,7 +19,7 @@ from .document import (
     cell_text,
     clean,
 )
-from .inks import css
+from .line_styles import css
 from .style import STYLE
 
 

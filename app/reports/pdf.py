@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape
 
 from .document import Bars, Block, Bullets, ChartRow, Document, Figure, Paragraph, Table, clean
-from .inks import inks, light
+from .line_styles import inks, light
 
 if TYPE_CHECKING:
     from .pdf_sheet import PdfDocument

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 from .document import clean
-from .inks import Ink, inks
+from .line_styles import Ink, inks
 
 if TYPE_CHECKING:
     from reportlab.graphics.shapes import Drawing

@@ -10,7 +10,7 @@ from reportlab.lib.styles import ParagraphStyle
 from reportlab.pdfbase import pdfmetrics
 from reportlab.pdfbase.ttfonts import TTFont
 
-from .inks import light
+from .line_styles import light
 
 _NAMES = ("DejaVuSans", "DejaVuSans-Bold")
 

@@ -14,7 +14,7 @@ from reportlab.platypus import CondPageBreak, KeepTogether, LongTable, SimpleDoc
 from reportlab.platypus import Paragraph as Words
 
 from .document import ChartRow, Document, ShareBar, Table, clean
-from .inks import light
+from .line_styles import light
 from .pdf_fonts import fonts, styles_of
 from .pdf_tables import needed_width, table_of
 from .svg import HEIGHT, WIDTH

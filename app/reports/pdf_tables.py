@@ -11,7 +11,7 @@ from reportlab.pdfbase.pdfmetrics import stringWidth
 from reportlab.platypus import LongTable, Paragraph
 
 from .document import Table, cell_text, clean
-from .inks import light
+from .line_styles import light
 
 _ROOM = 8.0  # of a cell beside its words
 _LONGEST = 120.0

@@ -12,8 +12,8 @@ from sqlalchemy.orm import Session
 
 from ...schema.impacts import Impact, Pulse
 from ...schema.listings import get_campaign_id, iter_impacts
-from .inks import SERIES
 from .labels import settings_words
+from .line_styles import SERIES
 from .svg import Floats
 
 #: Columns of a listing that are no factors.

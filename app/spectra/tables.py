@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...schema.outputs import whole_file
+from ...schema.atomic_write import whole_file
 from ...signals.checks import Finding
 from ...twin.srs.comparison import SpectrumComparison
 from .recordings import MeasuredSpectrum

@@ -19,7 +19,7 @@ from ...twin.tune.space import Amount, TuningSpace
 from ...twin.tune.tuner import FiredShots, Tuned, tune
 from ..twins.building import BuiltTwin, TwinRequest, twin_of
 from ..twins.measured_shots import read_measured_shots, struck_plate
-from .laboratory import AtSensor, bench_refusals, goal_of, outside_of, tuning_space
+from .bench_adapter import AtSensor, bench_refusals, goal_of, outside_of, tuning_space
 
 Progress = Callable[[int, int, str], None]
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...dataset.stored_bench import by_name, stored_materials
-from ...schema.columns import BY_COLUMN
+from ...schema.known_factors import BY_COLUMN
 from ...schema.velocity_kinds import BEFORE_CONTACT
-from ...training.place import place_beside
+from ...training.model_storage import place_beside
 from ...training.registry.connection import user_environment
 from ...twin.chain import Twin, default_lines
 from ...twin.effects import Effect, checked_effects
@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from ...schema.session import Store
     from ...training.records import Version
     from ...training.registry.registry import Registry
+    from ...twin.contact_interface import ContactStage, Floats
     from ...twin.measured_shots import MeasuredShots
     from ...twin.plate.modal import ModalPlate
-    from ...twin.strikes import ContactStage, Floats
 
 #: Without a model: what is likely of the contact, narrowed by measured shots (`PriorContact`).
 PRIOR = "prior"
@@ -197,7 +197,7 @@ def _shots(
 
 def _adopted(session: Session | None, bench: Bench, request: TwinRequest) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
     """Of the campaign's bench; a bench or a plate given by hand is another one."""
-    from .adopting import taken_up
+    from .adopted_effects import taken_up
 
     if session is None or bench.campaign is None or request.bench is not None or not request.adopted:
         return (), ()
@@ -296,7 +296,7 @@ def _registered_with(
     """A registered model with effects, and what is to be said of it: adopted ones act where it has not learned them."""
     from ...schema.velocity_kinds import INTEGRATED
     from ..models.withdrawn import note_of
-    from .adopting import learned_by
+    from .adopted_effects import learned_by
     from .model_in_use import velocity_kind_of
 
     learned = learned_by(session, version, adopted)

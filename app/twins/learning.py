@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
     from ...twin.chain import Twin
+    from ...twin.contact_interface import ContactStage
     from ...twin.plate.modal import ModalPlate
-    from ...twin.strikes import ContactStage
 
 
 #: Shots whose records a twin reads: evenly picked ones of more. That takes some seconds.

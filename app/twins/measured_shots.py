@@ -11,8 +11,8 @@ import numpy as np
 from sqlalchemy import and_, select
 from sqlalchemy.orm import Session
 
+from ...dataset.quality_filter import verdicts
 from ...dataset.rows import rows_of_campaigns
-from ...dataset.verdicts import verdicts
 from ...ingest.stored import list_channels, read_channel
 from ...schema.benches import Hammer
 from ...schema.campaigns import Campaign
@@ -26,12 +26,12 @@ from ...schema.shots import Shot
 from ...schema.velocity_kinds import INTEGRATED, velocity_kind
 from ...twin.contact.hertz import impactor_of_pulse
 from ...twin.contact.impacts import plate_impedance
-from ...twin.contact.struck import bodies_of
+from ...twin.contact.strikes_to_bodies import bodies_of
 from ...twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
+from ...twin.contact_interface import Floats, Strikes
 from ...twin.materials import ElasticMaterial
 from ...twin.measured_shots import MeasuredShots
 from ...twin.setting import Setting
-from ...twin.strikes import Floats, Strikes
 from .benches import Bench
 
 NONE = "none"

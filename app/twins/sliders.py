@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from ...schema.columns import CHAIN_PITCH_M
+from ...schema.known_factors import CHAIN_PITCH_M
 from ..predictions.given_factors import is_used
 from ..predictions.predicting import NONE, TANK_PRESSURE_PA, ShotRequest
-from ..tuning.laboratory import LEAST_PRESSURE_PA
+from ..tuning.bench_adapter import LEAST_PRESSURE_PA
 
 if TYPE_CHECKING:
-    from ...dataset.limits import Limit
+    from ...dataset.validity_limits import Limit
     from ...doe.factors import DesignFactor
     from ...doe.space import Space
     from .building import BuiltTwin

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...dataset.build_table import configuration_text
 from ...dataset.rows import levels_of
 from ...dataset.snapshot import SnapshotError, read_snapshot
-from ...dataset.tabulate import configuration_text
 from ...training.tasks import rng_of
 from ...training.unseen_configurations import without_configurations
 

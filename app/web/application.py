@@ -22,10 +22,10 @@ from ...schema.addresses import without_secrets
 from ...schema.session import Store
 from ..jobs.worker import Worker
 from ..reports.style import COLOURS, PARTS
-from ..twins.warm import TwinShelf
+from ..twins.twin_cache import TwinShelf
 from ..user_errors import is_for_the_user
 from .api.problems import PROBLEMS
-from .genuine import genuine
+from .csrf import genuine
 from .guard import Guard
 from .jobs import Jobs
 from .rendering import HERE, page

@@ -7,9 +7,9 @@ import threading
 
 from ...schema.engine import StoreRoleError
 from ...schema.session import Store
+from ..jobs.cleanup import stop
 from ..jobs.kinds.base import Arguments, Kind
 from ..jobs.queue import JobView, ask, get_job, list_jobs
-from ..jobs.tidying import stop
 from ..jobs.worker import Worker
 
 _log = logging.getLogger("pyroshock.web")

@@ -16,7 +16,7 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse
 
 from ..finite import finite
-from .columns import cell, heading, number
+from .table_format import cell, heading, number
 
 HERE = Path(__file__).parent
 

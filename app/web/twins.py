@@ -11,7 +11,7 @@ from starlette.requests import Request
 from ..predictions.given_factors import parse_factor
 from ..predictions.predicting import ShotRequest
 from ..twins.building import TwinRequest
-from ..twins.warm import TwinShelf
+from ..twins.twin_cache import TwinShelf
 
 
 def _twins(request: Request) -> TwinShelf:

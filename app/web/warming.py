@@ -7,7 +7,7 @@ import threading
 from importlib import import_module
 
 from ..twins.building import TwinRequest
-from ..twins.warm import TwinShelf
+from ..twins.twin_cache import TwinShelf
 
 _log = logging.getLogger("pyroshock.web")
 _HEAVY = (

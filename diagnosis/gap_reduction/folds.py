@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...doe.factor_rules import short_between
-from ...schema.columns import column_of
+from ...schema.known_factors import column_of
 from ..means import Rows
 from ..record import Floats, RunConfiguration
 

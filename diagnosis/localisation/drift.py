@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...schema.columns import column_of
+from ...schema.known_factors import column_of
 from ..means import Rows, means, tolerances
 from ..observables.base import Observable
 from ..record import Factor, Floats, RunConfiguration

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 
 from sqlalchemy.orm import Session
 
-from ...schema.columns import BY_NAME
 from ...schema.configurations import configuration_factors
+from ...schema.known_factors import BY_NAME
 from ..record import Factor, RunConfiguration
 
 #: Columns of a projectile's own travel to the vent holes, and their units in m.

@@ -86,7 +86,7 @@ def anneal_tabulated(
     landscape: Landscape, levels: Ids, sizes: tuple[int, ...], steps: int, rng: np.random.Generator
 ) -> Ids:
     """The best runs (n, axes) met in `steps` steps from `levels` (n, axes): every swap of a run is looked at."""
-    from .heat_bath import annealed
+    from .anneal_kernel import annealed
 
     current, strides = levels.copy(), strides_of(sizes)
     field = landscape.ground + 2 * landscape.table[current @ strides].sum(axis=0)

@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..merit.places import axis_centres
+from ..merit.ranks import axis_centres
 from ..space import Space
 from .base import Design
 from .criterion import Kernel, Weights
 from .exchange import DirectSurface, Landscape, anneal, anneal_tabulated
-from .shares import cut_hypercube, level_counts, repaired
+from .level_shares import cut_hypercube, level_counts, repaired
 from .strata import valued
 
 Floats = NDArray[np.float64]

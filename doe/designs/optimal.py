@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..merit.spread import main_effects
+from ..merit.space_filling import main_effects
 from ..space import Axis, Space
 from . import pydoe
 from .base import Design

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..merit.places import centres
-from ..merit.spread import discrepancy
+from ..merit.ranks import centres
+from ..merit.space_filling import discrepancy
 from ..space import Axis, Space
 
 Ids = NDArray[np.int64]

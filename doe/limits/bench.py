@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from ...schema.columns import MAX_REGULATED_PRESSURE_PA
+from ...schema.known_factors import MAX_REGULATED_PRESSURE_PA
 from .ballistic import BALLISTIC_LAWS, STANDARD_GRAVITY_M_S2, positive
 from .bolts import LoadCellArray
 from .contact_force import Elastic, ResonantPlate

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ..changeovers import changeovers
 from ..space import Space
-from . import balance, spread
-from .places import centres
+from . import balance, space_filling
+from .ranks import centres
 
 Sense = Literal["less", "more", "neither"]
 
@@ -64,13 +64,13 @@ def quality(space: Space, treatments: NDArray[np.int64]) -> Quality:
         worst_triple=balance.worst_deviation(cells, sizes, 3),
         rms_triple=balance.rms_deviation(cells, sizes, 3),
         uneven_triples=balance.beyond_one(cells, sizes, 3),
-        centred_discrepancy=spread.discrepancy(points, "CD"),
-        wrap_around_discrepancy=spread.discrepancy(points, "WD"),
-        minimum_distance=spread.minimum_distance(points),
-        fewest_differences=spread.fewest_differences(rows),
-        largest_correlation=spread.largest_correlation(cells, sizes),
-        d_efficiency=spread.d_efficiency(rows, values, linear),
-        d_efficiency_limit=spread.d_efficiency_limit(values, linear),
+        centred_discrepancy=space_filling.discrepancy(points, "CD"),
+        wrap_around_discrepancy=space_filling.discrepancy(points, "WD"),
+        minimum_distance=space_filling.minimum_distance(points),
+        fewest_differences=space_filling.fewest_differences(rows),
+        largest_correlation=space_filling.largest_correlation(cells, sizes),
+        d_efficiency=space_filling.d_efficiency(rows, values, linear),
+        d_efficiency_limit=space_filling.d_efficiency_limit(values, linear),
         changeovers=changeovers(space, rows),
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pyroshock.training.judging import Judged
+from pyroshock.training.evaluation import Judged
 from pyroshock.training.metrics.errors import PulseErrors
 from pyroshock.training.plots.by_test import by_test
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pyroshock.training.judging import Judged
+from pyroshock.training.evaluation import Judged
 from pyroshock.training.plots.heat_map import heat_map
 
 if TYPE_CHECKING:

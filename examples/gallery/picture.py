@@ -6,7 +6,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pyroshock.schema.outputs import whole_file
+from pyroshock.schema.atomic_write import whole_file
 from pyroshock.training.rendering import png
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pyroshock.app.plots import MEASURED, MODEL, QUIET, new_figure
-from pyroshock.training.judging import Judged
+from pyroshock.training.evaluation import Judged
 from pyroshock.training.metrics.errors import BAND
 from pyroshock.training.metrics.reconstruct import reconstruct
 

@@ -7,12 +7,12 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
-from pyroshock.compute.threads import one_thread
 from pyroshock.dataset.splits import split_of
 from pyroshock.dataset.table import PulseTable
-from pyroshock.training.judging import Judged
+from pyroshock.parallel.threads import one_thread
+from pyroshock.training.evaluation import Judged
 from pyroshock.training.metrics.errors import pulse_errors
-from pyroshock.training.zoo import Making, entry_of
+from pyroshock.training.model_catalogue import Making, entry_of
 
 #: Those of Fig. 4.10 that learn quickly, the coregional process and the pulses of physics: what Fig. 5.4 compares.
 QUICK = (

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError
 from .contents import RATE_NAMES, Array, Contents, held, plain
-from .patience import limited, seconds_for
 from .recording import ArrayReader
+from .watchdog import limited, seconds_for
 
 if TYPE_CHECKING:
     import h5py

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .base import MAX_EXPANSION, ReadingOptions, RecordingError, rate_from_times
 from .clock import time_gaps
 from .contents import Array, Contents, loaded_once
-from .guard import BoundedFile, one_line
+from .error_translation import BoundedFile, one_line
 from .recording import ArrayReader
 
 _EBML = b"\x1a\x45\xdf\xa3"

@@ -14,7 +14,7 @@ from .base import ReadingOptions, RecordingError, rate_from_step, rate_from_time
 from .contents import Array, Contents, held
 from .csv import table_contents
 from .csv_layout import sniff
-from .guard import one_line
+from .error_translation import one_line
 from .recording import ArrayReader
 from .text import read_text
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .base import AS_IN_FILE, ChannelInfo, OpenRecording, Reader, ReadingOptions, RecordingError, refuse_bomb
 from .clock import Clock, clock_above, clocks_of, positive_rate, refuse_other_rate
 from .contents import Array, Contents, plain
-from .guard import guarded, refuse_nothing
+from .error_translation import guarded, refuse_nothing
 from .matrix import with_columns
 
 _KINDS = {"c": "complex", "O": "an object", "S": "text", "U": "text", "b": "logical", "V": "a structure"}

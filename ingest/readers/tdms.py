@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .base import ReadingOptions, RecordingError, rate_from_step
 from .contents import RATE_NAMES, Array, Contents, plain
-from .guard import BoundedFile, one_line
+from .error_translation import BoundedFile, one_line
 from .recording import ArrayReader
 
 if TYPE_CHECKING:

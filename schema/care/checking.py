@@ -9,9 +9,8 @@ from sqlalchemy.exc import DBAPIError
 
 from ..engine import first_line
 from ..recordings import RecordedChannel, Recording
-from .bar import Progress, ProgressBar
-from .checks.belonging import check_belonging
 from .checks.chunks import check_chunks
+from .checks.cross_table_rules import check_belonging
 from .checks.database import check_database, check_pages
 from .checks.figures import check_figures
 from .checks.fingerprints import check_fingerprints
@@ -24,6 +23,7 @@ from .checks.tables import check_tables
 from .checks.tombstones import check_tombstones
 from .checks.values import check_values
 from .findings import IntegrityFinding
+from .progress import Progress, ProgressBar
 
 Check = Callable[[Connection, Scope], Iterator[IntegrityFinding]]
 

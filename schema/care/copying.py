@@ -9,11 +9,11 @@ from sqlalchemy import Connection, Engine, Table, func, select
 from ..engine import StoreError, describe
 from ..session import Store
 from ..tables import metadata
-from .bar import Progress, ProgressBar
-from .becoming import becoming_store
+from .engine_limits import refuse_unholdable
+from .initialise_store import becoming_store
+from .progress import Progress, ProgressBar
 from .sequences import set_sequences
 from .transfer import transfer, verify
-from .unholdable import refuse_unholdable
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from sqlalchemy import ColumnElement, Connection, Table
 
 from ..engine import StoreError
-from .bar import ProgressBar
 from .digest import TableDigest
 from .loading import load
+from .progress import ProgressBar
 from .rows import iter_batches
 
 

@@ -12,12 +12,12 @@ from sqlalchemy import Connection, select
 from sqlalchemy.orm import Session
 
 from ..campaigns import Campaign
-from ..care.bar import Progress
+from ..care.progress import Progress
 from ..removal.content import content_hash
 from ..removal.part import campaign_part
 from ..session import Store
 from .export import export_campaign
-from .foreign import ForeignFileError, opened_file
+from .opened_export import ForeignFileError, opened_file
 
 _BLOCK = 2**20
 

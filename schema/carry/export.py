@@ -7,11 +7,11 @@ from pathlib import Path
 
 from sqlalchemy import URL, Connection, func, select, text
 
-from ..care.bar import Progress, ProgressBar
-from ..care.becoming import becoming_store
 from ..care.checking import checks, iter_findings
 from ..care.digest import TableDigest
+from ..care.initialise_store import becoming_store
 from ..care.loading import load
+from ..care.progress import Progress, ProgressBar
 from ..care.rows import Values, iter_batches
 from ..care.transfer import verify
 from ..engine import StoreError, make_engine
@@ -19,7 +19,7 @@ from ..listings import get_campaign_id
 from ..provenance import Provenance
 from ..session import Store
 from ..tables import metadata
-from .members import WRITERS, members
+from .campaign_rows import WRITERS, members
 
 
 def export_campaign(store: Store, campaign: str, out: Path, progress: Progress | None = None) -> dict[str, int]:

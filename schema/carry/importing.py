@@ -10,16 +10,16 @@ from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 
 from ..campaigns import Campaign
-from ..care.bar import Progress
+from ..care.progress import Progress
 from ..engine import first_line
 from ..materials import Material, MaterialAlias
 from ..removal.returning import settle_imported
 from ..session import Store
 from ..tables import metadata
-from .foreign import ForeignFileError, opened_file
-from .members import STAY_BEHIND
+from .campaign_rows import STAY_BEHIND
+from .merge_rules import RULES
 from .merging import Merge, MergeRefusedError
-from .rules import RULES
+from .opened_export import ForeignFileError, opened_file
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ from ..engine import StoreError
 from ..impacts import Pulse
 from ..provenance import Provenance
 from ..tables import metadata
-from .members import WRITERS
-from .rules import MergeRule, Row
-from .special import SETTLED, Settled, leave_in_use
+from .campaign_rows import WRITERS
+from .merge_overrides import SETTLED, Settled, leave_in_use
+from .merge_rules import MergeRule, Row
 
 #: Keys in one question: SQLite allows a limited number of variables.
 _ASKED = 500

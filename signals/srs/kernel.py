@@ -17,7 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from .coefficients import Steps
-from .lanes import WIDTH, larger, load, magnitude, smaller, spread, store
+from .simd_vector import WIDTH, larger, load, magnitude, smaller, spread, store
 from .threads import checked_threads
 from .threads import spread as spread_over_threads
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from . import decay
+from . import free_decay
 from .checked import checked_damping, checked_lines, checked_rate, checked_records
 from .coefficients import steps
 from .grid import grid_of_record
@@ -99,6 +99,6 @@ def _largest(records: Floats, theta: Floats, zeta: float, threads: int | None) -
 
     highest, lowest, furthest, p, v = run(records, steps(theta, zeta), threads)
     x = p + 2 * zeta * v
-    up, down = decay.extremes(x, v - 2 * zeta * x, zeta)
-    p_up, p_down = decay.extremes(p, v, zeta)
+    up, down = free_decay.extremes(x, v - 2 * zeta * x, zeta)
+    p_up, p_down = free_decay.extremes(p, v, zeta)
     return np.stack([highest, -lowest, furthest, np.maximum(up, 0), np.maximum(-down, 0), np.maximum(p_up, -p_down)])

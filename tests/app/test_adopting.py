@@ -13,9 +13,9 @@ from types import SimpleNamespace
 import pytest
 from pyroshock.app.diagnoses import diagnosing
 from pyroshock.app.tuning import session as tuning_session
-from pyroshock.app.twins import adopting, model_in_use
+from pyroshock.app.twins import adopted_effects, model_in_use
 from pyroshock.app.twins import building as twins
-from pyroshock.app.twins.adopting import acts_at, adopt, adopted_for, fitted, taken_up
+from pyroshock.app.twins.adopted_effects import acts_at, adopt, adopted_for, fitted, taken_up
 from pyroshock.app.twins.building import TwinRequest
 from pyroshock.diagnosis.verdict import Verdict
 from pyroshock.schema.session import Store
@@ -178,7 +178,7 @@ def test_two_at_once_keep_both(database_url: str, tmp_path: Path) -> None:
 def test_number_that_was_taken_meanwhile_is_tried_anew(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
     """PostgreSQL lets two commands read the same newest number; the second one's commit is refused."""
     adopt(store, of_gun("spring", VALVE), VALVE.id)
-    honest, calls = adopting._add, []
+    honest, calls = adopted_effects._add, []
 
     def late(session, campaign, configuration, reason, diagnosis):
         calls.append(reason)
@@ -188,14 +188,14 @@ def test_number_that_was_taken_meanwhile_is_tried_anew(store: Store, monkeypatch
             monkeypatch.undo()
         return honest(session, campaign, configuration, reason, diagnosis)
 
-    monkeypatch.setattr(adopting, "_add", late)
+    monkeypatch.setattr(adopted_effects, "_add", late)
     assert adopt(store, of_gun("spring", GAIN), GAIN.id).version == 2
 
 
 @pytest.mark.parametrize("identity", list(catalogue()))
 def test_every_effect_acts_at_a_stage(identity: str) -> None:
     stage = acts_at(identity)
-    assert stage in adopting.STAGES
+    assert stage in adopted_effects.STAGES
     assert identity.startswith(("sensor.", f"{stage}."))
 
 

@@ -8,7 +8,7 @@ from pyroshock.app.diagnoses.diagnosing import DiagnosisRequest, keep, last_repo
 from pyroshock.app.diagnoses.kept import kept_options, kept_report, kept_verdict, list_diagnoses
 from pyroshock.app.diagnoses.restriction import restriction_sentences
 from pyroshock.app.reports.diagnosis import page
-from pyroshock.app.twins.adopting import adopt
+from pyroshock.app.twins.adopted_effects import adopt
 from pyroshock.schema.diagnoses import Diagnosis
 from sqlalchemy import event
 from support.records import verdicts

@@ -14,8 +14,8 @@ from pyroshock.app.tuning.session import _levels, _without_double_counting
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.benches import PlateDrawing, bench_of_campaign
 from pyroshock.app.twins.building import TwinRequest, twin_of
+from pyroshock.app.twins.cache_key import StampReader
 from pyroshock.app.twins.measured_shots import CampaignPlate, read_measured_shots, struck_plate
-from pyroshock.app.twins.stamps import StampReader
 from pyroshock.dataset.stored_bench import stored_materials
 from pyroshock.ingest.stored import list_channels, read_channel
 from pyroshock.schema.campaigns import Campaign
@@ -25,8 +25,8 @@ from pyroshock.schema.shots import Shot
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from pyroshock.twin.contact.prior import PriorContact
 from pyroshock.twin.contact.stage import LawContact
+from pyroshock.twin.contact_interface import Strikes
 from pyroshock.twin.materials import THESIS
-from pyroshock.twin.strikes import Strikes
 from pyroshock.virtualbench.campaigns import plates
 from pyroshock.virtualbench.effects import Effects
 from pyroshock.virtualbench.simulate import simulate

@@ -7,7 +7,7 @@ from pyroshock.app.campaigns.overview import campaign_overview, count_findings
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.plan_link import link_campaign
 from pyroshock.schema.configurations import configuration_id
-from pyroshock.schema.levels import level_of
+from pyroshock.schema.factor_levels import level_of
 from pyroshock.schema.listings import iter_impacts
 from pyroshock.schema.materials import material_names
 from pyroshock.schema.plans import Plan, PlannedRun

@@ -10,9 +10,9 @@ from pyroshock.app.predictions.plots import plot_prediction
 from pyroshock.app.predictions.tables import quantity_rows
 from pyroshock.app.predictions.warnings import domain_warnings, extrapolation_text, field_warnings, warnings
 from pyroshock.twin.chain import Twin
+from pyroshock.twin.contact_interface import Extrapolation, OutOfDomain
 from pyroshock.twin.launch import GunStage
 from pyroshock.twin.prediction import RestsOn
-from pyroshock.twin.strikes import Extrapolation, OutOfDomain
 from support.records.twin_parts import BENCH, HalfSine, setting
 
 PRESSURE = Extrapolation("tank_pressure_pa", 10e5, 0.5e5, 6.7e5)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from click.testing import Result
 from pyroshock.app.diagnoses.diagnosing import keep
-from pyroshock.app.reports import any as any_module
+from pyroshock.app.reports import dispatch as any_module
 from pyroshock.training.session import train
 from support.checks.well_formed import Page, needs_nothing
 from support.records import verdicts

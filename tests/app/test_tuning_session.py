@@ -6,7 +6,7 @@ import threading
 from functools import partial
 
 import pytest
-from pyroshock.app.tuning.laboratory import setting_json, tuning_space
+from pyroshock.app.tuning.bench_adapter import setting_json, tuning_space
 from pyroshock.app.tuning.session import Ask, TuningSession, session_of
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest

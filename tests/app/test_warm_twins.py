@@ -15,11 +15,11 @@ import pytest
 from pyroshock.app.demo import ingest_examples
 from pyroshock.app.predictions.predicting import ShotRequest, predicted_json
 from pyroshock.app.twins import building as twins
-from pyroshock.app.twins import stamps as twin_stamps
-from pyroshock.app.twins import warm as warm_twins
-from pyroshock.app.twins.adopting import adopt
+from pyroshock.app.twins import cache_key as twin_stamps
+from pyroshock.app.twins import twin_cache as warm_twins
+from pyroshock.app.twins.adopted_effects import adopt
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest, twin_of
-from pyroshock.app.twins.warm import TwinShelf
+from pyroshock.app.twins.twin_cache import TwinShelf
 from pyroshock.schema.materials import Material
 from pyroshock.training.records import DatasetName
 from pyroshock.twin.effects import effect

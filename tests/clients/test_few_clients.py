@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 import pytest
-from pyroshock.app.twins.adopting import adopt
+from pyroshock.app.twins.adopted_effects import adopt
 from pyroshock.doe.designs.base import Design
 from pyroshock.doe.plans import PlanExistsError, add_plan, extend_plan, read_plan, tick_run
 from pyroshock.doe.space import gun_space, shipped_factors
@@ -19,7 +19,7 @@ from pyroshock.ingest.reextract import reextract
 from pyroshock.ingest.settings import ExtractionSettings
 from pyroshock.schema.campaigns import ConfigurationLevel
 from pyroshock.schema.configurations import configuration_ids
-from pyroshock.schema.levels import RunLevel
+from pyroshock.schema.factor_levels import RunLevel
 from pyroshock.schema.plans import Plan, PlannedRun
 from pyroshock.schema.session import Store, Writer, open_store
 from pyroshock.schema.shots import Shot

@@ -11,8 +11,8 @@ import pytest
 from pyroshock.dataset.catalog import list_snapshots
 from pyroshock.dataset.identity import IMPACT_DIGITS
 from pyroshock.dataset.predictors import parse, shipped
+from pyroshock.dataset.provenance import raw_files, trace
 from pyroshock.dataset.snapshot import SnapshotError, build_snapshot, read_snapshot
-from pyroshock.dataset.trace import raw_files, trace
 from pyroshock.schema.datasets import DatasetSnapshot
 from pyroshock.schema.impacts import ExtractionSettingsRow, Impact, Pulse
 from pyroshock.schema.materials import Material

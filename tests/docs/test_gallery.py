@@ -31,7 +31,7 @@ from pyroshock.examples.gallery import (
 from pyroshock.examples.gallery.__main__ import main
 from pyroshock.examples.gallery.figures import FIGURES, Scene
 from pyroshock.signals.srs.spectrum import shock_response_spectrum
-from pyroshock.training.judging import Judged
+from pyroshock.training.evaluation import Judged
 from pyroshock.training.metrics.cost import pulse_cost
 from pyroshock.twin.gun.nominal import trajectory
 from scipy.stats import spearmanr

@@ -10,7 +10,7 @@ from pyroshock.doe.designs.lhs import balanced
 from pyroshock.doe.designs.space_filling import latin_hypercube
 from pyroshock.doe.factors import continuous_levels
 from pyroshock.doe.merit.quality import quality
-from pyroshock.doe.merit.spread import d_efficiency, d_efficiency_limit
+from pyroshock.doe.merit.space_filling import d_efficiency, d_efficiency_limit
 from pyroshock.doe.order import order, time_confounding
 from pyroshock.doe.plots import pair_matrix
 from pyroshock.doe.ranges import with_ranges

@@ -21,12 +21,12 @@ from pyroshock.doe.designs.exchange import (
     strides_of,
     swaps_of,
 )
+from pyroshock.doe.designs.level_shares import cut_hypercube, level_counts, repaired
 from pyroshock.doe.designs.lhs import balanced
-from pyroshock.doe.designs.shares import cut_hypercube, level_counts, repaired
 from pyroshock.doe.factors import DesignFactor, Requirement
 from pyroshock.doe.merit import quality
 from pyroshock.doe.merit.balance import cell_counts, worst_deviation
-from pyroshock.doe.merit.places import axis_centres
+from pyroshock.doe.merit.ranks import axis_centres
 from pyroshock.doe.space import Space, gun_space, hammer_space, space_of
 from scipy.stats import qmc
 

@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from pyroshock.doe.merit import FIGURES, compare, quality
 from pyroshock.doe.merit.balance import beyond_one, cell_counts, rms_deviation, worst_deviation
-from pyroshock.doe.merit.places import axis_centres
-from pyroshock.doe.merit.spread import (
+from pyroshock.doe.merit.ranks import axis_centres
+from pyroshock.doe.merit.space_filling import (
     d_efficiency,
     d_efficiency_limit,
     discrepancy,

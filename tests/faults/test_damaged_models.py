@@ -8,12 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from pyroshock.training.place import place_beside
+from pyroshock.training.intact_models import damages
+from pyroshock.training.model_storage import place_beside
 from pyroshock.training.promotion import promote
 from pyroshock.training.records import DatasetName, Version
 from pyroshock.training.registry.registry import Registry
 from pyroshock.training.session import Progress, train
-from pyroshock.training.whole import damages
 from support.stores.registries import (
     at_its_place,
     fresh_registry,

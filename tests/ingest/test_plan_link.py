@@ -7,8 +7,8 @@ from pyroshock.ingest.errors import IngestError
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.plan_link import link_campaign
 from pyroshock.schema.configurations import configuration_id
+from pyroshock.schema.factor_levels import level_of
 from pyroshock.schema.impacts import Impact
-from pyroshock.schema.levels import level_of
 from pyroshock.schema.materials import material_names
 from pyroshock.schema.plans import Plan, PlannedRun
 from pyroshock.schema.session import Writer, open_store

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.compute.crew import Crew
 from pyroshock.ingest.load import ingest_folder
 from pyroshock.ingest.reextract import preview_impacts, reextract, reextract_recording
 from pyroshock.ingest.settings import ExtractionSettings
+from pyroshock.parallel.executor import Crew
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.recordings import RecordedChannel, Recording, SeriesChunk
 from pyroshock.schema.series import as_floats

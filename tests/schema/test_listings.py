@@ -9,8 +9,8 @@ import pytest
 from pyroshock.schema import conditions
 from pyroshock.schema.campaigns import Campaign
 from pyroshock.schema.configurations import configuration_id
+from pyroshock.schema.factor_levels import RunLevel
 from pyroshock.schema.impacts import Impact
-from pyroshock.schema.levels import RunLevel
 from pyroshock.schema.listings import (
     OPERATORS,
     Condition,

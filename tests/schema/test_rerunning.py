@@ -9,7 +9,7 @@ from threading import Barrier
 
 import pytest
 from pyroshock.schema.campaigns import Factor
-from pyroshock.schema.rerun import Patience, rerun
+from pyroshock.schema.retry import Patience, rerun
 from pyroshock.schema.session import Store, StoreError, Writer, make_engine, open_store
 from sqlalchemy import event, func, select, text, update
 from sqlalchemy.exc import IntegrityError

@@ -7,11 +7,11 @@ import re
 
 import click
 import pytest
+from pyroshock.app.cli.command_echo import SECRET_OPTIONS, command_line
 from pyroshock.app.cli.main import COMMANDS
-from pyroshock.app.cli.typed import SECRET_OPTIONS, command_line
 from pyroshock.app.web.settings import Settings, SettingsError
 from pyroshock.schema.addresses import AddressError, parsed, shown, without_secrets
-from pyroshock.training.place import ModelStorage, place_beside
+from pyroshock.training.model_storage import ModelStorage, place_beside
 
 
 @pytest.mark.parametrize(

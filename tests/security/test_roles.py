@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from pyroshock.app.jobs.cleanup import stop
 from pyroshock.app.jobs.kinds.extract import EXTRACT, ExtractArguments
 from pyroshock.app.jobs.queue import ask
-from pyroshock.app.jobs.tidying import stop
 from pyroshock.schema import migrate, roles
 from pyroshock.schema.engine import StoreRoleError, make_engine
-from pyroshock.schema.rights import ROLES, missing_rights, missing_roles, rights_on, tables_of
-from pyroshock.schema.role_care import ensure_roles
+from pyroshock.schema.permissions import ROLES, missing_rights, missing_roles, rights_on, tables_of
+from pyroshock.schema.role_setup import ensure_roles
 from pyroshock.schema.roles import act_as_owner
 from pyroshock.schema.session import StoreError, count_rows
 from pyroshock.schema.tables import metadata

@@ -14,7 +14,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from pyroshock.compute.working_directory import working_directory_closed
+from pyroshock.parallel.working_directory import working_directory_closed
 from support.processes.planted import planted, ran
 from support.records.campaigns import gun_campaign, hammer_campaign, recording_name, replace_in
 from support.stores.hammer_stores import full_campaign
@@ -25,8 +25,8 @@ PROGRAM = "import sys\nfrom pyroshock.app.cli.main import main\nif __name__ == '
 SCRIPT = """
 import os, sys
 sys.path.append({tests!r})
-from pyroshock.compute.crew import Crew
-from pyroshock.compute.mapping import mapped
+from pyroshock.parallel.executor import Crew
+from pyroshock.parallel.map_tasks import mapped
 from support.processes import chores
 
 if __name__ == "__main__":

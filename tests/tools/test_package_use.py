@@ -53,7 +53,7 @@ def test_lines_belong_to_the_package_whose_work_the_file_does() -> None:
     assert totals["gpytorch"] == (10, 10) and totals[REST] == (5, 1) and totals["torch"] == (0, 0)
     assert package_of("training/estimators/svr.py") == "scikit-learn"
     assert package_of("doe/designs/pydoe.py") == "pyDOE3"
-    assert package_of("training/estimators/turned.py") == REST
+    assert package_of("training/estimators/rotated_outputs.py") == REST
 
 
 def test_lines_are_those_of_the_products_python_files(tmp_path: Path) -> None:

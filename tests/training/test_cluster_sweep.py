@@ -8,9 +8,9 @@ import time
 
 import numpy as np
 import pytest
-from pyroshock.compute.crew import HERE, Crew
+from pyroshock.parallel.executor import HERE, Crew
 from pyroshock.training.fitting import task_of
-from pyroshock.training.outcomes import outcomes
+from pyroshock.training.run_tasks import outcomes
 from pyroshock.training.session import Progress, train
 from support.processes.dask_clusters import dask_cluster
 from support.records.pulse_tables import pulse_table

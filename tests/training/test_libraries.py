@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 from pyroshock.training.code_version import TO_FIT, TO_PREDICT, _libraries, requirements
-from pyroshock.training.models.kinds import KINDS, describe
-from pyroshock.training.zoo import Making, entry_of
+from pyroshock.training.model_catalogue import Making, entry_of
+from pyroshock.training.models.model_kinds import KINDS, describe
 
 #: A process of its own for each model: it trains, says which libraries were imported for it, and hands the model over.
 FIT = """
@@ -19,8 +19,8 @@ from pathlib import Path
 import numpy as np
 sys.path.insert(0, sys.argv[1])
 from support.records.pulse_tables import pulse_table
-from pyroshock.training.models.pack import pack
-from pyroshock.training.zoo import Making, entry_of
+from pyroshock.training.models.serialization import pack
+from pyroshock.training.model_catalogue import Making, entry_of
 pulses = pulse_table(np.random.default_rng(1), repetitions=2)
 imported = set(sys.modules)
 model = entry_of(sys.argv[2]).make(Making())
@@ -38,7 +38,7 @@ from pathlib import Path
 import numpy as np
 sys.path.insert(0, sys.argv[1])
 from support.records.pulse_tables import pulse_table
-from pyroshock.training.models.pack import unpack
+from pyroshock.training.models.serialization import unpack
 pulses = pulse_table(np.random.default_rng(1), repetitions=2)
 imported = set(sys.modules)
 unpack(*pickle.loads(Path(sys.argv[3]).read_bytes())).predict(pulses.inputs)

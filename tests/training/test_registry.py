@@ -19,8 +19,8 @@ import pytest
 from pyroshock.training.fit_report import FitReport
 from pyroshock.training.fitting import Ground, fitted, task_of
 from pyroshock.training.loading import ServedModel
-from pyroshock.training.models.pack import ModelFileError, unpack
-from pyroshock.training.place import place_beside
+from pyroshock.training.model_storage import place_beside
+from pyroshock.training.models.serialization import ModelFileError, unpack
 from pyroshock.training.promotion import promote
 from pyroshock.training.records import DatasetName, Trained
 from pyroshock.training.registry.connection import RegistryError

@@ -11,17 +11,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pyroshock.compute.crew import Crew
 from pyroshock.dataset.splits import split_of
-from pyroshock.training import errands, outcomes, tasks, time_search
+from pyroshock.parallel.executor import Crew
+from pyroshock.training import run_tasks, tasks, time_search, worker_tasks
 from pyroshock.training.estimators.contact_time import ContactTimeProcess
 from pyroshock.training.fitting import FittingFailure, task_of
 from pyroshock.training.floors import floor_metrics
 from pyroshock.training.locks import locked
+from pyroshock.training.model_catalogue import ZOO, Making, entry_of, models_of
 from pyroshock.training.registry.registry import Registry
 from pyroshock.training.session import Progress, train
 from pyroshock.training.time_search import TimeSettings
-from pyroshock.training.zoo import ZOO, Making, entry_of, models_of
 from support.records.pulse_tables import pulse_table
 from support.stores.registries import fresh_registry, ground_in, without_figures
 
@@ -37,7 +37,7 @@ from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 import mlflow
 from pyroshock.training import fitting, session
-from pyroshock.training.place import place_beside
+from pyroshock.training.model_storage import place_beside
 from pyroshock.training.registry.registry import Registry
 from support.stores.registries import ground_in
 fitting._figures = lambda *_: {"pulses.png": b"drawn"}
@@ -219,8 +219,8 @@ def test_contact_time_is_searched_once_for_all(registry, monkeypatch):
         return FittingFailure(task.model, task.split, "not tried")
 
     monkeypatch.setattr(time_search, "_searched", search)
-    monkeypatch.setattr(errands, "attempted", attempt)
-    monkeypatch.setattr(outcomes, "attempted", attempt)
+    monkeypatch.setattr(worker_tasks, "attempted", attempt)
+    monkeypatch.setattr(run_tasks, "attempted", attempt)
     models = ["hann", "nn-narrow", "gp", "nn-ga"]
     for _ in range(2):
         train(registry, ground_in(registry), models, SPLITS[:1])
@@ -282,7 +282,7 @@ def test_unknown_models_are_refused(text, said):
 @pytest.mark.parametrize("name", ZOO)
 def test_every_model_is_made_and_described(name):
     """Its settings are JSON, and make the same model again."""
-    from pyroshock.training.models.kinds import build, describe
+    from pyroshock.training.models.model_kinds import build, describe
 
     model = entry_of(name).make(Making())
     assert build(describe(model)).settings() == model.settings()

@@ -11,7 +11,7 @@ import pytest
 from pyroshock.schema.session import make_engine
 from pyroshock.training.fitting import fitted, task_of
 from pyroshock.training.locks import turn
-from pyroshock.training.place import ModelStorage, place_beside
+from pyroshock.training.model_storage import ModelStorage, place_beside
 from pyroshock.training.promotion import promote
 from pyroshock.training.registry.registry import Registry
 from sqlalchemy import make_url, text

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pyroshock.dataset.table import POINTS, Predictor, PulseTable
 from pyroshock.schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED
+from pyroshock.training.model_catalogue import Making, entry_of
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.prior_pulses import (
     measured_shots,
@@ -23,10 +24,9 @@ from pyroshock.training.unseen_configurations import (
     updated_law_draws,
     without_configurations,
 )
-from pyroshock.training.zoo import Making, entry_of
 from pyroshock.twin.contact.prior import MOST_PULSES
+from pyroshock.twin.contact_interface import ForcePulses
 from pyroshock.twin.materials import ElasticMaterial
-from pyroshock.twin.strikes import ForcePulses
 from scipy.stats import norm
 from support.records.pulse_tables import PREDICTORS, pulse_table
 from support.records.virtual_pulses import gun_shots

@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from pyroshock.training.place import VARIABLE, place_beside
+from pyroshock.training.model_storage import VARIABLE, place_beside
 from pyroshock.training.registry.connection import user_environment
 from support.stores.registries import fresh_registry
 

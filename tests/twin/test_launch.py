@@ -13,12 +13,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pyroshock.twin.chain import Twin
+from pyroshock.twin.contact_interface import Extrapolation
 from pyroshock.twin.effects import effect
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.gun.limits import barrel_work_j, beyond_energy, escape_speed_m_s
 from pyroshock.twin.launch import GunStage, beyond_sentence
 from pyroshock.twin.sensors.chain import SensorChain
-from pyroshock.twin.strikes import Extrapolation
 from support.records.twin_parts import HalfSine, setting
 
 IDEAL = GunBench(0.0095, 0.049, 0.048, 0.885, 0.3, 1.4, 1.0)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pyroshock.twin.contact_interface import ForcePulses
 from pyroshock.twin.sampling import MeasuredForce, sampled
-from pyroshock.twin.strikes import ForcePulses
 
 
 def triangle(contact_time_s: float, peak_n: float) -> ForcePulses:

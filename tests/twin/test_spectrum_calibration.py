@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from pyroshock.twin.chain import Twin
+from pyroshock.twin.contact_interface import ForcePulses, Strikes
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.plates import PlateStage
 from pyroshock.twin.spectrum_calibration import TERMS, SpectrumCalibration, stretched
-from pyroshock.twin.strikes import ForcePulses, Strikes
-from pyroshock.twin.tune.discrepancy import Discrepancy
 from pyroshock.twin.tune.kernels import Coordinates
+from pyroshock.twin.tune.shot_correction import Discrepancy
 from pyroshock.twin.windows import ringing_spectra
 from support.records.twin_parts import HalfSine, ringing_plate, setting
 

@@ -11,14 +11,15 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "prediction", "tuning", "validation", "diagnosis",
     ),
     "schema": (
-        "session", "engine", "addresses", "listings", "conditions", "series", "columns", "configurations", "materials",
-        "outputs", "migrate", "roles", "care.checking", "care.findings", "care.copying", "carry.export",
+        "session", "engine", "addresses", "listings", "conditions", "series", "known_factors", "configurations",
+        "materials", "atomic_write", "migrate",
+        "roles", "care.checking", "care.findings", "care.copying", "carry.export",
         "carry.importing",
     ),
-    "compute": ("crew", "mapping"),
+    "parallel": ("executor", "map_tasks"),
     "signals": (
         "units", "channel", "contact", "checks", "checks.base", "shock_figures", "srs.spectrum", "srs.record",
-        "srs.grid", "srs.iso_filter", "srs.oscillator", "srs.moments",
+        "srs.grid", "srs.ramp_invariant", "srs.oscillator", "srs.moments",
     ),
     "ingest": (
         "load", "report", "errors", "folder", "runs", "settings", "readers", "readers.base",
@@ -30,21 +31,23 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "doe": (
         "factors", "space", "designs.base", "designs.lhs", "designs.factorial", "designs.imported", "designs.augment",
         "order", "changeovers", "guards", "limits.bench", "limits.ballistic", "limits.bolts", "limits.contact_force",
-        "limits.suspension", "merit.quality", "merit.balance", "merit.spread", "plans", "sheet",
+        "limits.suspension", "merit.quality", "merit.balance", "merit.space_filling", "plans", "sheet",
     ),
     "dataset": (
         "predictors", "sources", "table", "selection", "snapshot", "catalog", "splits", "domain", "correlation",
-        "trace", "stored_bench",
+        "provenance", "stored_bench",
     ),
     "training": (
-        "zoo", "session", "estimators.base", "models.base", "models.kinds", "models.pack", "metrics.errors",
+        "model_catalogue", "session", "estimators.base", "models.base", "models.model_kinds", "models.serialization",
+        "metrics.errors",
         "metrics.summary", "metrics.cost", "metrics.reconstruct", "metrics.significance", "floor", "comparison",
-        "difference", "judging", "groups", "promotion", "records", "place", "registry.registry", "listing",
+        "difference", "evaluation", "groups", "promotion", "records", "model_storage", "registry.registry", "listing",
         "contact_stage", "thesis", "gp.multitask", "gp.marginal_likelihood", "gp.maximise",
         "gp.kernels", "gp.kronecker", "gp.posterior",
     ),
     "twin": (
-        "chain", "setting", "prediction", "bands", "materials", "configuration", "effects", "launch", "strikes",
+        "chain", "setting", "prediction", "uncertainty", "materials", "configuration", "effects", "launch",
+        "contact_interface",
         "plates", "gun.bench", "gun.nominal", "gun.shot", "gun.shots", "gun.effect", "gun.inverse", "gun.measured",
         "gun.leakage", "gun.prior", "gun.limits",
         "gun.calibration", "contact.bodies", "contact.pulse", "contact.laws", "contact.hertz",

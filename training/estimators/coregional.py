@@ -12,10 +12,10 @@ from ..fit_report import FitReport
 from ..gp.covariance import Covariance
 from ..gp.one_core import one_core
 from ..gp.posterior import Posterior, posterior
+from .array_state import LearnedArrays, Shape
 from .base import Arrays, Floats, Gaussian
 from .components import principal, unturned
 from .input_kernel import InputKernel
-from .learned import LearnedArrays, Shape
 from .standard import Standard
 
 if TYPE_CHECKING:

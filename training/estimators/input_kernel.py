@@ -9,8 +9,8 @@ import numpy as np
 
 from ..gp.covariance import Covariance, NamedCovariance, TorchCovariance
 from ..gp.kernels import kernel_named
+from .array_state import Shape
 from .base import Arrays, Floats
-from .learned import Shape
 
 #: Before the names of a handed-in kernel's parameters.
 _PREFIX = "kernel."

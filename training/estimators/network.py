@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..fit_report import FitReport, SettingValue
+from .array_state import LearnedArrays, Shape
 from .base import Arrays, Floats, Gaussian
-from .learned import LearnedArrays, Shape
-from .perceptron import OPTIMISER, Layer, outputs_of, train_network
+from .mlp import OPTIMISER, Layer, outputs_of, train_network
 from .standard import Standard
 
 

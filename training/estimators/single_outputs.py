@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from ..fit_report import FitReport
 from ..gp.one_core import one_core
 from ..gp.posterior import Posterior, posterior
+from .array_state import LearnedArrays, Shape
 from .base import Arrays, Floats, Gaussian
 from .coregional import STANDARDS, standard_arrays, standard_of
 from .input_kernel import InputKernel
-from .learned import LearnedArrays, Shape
 from .standard import Standard
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from ...twin.contact.bodies import Bodies, MissingQuantityError
 from ...twin.contact.laws import contact_law
 from ...twin.contact.pulse import ContactPulse
 from ..estimators.base import Arrays, NotFittedError
-from .asked import check_same_predictors, spelled
 from .base import ContactModel, ContactPrediction
+from .input_checks import check_same_predictors, spelled
 from .parts import taken
 
 #: Quantity of the bodies: predictor (Table 4.3).

@@ -14,10 +14,10 @@ from ..estimators.base import Arrays, NotFittedError
 from ..fit_report import FitReport
 from ..tuning.folds import grouped_folds
 from .base import ContactModel, ContactPrediction
-from .difficulty import Difficulty, left_out, most_likely
-from .kinds import describe
+from .model_kinds import describe
 from .parts import own, prefixed, restored, taken
 from .pulses import impulse
+from .spread_scaling import Difficulty, left_out, most_likely
 
 #: Of a band of mean plus and minus `WIDTH` spreads.
 COVERAGE, WIDTH = 0.90, 1.645

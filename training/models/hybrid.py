@@ -10,9 +10,9 @@ import numpy as np
 from ...dataset.table import Inputs, PulseTable
 from ..estimators.base import Arrays, Estimator, NotFittedError
 from ..fit_report import FitReport
-from .asked import check_same_predictors, momentum, spelled
 from .base import ContactModel, ContactPrediction
-from .kinds import describe
+from .input_checks import check_same_predictors, momentum, spelled
+from .model_kinds import describe
 from .parts import own, prefixed, restored, taken
 from .propagation import residual_correlation
 from .pulses import faintest_mean_force, impulse
@@ -118,7 +118,7 @@ def _default_base() -> ContactModel:
 
 
 def _default_process() -> Estimator:
+    from ..estimators.rotated_outputs import Turned
     from ..estimators.single_outputs import SingleOutputs
-    from ..estimators.turned import Turned
 
     return Turned(SingleOutputs())

@@ -10,9 +10,9 @@ import numpy as np
 from ...dataset.table import Floats, Inputs, PulseTable
 from ..estimators.base import Arrays, Estimator, Gaussian, NotFittedError
 from ..fit_report import FitReport
-from .asked import check_same_predictors, momentum, spelled
 from .base import ContactModel, ContactPrediction
-from .kinds import describe
+from .input_checks import check_same_predictors, momentum, spelled
+from .model_kinds import describe
 from .parts import own, prefixed, restored, taken
 from .pulses import faintest_mean_force, positive_pulses, positive_times
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...dataset.table import Floats, PulseTable
 from ..metrics.errors import PulseErrors
-from .canvas import LABELS, PulseRuns, new_figure, number_tests, runs_of, tip_colours, wide_range
+from .style import LABELS, PulseRuns, new_figure, number_tests, runs_of, tip_colours, wide_range
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...dataset.table import Floats, PulseTable
 from ..models.base import ContactPrediction
-from .canvas import COLOURS, MARKERS, new_figure
+from .style import COLOURS, MARKERS, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

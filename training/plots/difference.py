@@ -9,7 +9,7 @@ import numpy as np
 
 from ..comparison import Comparison
 from ..difference import Difference
-from .canvas import COLOURS, LABELS, QUIET, new_figure
+from .style import COLOURS, LABELS, QUIET, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...dataset.table import PulseTable
 from ..metrics.errors import PulseErrors
-from .canvas import LABELS, new_figure, runs_of, tip_strip
+from .style import LABELS, new_figure, runs_of, tip_strip
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,7 +11,7 @@ from ...dataset.table import Floats, PulseTable
 from ..metrics.errors import BAND, pulse_errors
 from ..metrics.reconstruct import reconstruct
 from ..models.base import ContactPrediction
-from .canvas import COLOURS, new_figure
+from .style import COLOURS, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,10 +12,10 @@ from functools import wraps
 from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 from ...schema.addresses import without_secrets
-from ...schema.rerun import rerun
-from ...schema.transient import passes
+from ...schema.db_errors import passes
+from ...schema.retry import rerun
 from ..locks import turn
-from ..place import VARIABLE, ModelStorage
+from ..model_storage import VARIABLE, ModelStorage
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient

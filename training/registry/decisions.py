@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..records import Decision, Version
-from .champions import crown, is_crowned, next_stamp
-from .written import DECISION_TAG, PREFIX, decision_from, decision_tags
+from .champion_alias import crown, is_crowned, next_stamp
+from .tags import DECISION_TAG, PREFIX, decision_from, decision_tags
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient

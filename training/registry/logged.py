@@ -14,9 +14,9 @@ import numpy as np
 from ...dataset.table import Predictor
 from ..code_version import code_version, requirements
 from ..loading import BENCH_COLUMNS, input_column, output_columns
-from ..models.pack import write_model
+from ..models.serialization import write_model
 from ..records import Trained
-from .written import FIT, about, fit_parameters, flat, sha256_of_keys, write_held_out
+from .tags import FIT, about, fit_parameters, flat, sha256_of_keys, write_held_out
 
 if TYPE_CHECKING:
     from mlflow import MlflowClient

@@ -15,20 +15,20 @@ from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...schema.rerun import rerun
-from ...schema.transient import passes
+from ...schema.db_errors import passes
+from ...schema.retry import rerun
 from ..code_version import code_version
 from ..fit_report import SettingValue
 from ..listing import in_order
 from ..locks import turn
-from ..models.pack import ARRAYS_FILE, MODEL_FILE, ModelFileError, read_files, read_model
-from ..place import ModelStorage
+from ..model_storage import ModelStorage
+from ..models.serialization import ARRAYS_FILE, MODEL_FILE, ModelFileError, read_files, read_model
 from ..records import DatasetName, Decision, HeldOutPredictions, RegisteredModel, Trained, Version
-from .champions import champions_of, crown, next_stamp
+from .champion_alias import champions_of, crown, next_stamp
 from .connection import Connection, RegistryError, patient
 from .decisions import decide, decisions, settle
 from .logged import HELD_OUT, log_figures, log_files, log_model
-from .written import (
+from .tags import (
     FIT,
     ORDER_TAG,
     PREFIX,

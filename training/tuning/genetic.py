@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...compute.crew import HERE, Crew
-from ...compute.mapping import mapped
+from ...parallel.executor import HERE, Crew
+from ...parallel.map_tasks import mapped
 from .journal import SearchJournal
 
 #: A candidate: a level of each axis.

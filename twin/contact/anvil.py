@@ -10,11 +10,11 @@ from dataclasses import fields
 
 import numpy as np
 
-from ..strikes import ForcePulses
+from ..contact_interface import ForcePulses
 from .bodies import Floats
+from .dimensionless import Numbers, scales
 from .impacts import Impacts
-from .marching import own_time
-from .numbers import Numbers, scales
+from .integrate_contact import own_time
 
 #: Share of critical damping of an anvil on its joint: bolted joints have a few hundredths.
 _JOINT_DAMPING = 0.05

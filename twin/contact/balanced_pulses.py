@@ -13,7 +13,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..strikes import ForcePulses, Strikes
+from ..contact_interface import ForcePulses, Strikes
 from .anvil import anvil_pulses
 from .bodies import Bodies, Floats
 from .coupled_solver import ImpactSolver
@@ -21,7 +21,7 @@ from .effect import ContactEffect
 from .effects.plate_compliance import PlateCompliance
 from .impact import solve
 from .impacts import Impacts
-from .struck import bodies_of, impedance, insulated
+from .strikes_to_bodies import bodies_of, impedance, insulated
 from .trimming import trimmed
 from .uncertain_parameters import ANVIL_VOLUME, JOINT, drawn_effects, polymeric
 

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from .bodies import Floats
 from .coupled_tables import PlatePoint, StepTables
-from .course import Course, peak_force
+from .dimensionless import Numbers, scales
+from .force_history import Course, peak_force
 from .impact import ForceShape, ImpactPulse
 from .impacts import Impacts
-from .marching import LEAST_FORCE, March, Nodes, own_time
-from .numbers import Numbers, scales
+from .integrate_contact import LEAST_FORCE, March, Nodes, own_time
 from .restitution.base import Restitution
 
 #: Steps for each contact's own time, about that of its loading.

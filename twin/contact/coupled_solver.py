@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ..strikes import ForcePulses
+from ..contact_interface import ForcePulses
 from .impacts import Impacts
 
 #: Equidistant points of a pulse: more than a single contact needs, since the bodies may part and meet again.

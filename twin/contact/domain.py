@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..strikes import OutOfDomain, Strikes
+from ..contact_interface import OutOfDomain, Strikes
 from .bodies import MissingQuantityError
 from .pulse import ContactPulse
 from .restitution.base import LEAST
-from .struck import bodies_of, insulated
+from .strikes_to_bodies import bodies_of, insulated
 from .yielding import yield_velocity
 
 

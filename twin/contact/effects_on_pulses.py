@@ -10,11 +10,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..contact_interface import ForcePulses, Strikes
 from ..effects import Effect
-from ..strikes import ForcePulses, Strikes
 from .bodies import Floats
 from .impact import impact
-from .struck import bodies_of, impedance, insulated
+from .strikes_to_bodies import bodies_of, impedance, insulated
 from .trimming import trimmed
 
 

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from ..effects import Effect, checked_effects
 from .bodies import Bodies, Floats
-from .course import Course, peak_force
+from .dimensionless import Numbers, scales
 from .effect import ContactEffect
+from .force_history import Course, peak_force
 from .impacts import Impacts
-from .marching import STEPS, march
-from .numbers import Numbers, scales
+from .integrate_contact import STEPS, march
 from .pulse import ContactPulse
 from .restitution.base import Restitution
 

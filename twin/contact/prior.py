@@ -9,10 +9,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..contact_interface import Extrapolation, ForcePulses, OutOfDomain, Strikes
 from ..effects import Effect, checked_effects
 from ..measured_shots import MeasuredShots
 from ..setting import Setting
-from ..strikes import Extrapolation, ForcePulses, OutOfDomain, Strikes
 from .balanced_pulses import PHASES, StruckBodies, balanced_pulses, narrowed_pulses
 from .bodies import Floats
 from .coupled_solver import COUPLED_PHASES, ImpactSolver

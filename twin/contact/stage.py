@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..contact_interface import ForcePulses, OutOfDomain, Strikes
 from ..effects import Effect, checked_effects
-from ..strikes import ForcePulses, OutOfDomain, Strikes
 from .bodies import Floats
 from .coupled_solver import ImpactSolver
 from .domain import outside
@@ -16,10 +16,10 @@ from .effect import ContactEffect
 from .effects.plate_compliance import PlateCompliance
 from .impact import impact
 from .impacts import Impacts
+from .law_uncertainty import NO_SPREAD, SPREADS, Spread
 from .laws import contact_law
 from .pulse import ContactPulse
-from .spread import NO_SPREAD, SPREADS, Spread
-from .struck import bodies_of, impedance, insulated
+from .strikes_to_bodies import bodies_of, impedance, insulated
 from .trimming import trimmed
 
 #: Equidistant points of a pulse's contact.

@@ -24,9 +24,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..strikes import Strikes
+from ..contact_interface import Strikes
 from .bodies import Floats
-from .struck import impedance
+from .strikes_to_bodies import impedance
 
 #: Contact time of Hertz' impact times its velocity, over the deepest indentation.
 _HERTZ = 2.943

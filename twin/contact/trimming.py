@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..strikes import ForcePulses
+from ..contact_interface import ForcePulses
 from .bodies import Floats
 from .pulse import ContactPulse
 

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...signals.valve_profile import ValveProfile
-from ..bands import stratified_normals
 from ..effects import Parameter, catalogue
 from ..sensors.chain import SensorChain
+from ..uncertainty import stratified_normals
 from .bench import GunBench
 from .effect import GunEffect
 from .limits import barrel_work_j, escape_speed_m_s

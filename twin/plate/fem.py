@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from .boundary_conditions import free_unknowns, middles, on_stretch
 from .build import PlateBuild
 from .frame import PlateFrame, deflections
-from .held import free_unknowns, middles, on_stretch
 from .mesh import mesh_of, stretch
 from .modal import Floats
 from .outline import Point

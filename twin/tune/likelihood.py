@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..setting import Setting
-from .discrepancy import Discrepancy, inverted, with_jitter
 from .kernels import Coordinates
+from .shot_correction import Discrepancy, inverted, with_jitter
 
 Floats = NDArray[np.float64]
 

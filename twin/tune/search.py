@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..setting import Setting
-from .discrepancy import ShotCorrection
 from .forward import Floats, Forward, Progress, Refusals, level_db
 from .goal import Goal
+from .shot_correction import ShotCorrection
 from .space import Mount, TuningSpace, mount_of
 
 #: Settings that go to the forward model at a time.

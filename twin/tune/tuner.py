@@ -8,14 +8,14 @@ import numpy as np
 
 from ..setting import Setting
 from .attainability import AT_LEAST, Attainability, Evidence, attainability
-from .avoid import Avoid, avoided
-from .discrepancy import Discrepancy, ShotCorrection
 from .distinct import distinct
 from .forward import Floats, Forward, Outside, Progress, Refusals, level_db, nothing_refused
 from .goal import Goal
 from .likelihood import ENOUGH_SHOTS, fitted
 from .probability import DRAWS, Proposal, proposals
 from .search import Effort, Searcher, search
+from .settings_to_avoid import Avoid, avoided
+from .shot_correction import Discrepancy, ShotCorrection
 from .space import TuningSpace
 
 #: Draws of the forward model at the settings that are nearest without any shot.

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from .case import STAGES, TOLERANCES
 from .cause import ActingCause
-from .changes import changed_stage
+from .effect_size import changed_stage
 
 Floats = NDArray[np.float64]
 Table = dict[str, dict[str, float]]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .designs import CaseSetting
-from .outside import UnknownEffect
+from .unknown_effects import UnknownEffect
 
 Floats = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ import numpy as np
 from .background import draw_background
 from .case import KINDS, STAGES, TIERS, Case
 from .designs import DESIGNS, design
-from .sizing import FLOORS, inside, ratio_of, sized, with_cause
-from .strength import RANGES, shown_by, signs
+from .effect_ranges import RANGES, shown_by, signs
+from .scale_cause import FLOORS, inside, ratio_of, sized, with_cause
 from .unknowns import FAMILIES, families
 
 #: Share of cases with a nominal figure that is a little off, and by how much at most.

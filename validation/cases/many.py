@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from .case import STAGES, Case
-from .changes import changes, gaps
 from .draw import base_case
-from .sizing import inside, ratio_of, sized, whole_cause
-from .strength import RANGES, largest, shown_by, signs
+from .effect_ranges import RANGES, largest, shown_by, signs
+from .effect_size import changes, gaps
+from .scale_cause import inside, ratio_of, sized, whole_cause
 
 #: Strength 1 of the virtual bench in the unit of `RANGES`, for the effects whose unit is another one. Sensors: what
 #: their data sheets allow (`campaigns.gun_sensors`, `campaigns.hammer_sensors`); velocity: 1 mm of 85 mm; boundary:

@@ -7,11 +7,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from .contact_case import CasePulse, strikes
 from .designs import design
+from .gun_case import ln_velocity
 from .plates import plate_of
 from .ringing import accelerations, levels_db, pulses_of
-from .shooting import ln_velocity
-from .striking import CasePulse, strikes
 
 Floats = NDArray[np.float64]
 

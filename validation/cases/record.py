@@ -14,13 +14,13 @@ from ...virtualbench.sensors import SensorBuild
 from .attribution import attribution
 from .case import Case, Label, tier_of
 from .cause import ActingCause
-from .changes import changes, gaps
 from .designs import design
+from .effect_ranges import shown_by
+from .effect_size import changes, gaps
+from .gun_case import gun_stage
 from .plates import CHANNELS, CasePlate, plate_of
-from .playing import Played, played
-from .shooting import gun_stage
-from .sizing import whole_cause
-from .strength import shown_by
+from .scale_cause import whole_cause
+from .simulate_case import Played, played
 
 _DATE = "2026-01-01"
 _FORCE = SensorBuild("force", "force", "N", 1e7)

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .case import TOLERANCES
+from .contact_case import CasePulse, cell_reading, strikes
+from .heavy_tail import heavy
 from .nominal import loudest_n
-from .outside import READINGS
 from .plates import changed, plate_of
 from .ringing import SAMPLES, accelerations, felt, pulses_of
 from .runs import CaseRuns
-from .scatter import heavy
-from .striking import CasePulse, cell_reading, strikes
+from .unknown_effects import READINGS
 from .unsteady import PlateBackground, warped
 
 Floats = NDArray[np.float64]

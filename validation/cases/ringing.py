@@ -13,10 +13,10 @@ from ...virtualbench.plate.respond import respond
 from ...virtualbench.second_laws.sensors import accelerations_read
 from ...virtualbench.sensors.faults import zero_shift
 from ...virtualbench.sensors.mounting import mounted
+from .contact_case import CasePulse
 from .designs import CaseSetting
 from .plates import CasePlate
 from .spectra import spectrum_db, third_octaves
-from .striking import CasePulse
 
 Floats = NDArray[np.float64]
 

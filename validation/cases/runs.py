@@ -11,7 +11,7 @@ from .background import background
 from .case import TOLERANCES, Case
 from .designs import CaseSetting, design
 from .order import run_order
-from .outside import UnknownEffect
+from .unknown_effects import UnknownEffect
 
 Floats = NDArray[np.float64]
 

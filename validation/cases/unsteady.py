@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from ...virtualbench.plate.modes import PlateModes
 from .background import background
 from .case import TOLERANCES, Case
+from .contact_case import CasePulse
 from .designs import design
+from .heavy_tail import heavy
 from .plates import plate_of
-from .scatter import heavy
-from .striking import CasePulse
 
 Floats = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .compiled_balances import figures_of, rates
 from .friction import CREEP_M_S
 from .motion import TOLERANCES, Phase, V, X, initial_state
-from .rates import figures_of, rates
 from .setting import GunSetting
 
 Floats = NDArray[np.float64]

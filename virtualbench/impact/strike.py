@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..effects import Effects
+from .after_contact import ringing
 from .assemble import assemble
 from .build import Impactor, ImpactTarget
 from .chain import Chain
 from .echoes import PlateEchoes
 from .integrate import CREEPING, ImpactHistories, solve
-from .tail import ringing
 
 Floats = NDArray[np.float64]
 

@@ -39,7 +39,7 @@ def check(db: str, json_to: str | None, campaign: str | None, fast: bool, repair
     """
     with opened(db) as store:
         from ....schema.engine import describe
-        from ...care.checked import Wanted, findings_of
+        from ...care.check import Wanted, findings_of
         from ...care.datasets import datasets_without_source
         from ...progress import progress_bar
 

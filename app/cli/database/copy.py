@@ -43,7 +43,7 @@ def copy(source: str, target: str, json_to: str | None) -> None:
 
 def _say_where_models_are(source: str) -> None:
     """Models are MLflow's, and stay where they are."""
-    from ....training.place import place_beside
+    from ....training.model_storage import place_beside
     from ....training.registry.connection import user_environment
 
     place = place_beside(source, user_environment())

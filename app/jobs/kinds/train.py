@@ -10,8 +10,8 @@ from ..work import Ending, Result, RunningJob
 from .base import Kind, told
 
 if TYPE_CHECKING:
+    from ....training.model_catalogue import Budget
     from ....training.session import Session
-    from ....training.zoo import Budget
 
 
 @dataclass(frozen=True)

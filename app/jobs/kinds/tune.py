@@ -79,7 +79,7 @@ def _do(work: RunningJob, asked: TuneArguments) -> Ending:
 
 def _answer(asked: TuneArguments, session: TuningSession, found: Tuned) -> dict[str, Any]:
     """`tune --json`, with whether the target is met, the target, what to avoid, and notes."""
-    from ...tuning.laboratory import avoid_json, proposal_json
+    from ...tuning.bench_adapter import avoid_json, proposal_json
 
     goal = session.goal
     return {

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query
 from ...campaigns.listing import list_campaigns_page
 from ...campaigns.overview import campaign_overview
 from ...finite import finite
-from ..asking import Name, OpenStore
+from ..dependencies import Name, OpenStore
 
 router = APIRouter(tags=["campaigns"])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter
 from starlette.requests import Request
 
-from ..genuine import HEADER
+from ..csrf import HEADER
 
 router = APIRouter(tags=["session"])
 

@@ -7,12 +7,12 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 
-from ...diagnoses.discriminating import store_experiment
+from ...diagnoses.discriminating_plan import store_experiment
 from ...diagnoses.kept import kept_report, kept_verdict, list_diagnoses
 from ...jobs.kinds.diagnose import DiagnoseArguments
 from ...plans.tables import plan_as_json
-from ...twins.adopting import adopt
-from ..asking import Key, OpenStore, Running, Text
+from ...twins.adopted_effects import adopt
+from ..dependencies import Key, OpenStore, Running, Text
 from ..diagnosing import diagnose_job
 
 router = APIRouter(tags=["diagnoses"])

@@ -16,7 +16,7 @@ from ...predictions.nominal import with_predictions
 from ...pulses.curves import preview_curve
 from ...pulses.impact import get_impact, impact_page
 from ...pulses.signals import channel_window, list_signals
-from ..asking import Key, OpenStore
+from ..dependencies import Key, OpenStore
 
 router = APIRouter(tags=["impacts"])
 

@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 from starlette.requests import Request
 
 from ....ingest.settings import ExtractionSettings
-from ..asking import Configured, OpenStore, Running, Text
+from ..dependencies import Configured, OpenStore, Running, Text
 from ..folders import campaigns_below, confined
 from ..ingesting import ingest_job
 from ..pages.ingest import uploaded

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
 
-from ..asking import Key, Running
+from ..dependencies import Key, Running
 
 router = APIRouter(tags=["jobs"])
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel, Field
 from ...finite import finite
 from ...models.figures import held_out_figures, listed_versions, side_by_side
 from ...models.training import models_extra, reader_of
-from ..asking import Configured, Key, Name, OpenStore, Text
+from ..dependencies import Configured, Key, Name, OpenStore, Text
 from ..registering import chosen_versions, decision_json, needed, promote, registry_at
 
 router = APIRouter(tags=["models"])

@@ -12,7 +12,7 @@ from ....doe.plans import list_plans, read_plan, tick_run
 from ...jobs.kinds.plan import PlanArguments
 from ...plans.quality import plan_page
 from ...plans.tables import plan_as_json
-from ..asking import Key, Name, OpenStore, Running, Text
+from ..dependencies import Key, Name, OpenStore, Running, Text
 from ..making import MOST_RUNS, plan_job
 
 router = APIRouter(tags=["plans"])

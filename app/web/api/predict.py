@@ -8,7 +8,7 @@ from fastapi import APIRouter
 
 from ...predictions.predicting import predicted_json
 from ...twins.sliders import sliders
-from ..asking import OpenStore, Running
+from ..dependencies import OpenStore, Running
 from ..tuning import Tuning, tune_job
 from ..twins import Asked, PredictionOptions, Twins
 

@@ -11,7 +11,7 @@ from ....schema.removal.part import recording_part
 from ...removal.deleting import delete_campaign, list_tombstones
 from ...removal.recordings import discard_recording
 from ...removal.standing import standing_on
-from ..asking import Configured, Name, OpenStore, Text
+from ..dependencies import Configured, Name, OpenStore, Text
 
 router = APIRouter(tags=["campaigns"])
 

@@ -12,7 +12,7 @@ from ....signals.srs.spectrum import shock_response_spectrum
 from ...finite import finite
 from ...spectra.overlays import spectrum_overlay
 from ...spectra.targets import target_from_upload
-from ..asking import OpenStore
+from ..dependencies import OpenStore
 
 router = APIRouter(tags=["spectra"])
 _SIDES = ("maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s")

@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field
 
 from ....ingest.settings import ExtractionSettings
 from ...jobs.kinds.train import TrainArguments
-from ..asking import Name, OpenStore, Running, Text
+from ..dependencies import Name, OpenStore, Running, Text
 from ..training import extract_job, train_job
 
 router = APIRouter(tags=["models"])
@@ -26,7 +26,7 @@ class TrainingOptions(BaseModel):
 
     def asked(self) -> TrainArguments:
         """Raises `ValueError` for a model that there is not."""
-        from ....training.zoo import models_of
+        from ....training.model_catalogue import models_of
 
         return TrainArguments(self.dataset, list(models_of(self.models)), self.split, self.seed, self.budget)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from fastapi import APIRouter
 
-from ..asking import OpenStore, Running
+from ..dependencies import OpenStore, Running
 from ..validating import ValidationQuestion, validate_job
 
 router = APIRouter(tags=["twin"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..columns import HEADINGS, heading
+from ..table_format import HEADINGS, heading
 from .base import Figure, figure, line, points
 
 

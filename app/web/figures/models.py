@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..columns import HEADINGS
+from ..table_format import HEADINGS
 from .base import COLOURS, Figure, categories, figure, line, points
 
 

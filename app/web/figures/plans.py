@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..columns import cell, heading
+from ..table_format import cell, heading
 from .base import COLOURS, Figure, bars, categories
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ...pulses.curves import PulseCurve
 from ...pulses.overlays import PulseOverlay
 from ...pulses.segmentation import PulseView
-from ..columns import HEADINGS, number
+from ..table_format import HEADINGS, number
 from .base import COLOURS, Figure, Trace, band, figure, line, points
 
 #: Thin curves beside a mean: more of them are a stain.

@@ -10,11 +10,11 @@ from starlette.responses import Response
 
 from ...campaigns.listing import KINDS, list_campaigns_page
 from ...campaigns.overview import campaign_overview
-from ..asking import Name, OpenStore
-from ..columns import cell, heading
+from ..dependencies import Name, OpenStore
 from ..figures.campaigns import achieved_figure
 from ..figures.plans import coverage_figure
 from ..rendering import page, query
+from ..table_format import cell, heading
 
 router = APIRouter()
 PAGE = 50

@@ -13,13 +13,13 @@ from starlette.requests import Request
 from starlette.responses import Response
 
 from ....schema.campaigns import Campaign, Factor
-from ....schema.evenly import list_pulse_keys
 from ....schema.impacts import Pulse
+from ....schema.thinned_listing import list_pulse_keys
 from ...filters import parse_where
 from ...pulses.overlays import PulseOverlay, pulse_overlay
 from ...spectra.overlays import spectrum_overlay
 from ...spectra.targets import target_from_upload
-from ..asking import OpenStore
+from ..dependencies import OpenStore
 from ..figures.pulses import level_words, overlay_figure
 from ..figures.spectra import four_coordinate_figure, spectra_figure
 from ..rendering import page, query

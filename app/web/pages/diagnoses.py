@@ -17,11 +17,11 @@ from starlette.responses import RedirectResponse, Response
 
 from ....schema.campaigns import Campaign
 from ....schema.diagnoses import Diagnosis
-from ...diagnoses.discriminating import store_experiment
+from ...diagnoses.discriminating_plan import store_experiment
 from ...diagnoses.kept import kept_options, kept_report, kept_verdict, list_diagnoses
 from ...jobs.kinds.diagnose import DiagnoseArguments
-from ...twins.adopting import adopt, adoptable_names, effects_of_stages
-from ..asking import Key, OpenStore, Running, Text
+from ...twins.adopted_effects import adopt, adoptable_names, effects_of_stages
+from ..dependencies import Key, OpenStore, Running, Text
 from ..diagnosing import diagnose_job
 from ..rendering import page, part, query
 from .jobs import followed

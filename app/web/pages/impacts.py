@@ -20,7 +20,7 @@ from ...predictions.nominal import with_predictions
 from ...pulses.impact import get_impact, impact_page, without_empty_figures
 from ...pulses.segmentation import PulseView, pulse_view
 from ...pulses.signals import channel_window, list_signals
-from ..asking import Key, OpenStore
+from ..dependencies import Key, OpenStore
 from ..figures.base import Figure
 from ..figures.pulses import segmentation_figure
 from ..figures.signals import signal_figure

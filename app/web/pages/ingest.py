@@ -14,7 +14,7 @@ from ....ingest.settings import ExtractionSettings
 from ....schema.session import Store
 from ...jobs.queue import JobView
 from ...jobs.scratch import discard, make_scratch
-from ..asking import Configured, OpenStore, Running
+from ..dependencies import Configured, OpenStore, Running
 from ..folders import campaigns_below, confined
 from ..ingesting import ingest_job
 from ..jobs import Jobs

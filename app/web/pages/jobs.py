@@ -9,7 +9,7 @@ from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 
 from ...jobs.queue import JobView
-from ..asking import Key, Running
+from ..dependencies import Key, Running
 from ..rendering import page
 
 router = APIRouter()

@@ -12,7 +12,7 @@ from ....dataset.deleted import list_withdrawals
 from ...models.figures import held_out_figures, listed_versions, side_by_side, version_rows
 from ...models.training import models_extra, reader_of
 from ...models.withdrawn import withdrawn_words
-from ..asking import Configured, Key, Name, OpenStore
+from ..dependencies import Configured, Key, Name, OpenStore
 from ..figures.models import against_figure, coverage_figure, errors_figure
 from ..registering import chosen_versions, needed, promote, registry_at
 from ..rendering import page

@@ -16,7 +16,7 @@ from ....doe.sheet import sheet_of, write_sheet
 from ....doe.space import shipped_factors
 from ...jobs.kinds.plan import PlanArguments
 from ...plans.quality import plan_page
-from ..asking import Key, Name, OpenStore, Running
+from ..dependencies import Key, Name, OpenStore, Running
 from ..figures.plans import balance_figure
 from ..making import plan_job
 from ..rendering import page, part

@@ -15,7 +15,7 @@ from ...pulses.impact import get_impact, impact_page
 from ...removal.deleting import delete_campaign
 from ...removal.recordings import discard_recording
 from ...removal.standing import standing_lines, standing_on
-from ..asking import Configured, Key, Name, OpenStore, Text
+from ..dependencies import Configured, Key, Name, OpenStore, Text
 from ..rendering import page, part
 
 router = APIRouter()

@@ -7,8 +7,8 @@ from typing import Literal
 from fastapi import APIRouter
 from starlette.responses import Response
 
-from ...reports.any import CAMPAIGN, DIAGNOSIS, MODEL, report_content, report_on
-from ..asking import Configured, Key, Name, OpenStore
+from ...reports.dispatch import CAMPAIGN, DIAGNOSIS, MODEL, report_content, report_on
+from ..dependencies import Configured, Key, Name, OpenStore
 from ..rendering import part
 
 router = APIRouter(prefix="/reports")

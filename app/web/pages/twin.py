@@ -23,7 +23,7 @@ from ...predictions.warnings import field_warnings
 from ...spectra.targets import MOST_BYTES
 from ...twins.building import BuiltTwin
 from ...twins.sliders import VELOCITY_M_S, sliders
-from ..asking import Key, OpenStore, Running
+from ..dependencies import Key, OpenStore, Running
 from ..figures.twin import prediction_figures, tuned_figure
 from ..rendering import page, query
 from ..tuning import Tuning, tune_job

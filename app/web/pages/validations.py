@@ -15,7 +15,7 @@ from ...jobs.kinds.validate import VALIDATE
 from ...reports.page import html_of
 from ...reports.validation import validation_document
 from ...validating.tables import COLUMNS, failure_lines, reason_lines, score_rows
-from ..asking import Key, OpenStore, Running
+from ..dependencies import Key, OpenStore, Running
 from ..figures.validation import comparison_figures, coverage_figure, line_figures, rank_figure
 from ..rendering import page
 from ..validating import ValidationQuestion, validate_job

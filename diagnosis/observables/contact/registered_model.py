@@ -11,7 +11,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ....twin import strikes
+from ....twin import contact_interface
 from ....twin.contact.effect import ContactEffect
 from ....twin.contact.effects_on_pulses import changed_force
 from ....twin.setting import Setting
@@ -37,7 +37,7 @@ class RegisteredContactStage(ContactObservables):
     def __init__(
         self,
         record: CampaignRecord,
-        contact: strikes.ContactStage,
+        contact: contact_interface.ContactStage,
         uncertain: Mapping[str, float] | None = None,
         *,
         plate_mass_kg: float | None = None,
@@ -68,12 +68,12 @@ class RegisteredContactStage(ContactObservables):
         if not cases.shape[1]:
             return histories
         settings = [self.settings[int(row)] for row in cases[0]]
-        compression, force = tabulated(self.contact.pulses(strikes.Strikes(settings, cases[1])))
+        compression, force = tabulated(self.contact.pulses(contact_interface.Strikes(settings, cases[1])))
         histories.compression_time_s[moving], histories.force_n[moving] = compression[places], force[places]
         return histories
 
 
-def tabulated(pulses: strikes.ForcePulses) -> tuple[Floats, Floats]:
+def tabulated(pulses: contact_interface.ForcePulses) -> tuple[Floats, Floats]:
     """Compression times (n,) and forces (n, p) at `PLACES` times these, from forces at phases of the contact.
 
     The compression is said to end at the peak, which Akima's curve may have between two phases.

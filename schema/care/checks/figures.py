@@ -12,7 +12,7 @@ from sqlalchemy import Connection, select
 from ... import figures
 from ...campaigns import Campaign
 from ...impacts import ChannelFigures, Impact
-from ...plain import from_plain
+from ...json_floats import from_plain
 from ...recordings import RecordedChannel
 from ...shots import Shot
 from ...tables import metadata

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..bar import ProgressBar
+from ..progress import ProgressBar
 
 #: A select of any columns, whose types SQLAlchemy's versions write differently.
 Query = Any

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 from pyroshock.app.jobs.claims import running, take_over
-from pyroshock.app.jobs.fenced import FencedStore
 from pyroshock.app.jobs.fenced_registry import FencedRegistry
+from pyroshock.app.jobs.fenced_store import FencedStore
 from pyroshock.app.jobs.lease import Lease, LeaseLostError
 from pyroshock.app.jobs.work import RunningJob
 from pyroshock.schema.session import Store

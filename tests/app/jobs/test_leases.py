@@ -10,17 +10,17 @@ from datetime import datetime, timedelta, tzinfo
 from pathlib import Path
 
 import pytest
-from pyroshock.app.jobs import claims, doing, heart, queue, steps
+from pyroshock.app.jobs import claims, heartbeat, job_updates, queue, run_job
 from pyroshock.app.jobs.claims import Claimed, Sighting, running, take_over
-from pyroshock.app.jobs.doing import WorkerContext, attempt
-from pyroshock.app.jobs.fenced import FencedStore
+from pyroshock.app.jobs.cleanup import stop
+from pyroshock.app.jobs.fenced_store import FencedStore
+from pyroshock.app.jobs.job_updates import beat, fail, give_back, look, stopped
 from pyroshock.app.jobs.kinds.diagnose import DIAGNOSE, DiagnoseArguments
 from pyroshock.app.jobs.kinds.plan import PLAN, PlanArguments
 from pyroshock.app.jobs.lease import Lease, LeaseLostError
+from pyroshock.app.jobs.liveness import Watch
 from pyroshock.app.jobs.queue import ask, get_job
-from pyroshock.app.jobs.steps import beat, fail, give_back, look, stopped
-from pyroshock.app.jobs.tidying import stop
-from pyroshock.app.jobs.watch import Watch
+from pyroshock.app.jobs.run_job import WorkerContext, attempt
 from pyroshock.app.jobs.work import Result, RunningJob
 from pyroshock.schema.diagnoses import Diagnosis
 from pyroshock.schema.engine import StoreError
@@ -89,11 +89,11 @@ def _try_everything(store: Store, key: int, late: Lease) -> None:
     with pytest.raises(LeaseLostError):
         fenced.write(lambda session: session.add(Plan(name="late", kind="gun", factors="", method="lhs")))
     with pytest.raises(LeaseLostError):
-        fenced.end(lambda session: steps.finish(session, late, Result("/late"), steps.JobProgress()))
+        fenced.end(lambda session: job_updates.finish(session, late, Result("/late"), job_updates.JobProgress()))
     for late_end in (lambda: fail(store, late, "late"), lambda: stopped(store, late), lambda: give_back(store, late)):
         with pytest.raises(LeaseLostError):
             late_end()
-    assert not beat(store, late, steps.JobProgress(9, 9, "late")).held
+    assert not beat(store, late, job_updates.JobProgress(9, 9, "late")).held
     assert not look(store, late).held
     assert get_job(store, key) == before
 
@@ -181,7 +181,7 @@ class Backwards(datetime):
 def test_a_clock_that_goes_backwards_changes_nothing(
     file_store: Store, odd: Odd, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for module in (claims, queue, steps):
+    for module in (claims, queue, job_updates):
         monkeypatch.setattr(module, "datetime", Backwards)
     monkeypatch.setattr(time, "time", lambda: 1e9 - Backwards.looks)
     test_a_living_worker_keeps_its_job(file_store, odd)
@@ -258,8 +258,8 @@ def test_a_worker_that_wakes_too_late_ends_quietly(
     key = odd.ask(file_store).key
     first = claimed(file_store, "first")
     with monkeypatch.context() as patch:
-        patch.setattr(heart, "beat", away)
-        patch.setattr(heart, "look", away)
+        patch.setattr(heartbeat, "beat", away)
+        patch.setattr(heartbeat, "look", away)
         over: list[bool] = []
         sleeper = threading.Thread(target=lambda: over.append(attempt(WorkerContext(file_store, "", LEASE_S), first)))
         sleeper.start()
@@ -293,8 +293,8 @@ def test_a_diagnosis_and_a_plan_are_kept_once(store: Store, tmp_path: Path, monk
         for moment in ("before the end", "within the end"):
             assert taken is not None and taken.lease.job == key
             with monkeypatch.context() as patch:
-                patch.setattr(doing, "give_back", lambda *_: None)  # a killed worker says nothing
-                patch.setattr(doing, "finish", _killed(moment))
+                patch.setattr(run_job, "give_back", lambda *_: None)  # a killed worker says nothing
+                patch.setattr(run_job, "finish", _killed(moment))
                 with pytest.raises(KeyboardInterrupt):
                     attempt(WorkerContext(store, url, LEASE_S), taken)
             silent = next(each for each in running(store, hand()) if each.job == key)
@@ -312,7 +312,7 @@ def test_a_diagnosis_and_a_plan_are_kept_once(store: Store, tmp_path: Path, monk
 def _killed(moment: str):
     def finish(session, lease, result, progress):
         if moment == "within the end":
-            steps.finish(session, lease, result, progress)
+            job_updates.finish(session, lease, result, progress)
             session.flush()
         raise KeyboardInterrupt
 

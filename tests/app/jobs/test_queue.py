@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from pyroshock.app.jobs.cleanup import stop
 from pyroshock.app.jobs.queue import JobView, UnknownJobError, get_job, list_jobs
-from pyroshock.app.jobs.tidying import stop
 from pyroshock.app.jobs.work import NotHereError, Result, RunningJob
 from pyroshock.app.models.training import MissingExtraError
 from pyroshock.schema.jobs import DONE, FAILED, RUNNING, STOPPED, WAITING

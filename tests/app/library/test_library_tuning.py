@@ -10,7 +10,7 @@ import pint
 import pyroshock as ps
 import pytest
 from pyroshock.app.library.tuning import TunedSettings, masses_of, target_of
-from pyroshock.app.tuning.laboratory import proposal_json
+from pyroshock.app.tuning.bench_adapter import proposal_json
 from pyroshock.app.tuning.session import Ask, session_of
 from pyroshock.app.twins import building as twins
 from pyroshock.app.twins.building import TwinRequest

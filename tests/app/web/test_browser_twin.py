@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 from pyroshock.twin.chain import Twin
+from pyroshock.twin.contact_interface import Extrapolation
 from pyroshock.twin.prediction import RestsOn
-from pyroshock.twin.strikes import Extrapolation
 from support.processes.browsers import SLOW, asked, at, drawn, ended, page_of, screenshot, wait_drawn
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(1800)]

@@ -458,7 +458,7 @@ def test_settings_for_a_spectrum_are_searched(filled: Lab, monkeypatch: pytest.M
         return SimpleNamespace(goal=goal, notes=("a note",), run=search)
 
     monkeypatch.setattr("pyroshock.app.tuning.session.session_of", session_of)
-    monkeypatch.setattr("pyroshock.app.tuning.laboratory.proposal_json", lambda each, rank: {"rank": rank, **each})
+    monkeypatch.setattr("pyroshock.app.tuning.bench_adapter.proposal_json", lambda each, rank: {"rank": rank, **each})
     before = filled.rows()
     sent = {"specification": ("spec.csv", SPECIFICATION.encode(), "text/csv")}
     fields = {"tolerance": "3dB", "contact": "hertz", "at_least": "0.6", "share": "0.95"}

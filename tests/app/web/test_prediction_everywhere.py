@@ -13,10 +13,10 @@ import pytest
 from pyroshock.app.twins import building
 from pyroshock.app.twins.building import BuiltTwin, TwinRequest
 from pyroshock.app.twins.sliders import VELOCITY_M_S
-from pyroshock.app.twins.warm import TwinShelf
+from pyroshock.app.twins.twin_cache import TwinShelf
 from pyroshock.twin.chain import Twin
+from pyroshock.twin.contact_interface import Extrapolation
 from pyroshock.twin.prediction import Prediction, RestsOn
-from pyroshock.twin.strikes import Extrapolation
 from support.checks.well_formed import Page
 from support.processes.web_client import post_json
 from support.records.twin_parts import unsolved

@@ -17,8 +17,8 @@ from pyroshock.training.contact_stage import RegisteredContact
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.twin.contact.effect import ContactEffect
 from pyroshock.twin.contact.stage import LawContact
+from pyroshock.twin.contact_interface import Floats, ForcePulses, OutOfDomain, Strikes
 from pyroshock.twin.effects import catalogue, effect
-from pyroshock.twin.strikes import Floats, ForcePulses, OutOfDomain, Strikes
 from support.records.contact_campaigns import MASS_KG, hammer_record
 from support.records.pulse_tables import pulse_table
 

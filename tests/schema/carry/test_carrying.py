@@ -6,11 +6,11 @@ import shutil
 
 import pytest
 from pyroshock.schema.campaigns import Campaign
+from pyroshock.schema.carry.campaign_rows import STAY_BEHIND, WRITERS, members
 from pyroshock.schema.carry.export import export_campaign
-from pyroshock.schema.carry.foreign import opened_file
 from pyroshock.schema.carry.importing import import_file, merge
-from pyroshock.schema.carry.members import STAY_BEHIND, WRITERS, members
-from pyroshock.schema.carry.rules import RULES
+from pyroshock.schema.carry.merge_rules import RULES
+from pyroshock.schema.carry.opened_export import opened_file
 from pyroshock.schema.engine import StoreError
 from pyroshock.schema.impacts import Impact, Pulse
 from pyroshock.schema.materials import Material

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from pyroshock.twin.contact_interface import Floats, ForcePulses, OutOfDomain, Strikes
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plate.modal import ModalPlate
 from pyroshock.twin.setting import Setting
-from pyroshock.twin.strikes import Floats, ForcePulses, OutOfDomain, Strikes
 
 BENCH = GunBench(
     tank_volume_m3=0.0095,

@@ -14,7 +14,7 @@ import numpy as np
 from pyroshock.dataset.table import PulseTable
 from pyroshock.training import fitting, promotion
 from pyroshock.training.fitting import Ground
-from pyroshock.training.place import place_beside
+from pyroshock.training.model_storage import place_beside
 from pyroshock.training.records import DatasetName
 from pyroshock.training.registry.connection import EXPERIMENT
 from pyroshock.training.registry.registry import Registry

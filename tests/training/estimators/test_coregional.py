@@ -263,7 +263,7 @@ _OLD = Path(__file__).with_name("older_processes.npz")
 @pytest.mark.parametrize("kind", ["coregional", "single-outputs", "contact-time"])
 def test_models_of_older_software_are_read(kind: str) -> None:
     """Arrays, and what they predicted, by the software that trained without GPyTorch."""
-    from pyroshock.training.models.kinds import build
+    from pyroshock.training.models.model_kinds import build
 
     with np.load(_OLD, allow_pickle=False) as file:
         stored = {name.partition("/")[2]: file[name] for name in file.files if name.startswith(f"{kind}/")}

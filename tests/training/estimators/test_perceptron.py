@@ -9,8 +9,7 @@ import warnings
 import numpy as np
 import pytest
 import torch
-from pyroshock.training.estimators.network import Network
-from pyroshock.training.estimators.perceptron import (
+from pyroshock.training.estimators.mlp import (
     _layers,
     glorot_module,
     objective,
@@ -18,8 +17,9 @@ from pyroshock.training.estimators.perceptron import (
     outputs_of,
     train_network,
 )
-from pyroshock.training.models.kinds import describe
-from pyroshock.training.zoo import Making, entry_of
+from pyroshock.training.estimators.network import Network
+from pyroshock.training.model_catalogue import Making, entry_of
+from pyroshock.training.models.model_kinds import describe
 from sklearn.neural_network import MLPRegressor
 from support.checks.estimator_checks import fitted, known_law
 

@@ -13,14 +13,14 @@ from pyroshock.training.estimators.base import NotFittedError
 from pyroshock.training.estimators.contact_time import THESIS, ContactTimeProcess
 from pyroshock.training.estimators.coregional import Coregional
 from pyroshock.training.estimators.linear import LinearPowers
+from pyroshock.training.estimators.rotated_outputs import Turned
 from pyroshock.training.estimators.single_outputs import SingleOutputs
 from pyroshock.training.estimators.tree import DecisionTree
-from pyroshock.training.estimators.turned import Turned
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.training.models.base import ContactModel
 from pyroshock.training.models.calibrated import Calibrated
 from pyroshock.training.models.hybrid import Hybrid
-from pyroshock.training.models.kinds import build, describe
+from pyroshock.training.models.model_kinds import build, describe
 from pyroshock.training.models.pair import Pair
 from pyroshock.training.models.pulses import impulse
 from pyroshock.training.models.single_pass import SinglePass

@@ -13,11 +13,11 @@ from pyroshock.training.groups import comparison_groups
 from pyroshock.training.metrics.errors import PulseErrors, pulse_errors
 from pyroshock.training.models.base import ContactPrediction
 from pyroshock.training.plots.by_test import by_test
-from pyroshock.training.plots.canvas import runs_of
 from pyroshock.training.plots.coverage import LEVELS, coverage, coverage_figure
 from pyroshock.training.plots.difference import difference_figure
 from pyroshock.training.plots.heat_map import heat_map
 from pyroshock.training.plots.pulses import pulse_grid
+from pyroshock.training.plots.style import runs_of
 from support.records.pulse_tables import held_out, pulse_table
 
 

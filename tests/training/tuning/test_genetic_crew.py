@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from pyroshock.compute.crew import HERE, Crew
+from pyroshock.parallel.executor import HERE, Crew
 from pyroshock.training.tuning.genetic import Search, searched
 from pyroshock.training.tuning.journal import SearchJournal
 from support.processes import chores

@@ -9,7 +9,7 @@ from pyroshock.twin.contact.bodies import Bodies
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.hertz import hertz
 from pyroshock.twin.contact.impacts import Impacts
-from pyroshock.twin.strikes import ForcePulses
+from pyroshock.twin.contact_interface import ForcePulses
 from scipy.integrate import solve_ivp
 
 BODIES = Bodies.of(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.twin.contact.course import Course, peak_force
-from pyroshock.twin.contact.marching import March, Nodes
+from pyroshock.twin.contact.force_history import Course, peak_force
+from pyroshock.twin.contact.integrate_contact import March, Nodes
 from scipy.interpolate import CubicHermiteSpline
 
 #: Three contacts with as many nodes as they took: time, force and rate of each node.

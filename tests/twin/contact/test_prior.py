@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pyroshock.twin.bands import stratified_normals
 from pyroshock.twin.contact import prior
 from pyroshock.twin.contact.effects.effective_mass import EffectiveMass
 from pyroshock.twin.contact.effects.plastic_yield import PlasticYield
 from pyroshock.twin.contact.prior import PriorContact
 from pyroshock.twin.contact.shot_update import lower_roots
 from pyroshock.twin.contact.uncertain_parameters import ANVIL_VOLUME, COLUMNS, HAND_MASS, UncertainParameter
+from pyroshock.twin.contact_interface import ForcePulses, Strikes
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.measured_shots import MeasuredShots
 from pyroshock.twin.setting import Setting
-from pyroshock.twin.strikes import ForcePulses, Strikes
+from pyroshock.twin.uncertainty import stratified_normals
 from support.records.twin_parts import setting
 
 SETTING = Setting(1.0, THESIS["steel"], 0.045, THESIS["steel"], 0.01, 23.4, tank_pressure_pa=2.78e5)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pyroshock.twin.bands import HIGH, LOW, stratified_normals
 from pyroshock.twin.contact.prior import PriorContact
+from pyroshock.twin.contact_interface import Strikes
 from pyroshock.twin.measured_shots import MeasuredShots
-from pyroshock.twin.strikes import Strikes
+from pyroshock.twin.uncertainty import HIGH, LOW, stratified_normals
 from support.records.virtual_pulses import gun_shots, hammer_shots
 
 Floats = NDArray[np.float64]

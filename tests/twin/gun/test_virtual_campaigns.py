@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from pyroshock.twin.bands import stratified_normals
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.launch import GunStage
 from pyroshock.twin.sensors.chain import SensorChain
+from pyroshock.twin.uncertainty import stratified_normals
 from pyroshock.virtualbench.campaigns.base import RecordingTask, day_fraction
 from pyroshock.virtualbench.campaigns.gun import BULLET_LENGTH_M, VELOCITY_FAULT
 from pyroshock.virtualbench.campaigns.gun import VirtualGunBench as VirtualBench

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 from pyroshock.twin.materials import ElasticMaterial
+from pyroshock.twin.plate.boundary_conditions import on_stretch
 from pyroshock.twin.plate.build import NamedPoint, PlateBuild, PointMass, PointSpring, places
 from pyroshock.twin.plate.damping import ConstantDamping, RayleighDamping
 from pyroshock.twin.plate.edges import Clamped, Edge, SimplySupported
 from pyroshock.twin.plate.fem import _across_along, elements_of
 from pyroshock.twin.plate.frame import _located
-from pyroshock.twin.plate.held import on_stretch
 from pyroshock.twin.plate.mesh import mesh_of, stretch
 from pyroshock.twin.plate.modes import _rigid_modes, solve_plate
 from pyroshock.twin.plate.outline import area, canonical, checked_outline, with_corners

@@ -6,10 +6,10 @@ import tracemalloc
 
 import numpy as np
 import pytest
+from pyroshock.twin.contact_interface import ForcePulses, Strikes
 from pyroshock.twin.effects import catalogue, effect
 from pyroshock.twin.sensors.chain import SensorChain
-from pyroshock.twin.sensors.seen import seen_pulses
-from pyroshock.twin.strikes import ForcePulses, Strikes
+from pyroshock.twin.sensors.measured_pulses import seen_pulses
 from support.records.twin_parts import HalfSine, setting
 
 

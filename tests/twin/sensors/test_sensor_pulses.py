@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pyroshock.twin.contact_interface import ForcePulses
 from pyroshock.twin.effects import Floats, Value, effect
 from pyroshock.twin.sensors.chain import SensorChain
-from pyroshock.twin.sensors.seen import seen_pulses
-from pyroshock.twin.strikes import ForcePulses
+from pyroshock.twin.sensors.measured_pulses import seen_pulses
 
 #: Of a pulse's contact are its steps.
 STEPS = 256

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pyroshock.twin.tune.discrepancy import TERMS, Discrepancy, ShotCorrection, covariance
 from pyroshock.twin.tune.kernels import Coordinates
 from pyroshock.twin.tune.likelihood import fitted
+from pyroshock.twin.tune.shot_correction import TERMS, Discrepancy, ShotCorrection, covariance
 from scipy.stats import multivariate_normal
 from support.records.tuning_toy import SPACE
 

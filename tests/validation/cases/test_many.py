@@ -10,7 +10,8 @@ import pytest
 from pyroshock.validation.cases.attribution import attribution, shapley_values, shares
 from pyroshock.validation.cases.case import KINDS
 from pyroshock.validation.cases.cause import ActingCause
-from pyroshock.validation.cases.changes import gap
+from pyroshock.validation.cases.effect_ranges import RANGES, cause_of
+from pyroshock.validation.cases.effect_size import gap
 from pyroshock.validation.cases.many import (
     ALWAYS,
     BENCH_DEFAULT,
@@ -25,8 +26,7 @@ from pyroshock.validation.cases.many import (
     total_gap,
 )
 from pyroshock.validation.cases.record import record_case
-from pyroshock.validation.cases.sizing import ratio_of
-from pyroshock.validation.cases.strength import RANGES, cause_of
+from pyroshock.validation.cases.scale_cause import ratio_of
 from pyroshock.validation.cases.unknowns import FAMILIES
 
 
@@ -73,7 +73,7 @@ def test_single_effect_has_the_whole_gap() -> None:
 def test_shapley_values_add_up_to_the_squared_gap() -> None:
     cause = ActingCause((("contact.effective_mass", 2.0), ("contact.viscous_loss", 1.0), ("sensor.force_gain", 0.05)))
     parts = attribution("hammer", 1, cause)
-    from pyroshock.validation.cases.changes import changes, gaps
+    from pyroshock.validation.cases.effect_size import changes, gaps
 
     whole = gaps(changes("hammer", 1, cause))["contact"] ** 2
     assert sum(parts.shapley["contact"].values()) == pytest.approx(whole)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pyroshock.virtualbench.effects import Effects
-from pyroshock.virtualbench.gun import rates
+from pyroshock.virtualbench.gun import compiled_balances
 from pyroshock.virtualbench.gun.build import GunBuild, Projectile
 from pyroshock.virtualbench.gun.fire import fire
 from pyroshock.virtualbench.gun.motion import Phase, V, X, derivative, initial_state
@@ -35,7 +35,7 @@ def test_compiled_rates_are_those_of_the_balances(effects: Effects, phase: Phase
     for x, v in ((0.0, 0.0), (-1e-4, -0.01), (0.4, 12.0), (0.9, 25.0), (1.5, -4.0)):
         state = initial_state(setting) * np.append(rng.uniform(0.9, 1.1, 6), np.ones(6))
         state[X], state[V] = x, v
-        now = rates.rates(0.2, state, rates.figures_of(setting), phase.held, phase.sealed)
+        now = compiled_balances.rates(0.2, state, compiled_balances.figures_of(setting), phase.held, phase.sealed)
         np.testing.assert_allclose(now, derivative(0.2, state, setting, phase), rtol=1e-12, atol=1e-12)
 
 

@@ -1,0 +1,79 @@
+"""This process, or processes beside it."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from .backend import Hands, abandoned_after
+from .exit_with_parent import end_with
+from .shared_data import packed
+from .task import Died, Errand, Outcome, carried_out
+from .threads import one_thread
+from .working_directory import working_directory_closed
+
+
+@contextmanager
+def here(function: Callable[..., Any], shared: tuple[Any, ...]) -> Iterator[Hands]:
+    """This process."""
+    with one_thread():
+        yield _Here(function, shared)
+
+
+@contextmanager
+def beside(jobs: int, function: Callable[..., Any], shared: tuple[Any, ...]) -> Iterator[Hands]:
+    """`jobs` processes; joblib keeps them for the next call."""
+    with working_directory_closed(), packed(shared) as parcel:
+        yield _Beside(jobs, function, parcel)
+
+
+@dataclass(frozen=True)
+class _Here:
+    function: Callable[..., Any]
+    shared: tuple[Any, ...]
+
+    def outcomes(self, errands: Iterable[Errand]) -> Generator[Outcome, None, None]:
+        for errand in errands:
+            yield errand.number, self.function(errand.item, *self.shared)
+
+
+@dataclass(frozen=True)
+class _Beside:
+    jobs: int
+    function: Callable[..., Any]
+    shared: Any
+
+    def outcomes(self, errands: Iterable[Errand]) -> Generator[Outcome, None, None]:
+        """After a crash, those that were under way come with `Died()`: one of them did it."""
+        under_way: dict[int, None] = {}
+        stream = self._stream(errands, under_way)
+        with abandoned_after(stream):
+            try:
+                for number, result in stream:
+                    del under_way[number]
+                    yield number, result
+            except BrokenProcessPool:
+                yield from ((number, Died()) for number in under_way)
+
+    def _stream(self, errands: Iterable[Errand], under_way: dict[int, None]) -> Generator[Outcome, None, None]:
+        from joblib import Parallel, delayed, parallel_config
+
+        # A worker that has grown leaves after its task and another comes; nothing is lost, nobody need know.
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs were given", UserWarning)
+
+        def calls() -> Iterator[Any]:
+            for errand in errands:
+                under_way[errand.number] = None
+                yield delayed(carried_out)(self.function, errand, self.shared)
+
+        # joblib takes one process for none: it would work in this one. So there are two, and one errand at a time.
+        processes = max(2, self.jobs)
+        options = {"batch_size": 1, "pre_dispatch": self.jobs, "max_nbytes": None, "return_as": "generator_unordered"}
+        with parallel_config("loky", inner_max_num_threads=1, initializer=end_with, initargs=(os.getpid(),)):
+            stream: Generator[Outcome, None, None] = Parallel(n_jobs=processes, **options)(calls())
+        return stream

@@ -1,0 +1,96 @@
+"""One function over many items, wherever the work is done."""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import AbstractContextManager
+from itertools import islice
+from typing import Any, TypeVar
+
+from .backend import Hands
+from .executor import DASK, Crew
+from .task import Died, Errand
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+def mapped(
+    crew: Crew,
+    function: Callable[..., Result],
+    items: Iterable[Item],
+    *,
+    shared: tuple[Any, ...] = (),
+    lost: Callable[[Item], Result] | None = None,
+    patience_s: float | Callable[[Item], float] | None = None,
+    isolated: bool = False,
+    window: int | None = None,
+) -> Generator[tuple[Item, Result], None, None]:
+    """(item, function(item, *shared)) as they are finished, in any order.
+
+    The function is one of a module's, which workers import by its name; items, what is shared and results can be
+    pickled. Each worker gets `shared` once, and has one thread of linear algebra, so that the results are the same
+    wherever they are made. `isolated`, or `patience_s`, keeps a crew of one job too out of this process.
+
+    The items under way when a process dies (a C library can be crashed by a damaged file, or want all memory) are
+    tried once more, alone; one that dies again gives `lost(item)`. A process is ended where its item takes longer
+    than `patience_s`, a number or a function of the item. A cluster gives the work of a worker that is gone to the
+    others by itself; where it gives up, the same is done.
+
+    With a `window`, items are drawn, here, that many at a time, and no more of them and of their results exist. What
+    is left when the iterator is closed is cancelled. An error of the function ends everything, and is raised here.
+
+    Raises `ValueError` where the cluster cannot be reached, and for an item that dies without `lost`.
+    """
+    watched = patience_s if callable(patience_s) or patience_s is None else _always(patience_s)
+    rest = enumerate(items)
+    batch = list(islice(rest, window))
+    if not batch:
+        return  # nobody is called for nothing
+    with _manned(crew, function, shared, isolated or patience_s is not None) as hands:
+        while batch:
+            errands = {number: Errand(number, item, watched and watched(item)) for number, item in batch}
+            for number, result in _outcomes(hands, errands):
+                item = errands[number].item
+                yield item, _lost(item, lost) if isinstance(result, Died) else result
+            batch = list(islice(rest, window))
+
+
+def _always(patience_s: float) -> Callable[[Any], float]:
+    return lambda _: patience_s
+
+
+def _manned(
+    crew: Crew, function: Callable[..., Any], shared: tuple[Any, ...], isolated: bool
+) -> AbstractContextManager[Hands]:
+    if crew.backend == DASK:
+        from .cluster import on_dask
+
+        assert crew.scheduler is not None
+        return on_dask(crew.scheduler, function, shared)
+    from .local_backend import beside, here
+
+    return beside(crew.jobs, function, shared) if isolated or crew.jobs > 1 else here(function, shared)
+
+
+def _outcomes(hands: Hands, errands: dict[int, Errand]) -> Iterator[tuple[int, Any]]:
+    """Of every errand; those over which a worker died last, each tried again when nothing else is under way."""
+    rest, suspects = dict(errands), list[Errand]()
+    while rest:
+        for number, result in hands.outcomes(list(rest.values())):
+            errand = rest.pop(number)
+            if isinstance(result, Died):
+                suspects.append(errand)
+            else:
+                yield number, result
+    for errand in suspects:
+        yield from hands.outcomes([errand])
+
+
+def _lost(item: Item, lost: Callable[[Item], Result] | None) -> Result:
+    if lost is None:
+        raise ValueError(
+            f"the process that worked on {reprlib.repr(item)} died twice, for memory perhaps; repeat with fewer jobs"
+        )
+    return lost(item)

@@ -1,0 +1,130 @@
+"""Models as files: `model.json` says what it is, `arrays.npz` holds what it learned.
+
+Reading runs no code of the file's: kinds come from the list in `kinds`, numbers from npz without pickle.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..estimators.base import Arrays
+from .base import ContactModel
+from .model_kinds import build, describe
+
+#: Of the two files; another number is refused.
+FORMAT = 1
+
+MODEL_FILE, ARRAYS_FILE = "model.json", "arrays.npz"
+
+#: What broken content raises on its way into a model.
+_BROKEN = (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError)
+
+
+#: A model taken apart: JSON, and what it learned.
+Packed = tuple[dict[str, Any], Arrays]
+
+
+class ModelFileError(ValueError):
+    """The files of a model are not what was written."""
+
+
+def pack(model: ContactModel) -> Packed:
+    """A fitted model as JSON and arrays. Raises `NotFittedError` before `fit`."""
+    return {"format": FORMAT, "model": describe(model)}, model.arrays()
+
+
+def unpack(document: dict[str, Any], arrays: Arrays) -> ContactModel:
+    """The model that `pack` took apart. Raises `ModelFileError`."""
+    try:
+        if document["format"] != FORMAT:
+            raise ModelFileError(
+                f"a model of format {document['format']!r}, this software reads {FORMAT}: update pyroshock"
+            )
+        model = build(document["model"])
+        if not isinstance(model, ContactModel):
+            raise ModelFileError(f"{model.kind!r} is an estimator, a part of a model; a whole one is expected")
+        return model.restore(arrays)
+    except ModelFileError:
+        raise
+    except _BROKEN as error:
+        raise ModelFileError(f"no model can be made of this file: {_said(error)}") from error
+
+
+def write_model(packed: Packed, about: dict[str, Any], folder: Path) -> str:
+    """Both files into `folder`; `about` is kept beside the model. Returns the SHA-256 of `model.json`.
+
+    `model.json` holds that of `arrays.npz`, so that one digest vouches for both.
+    """
+    document, arrays = packed
+    _refuse_objects(arrays)
+    folder.mkdir(parents=True, exist_ok=True)
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **arrays)
+    content = {**document, "arrays_sha256": _digest(buffer.getvalue()), "about": about}
+    text = json.dumps(content, indent=1, sort_keys=True, allow_nan=False).encode()
+    (folder / ARRAYS_FILE).write_bytes(buffer.getvalue())
+    (folder / MODEL_FILE).write_bytes(text)
+    return _digest(text)
+
+
+def read_model(folder: Path, sha256: str | None = None) -> tuple[ContactModel, dict[str, Any]]:
+    """Model and what was kept beside it. Raises `ModelFileError` for files that are not those written.
+
+    `sha256` is what `write_model` returned, where it is known.
+    """
+    document, packed = read_files(folder, sha256)
+    try:
+        return unpack(document, _read_arrays(packed)), document["about"]
+    except ModelFileError as error:
+        raise ModelFileError(f"{folder}: {error}") from error
+    except _BROKEN as error:
+        raise ModelFileError(f"{folder / MODEL_FILE} is no description of a model: {_said(error)}") from error
+
+
+def read_files(folder: Path, sha256: str | None = None) -> tuple[dict[str, Any], bytes]:
+    """Both files, held against their digests; no model is made of them. Raises `ModelFileError`."""
+    try:
+        text = (folder / MODEL_FILE).read_bytes()
+        packed = (folder / ARRAYS_FILE).read_bytes()
+    except OSError as error:
+        raise ModelFileError(f"{error.filename} cannot be read: {error.strerror}") from error
+    if sha256 is not None and _digest(text) != sha256:
+        raise ModelFileError(f"{folder / MODEL_FILE} is not the file that was registered")
+    try:
+        document: dict[str, Any] = json.loads(text)
+        intact = _digest(packed) == document["arrays_sha256"]
+    except _BROKEN as error:
+        raise ModelFileError(f"{folder / MODEL_FILE} is no description of a model: {_said(error)}") from error
+    if not intact:
+        raise ModelFileError(f"{folder / ARRAYS_FILE} is not the file that {MODEL_FILE} was written with")
+    return document, packed
+
+
+def _read_arrays(packed: bytes) -> Arrays:
+    try:
+        with np.load(io.BytesIO(packed), allow_pickle=False) as file:
+            return {name: file[name] for name in file.files}
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, *_BROKEN) as error:
+        raise ModelFileError(f"{ARRAYS_FILE} holds no plain arrays: {_said(error)}") from error
+
+
+def _refuse_objects(arrays: Arrays) -> None:
+    for name, values in arrays.items():
+        if values.dtype.hasobject:
+            raise ValueError(f"array {name!r} holds Python objects; only plain numbers are written")
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _said(error: Exception) -> str:
+    return f"{type(error).__name__}: {error}"

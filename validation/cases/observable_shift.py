@@ -1,0 +1,77 @@
+"""What a cause changes in each stage, beyond what the nominal bench makes of the measured entrance."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .cause import ActingCause
+from .contact_case import CasePulse, cell_reading, strikes
+from .designs import design
+from .gun_case import ln_truth, ln_velocity
+from .nominal import RATE_HZ, SAMPLES, START_S, levels_under, loudest_n, nominal_levels, nominal_pulses, speeds_of
+from .plates import changed, plate_of
+from .ringing import accelerations, felt, levels_db
+from .unknown_effects import READINGS
+
+Floats = NDArray[np.float64]
+
+
+def in_gun(kind: str, number: int, cause: ActingCause) -> Floats:
+    """(C, 1): ln of the recorded velocity."""
+    plan = design(kind, number)
+    nominal = ln_velocity(kind, number, {})
+    added = cause.outside(plan).ln_velocity(plan, nominal, cause.places(len(plan)))
+    return np.asarray((ln_velocity(kind, number, cause.table, cause.laws) - nominal + added)[:, None])
+
+
+def in_contact(kind: str, number: int, cause: ActingCause) -> Floats:
+    """(C, 3): ln of peak, impulse and width, at the nominal speeds as recorded ones."""
+    plan = design(kind, number)
+    if not cause.touches("contact.", "sensor.force", "sensor.velocity"):
+        return np.zeros((len(plan), 3))
+    nominal = np.array([pulse.figures for pulse in nominal_pulses(kind, number)])
+    speeds = np.exp(ln_truth(plan, np.log(speeds_of(kind, number)), cause.table, cause.laws))
+    return np.asarray(np.array([p.figures for p in _read(kind, number, cause, speeds)]) - nominal)
+
+
+def in_plate(kind: str, number: int, cause: ActingCause) -> Floats:
+    """(C, d): dB at third octaves of each channel, at the nominal pulses."""
+    misread = cause.family in READINGS or cause.touches("sensor.force")
+    nominal = nominal_levels(kind, number)
+    if not misread and not cause.touches("plate.", "sensor.acceleration", "sensor.mount", "sensor.zero"):
+        return np.zeros_like(nominal)
+    shown = _ringing(kind, number, cause)
+    if not misread:
+        return np.asarray(shown - nominal)
+    return np.asarray(shown - levels_under(kind, number, tuple(_shown(kind, number, cause))))
+
+
+def _read(kind: str, number: int, cause: ActingCause, speeds: Floats) -> list[CasePulse]:
+    """What the load cell shows of blows at true speeds."""
+    return _outside(kind, number, cause, strikes(design(kind, number), speeds, cause.table, cause.laws))
+
+
+def _shown(kind: str, number: int, cause: ActingCause) -> list[CasePulse]:
+    """What the load cell shows of the nominal pulses."""
+    return _outside(kind, number, cause, list(nominal_pulses(kind, number)))
+
+
+def _outside(kind: str, number: int, cause: ActingCause, pulses: list[CasePulse]) -> list[CasePulse]:
+    plan, loudest = design(kind, number), loudest_n(kind, number)
+    outside, places = cause.outside(plan), cause.places(len(plan))
+    acted = (outside.pulse(s, p, at, loudest) for s, p, at in zip(plan, pulses, places, strict=True))
+    return [cell_reading(pulse, cause.table, cause.laws) for pulse in acted]
+
+
+def _ringing(kind: str, number: int, cause: ActingCause) -> Floats:
+    """Spectra (C, d) that the accelerometers show under the nominal pulses."""
+    plan, plate, loudest = design(kind, number), plate_of(kind, number), loudest_n(kind, number)
+    outside, modes, rows = cause.outside(plan), changed(plate, cause.table, cause.laws), []
+    pulses = nominal_pulses(kind, number)
+    for setting, pulse, order in zip(plan, pulses, cause.places(len(plan)), strict=True):
+        peak = float(pulse.force_n.max())
+        true = accelerations(outside.modes(modes, peak, loudest, order), pulse, START_S, RATE_HZ, SAMPLES)
+        shown = outside.acceleration(setting, true, RATE_HZ, order, peak / loudest)
+        rows.append(levels_db(felt(shown, RATE_HZ, cause.table, cause.laws), plate, RATE_HZ))
+    return np.array(rows)
