@@ -49,13 +49,13 @@ MOVED: Mapping[str, Sequence[str]] = {
                 "coregional",
                 "exact_process",
                 "input_kernel",
-                "process_view",
+                "gp_inputs",
                 "single_outputs",
             )
         ),
     ),
     "torch": (
-        *(f"training/estimators/{name}.py" for name in ("genetic_network", "network", "perceptron")),
+        *(f"training/estimators/{name}.py" for name in ("genetic_network", "network", "mlp")),
         "training/tuning/genetic.py",
         "training/tuning/quasi_newton.py",
     ),

@@ -27,7 +27,7 @@ KINDS: dict[str, tuple[str, str]] = {
     "genetic-network": ("estimators.genetic_network", "GeneticNetwork"),
     "coregional": ("estimators.coregional", "Coregional"),
     "single-outputs": ("estimators.single_outputs", "SingleOutputs"),
-    "turned": ("estimators.turned", "Turned"),
+    "turned": ("estimators.rotated_outputs", "Turned"),
     "contact-time": ("estimators.contact_time", "ContactTimeProcess"),
 }
 
