@@ -105,6 +105,7 @@ format-check: .venv/.pyroshock-dev
 
 lint: .venv/.pyroshock-dev
 	@$(BIN)/ruff check .
+	@$(BIN)/python -m tools.structure --lint
 
 # What tests import by these names, from their own folder.
 SHARED_BY_TESTS := support fuzzing doc_pages
