@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,6 @@ from ...schema.advisory_lock import take_turn
 from ...schema.campaigns import Campaign
 from ...schema.listings import get_campaign_id
 from ...schema.twins import TwinVersion
-from ...twin.configuration import Source
 from ...twin.effects import Effect, catalogue, effect_from_json
 
 if TYPE_CHECKING:
@@ -150,8 +149,8 @@ def _add(
 
 
 def configuration_json(effects: Sequence[Effect], stages: Sequence[str], where: str) -> dict[str, Any]:
-    """Effects with the source of each number, under the keys of `TwinConfiguration.as_json`; and what they decide."""
-    source = asdict(Source("fitted", where))
+    """Effects with the source of each number, as the store keeps them; and what they decide."""
+    source = {"kind": "fitted", "where": where}
     numbers = [f"{effect.id}.{item.name}" for effect in effects for item in effect.parameters()]
     return {
         "stages": list(stages),

@@ -46,9 +46,9 @@ ROOMS: dict[str, tuple[str, ...]] = {
         "gp.kernels", "gp.kronecker", "gp.posterior",
     ),
     "twin": (
-        "chain", "setting", "prediction", "uncertainty", "materials", "configuration", "effects", "launch",
+        "chain", "setting", "prediction", "uncertainty", "materials", "effects", "launch",
         "contact_interface",
-        "plates", "gun.bench", "gun.nominal", "gun.shot", "gun.shots", "gun.effect", "gun.inverse", "gun.measured",
+        "plates", "gun.bench", "gun.nominal", "gun.shot", "gun.shots", "gun.effect", "gun.measured",
         "gun.leakage", "gun.prior", "gun.limits",
         "gun.calibration", "contact.bodies", "contact.pulse", "contact.laws", "contact.hertz",
         "contact.hunt_crossley", "contact.hunter", "contact.reed", "contact.von_hann", "contact.impact",

@@ -7,8 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pyroshock.twin.effects import catalogue, effect
-from pyroshock.twin.gun import inverse
-from pyroshock.twin.gun.inverse import tank_pressure_for_velocity
 from pyroshock.twin.gun.nominal import muzzle_velocity, trajectory
 from pyroshock.twin.gun.shots import Status, gun_velocity
 
@@ -174,37 +172,6 @@ def test_velocity_rises_with_pressure_falls_with_mass_and_bends_down():
     assert np.all(np.diff(by_pressure) > 0)
     assert np.all(np.diff(by_pressure, 2) < 0)
     assert np.all(np.diff(by_mass) < 0)
-
-
-@pytest.mark.parametrize("effects", [[], [ABSOLUTE, effect("gun.blow_by")]], ids=["nominal", "with effects"])
-def test_the_pressure_for_a_velocity_gives_that_velocity(effects):
-    wanted = np.array([5.0, 15.0, 40.0])
-    pressure = tank_pressure_for_velocity(THESIS_GUN, wanted, 0.5, effects)
-    np.testing.assert_allclose(gun_velocity(THESIS_GUN, pressure, 0.5, effects).velocity_m_s, wanted, rtol=1e-8)
-
-
-def test_a_velocity_out_of_reach_is_named():
-    with pytest.raises(ValueError, match="velocity_m_s = 500: 5e\\+06 Pa in the tank do not reach it"):
-        tank_pressure_for_velocity(THESIS_GUN, [10.0, 500.0, 600.0], 0.5)
-
-
-def test_a_velocity_that_takes_the_highest_pressure_is_found():
-    most = gun_velocity(THESIS_GUN, 3e5, 0.5).velocity_m_s
-    assert tank_pressure_for_velocity(THESIS_GUN, most, 0.5, highest_pa=3e5) == pytest.approx([3e5], rel=1e-9)
-    with pytest.raises(ValueError, match="velocity_m_s = 400: 300000 Pa"):
-        tank_pressure_for_velocity(THESIS_GUN, [*most, 400.0], 0.5, highest_pa=3e5)
-
-
-def test_a_velocity_for_which_no_pressure_is_found_is_named(monkeypatch):
-    def lost(bench, pressure, mass, effects):
-        """Of the second shot and the third no velocity is known but at the highest pressure."""
-        shots = gun_velocity(bench, pressure, mass, effects)
-        unknown = (mass == 0.25) & (np.asarray(pressure) < 50e5)
-        return replace(shots, velocity_m_s=np.where(unknown, np.nan, shots.velocity_m_s))
-
-    monkeypatch.setattr(inverse, "gun_velocity", lost)
-    with pytest.raises(RuntimeError, match="for 2 velocities; the first is 7 m/s"):
-        tank_pressure_for_velocity(THESIS_GUN, [5.0, 7.0, 9.0], [0.5, 0.25, 0.25])
 
 
 @pytest.mark.parametrize("effects", [(), (effect("gun.blow_by"),), (effect("gun.valve_flow"),)], ids=len)

@@ -10,7 +10,6 @@ from pyroshock.twin.plate.modal import ModalPlate
 from pyroshock.twin.plate.recursion import Recursion
 from pyroshock.twin.plate.respond import kept_below, respond
 from pyroshock.twin.plate.response import PlateResponse
-from pyroshock.twin.plate.truncation import beyond_modes
 
 
 def plate(frequency_hz, damping=0.01, seed=0, sensors=2):
@@ -211,27 +210,3 @@ def test_modes_that_cannot_be_are_refused(frequency_hz, damping_ratio, message):
     shapes = np.ones((1, 2))
     with pytest.raises(ValueError, match=message):
         ModalPlate(np.array(frequency_hz), np.array(damping_ratio), shapes, shapes, ("#1",), ("a",))
-
-
-def test_a_short_pulse_has_more_beyond_the_modes():
-    many = plate([100.0, 2000.0])
-    short, long = (beyond_modes(many, half_sine(1000, width, 1e-5), 1e-5)[0] for width in (2e-4, 4e-3))
-    assert short > 0.5
-    assert long < 0.05
-    assert beyond_modes(many, np.zeros(10), 1e-5)[0] == 0
-
-
-def test_a_click_has_power_as_the_square_of_frequency():
-    # |F| is the same at every frequency: the share above a frequency goes with its third power.
-    click = np.zeros(400)
-    click[0] = 1.0
-    for share in (0.25, 0.5, 0.9):
-        found = beyond_modes(plate([share * 5e4]), click, 1e-5)
-        assert found == pytest.approx(1 - share**3, abs=2e-3)
-        assert beyond_modes(plate([share * 5e4]), 1e-9 * click, 1e-5) == pytest.approx(found, rel=1e-12)
-
-
-def test_a_plate_that_does_not_ring_leaves_all_of_it_out():
-    slow = np.zeros(10)
-    slow[0] = 1.0  # in steps of 0.1 s: much of it lies below 1 Hz
-    assert beyond_modes(plate([0.0]), slow, 0.1)[0] == pytest.approx(1.0, abs=1e-15)
