@@ -13,6 +13,14 @@ from pyroshock.training.registry.connection import user_environment
 from support.stores.registries import fresh_registry
 
 
+def test_variable_of_the_user_is_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, "sqlite:////elsewhere.db")
+    with fresh_registry(tmp_path, "other").connection.client() as client:
+        assert os.environ[VARIABLE] == "sqlite:////elsewhere.db"
+        assert client.tracking_uri == f"sqlite:///{tmp_path / 'other-models.db'}"
+    assert os.environ[VARIABLE] == "sqlite:////elsewhere.db"
+
+
 def test_client_of_another_thread_does_not_show(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(VARIABLE, raising=False)
     registry = fresh_registry(tmp_path, "other")
@@ -25,7 +33,7 @@ def test_client_of_another_thread_does_not_show(tmp_path: Path, monkeypatch: pyt
 
     with ThreadPoolExecutor(2) as pool:
         client = pool.submit(ask)
-        assert asking.wait(30) and VARIABLE in os.environ
+        assert asking.wait(30) and VARIABLE not in os.environ
         place = pool.submit(lambda: place_beside(f"sqlite:///{tmp_path / 'lab.db'}", user_environment()))
         assert not place.done()
         answered.set()

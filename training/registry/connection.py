@@ -81,6 +81,8 @@ class Connection:
             logging.getLogger("mlflow.store.db.utils").setLevel(logging.CRITICAL)
             mlflow.set_tracking_uri(self.place.tracking_uri)
             mlflow.set_registry_uri(self.place.tracking_uri)
+            # MLflow writes it into the variable as well, where other threads would take it for the user's.
+            _restore_variable(before)
             try:
                 if self.experiment is None:
                     self.experiment = self._made_ready()
@@ -90,8 +92,7 @@ class Connection:
             finally:
                 mlflow.set_registry_uri(None)
                 mlflow.set_tracking_uri(None)
-                if before is not None:
-                    os.environ[VARIABLE] = before
+                _restore_variable(before)
 
     def _made_ready(self) -> str:
         """The experiment; the first call makes MLflow's tables, and two at once would stumble over each other."""
@@ -105,6 +106,13 @@ class Connection:
             if experiment is not None:
                 return str(experiment.experiment_id)
             return str(client.create_experiment(EXPERIMENT, artifact_location=self.place.artifact_uri))
+
+
+def _restore_variable(before: str | None) -> None:
+    if before is None:
+        os.environ.pop(VARIABLE, None)
+    else:
+        os.environ[VARIABLE] = before
 
 
 def patient(method: Callable[Asked, Answer]) -> Callable[Asked, Answer]:
