@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
+import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -119,13 +122,26 @@ def quick_plates() -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def filled(filled_lab: Path, quick_plates: None) -> Iterator[Lab]:
-    """The window over the filled store; who writes counts rows before and after, for others have written, too."""
+def filled(filled_lab: Path, quick_plates: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lab]:
+    """The window over a filled store of this module's own; who writes counts rows before and after."""
     from support.processes.web_client import sqlite, window
 
-    db = sqlite(filled_lab)
-    with window(db, folders=(filled_lab / "campaigns",)) as (client, store):
-        yield Lab(client, store, db, filled_lab)
+    folder = tmp_path_factory.mktemp("filled")
+    shutil.copytree(filled_lab, folder, dirs_exist_ok=True)
+    _move_registry(folder / "lab-models.db", filled_lab, folder)
+    db = sqlite(folder)
+    with window(db, folders=(folder / "campaigns",)) as (client, store):
+        yield Lab(client, store, db, folder)
+
+
+def _move_registry(database: Path, old: Path, new: Path) -> None:
+    """MLflow keeps the whole path of each model's files."""
+    with closing(sqlite3.connect(database)) as connection, connection:
+        tables = connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()
+        for (table,) in tables:
+            for _, column, *_ in connection.execute(f'PRAGMA table_info("{table}")').fetchall():
+                change = f'UPDATE "{table}" SET "{column}" = replace("{column}", ?, ?) WHERE "{column}" LIKE ?'
+                connection.execute(change, (str(old), str(new), f"%{old}%"))
 
 
 @pytest.fixture(scope="module")
