@@ -25,11 +25,12 @@ setup: .venv/.pyroshock-dev ## everything to develop with, and the commit hooks 
 demo: .venv/.pyroshock-run ## the product from end to end, in a few minutes
 	@$(BIN)/pyroshock demo
 
-# A file's tests share what they set up, hence a file is one worker's.
+# A file's tests share what they set up, hence a file is one worker's. The workers share the cores, hence one thread each:
+# sums of several threads differ in their last digit from run to run.
 WORKERS ?= 2
 
 test: .venv/.pyroshock-test ## the default tests: no slow ones, no benchmarks; WORKERS at a time
-	@$(PYTEST) -m "not slow and not bench" -n $(WORKERS) --dist loadfile
+	@OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(PYTEST) -m "not slow and not bench" -n $(WORKERS) --dist loadfile
 
 ROUNDS ?= 5
 
