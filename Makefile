@@ -34,7 +34,7 @@ test: .venv/.pyroshock-test ## the default tests: no slow ones, no benchmarks; W
 
 ROUNDS ?= 5
 
-mutants: .venv/.pyroshock-test ## one change at a time in MODULES, and whether a test notices: hours for all; docs/mutation.md
+mutants: .venv/.pyroshock-test ## one change at a time in MODULES, and whether a test notices: hours for all; docs/measurements/mutation.md
 	@$(BIN)/python -m tools.mutation $(foreach each,$(MODULES),'$(each)') --jobs $(WORKERS)
 
 test-clients: .venv/.pyroshock-test ## a whole laboratory at once, ROUNDS times on each engine: half an hour
@@ -42,7 +42,7 @@ test-clients: .venv/.pyroshock-test ## a whole laboratory at once, ROUNDS times 
 
 INPUTS ?= 100000
 
-fuzz: .venv/.pyroshock-fuzz ## INPUTS damaged files for every reader, table and way in: an hour on two cores; docs/fuzzing.md
+fuzz: .venv/.pyroshock-fuzz ## INPUTS damaged files for every reader, table and way in: an hour on two cores; docs/measurements/fuzzing.md
 	@PYTHONPATH=tests $(BIN)/python -m fuzzing --inputs $(INPUTS) --jobs $(WORKERS)
 
 test-faults: .venv/.pyroshock-test ## kills, full disks, crashed servers, damaged files: 200 kills take half an hour on a free machine
@@ -62,7 +62,7 @@ screenshots: .venv/.pyroshock-test ## the same, and the pages' pictures in docs/
 gallery: .venv/.pyroshock-test ## the thesis's figures that the software can draw, anew into docs/images/gallery: some minutes
 	@$(BIN)/python -m examples.gallery --out docs/images/gallery
 
-bench: .venv/.pyroshock-bench ## everything beside its peers, in a quarter of an hour, into docs/benchmarks.md
+bench: .venv/.pyroshock-bench ## everything beside its peers, in a quarter of an hour, into docs/measurements/benchmarks.md
 	@$(BIN)/python -m benchmarks
 
 bench-full: .venv/.pyroshock-bench ## every promise at full size: 180 recordings, a million impacts; two hours

@@ -1,8 +1,8 @@
 """`python -m benchmarks [--full] [THEME…]`: measure, and tell each figure; all themes together make the page.
 
-Without --full the page is docs/benchmarks.md with its two pictures, with it docs/benchmarks-full.md. Each theme has a
-fresh process: what another one imported, compiled or left in memory does not count. The exit code is 1 where a promise
-is lost or a theme failed.
+Without --full the page is docs/measurements/benchmarks.md with its two pictures, with it benchmarks-full.md beside it.
+Each theme has a fresh process: what another one imported, compiled or left in memory does not count.
+The exit code is 1 where a promise is lost or a theme failed.
 """
 
 from __future__ import annotations
@@ -59,12 +59,14 @@ def main(words: Sequence[str]) -> int:
 def write(figures: Sequence[Figure], full: bool, minutes: float, folder: Path, docs: Path = DOCS) -> Path:
     """The page and, for the quick sizes, its pictures in `docs`."""
     if full:
-        path = docs / "benchmarks-full.md"
+        path = docs / "measurements" / "benchmarks-full.md"
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(page(figures, FULL_COMMAND, minutes), encoding="utf-8")
         return path
     picture.draw(figures, docs / PICTURES[0])
-    drawn = [PICTURES[0], *_growth(folder, docs)]
-    path = docs / "benchmarks.md"
+    drawn = [f"../{PICTURES[0]}", *_growth(folder, docs)]
+    path = docs / "measurements" / "benchmarks.md"
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(page(figures, QUICK_COMMAND, minutes, drawn), encoding="utf-8")
     return path
 
@@ -77,7 +79,7 @@ def _growth(folder: Path, docs: Path) -> list[str]:
     from .growth_plot import draw
 
     draw(json.loads(points.read_text(encoding="utf-8")), docs / PICTURES[1])
-    return [PICTURES[1]]
+    return [f"../{PICTURES[1]}"]
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """`python -m benchmarks.by_hand`: what is written by hand beside a library that does the same, as Markdown.
 
 Milliseconds of one core, of the same numbers: a way that gives others ends the run. Other comparisons have pages of
-their own (docs/packages.md lists them).
+their own (docs/measurements/packages.md lists them).
 """
 
 from __future__ import annotations

@@ -21,7 +21,7 @@ GAS, AIR, ROOM, GRAVITY = 287.05, 101_325.0, 293.15, 9.80665
 
 @dataclass
 class ScalarGun:
-    """One shot as numbers: chapter and verse of docs/gun.md, written anew."""
+    """One shot as numbers: chapter and verse of docs/explanation/gun.md, written anew."""
 
     pressure: float
     mass: float

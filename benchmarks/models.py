@@ -1,4 +1,4 @@
-"""`python -m benchmarks.models [SEED…]`: every model on virtual 180 x 10 campaigns, written to docs/model-figures.md.
+"""`python -m benchmarks.models [SEED…]`: every model on 180 x 10 campaigns, into docs/measurements/model-figures.md.
 
 A seed is a campaign of its own, simulated, ingested, frozen and trained on by the commands that a user types. On the
 first, all models are trained and the clock runs; on the others those that the promises are about. Takes half an hour
@@ -25,7 +25,7 @@ from pyroshock.training.thesis import thesis_figures
 from .measuring import ROOT
 from .themes import work_folder
 
-DOCUMENT = ROOT / "docs" / "model-figures.md"
+DOCUMENT = ROOT / "docs" / "measurements" / "model-figures.md"
 SEEDS = ("11", "12", "13")
 #: What the promises are about, and what they are held against.
 PROMISED = ("coregional-gp", "hybrid", "single-pass", "gp", "hann")

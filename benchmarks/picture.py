@@ -1,4 +1,4 @@
-"""The first picture of docs/benchmarks.md: our time over each peer's, with its spread, and the line at 1."""
+"""The first picture of docs/measurements/benchmarks.md: our time over each peer's, with its spread."""
 
 from __future__ import annotations
 

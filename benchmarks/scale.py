@@ -2,7 +2,7 @@
 
 Two stores are filled on the server of $TEST_DATABASE_URL and kept there, or on one that is started for it. What was
 measured goes to scale.json in $PYROSHOCK_BENCH_FOLDER, and from there, also with `--again`, below the mark in
-docs/scale.md.
+docs/measurements/scale.md.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .scale_series import measure_series
 from .scale_storage import frames_share, rooms
 from .themes import work_folder
 
-DOCUMENT = ROOT / "docs" / "scale.md"
+DOCUMENT = ROOT / "docs" / "measurements" / "scale.md"
 PER_CAMPAIGN, CLIENTS = 10_000, 4
 QUESTION_REPEATS, INGEST_REPEATS = 9, 7
 

@@ -1,4 +1,4 @@
-"""What was measured of a large store, as the lower part of docs/scale.md; every number there is reckoned here."""
+"""Measured figures of a large store: the lower part of docs/measurements/scale.md."""
 
 from __future__ import annotations
 

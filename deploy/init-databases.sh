@@ -1,8 +1,8 @@
 #!/bin/sh
 # Two databases on a new server, the store and what MLflow keeps of models; roles of readers, operators and admins
-# (docs/deployment.md); and two logins: "owner", an admin, makes and upgrades the tables, "lab", an operator, is what
+# (docs/how-to/deploy-a-server.md); and two logins: "owner", an admin, makes and upgrades the tables, "lab", an operator, is what
 # the window and the workers log in as.
-# PostgreSQL's image runs this once, before it lets anybody in; by hand: docs/deployment.md.
+# PostgreSQL's image runs this once, before it lets anybody in; by hand: docs/how-to/deploy-a-server.md.
 set -eu
 SECRETS=${SECRETS:-/run/secrets}
 PGUSER=${PGUSER:-${POSTGRES_USER:-postgres}}

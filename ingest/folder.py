@@ -138,7 +138,9 @@ def _load(path: Path) -> dict[str, Any]:
     try:
         return toml_table(read_toml_text(path))
     except FileNotFoundError as error:
-        raise IngestError(f"{path.parent}: no {FILE}; a campaign folder needs one (docs/campaigns.md)") from error
+        raise IngestError(
+            f"{path.parent}: no {FILE}; a campaign folder needs one (docs/reference/campaigns.md)"
+        ) from error
     except ValueError as error:
         raise IngestError(f"{FILE}: {error}") from error
     except OSError as error:

@@ -49,7 +49,7 @@ _BENCH: dict[str, tuple[tuple[str, str], ...]] = {
 }
 _HEAD = f"""\
 # Written by pyroshock campaigns init. Replace every "{FILL_IN}", here and in runs.csv, look at the lines that say
-# "please check", and try it: pyroshock ingest FOLDER --dry-run. docs/campaigns.md says what each key means.
+# "please check", and try it: pyroshock ingest FOLDER --dry-run. docs/reference/campaigns.md says what each key means.
 """
 
 

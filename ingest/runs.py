@@ -112,7 +112,7 @@ def _rows(reading: _Reading, lines: list[Line], faults: Faults) -> list[RunRow]:
 def _file_name(folder: Path) -> str:
     names = [name for name in FILES if (folder / name).exists()]
     if not names:
-        raise IngestError(f"{folder}: no {FILE}; a campaign folder needs one (docs/campaigns.md)")
+        raise IngestError(f"{folder}: no {FILE}; a campaign folder needs one (docs/reference/campaigns.md)")
     if len(names) > 1:
         raise IngestError(f"{names[0]}: {' and '.join(names[1:])} beside it; expected one table")
     return names[0]

@@ -5,7 +5,7 @@ a slice fetches and decodes only the chunks that it touches. Frames tell their o
 takes to read them, the `SeriesLayout`, stands in the channel's row.
 
 Floats that are whole multiples of one step are kept as the counts of their converter (`counts`): a third less room,
-and four times faster either way (docs/benchmarks.md). Transposed bits pack better than bytes where noise is of a few
+and four times faster either way (benchmarks.md). Transposed bits pack better than bytes where noise is of a few
 steps, and bytes where it uses every bit of a mantissa; where noise is all there is to pack, as of 24 bits, lz4 takes a
 third of zstd's time for a hundredth more room: hence a look at some samples before one of `PACKINGS` is chosen. Higher
 levels of zstd save 1 to 5 % of room for two to three times the time.

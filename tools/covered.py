@@ -1,6 +1,6 @@
 """How much of each room the tests ran, of what `make coverage` counted; `--floor` holds it to `covered.toml`.
 
-`--page` writes the table into docs/coverage.md; `--set-floor` puts the floor a margin below what was counted.
+`--page` writes the table of docs/measurements/coverage.md; `--set-floor` puts the floor below what was counted.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 FLOOR = HERE / "covered.toml"
-PAGE = ROOT / "docs" / "coverage.md"
+PAGE = ROOT / "docs" / "measurements" / "coverage.md"
 #: Points between what is counted and the floor: tests that wait for other processes take other branches by chance.
 MARGIN = 1.0
 #: Between these the page holds the table.

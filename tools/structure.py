@@ -31,8 +31,9 @@ PACKAGE = "pyroshock"
 BANNED = frozenset({"found", "each", "told", "left", "one", "mine", "known", "said", "asked", "way"})
 #: Longer lines than this are counted.
 WIDTH = 100
-#: Pages that a program writes are not prose.
-GENERATED = ("reference", "images", "mutation", "_build", "decisions")
+#: Folders of docs/ without prose of the present: pictures, the built site, the record of decisions.
+GENERATED = ("images", "_build", "decisions")
+GENERATED_MARK = re.compile(r"<!-- generated|^Written by `(make bench|python -m )", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -197,9 +198,10 @@ def words_of(paths: Iterable[Path]) -> int:
 
 
 def prose_pages(root: Path) -> list[Path]:
-    """Pages of docs/ that a person wrote."""
-    pages = (root / "docs").rglob("*.md")
-    return [page for page in pages if not set(page.relative_to(root / "docs").parts) & set(GENERATED)]
+    """Pages of docs/ that a person wrote: a page that a program fills or writes says so by a mark."""
+    pages = sorted((root / "docs").rglob("*.md"))
+    written = [page for page in pages if not set(page.relative_to(root / "docs").parts) & set(GENERATED)]
+    return [page for page in written if not GENERATED_MARK.search(page.read_text(encoding="utf-8"))]
 
 
 def figures(root: Path) -> dict[str, str]:

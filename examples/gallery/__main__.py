@@ -1,4 +1,4 @@
-"""`python -m examples.gallery [NAME...] --out FOLDER`: figures of the thesis, redrawn; docs/gallery.md shows them."""
+"""`python -m examples.gallery [NAME...] --out FOLDER`: figures of the thesis for docs/measurements/gallery.md."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from pyroshock.twin.srs.target_csv import read_target
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples/modal-hammer-hit/recordings/acceleration.lvm"
-PAGE = (ROOT / "docs/srs.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs/explanation/srs.md").read_text(encoding="utf-8")
 G = 9.80665
 KEYS = {
     "unit", "frequency_hz", "maximax", "positive", "negative", "primary", "residual", "pseudo_velocity_m_s", "checks",

@@ -70,8 +70,8 @@ def test_picture_is_written(tmp_path, figures):
 
 def test_page_and_picture_lie_where_the_page_says(tmp_path):
     path = command.write(FIGURES, False, 9.0, tmp_path, tmp_path / "docs")
-    assert path == tmp_path / "docs" / "benchmarks.md"
-    assert "](images/benchmarks.png)" in path.read_text(encoding="utf-8")
+    assert path == tmp_path / "docs" / "measurements" / "benchmarks.md"
+    assert "](../images/benchmarks.png)" in path.read_text(encoding="utf-8")
     assert (tmp_path / "docs" / "images" / "benchmarks.png").is_file()
     assert "growth" not in path.read_text(encoding="utf-8")
 

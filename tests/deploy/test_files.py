@@ -1,4 +1,4 @@
-"""deploy/ and docs/deployment.md name commands, options and files that exist, and hold no secret."""
+"""deploy/ and docs/how-to/deploy-a-server.md name commands, options and files that exist, and hold no secret."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DEPLOY = ROOT / "deploy"
 COMPOSE: dict[str, Any] = yaml.safe_load((DEPLOY / "compose.yaml").read_text())
 SERVICES: dict[str, dict[str, Any]] = COMPOSE["services"]
-PAGE = (ROOT / "docs" / "deployment.md").read_text()
+PAGE = (ROOT / "docs" / "how-to" / "deploy-a-server.md").read_text()
 SCRIPTS = sorted(DEPLOY.glob("*.sh"))
 #: Of the Compose specification, what a service of ours may say; a misspelled key is refused by no parser.
 KEYS = {

@@ -1,4 +1,4 @@
-"""A backup comes back as docs/deployment.md says: a dump of PostgreSQL, and a copy of an SQLite file."""
+"""A backup comes back as docs/how-to/deploy-a-server.md says: a dump of PostgreSQL, and a copy of an SQLite file."""
 
 from __future__ import annotations
 
@@ -101,7 +101,9 @@ def login(server: Server) -> Iterator[Callable[[str], str]]:
 
 def block(heading: str, last: str) -> str:
     """The commands of the page's section that end with the line `last`."""
-    section = (ROOT / "docs" / "deployment.md").read_text().split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    section = (
+        (ROOT / "docs" / "how-to" / "deploy-a-server.md").read_text().split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    )
     found = [text for text in re.findall(r"```sh\n(.*?)```", section, re.DOTALL) if text.rstrip().endswith(last)]
     assert len(found) == 1, (heading, last)
     return found[0]
@@ -180,10 +182,10 @@ def _move_to(url: str, revision: str) -> None:
 
 
 def test_copy_of_a_file_in_use_comes_back(tmp_path, monkeypatch):
-    """`sqlite3 lab.db ".backup lab-backup.db"` of docs/store.md, while somebody writes."""
+    """`sqlite3 lab.db ".backup lab-backup.db"` of docs/reference/store.md, while somebody writes."""
     if shutil.which("sqlite3") is None:
         pytest.skip("no sqlite3 here: it is the program that the page asks for")
-    line = re.search(r"`(sqlite3 [^`]+)`", (ROOT / "docs" / "store.md").read_text())
+    line = re.search(r"`(sqlite3 [^`]+)`", (ROOT / "docs" / "reference" / "store.md").read_text())
     assert line is not None
     monkeypatch.chdir(tmp_path)
     campaign = hammer_campaign(tmp_path / "first", 2, HITS, "first")

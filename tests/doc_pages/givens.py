@@ -177,7 +177,7 @@ def one_repetition(place: Place) -> None:
 
 
 def few_models(place: Place, names: str) -> None:
-    """What `train` makes where the page does not say which: all 22 take minutes, and docs/registry.md has them all."""
+    """What `train` makes where the page does not say which: all 22 take minutes, and registry.md has them all."""
     from pyroshock.app.cli.train import train
 
     (option,) = (each for each in train.params if each.name == "models")

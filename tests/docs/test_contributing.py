@@ -85,7 +85,7 @@ def test_every_reader_has_a_recipe_and_is_fuzzed() -> None:
 
 
 def test_every_model_has_a_row() -> None:
-    rows = re.findall(r"^\| (`.*?) \|", source("docs/registry.md").split("## Training")[0], re.MULTILINE)
+    rows = re.findall(r"^\| (`.*?) \|", source("docs/explanation/registry.md").split("## Training")[0], re.MULTILINE)
     named = {name for row in rows for name in re.findall(r"`([\w-]+)`", row)}
     assert named == set(ZOO)
 
@@ -102,7 +102,7 @@ def test_every_design_has_a_row_and_a_command() -> None:
     from click import Context
     from pyroshock.app.cli.plan import plan
 
-    ways = source("docs/plans.md").split("## Ways to make one")[1].split("\n## ")[0]
+    ways = source("docs/explanation/plans.md").split("## Ways to make one")[1].split("\n## ")[0]
     for method in METHODS:
-        assert re.search(rf"^\| `plan {method} ", ways, re.MULTILINE), f"{method}: no row in docs/plans.md"
+        assert re.search(rf"^\| `plan {method} ", ways, re.MULTILINE), f"{method}: no row in docs/explanation/plans.md"
         assert plan.get_command(Context(plan), method) is not None

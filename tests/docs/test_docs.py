@@ -26,14 +26,14 @@ def page(name: str) -> str:
 
 
 def test_every_command_has_a_row():
-    rows = re.findall(r"^\| `([a-z-]+)` \|", page("commands.md"), re.MULTILINE)
+    rows = re.findall(r"^\| `([a-z-]+)` \|", page("reference/command-overview.md"), re.MULTILINE)
     assert rows == list(COMMANDS)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(600)
 def test_examples_of_the_commands_run(tmp_path, request):
-    examples = re.findall(r"\| `pyroshock ([^`]+)` \|$", page("commands.md"), re.MULTILINE)
+    examples = re.findall(r"\| `pyroshock ([^`]+)` \|$", page("reference/command-overview.md"), re.MULTILINE)
     assert len(examples) == len(COMMANDS)
     with place_in(tmp_path, request) as place:
         full_campaign(tmp_path / "small", "small")
@@ -47,26 +47,30 @@ def test_examples_of_the_commands_run(tmp_path, request):
 
 def test_every_reader_has_a_row():
     suffixes = {suffix for reader in READERS for suffix in reader.suffixes}
-    rows = set(re.findall(r"`(\.[a-z0-9]+)`", page("campaigns.md")[page("campaigns.md").index("## Readers") :]))
+    rows = set(
+        re.findall(
+            r"`(\.[a-z0-9]+)`", page("reference/campaigns.md")[page("reference/campaigns.md").index("## Readers") :]
+        )
+    )
     assert rows == suffixes
 
 
 def test_every_check_has_a_row():
-    rows = set(re.findall(r"^\| `([a-z-]+)` \|", page("method.md"), re.MULTILINE))
+    rows = set(re.findall(r"^\| `([a-z-]+)` \|", page("explanation/method.md"), re.MULTILINE))
     functions: list[Any] = list(CHECKS)
     names = {each.__name__.removeprefix("check_").replace("_", "-") for each in functions}
     assert rows == names
 
 
 def test_every_table_has_a_row():
-    tables = page("store.md").split("\n## ")[0]
+    tables = page("reference/store.md").split("\n## ")[0]
     rows = [line.split("|")[1] for line in tables.splitlines() if line.startswith("| `")]
     assert {name for row in rows for name in re.findall(r"`(\w+)`", row)} == set(metadata.tables)
 
 
 def test_sealed_figures_are_those_of_the_kept_rows() -> None:
     rows = sealed_table.rows_of_checks()
-    shown = page("diagnosis.md").splitlines()
+    shown = page("explanation/diagnosis.md").splitlines()
     wanted = [*sealed_table.lines(rows), *sealed_table.of_kinds(rows)]
     missing = [line for line in wanted if line not in shown]
     assert len(rows) == 1600

@@ -85,7 +85,7 @@ def drawn(scene: Scene) -> Drawn:
 
 
 def page() -> str:
-    return (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    return (ROOT / "docs" / "measurements" / "gallery.md").read_text(encoding="utf-8")
 
 
 # --- the page -------------------------------------------------------------------------------------------------------
@@ -103,8 +103,8 @@ def test_every_script_that_draws_is_in_the_table() -> None:
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_page_has_the_picture_and_the_script(name: str) -> None:
-    assert f"](images/gallery/{name}.png)" in page()
-    assert f"[`{name}.py`](../examples/gallery/{name}.py)" in page()
+    assert f"](../images/gallery/{name}.png)" in page()
+    assert f"[`{name}.py`](../../examples/gallery/{name}.py)" in page()
     assert (PICTURES / f"{name}.png").stat().st_size < 80_000
 
 
@@ -185,7 +185,9 @@ def test_virtual_shot_is_read_as_it_was_fired(drawn: Drawn) -> None:
     (pressure, laser) = drawn("chamber_pressure").axes
     read_bar, read_m_s = map(float, re.findall(r"([\d.]+) (?:bar|±)", pressure.get_title()))
     assert read_bar == pytest.approx(chamber_pressure.TEST_2_PA / 1e5, abs=0.01)
-    assert 0.5 * 11.872 < read_m_s < 11.872  # the virtual gun is slower than the thesis's there: docs/virtual-bench.md
+    assert (
+        0.5 * 11.872 < read_m_s < 11.872
+    )  # the virtual gun is slower than the thesis's there: docs/explanation/virtual-bench.md
     volts = np.asarray(laser.lines[0].get_ydata())
     assert np.median(volts) - np.median(volts[volts < -2]) == pytest.approx(4.8, rel=0.01)  # 48 mm at 0.1 V/mm
 

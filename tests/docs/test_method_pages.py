@@ -18,10 +18,12 @@ _CITED = re.compile(r"[Tt]hesis,? eq\. [\d., to-]+")
 
 def rows() -> list[tuple[set[str], list[str], list[str]]]:
     """Of the table in deviations.md: equations, pages, files."""
-    text = (DOCS / "deviations.md").read_text(encoding="utf-8").split("## Where each equation stands")[1]
+    text = (
+        (DOCS / "explanation" / "deviations.md").read_text(encoding="utf-8").split("## Where each equation stands")[1]
+    )
     cells = [line.strip("|").split("|") for line in text.splitlines() if re.match(r"\| \d", line)]
     return [
-        (numbers(first), re.findall(r"\]\(([\w.-]+)(?:#[\w.-]*)?\)", pages), re.findall(r"`([\w/.]+)`", files))
+        (numbers(first), re.findall(r"\]\(([\w./-]+)(?:#[\w.-]*)?\)", pages), re.findall(r"`([\w/.]+)`", files))
         for first, pages, files in cells
     ]
 
@@ -44,7 +46,7 @@ def test_each_equation_has_a_row() -> None:
 def test_row_leads_to_pages_that_have_it_and_code_that_names_some(
     equations: set[str], pages: list[str], files: list[str]
 ) -> None:
-    shown = set().union(*(mentioned(DOCS / page) for page in pages))
+    shown = set().union(*(mentioned(DOCS / "explanation" / page) for page in pages))
     assert sorted(equations - shown) == []
     assert all((ROOT / file).is_file() for file in files)
     assert any(equations & mentioned(ROOT / file) for file in files)

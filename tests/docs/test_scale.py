@@ -1,4 +1,4 @@
-"""docs/scale.md shows every question that `make bench-scale` asks, and the questions can be asked."""
+"""docs/measurements/scale.md shows every question that `make bench-scale` asks, and the questions can be asked."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from sqlalchemy import func, select
 from support.records.campaigns import hammer_campaign
 from support.stores.stores import ingested, opened
 
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "scale.md"
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "measurements" / "scale.md"
 
 
 def test_page_shows_every_question():

@@ -60,7 +60,7 @@ def test_links_of_the_roots_files_are_seen_from_the_docs(monkeypatch, tmp_path) 
 
 def test_files_of_the_repository_that_pages_link_to_are_found() -> None:
     assert {"deploy", "deploy/backup.sh"} <= set(linked())
-    assert "docs/store.md" not in linked()
+    assert "docs/reference/store.md" not in linked()
 
 
 def test_docstrings_say_what_they_say() -> None:

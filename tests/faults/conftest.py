@@ -42,7 +42,7 @@ def forge_without_models(tmp_path_factory: pytest.TempPathFactory) -> Iterator[F
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """As docs/faults.md shows it."""
+    """As docs/measurements/faults.md shows it."""
     if TALLIES:
         terminalreporter.section("killed at random moments")
         terminalreporter.write_line("\n".join([HEADER, *(tally.row() for tally in TALLIES.values())]))

@@ -101,7 +101,7 @@ def test_the_process_of_one_file_imports_nothing_from_its_folder(tmp_path: Path,
 
 
 def test_python_m_imports_nothing_from_a_campaign_folder(tmp_path: Path, db: str) -> None:
-    """Nothing after our first line, that is: Python itself looks there before it (docs/threats.md)."""
+    """Nothing after our first line, that is: Python itself looks there before it (docs/explanation/threats.md)."""
     folder = hammer_campaign(tmp_path / "c", recordings=3, hits=2)
     trap = planted(folder)
     for name in ("importlib", "pkgutil", "runpy", "types", "warnings"):

@@ -75,7 +75,7 @@ def test_lines_are_those_of_the_products_python_files(tmp_path: Path) -> None:
 
 
 def test_page_has_the_counts_of_today() -> None:
-    page = (ROOT / "docs/packages.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/measurements/packages.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| \[?([\w-]+)\]?[^|]*\| (\d+) \|", page, re.MULTILINE)
     assert {package: int(count) for package, count in rows} == importing_files()
     assert set(PACKAGES) == {package for package, _ in rows}

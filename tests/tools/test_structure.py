@@ -42,8 +42,8 @@ def tree(tmp_path: Path) -> Path:
         "gun/barrel.py": GUN,
         "plate/__init__.py": "",
         "plate/modes.py": PLATE,
-        "docs/plate.md": "# A plate\n\nTwo words.\n\n```python\nnot = prose\n```\n",
-        "docs/reference/plate.md": "generated words",
+        "docs/explanation/plate.md": "# A plate\n\nTwo words.\n\n```python\nnot = prose\n```\n",
+        "docs/reference/plate.md": "<!-- generated: plate -->\n",
         "README.md": "Read me now.\n",
         "tests/test_gun.py": "found = 1\n",
     }

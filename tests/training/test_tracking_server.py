@@ -95,7 +95,7 @@ def test_server_answers_with_what_was_searched(remote, few_pulses, server):
 
 @pytest.mark.slow
 def test_mlflow_page_on_the_store_beside_a_laboratory(few_pulses, tmp_path, monkeypatch):
-    """By the command of docs/registry.md; its page asks what is asked here."""
+    """By the command of docs/explanation/registry.md; its page asks what is asked here."""
     without_figures(monkeypatch)
     registry = fresh_registry(tmp_path)
     session = registry.open_session(ground_in(registry, few_pulses).dataset, 0)

@@ -19,7 +19,7 @@ from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.effect import SensorEffect
 from support.records.twin_parts import BENCH, ringing_plate, setting
 
-DOCS = Path(__file__).resolve().parents[2] / "docs" / "effects.md"
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "explanation" / "effects.md"
 
 IDS = (
     "gun.back_pressure",
@@ -129,7 +129,7 @@ def test_effects_of_another_stage_and_doubles_are_refused():
 
 
 def rows() -> dict[str, list[tuple[str, ...]]]:
-    """Cells of docs/effects.md by id: law, parameter, unit, range, default, off, source; a line each parameter."""
+    """Cells of effects.md by id: law, parameter, unit, range, default, off, source; a line each parameter."""
     found: dict[str, list[tuple[str, ...]]] = {}
     for line in DOCS.read_text(encoding="utf-8").splitlines():
         if line.startswith("| `"):

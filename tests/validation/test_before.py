@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from support.records.before_table import FOLDER, NOW, lines
 
-PAGE = Path(FOLDER).parents[1] / "diagnosis.md"
+PAGE = Path(FOLDER).parents[1] / "explanation" / "diagnosis.md"
 
 
 @pytest.mark.parametrize("folder", [FOLDER, NOW], ids=["before", "now"])

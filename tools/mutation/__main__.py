@@ -3,7 +3,7 @@
 python -m tools.mutation                        # what plan.toml says and the rows lack
 python -m tools.mutation 'twin/gun/*' --jobs 2  # of these modules
 python -m tools.mutation --again survived       # what survived, once more
-python -m tools.mutation --page                 # only the table of docs/mutation.md, of the rows that are kept
+python -m tools.mutation --page                 # only the table of docs/measurements/mutation.md, of the kept rows
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[2]
 #: What became of each mutant on this machine, and the list of survivors; not part of the repository.
 KEPT = ROOT / ".cache" / "mutation"
 VERDICTS = Path(__file__).with_name("verdicts.toml")
-PAGE = ROOT / "docs" / "mutation.md"
+PAGE = ROOT / "docs" / "measurements" / "mutation.md"
 #: Trials between two writings of the rows.
 _OFTEN = 20
 

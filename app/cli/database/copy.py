@@ -48,6 +48,9 @@ def _say_where_models_are(source: str) -> None:
 
     place = place_beside(source, user_environment())
     if place.database is not None and place.database.is_file():
-        note(f"models stay in {place.shown}: set MLFLOW_TRACKING_URI to it for work on the copy (docs/store.md)")
+        note(
+            f"The models stay in {place.shown}. Set MLFLOW_TRACKING_URI to it when you work on the copy "
+            "(docs/reference/store.md)."
+        )
     elif place.database is None:
         note(f"models stay in {place.shown}, where MLFLOW_TRACKING_URI says")

@@ -11,7 +11,7 @@ from ..progress import ProgressBar
 Query = Any
 
 #: Restoring is right whatever was damaged, and often all that is left.
-RESTORE = "restore the store from its backup (docs/store.md)"
+RESTORE = "restore the store from its backup (docs/reference/store.md)"
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ _COLUMNS = (
     Tombstone.replaced_by,
     Tombstone.restored_at,
 )
-_AGAIN = "take it out again (pyroshock runs discard), or restore the store from its backup (docs/store.md)"
+_AGAIN = "take it out again (pyroshock runs discard), or restore the store from its backup (docs/reference/store.md)"
 
 #: The files of each campaign that is in the store, as path and SHA-256.
 _Files = Mapping[str, set[tuple[str, str]]]

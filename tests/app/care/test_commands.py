@@ -101,7 +101,7 @@ def test_copy_says_what_it_made_and_where_models_stay(care_copy, tmp_path, monke
     result = run("db", "copy", care_copy, target, "--json")
     tables = {table["name"]: table["rows"] for table in json.loads(result.stdout)}
     assert (tables["impacts"], tables["series_chunks"]) == (11, 13)
-    assert f"models stay in sqlite:///{tmp_path}/lab-models.db: set MLFLOW_TRACKING_URI" in result.stderr
+    assert f"The models stay in sqlite:///{tmp_path}/lab-models.db. Set MLFLOW_TRACKING_URI" in result.stderr
     assert "holds a store already" in run("db", "copy", care_copy, target, code=2).stderr
 
 

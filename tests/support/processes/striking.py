@@ -49,7 +49,7 @@ class Tally:
     lost: list[str] = field(default_factory=list)
 
     def row(self) -> str:
-        """A row of the table in docs/faults.md."""
+        """A row of the table in docs/measurements/faults.md."""
         cells = (self.operation, self.engine, self.tried, self.struck, self.completed, len(self.lost))
         return "| " + " | ".join(map(str, cells)) + " |"
 

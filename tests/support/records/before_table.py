@@ -1,4 +1,4 @@
-"""Figures of benches as docs/diagnosis.md tables them: `PYTHONPATH=tests python -m support.records.before_table`."""
+"""Figures of benches in the tables of diagnosis.md: `PYTHONPATH=tests python -m support.records.before_table`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sealed figures as docs/diagnosis.md tables them: `PYTHONPATH=tests python -m support.records.sealed_table`."""
+"""Sealed figures in the tables of diagnosis.md: `PYTHONPATH=tests python -m support.records.sealed_table`."""
 
 from __future__ import annotations
 

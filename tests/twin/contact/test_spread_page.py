@@ -1,4 +1,4 @@
-"""docs/contact-effects.md says the spreads as they are."""
+"""docs/explanation/contact-effects.md says the spreads as they are."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from pyroshock.twin.contact.law_uncertainty import SPREADS
 
-PAGE = (Path(__file__).resolve().parents[3] / "docs" / "contact-effects.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "explanation" / "contact-effects.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("law", SPREADS)

@@ -34,7 +34,7 @@ def lens(position: float) -> float:
 
 
 def balances(profile: ValveProfile, pressure_pa: float, mass_kg: float, loss: float) -> tuple[float, float]:
-    """Exit velocity and time by Radau at 1e-9: gauge pressures drive, flows see absolute ones (docs/gun.md)."""
+    """Exit velocity and time by Radau at 1e-9: gauge pressures drive, flows see absolute ones (gun.md)."""
     gamma, area, bore = 1.4, math.pi * 0.048**2 / 4, math.pi * 0.049**2 / 4 / math.sqrt(loss)
     choked = math.sqrt(gamma) * (2 / (gamma + 1)) ** ((gamma + 1) / (2 * (gamma - 1)))
     critical = (2 / (gamma + 1)) ** (gamma / (gamma - 1))

@@ -137,7 +137,7 @@ def test_few_shots_stand_in_the_way_until_shots_are_measured():
 
 
 def test_scatter_of_a_shot_is_level_and_line_of_its_own():
-    """0.7 dB for all lines and 0.7 dB for each, as docs/tuning.md says."""
+    """0.7 dB for all lines and 0.7 dB for each, as docs/explanation/tuning.md says."""
     own = Discrepancy(LINES).shot_covariance_db2()
     assert own[0, 0] == pytest.approx(2 * 0.7**2)
     assert own[0, 1] == pytest.approx(0.7**2)
