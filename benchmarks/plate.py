@@ -12,10 +12,11 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
+from pyroshock.array_types import Floats
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plate.build import PlateBuild, places
 from pyroshock.twin.plate.cache import cached_plate
-from pyroshock.twin.plate.modal import Floats, ModalPlate
+from pyroshock.twin.plate.modal import ModalPlate
 from pyroshock.twin.plate.modes import solve_plate
 from pyroshock.twin.plate.respond import respond
 from pyroshock.twin.plate.response import PlateResponse

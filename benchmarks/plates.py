@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-from pyroshock.twin.plate.modal import Floats, ModalPlate
+from pyroshock.array_types import Floats
+from pyroshock.twin.plate.modal import ModalPlate
 from pyroshock.twin.plate.respond import respond
 from pyroshock.twin.plate.response import PlateResponse
 

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from pyroshock.signals.srs.spectrum import Floats
+from pyroshock.array_types import Floats
 
 from .apart import Apart, ApartError, in_turn, interpreter_with, seconds_of
 from .figures import Figure, missing

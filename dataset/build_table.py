@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..array_types import Floats
 from .identity import pulse_key
 from .predictors import PredictorSet
 from .rows import Levels, Row, case_of
 from .sources import VELOCITY, ImpactSource, Materials, read_number, read_word
-from .table import POINTS, Floats, Predictor, PulseTable
+from .table import POINTS, Predictor, PulseTable
 
 
 class MissingError(ValueError):

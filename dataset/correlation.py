@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from .table import Floats, Inputs
+from ..array_types import Floats
+from .table import Inputs
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,10 @@ from typing import Any, Self
 
 import numpy as np
 
+from ..array_types import Floats
 from .level_combinations import positions, unmet
 from .subspace import Subspace
-from .table import Floats, Inputs, Integers, Predictor
+from .table import Inputs, Integers, Predictor
 from .validity_limits import Limit, OutOfRange
 
 _FORMAT = 1

@@ -8,7 +8,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from .table import Floats, Integers
+from ..array_types import Floats
+from .table import Integers
 
 #: A setting within this share of one that was recorded is the same setting.
 NEAR = 0.01

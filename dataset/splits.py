@@ -14,12 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Mask
 from .table import PulseTable
 
 #: Share that is held out: 2 of the thesis's 10 repetitions, a fifth of the configurations.
 HELD_OUT = 0.2
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

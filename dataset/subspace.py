@@ -14,9 +14,8 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ..array_types import Floats
 
 #: Singular values below this share of the largest are round-off.
 _RANK_SHARE = 1e-6

@@ -9,7 +9,8 @@ from typing import Any, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ..array_types import Floats
+
 Integers = NDArray[np.int64]
 Texts = NDArray[np.str_]
 

@@ -8,8 +8,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from .level_combinations import is_near
-from .table import Floats, Predictor
+from .table import Predictor
 
 #: A number of so few distinct values was never varied: between two settings, nothing is known.
 LEVELS_UP_TO = 2

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from .gap_reduction.measure import FoldCorrections
 from .inference.held_out import set_predictions
 from .inference.model_search import fit_sets
@@ -16,8 +17,6 @@ from .inference.shares import GapShares
 from .inference.subset_fit import SubsetFit
 from .probability_maps import UnknownMap, first_entry_probability
 from .verdict import NONE, UNKNOWN, Cause, EffectShare, PathStep, Unexplained
-
-Floats = NDArray[np.float64]
 
 #: Entries below this probability are not listed; what is listed sums to one.
 _LISTED = 1e-3

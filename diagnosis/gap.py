@@ -10,10 +10,11 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from .means import means, tolerances
 from .noise import Noise
 from .observables.base import Observable, Stage
-from .record import CampaignRecord, Floats
+from .record import CampaignRecord
 
 #: Of one dB.
 _NEPER = float(np.log(10)) / 20

@@ -8,9 +8,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from .gap import GapTable
 from .observables.base import Observable
-from .record import Floats
 from .verdict import GapSize
 
 _NAMES = {

@@ -9,10 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats, Rows
 from .observables.base import Observable
-from .record import Floats
-
-Rows = NDArray[np.intp]
 
 
 def means(residuals: Floats, configuration: Rows, configurations: int) -> tuple[Floats, NDArray[np.intp]]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..array_types import Floats
 from ..schema.known_factors import column_of
 from ..twin.effects import Effect
 from .inference.posterior import HypothesisPosterior
@@ -15,7 +16,7 @@ from .inference.subset_fit import SubsetFit, residual, split_parts
 from .observables.base import Stage
 from .observables.contact.stage import ContactObservables
 from .observables.gun.stage import GunObservables
-from .record import CampaignRecord, Factor, Floats, Run, RunConfiguration
+from .record import CampaignRecord, Factor, Run, RunConfiguration
 from .verdict import NONE, UNKNOWN, Cause, NextRun
 
 #: Two causes are told apart at this distance: one case in forty goes wrong.

@@ -9,8 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from .observables.base import Observable
-from .record import Floats
 
 #: The data sheet weighs as much as so many degrees of freedom. Few: a bench scatters more than its sensors, and a
 #: scatter that is taken too small accuses.

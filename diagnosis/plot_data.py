@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .record import Floats
+from ..array_types import Floats
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from ..twin.gun.bench import GunBench
 from ..twin.materials import ElasticMaterial
 from ..twin.plate.modal import ModalPlate
 
-Floats = NDArray[np.float64]
 Factor = str | float
 
 

@@ -11,12 +11,11 @@ import itertools
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Levels
 from .changeovers import changeovers
 from .space import Axis, Space
 
-Levels = NDArray[np.int64]
 Costs = dict[int, dict[int, int]]
 
 #: All paths are tried up to here, 720 of them; beyond, the nearest next one is taken.

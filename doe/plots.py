@@ -6,16 +6,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Floats, Levels
 from .merit.balance import cell_counts, deviations, worst_deviation
 from .space import Space
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Levels = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 COLOUR, QUIET, MAP, LEVELS_MAP = "#1b6ca8", "#8d99ae", "RdBu_r", "viridis"
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Floats
 from .segmentation import rest_level
-
-Floats = NDArray[np.float64]
 
 #: A contact has begun above this share of its peak (thesis, section 4.1), or this many noise deviations.
 _ONSET_SHARE, _ONSET_NOISE = 0.005, 4.0

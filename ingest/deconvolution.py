@@ -8,6 +8,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from .transfer_function import (
     TransferFunction,
     TransferFunctionError,
@@ -15,8 +16,6 @@ from .transfer_function import (
     rigid_body_normalised,
     transfer_functions_of_the_others,
 )
-
-Floats = NDArray[np.float64]
 
 #: On a resonance of 2 % damping a half-sine comes back to 1 % of its peak, and to 3 % under noise of 0.1 %.
 DEFAULT_REGULARISATION = 1e-7

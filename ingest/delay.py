@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ..array_types import Floats
 
 
 def propagation_delay(youngs_modulus_pa: float, density_kg_m3: float, length_m: float) -> float:

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Floats
 from ..signals.channel import Channel, Sensor
 from ..signals.checks.base import Finding, Severity
 from .deconvolution import DEFAULT_REGULARISATION, deconvolve_together
@@ -25,8 +25,6 @@ from .pulses import find_hits
 from .readers import RecordingError, open_recording
 from .settings import ExtractionSettings
 from .transfer_function import TransferFunction, TransferFunctionError, estimate_transfer_function
-
-Floats = NDArray[np.float64]
 
 #: The derived channel's name.
 NAME = "force_derived"

@@ -9,16 +9,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Floats
 from ..signals.channel import Channel, on_impactor
 from ..signals.checks.base import Finding
 from .conditioning import TransferFunctionError, clean_acceleration, delay_is_plausible, measured_delay_samples
 from .pulses import ExtractedPulse
 from .settings import ExtractionSettings
 from .velocity import impact_velocity
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

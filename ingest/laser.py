@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..array_types import Floats
 from .segmentation import rest_level
-
-Floats = NDArray[np.float64]
 
 #: A passage is deeper than this many standard deviations of the noise at rest, and than this share of the deepest one.
 _NOISE_MARGIN, _DEPTH_SHARE = 8.0, 1 / 3

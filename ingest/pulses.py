@@ -8,12 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from ..signals.contact import Contact
 from .segmentation import RestLevel, Segment, delimit, find_events, orientation, record_rest
 from .settings import ExtractionSettings
 from .spline import nrmse, smoothing_spline
-
-Floats = NDArray[np.float64]
 
 #: Samples on either side of the contact that the spline sees, so that its ends are not its weak spots.
 _MARGIN = 4

@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from ..signals.contact import Contact
 
 if TYPE_CHECKING:
     from .settings import ExtractionSettings
 
-Floats = NDArray[np.float64]
 
 #: Samples for an estimate of baseline and noise: enough for 1 %, cheap on a record of millions.
 _ESTIMATE_SAMPLES = 16384

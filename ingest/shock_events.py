@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from ..signals.channel import Channel
 from ..signals.checks.base import Finding
 from .segmentation import RestLevel, find_events, rest_level
 from .settings import ExtractionSettings
-
-Floats = NDArray[np.float64]
 
 #: Shares of the largest peak from which on a shock counts, tried in this order until there are as many as rows: a
 #: smaller one finds small shocks, a larger one tells apart those between which the structure rings on.

@@ -11,9 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ..array_types import Floats
 
 #: scipy's smoothing spline needs five points; below, the interpolating cubic (or less) is all there is.
 _SMALLEST_SMOOTHED = 5

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ..array_types import Floats
 
 #: Bins below this coherence (or NaN, without excitation) say nothing about the size of the response.
 MEANINGFUL_COHERENCE = 0.5

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from .tank_pressure import NoDropError
-
-Floats = NDArray[np.float64]
 
 #: Means over this time are what is fitted: shorter ones are not independent behind a transducer of some 1 kHz.
 _BLOCK_S, _MOST_BLOCKS = 1e-3, 250

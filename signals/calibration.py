@@ -15,9 +15,9 @@ from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Floats = NDArray[np.float64]
+from ..array_types import Floats
 
 #: Fewer points leave no residual to judge the line by.
 FEWEST_POINTS = 3

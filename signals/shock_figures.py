@@ -12,11 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Floats
 from .srs.grid import SAMPLES_PER_CYCLE
-
-Floats = NDArray[np.float64]
 
 #: Share of the peak between whose crossings a pulse lasts, and that of the effective duration.
 PULSE_SHARE, EFFECTIVE_SHARE = 0.1, 1 / 3

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..dataset.table import Floats
+from ..array_types import Floats
 from .difference import Difference
 from .metrics.clusters import bootstrap_interval, clustered
 from .metrics.errors import METRICS, PulseErrors

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..array_types import Floats
 from ..dataset.predictors import PredictorSet, shipped
 from ..dataset.sources import FACTOR, STATED_PLATE_MASS, VELOCITY, ImpactSource, Properties, read_number, read_word
-from ..dataset.table import Floats, Inputs, Predictor
+from ..dataset.table import Inputs, Predictor
 from ..schema.known_factors import NONE
 from ..schema.velocity_kinds import BEFORE_CONTACT, INTEGRATED, TARGET_MOTION_ADDED
 from ..twin.contact.effect import ContactEffect

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..dataset.table import POINTS, Floats, Inputs, Predictor
+from ..array_types import Floats
+from ..dataset.table import POINTS, Inputs, Predictor
 from .models.base import ContactModel, ContactPrediction
 from .models.serialization import read_model
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..dataset.table import Floats, PulseTable
+from ..array_types import Floats
+from ..dataset.table import PulseTable
 from ..schema.velocity_kinds import INTEGRATED
 from ..twin.contact.prior import MOST_PULSES, PriorContact
 from ..twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..dataset.table import Floats, PulseTable
+from ..array_types import Floats
+from ..dataset.table import PulseTable
 
 #: What is regressed, (n x m), of pulses.
 Targets = Callable[[PulseTable], Floats]

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..dataset.table import Floats, PulseTable, concatenate
+from ..array_types import Floats
+from ..dataset.table import PulseTable, concatenate
 from ..twin.contact_interface import ForcePulses
 from ..twin.uncertainty import stratified_normals
 from .contact_stage import random_pulses

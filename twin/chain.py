@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from ..signals.srs.grid import octave_grid
-from .contact_interface import AboveAnvil, ContactStage, Extrapolating, Extrapolation, Floats, ForcePulses, Strikes
+from .contact_interface import AboveAnvil, ContactStage, Extrapolating, Extrapolation, ForcePulses, Strikes
 from .launch import GunStage
 from .measured_shots import MeasuredShots
 from .plate.response import PlateResponse

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Floats
 from .setting import Setting
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

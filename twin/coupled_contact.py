@@ -8,13 +8,14 @@ from typing import Protocol
 
 import numpy as np
 
+from ..array_types import Floats
 from .contact.coupled import coupled_impact
 from .contact.coupled_solver import COUPLED_PHASES, ImpactSolver
 from .contact.coupled_tables import PlatePoint
 from .contact.impacts import Impacts
 from .contact.strikes_to_bodies import impedance
 from .contact.trimming import trimmed
-from .contact_interface import AboveAnvil, Extrapolating, Extrapolation, Floats, ForcePulses, OutOfDomain, Strikes
+from .contact_interface import AboveAnvil, Extrapolating, Extrapolation, ForcePulses, OutOfDomain, Strikes
 from .plate.modal import ModalPlate
 from .plates import PlateStage
 from .setting import Setting

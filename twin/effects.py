@@ -15,9 +15,9 @@ from functools import cache
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ..array_types import Floats
+
 #: A parameter's value: one for all shots, or one for each (n,).
 Value = float | Floats
 

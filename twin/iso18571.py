@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ..array_types import Floats
 
 #: Inner and outer corridor as parts of the largest measured value; the largest shift and the warping's window as parts
 #: of the record; the errors of magnitude and slope at which their scores are 0.

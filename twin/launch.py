@@ -10,8 +10,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..array_types import Floats
 from ..signals.valve_profile import ValveProfile
-from .contact_interface import Extrapolation, Floats
+from .contact_interface import Extrapolation
 from .gun.bench import GunBench
 from .gun.calibration import VelocityPosterior, VelocityShots
 from .gun.effect import GunEffect

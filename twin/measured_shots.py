@@ -9,7 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .contact_interface import Floats, ForcePulses
+from ..array_types import Floats
+from .contact_interface import ForcePulses
 from .sampling import MeasuredForce
 from .setting import Setting
 

@@ -16,11 +16,8 @@ from dataclasses import dataclass
 from typing import Protocol, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Rows = NDArray[np.intp]
+from ..array_types import Flags, Floats, Rows
 
 DORMAND_PRINCE_NODES = (0.2, 0.3, 0.8, 8 / 9, 1.0, 1.0)
 DORMAND_PRINCE_STAGES = (

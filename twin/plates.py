@@ -8,8 +8,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..array_types import Floats
 from .effects import Effect
-from .plate.modal import Floats, ModalPlate
+from .plate.modal import ModalPlate
 from .uncertainty import stratified_normals
 
 #: Of the ensemble's random numbers: the same plates in every process.

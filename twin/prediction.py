@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ..array_types import Floats
 from .contact_interface import Extrapolation, OutOfDomain
 from .setting import Setting
-from .uncertainty import Band, Floats, Quantity
+from .uncertainty import Band, Quantity
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .ode import Floats, Method, Rates
+from ..array_types import Floats
+from .ode import Method, Rates
 
 GAMMA = 0.21193756319429014
 RODAS_NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.4288403609558664, 1.0, 1.0, 1.0)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .contact_interface import Floats, ForcePulses
+from ..array_types import Floats
+from .contact_interface import ForcePulses
 
 
 def sampled(pulses: ForcePulses, step_s: float, most: int | None = None) -> Floats:

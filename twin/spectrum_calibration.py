@@ -17,7 +17,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .contact_interface import Floats, ForcePulses
+from ..array_types import Floats
+from .contact_interface import ForcePulses
 from .measured_shots import MeasuredShots
 from .setting import Setting
 from .tune.kernels import (

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from .uncertainty import Floats
+from ..array_types import Floats
 
 #: Lines that are run together, and cycles of the lowest of them that are waited for: of a free plate of aluminium with
 #: damping of 0.2 %, under pulses of 0.15 to 1.5 ms, 30 cycles lose 0.05 dB at worst, 20 cycles 2 dB.

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Floats
 from ..diagnosis.verdict import NONE
 from .problem import GapProblem
 
-Floats = NDArray[np.float64]
 Answering = Callable[[GapProblem], dict[str, float]]
 
 #: Shares of "none" and of all effects together before any evidence, as the diagnosis has them, without the rest.

@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..diagnosis.verdict import UNKNOWN
 from .case_results import CaseResult
 from .wilson import Rate
 
 Rows = Sequence[CaseResult]
-Floats = NDArray[np.float64]
 
 #: An effect with so much of the gap has to be named.
 LARGE_SHARE = 0.2

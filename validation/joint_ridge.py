@@ -14,16 +14,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Floats, Rows
 from ..diagnosis.gap import GapTable
 from ..diagnosis.gap_size import GapMetric
 from ..diagnosis.observables.base import Stage
 from ..training.metrics.reduction import fraction
 from ..twin.effects import Effect, Parameter, catalogue, effect
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.intp]
 
 #: Standard deviation of a parameter about "off", 1 being the end of its likely range.
 _RIDGE = 1.0

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Floats
 from ..diagnosis.chain import stages_of
 from ..diagnosis.gap import GapTable
 from ..diagnosis.gap_reduction.measure import measure_reduction
@@ -26,8 +26,6 @@ from ..twin.effects import Effect, catalogue, effect_from_json
 from .case_plan import CaseTask, drawn
 from .cases.case import Case
 from .cases.record import record_case
-
-Floats = NDArray[np.float64]
 
 #: Of the same bench without scatter, in tolerances: what its gap truly is.
 _QUIET = 0.02

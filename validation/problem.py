@@ -10,11 +10,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from ..diagnosis.gap import GapTable
 from ..diagnosis.inference.effect_laws import EffectLaw
 from ..diagnosis.inference.problem import InferenceProblem, StageBlock
-
-Floats = NDArray[np.float64]
 
 #: Places of each parameter of a law with so many parameters; a law with more has the last.
 _PLACES = (9, 5, 3)

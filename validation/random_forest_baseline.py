@@ -10,9 +10,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ..array_types import Floats
 from .problem import GapProblem
-
-Floats = NDArray[np.float64]
 
 #: Whitened mean residuals of every campaign are drawn out or drawn together to so many configurations by observables.
 CONFIGURATIONS, OBSERVABLES = 12, 24

@@ -8,12 +8,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Floats
 from .case_results import CaseResult
 from .wilson import Rate
-
-Floats = NDArray[np.float64]
 
 #: Bins of the reliability curve, equally wide.
 BINS = 10

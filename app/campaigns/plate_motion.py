@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...ingest.impact_speed import Floats, ImpactSpeed, StruckPlate
+from ...array_types import Floats
+from ...ingest.impact_speed import ImpactSpeed, StruckPlate
 from ...twin.contact.impacts import plate_impedance
 from ...twin.contact.target_motion import with_plate_motion
 

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from ...dataset.table import Floats, Inputs, Predictor
+    from ...array_types import Floats
+    from ...dataset.table import Inputs, Predictor
     from ...training.records import Answer, RegisteredModel
 
 #: Of the bench: physical pulses need them even where they never varied and are no predictor.

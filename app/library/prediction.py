@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...twin.uncertainty import Band, Quantity
 from ..predictions.predicting import prediction_json
 from ..predictions.warnings import warnings
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from ...twin.prediction import Prediction
     from ..twins.building import BuiltTwin
 
-Floats = NDArray[np.float64]
 
 _BAND = "#1b6ca8"
 

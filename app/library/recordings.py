@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from sqlalchemy import select
 
+from ...array_types import Floats
 from ...ingest.stored import list_channels, read_channel
 from ...schema.impacts import Pulse
 from ...schema.recordings import RecordedChannel
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
     from ...schema.session import Store
 
-Floats = NDArray[np.float64]
 
 #: Figures of a pulse in use, SI with the unit in the name.
 _FIGURES = (

@@ -16,7 +16,8 @@ from .comparing import comparisons_of, rows_of
 from .tables import json_row
 
 if TYPE_CHECKING:
-    from ...dataset.table import Floats, PulseTable
+    from ...array_types import Floats
+    from ...dataset.table import PulseTable
     from ...training.evaluation import Judged
     from ...training.records import Version
     from ...training.registry.registry import Registry

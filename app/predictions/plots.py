@@ -7,8 +7,9 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
+from ...array_types import Floats
 from ...twin.prediction import Prediction
-from ...twin.uncertainty import Band, Floats
+from ...twin.uncertainty import Band
 from ..plots import MEASURED, MODEL, new_figure, save
 from .warnings import warnings
 

@@ -7,16 +7,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from ...array_types import Floats
 from ...ingest.stored import list_channels, read_channel
 from ...schema.impacts import Impact, Pulse
 from ...schema.recordings import RecordedChannel
 from .impact import get_impact
-
-Floats = NDArray[np.float64]
 
 #: Of a hit among others in a recording: rest before its contact, and what is kept clear of the next one.
 REST_S, CLEAR_S = 1e-3, 1e-3

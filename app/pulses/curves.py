@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...ingest.pulses import ExtractedPulse
 from ...ingest.segmentation import RestLevel, delimit
 from ...ingest.settings import ExtractionSettings
 from ...schema.impacts import Pulse as PulseRow
 from ...schema.series import as_floats
 from ...signals.channel import Channel
-
-Floats = NDArray[np.float64]
 
 #: Of the longest contact, on either side; at least so many samples.
 MARGIN, LEAST_MARGIN = 0.5, 8

@@ -6,17 +6,15 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from sqlalchemy import Row, select
 from sqlalchemy.orm import Session
 
+from ...array_types import Floats
 from ...schema.campaigns import ConfigurationLevel, Factor, FactorLevel
 from ...schema.conditions import Condition, get_factor_id, listing_key
 from ...schema.impacts import Impact, Pulse
 from ...schema.series import SeriesError, as_floats
 from ...schema.thinned_listing import list_pulse_keys
-
-Floats = NDArray[np.float64]
 
 #: More curves than this on one grid cost seconds and show no more.
 MOST_PULSES = 2000

@@ -9,11 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
 from sqlalchemy import select
 from sqlalchemy.orm import Session, undefer
 
+from ...array_types import Floats
 from ...ingest.processing import total_force
 from ...ingest.pulses import ExtractedPulse
 from ...ingest.segmentation import RestLevel, orientation, record_rest
@@ -24,8 +23,6 @@ from ...signals.channel import Channel
 from .curves import ForceRecord, PulseCurve, preview_curve
 from .envelope import envelope
 from .impact import get_impact
-
-Floats = NDArray[np.float64]
 
 #: A contact has tens to hundreds of samples; one of very many is shown by its outline.
 MOST_POINTS = 20_000

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
+from ...array_types import Floats
 from ...ingest.stored import list_channels, read_samples
 from ...schema.recordings import RecordedChannel
 from .envelope import FEWEST_POINTS, envelope
-
-Floats = NDArray[np.float64]
 
 #: In samples: nearer to an end of the window than this is at it.
 _SAME_SAMPLE = 1e-6

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from sqlalchemy.orm import Session
 
+from ...array_types import Floats
 from ...schema.listings import iter_shots
 from ..predictions.nominal import with_predictions
 from .curves import MOST_POINTS, Cloud, agreement_chart, dot_keys
 from .document import Block, Cell, ChartRow, Figure, Paragraph, Section, Table
 from .labels import mean_and_spread, setting
 from .line_styles import SERIES
-from .svg import Floats
 
 #: Shots that are listed one by one, and settings.
 _MOST = 200

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...array_types import Floats
 from ...diagnosis.plot_data import CurvePicture, Pictures, ResidualPicture
 from ..diagnoses.labels import observable_label
-from .svg import Floats, band, chart, dots, frame_of, level, line
+from .svg import band, chart, dots, frame_of, level, line
 
 #: The floor is shaded to so many standard deviations.
 SIGMAS = 2.0

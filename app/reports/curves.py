@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...array_types import Floats
 from .line_styles import series
-from .svg import AxesFrame, Floats, band, chart, dots, frame_of, line
+from .svg import AxesFrame, band, chart, dots, frame_of, line
 
 #: Points of a chart: more hide each other, and a file must stay small enough to send.
 MOST_POINTS = 2000

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from ...array_types import Floats
 from ...schema.known_factors import BY_COLUMN, KNOWN_FACTORS, NONE
 from ...schema.listings import listing_key
 from .document import Cell, cell_text
-from .svg import Floats
 
 
 @dataclass(frozen=True)

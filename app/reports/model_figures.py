@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...array_types import Floats
 from .curves import MOST_POINTS, Cloud, Curve, agreement_chart, dot_keys, line_chart, line_keys
 from .document import Block, ChartRow, Figure, Paragraph, Section
 from .labels import force_unit
-from .svg import Floats
 
 if TYPE_CHECKING:
     from ...dataset.table import PulseTable

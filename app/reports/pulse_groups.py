@@ -10,11 +10,11 @@ import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from ...array_types import Floats
 from ...schema.impacts import Impact, Pulse
 from ...schema.listings import get_campaign_id, iter_impacts
 from .labels import settings_words
 from .line_styles import SERIES
-from .svg import Floats
 
 #: Columns of a listing that are no factors.
 _FIGURES = ("impact_velocity_m_s", "contact_time_s", "peak_force_n", "impulse_n_s", "compression_time_s")

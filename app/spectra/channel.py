@@ -8,15 +8,13 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...ingest.parallel import Isolation, map_ahead
 from ...ingest.readers import ChannelInfo, OpenRecording, ReadingOptions, RecordingError, may_crash, open_recording
 from ...ingest.readers.contents import is_unit
 from ...ingest.sanity_limits import refuse_no_reading
 from ...signals.units import UnitError, to_si
-
-Floats = NDArray[np.float64]
 
 #: Of a file that crashes no library and takes no processor time: a network drive that hangs.
 PATIENCE_S = 120.0

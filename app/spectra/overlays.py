@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
+from ...array_types import Floats
 from ...signals.srs.record import Spectrum
 from ...signals.srs.spectrum import shock_response_spectrum
 from ...twin.chain import default_lines
@@ -16,8 +16,6 @@ from ...twin.srs.comparison import SpectrumComparison, compare
 from ...twin.srs.target import Target
 from ...twin.srs.tolerance import within_db
 from ..pulses.accelerations import ImpactRecord, impact_records
-
-Floats = NDArray[np.float64]
 
 MOST_SPECTRA = 200
 #: Half-widths in dB of the bands about the mean.

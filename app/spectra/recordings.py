@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...array_types import Floats
 from ...signals.channel import Channel, Sensor
 from ...signals.checks import Finding, run_checks, run_spectrum_checks
 from ...signals.checks.recording import judge_together
@@ -16,8 +14,6 @@ from ...signals.srs.spectrum import shock_response_spectrum
 from ...twin.srs.comparison import SpectrumComparison, compare
 from ...twin.srs.target import Target
 from .channel import Acceleration
-
-Floats = NDArray[np.float64]
 
 #: Samples per cycle of a line of a resampled record: they hide 0.5 % of a peak at most.
 RESAMPLED_TO = 40.0

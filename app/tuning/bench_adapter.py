@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...array_types import Floats
 from ...doe.factors import DesignFactor
 from ...doe.guards import PlannedShot, check_run
 from ...doe.limits.bench import BenchLimits
@@ -19,7 +20,7 @@ from ...twin.contact_interface import Strikes
 from ...twin.materials import ElasticMaterial
 from ...twin.setting import Setting
 from ...twin.srs.target import Target
-from ...twin.tune.forward import Floats, Outside, Refusals
+from ...twin.tune.forward import Outside, Refusals
 from ...twin.tune.goal import Goal
 from ...twin.tune.probability import Proposal
 from ...twin.tune.settings_to_avoid import Avoid

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...twin.tune.forward import Floats
+from ...array_types import Floats
 from ...twin.tune.goal import Goal
 from ...twin.tune.tuner import Tuned
 from ..plots import MEASURED, MODEL, QUIET, new_figure, save

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...schema.toml_text import read_toml_text, toml_table
 from ...twin.gun.bench import GunBench
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from ...schema.campaigns import Campaign
     from ...twin.plate.modal import ModalPlate
 
-Floats = NDArray[np.float64]
 Point = tuple[float, float]
 
 #: Section 2.1.1 of the thesis: 10 mm, in the shape of a diamond whose size is only drawn: 1 m by 0.6 m is assumed.

@@ -29,10 +29,11 @@ from .measured_shots import no_shots, read_measured_shots, struck_plate
 if TYPE_CHECKING:
     from sqlalchemy.orm import Session
 
+    from ...array_types import Floats
     from ...schema.session import Store
     from ...training.records import Version
     from ...training.registry.registry import Registry
-    from ...twin.contact_interface import ContactStage, Floats
+    from ...twin.contact_interface import ContactStage
     from ...twin.measured_shots import MeasuredShots
     from ...twin.plate.modal import ModalPlate
 

@@ -11,6 +11,7 @@ import numpy as np
 from sqlalchemy import and_, select
 from sqlalchemy.orm import Session
 
+from ...array_types import Floats
 from ...dataset.quality_filter import verdicts
 from ...dataset.rows import rows_of_campaigns
 from ...ingest.stored import list_channels, read_channel
@@ -28,7 +29,7 @@ from ...twin.contact.hertz import impactor_of_pulse
 from ...twin.contact.impacts import plate_impedance
 from ...twin.contact.strikes_to_bodies import bodies_of
 from ...twin.contact.target_motion import PulseMoments, TargetMotion, velocity_before_contact
-from ...twin.contact_interface import Floats, Strikes
+from ...twin.contact_interface import Strikes
 from ...twin.materials import ElasticMaterial
 from ...twin.measured_shots import MeasuredShots
 from ...twin.setting import Setting

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats, Rows
 from ...doe.factor_rules import short_between
 from ...schema.known_factors import column_of
-from ..means import Rows
-from ..record import Floats, RunConfiguration
+from ..record import RunConfiguration
 
 #: Folds by configuration; with fewer configurations each is held out alone.
 _FOLDS = 5

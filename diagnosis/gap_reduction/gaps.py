@@ -8,9 +8,9 @@ from typing import Self
 
 import numpy as np
 
-from ..means import Means, Rows, floors, tolerances
+from ...array_types import Floats, Rows
+from ..means import Means, floors, tolerances
 from ..observables.base import Observable, Stage
-from ..record import Floats
 
 
 @dataclass(frozen=True, eq=False)

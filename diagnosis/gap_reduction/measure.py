@@ -9,11 +9,10 @@ from typing import Self
 
 import numpy as np
 
+from ...array_types import Floats, Rows
 from ...training.metrics.reduction import fraction, fraction_interval
 from ..inference.held_out import FoldFit
-from ..means import Rows
 from ..observables.base import Stage
-from ..record import Floats
 from ..verdict import CORRECTED, Shrinkage
 from .folds import ConfigurationFolds, by_configuration, corner
 from .gaps import Gaps

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...array_types import Rows
 from ...twin.effects import Effect
 from ...twin.iso18571 import pulse_rating
-from ..means import Rows
 from ..observables.base import Stage
 from ..observables.batching import at_rows
 from ..observables.contact.residuals import pulse_residuals

@@ -14,12 +14,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...twin.effects import Effect, Parameter
 
-Floats = NDArray[np.float64]
-Rows = NDArray[np.intp]
 #: By name of an owner: the level of each configuration (or mode, or sensor), and the names of the levels.
 Owners = Mapping[str, tuple[tuple[int, ...], tuple[str, ...]]]
 

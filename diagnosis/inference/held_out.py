@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats, Rows
 from ...twin.effects import Effect
 from ..gap_size import GapMetric
 from .model_search import TEMPER, ModelLibrary
@@ -27,9 +27,6 @@ from .subset_fit import (
     residual,
     with_evidence,
 )
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.intp]
 
 #: Sets of the library that are weighed inside of a fold lie within so many nats of the best, and are at most so many.
 _WINDOW, _MOST = 40.0, 40

@@ -7,13 +7,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...twin.effects import Effect
 from ..observables.base import Stage
 from .effect_laws import EffectLaw
-
-Floats = NDArray[np.float64]
 
 #: A set of laws, each with its numbers u.
 Point = tuple[tuple[EffectLaw, Floats], ...]

@@ -14,9 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..observables.base import Observable
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

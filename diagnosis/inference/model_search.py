@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...twin.effects import Effect
 from .effect_laws import EffectLaw
 from .problem import InferenceProblem
@@ -31,8 +32,6 @@ from .subset_fit import (
     split_parts,
     with_evidence,
 )
-
-Floats = NDArray[np.float64]
 
 #: Prior probability that no effect acts.
 NONE_PRIOR = 0.2

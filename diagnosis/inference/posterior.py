@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...twin.effects import Effect
 from ..gap import GapTable
 from ..gap_size import GapMetric
@@ -20,8 +20,6 @@ from .run_order_drift import RunOrderDrift
 from .shares import ends
 from .subset_fit import SubsetFit, residual
 from .unexplained_gap import UnexplainedEvidence, unexplained_evidence
-
-Floats = NDArray[np.float64]
 
 #: An effect with less of the squared gap than this is no major one of a set.
 MAJOR = 0.1

@@ -9,15 +9,13 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats, Rows
 from ...twin.effects import Effect, catalogue
 from ..gap import GapTable
 from ..observables.base import Stage
 from .effect_laws import EffectLaw, LawRanges, Owners, laws_of, owners_of
 from .joint_simulation import JointSimulator, Point, negligible_places
 from .model_error import ErrorKernels, bank
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.intp]
 
 #: A cell in which a set of effects has no answer (a shot that stays in the barrel) is off by so many tolerances.
 NO_ANSWER = 30.0

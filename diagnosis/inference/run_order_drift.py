@@ -11,12 +11,9 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats, Rows
 from ..gap import GapTable
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.intp]
 
 #: Range, in shares of the order of runs, over which something drifts.
 _LENGTH = 0.4

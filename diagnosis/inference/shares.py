@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from math import factorial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .model_search import ModelLibrary
 from .problem import InferenceProblem
 from .subset_fit import DISCREPANCIES, SubsetFit, point_of
-
-Floats = NDArray[np.float64]
 
 #: Sets of up to so many effects are valued in full; of larger ones the smallest contributions come first in all orders.
 _EXACT = 6

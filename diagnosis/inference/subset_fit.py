@@ -10,14 +10,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .effect_laws import EffectLaw
 from .joint_simulation import Point
 from .model_error import bank
 from .problem import NO_ANSWER, InferenceProblem, StageBlock
-
-Floats = NDArray[np.float64]
 
 #: Amplitudes of laws' discrepancies, as shares of what the effects do, and their prior.
 DISCREPANCIES = np.array([0.0, 0.03, 0.06, 0.12, 0.25, 0.5, 1.0])

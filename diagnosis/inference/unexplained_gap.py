@@ -13,13 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..gap import GapTable
 from .model_error import LENGTH, squared_distances
 from .problem import StageBlock
 from .run_order_drift import RunOrderDrift
 from .subset_fit import SubsetFit, covariance, residual
-
-Floats = NDArray[np.float64]
 
 #: Sizes of what is not explained, in tolerances.
 AMPLITUDES = (1.5, 4.0, 10.0, 30.0)

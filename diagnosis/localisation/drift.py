@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...array_types import Floats, Rows
 from ...schema.known_factors import column_of
-from ..means import Rows, means, tolerances
+from ..means import means, tolerances
 from ..observables.base import Observable
-from ..record import Factor, Floats, RunConfiguration
+from ..record import Factor, RunConfiguration
 
 PERMUTATIONS = 999
 _LEVEL = 0.05

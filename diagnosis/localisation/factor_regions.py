@@ -10,10 +10,11 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats, Rows
 from ...doe.factor_rules import SettingRule, rules
-from ..means import Means, Rows, floors, tolerances
+from ..means import Means, floors, tolerances
 from ..observables.base import Observable
-from ..record import Floats, RunConfiguration
+from ..record import RunConfiguration
 from ..verdict import Region
 
 PERMUTATIONS = 999

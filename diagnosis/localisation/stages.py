@@ -10,9 +10,10 @@ from itertools import pairwise, permutations
 
 import numpy as np
 
+from ...array_types import Floats
 from ..means import Means, floors, tolerances
 from ..observables.base import Observable, Stage, Upstream
-from ..record import CampaignRecord, Floats
+from ..record import CampaignRecord
 from ..verdict import StageShare
 
 _RESAMPLES = 2000

@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_opening, find_objects, label
 
-from ..means import Rows
-from ..record import Floats
+from ...array_types import Floats, Rows
 from ..verdict import FrequencyBand, TimeWindow
 
 #: Up to which part of its peak a pulse is said to agree, and by how many dB a spectrum.

@@ -10,12 +10,12 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...twin.effects import Effect, catalogue
 from ...twin.sensors.chain import SensorChain
 from ...twin.sensors.effect import SensorEffect
 from ..record import CampaignRecord, Series
 
-Floats = NDArray[np.float64]
 #: What one stage hands to the next, a value for each run of the record: true velocities in m/s (NaN where there is
 #: none), or true forces on the plate in N (None where there is none).
 Upstream = Sequence[float] | Sequence[Series | None]

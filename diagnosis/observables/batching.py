@@ -7,12 +7,10 @@ from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats, Rows
 from ...twin.effects import Effect
-from ..record import Floats
 
-Rows = NDArray[np.intp]
 E = TypeVar("E", bound=Effect)
 
 

@@ -13,10 +13,11 @@ from itertools import combinations
 
 import numpy as np
 
+from ...array_types import Floats
 from ...ingest.unit_mistakes import mistakes
 from ...twin.plate.modal import ModalPlate
 from ...twin.plate.respond import kept_below, respond
-from ..record import CampaignRecord, Floats, Run, Series
+from ..record import CampaignRecord, Run, Series
 from .unit_factors import LikelyMistake, LogGap, Suspicion, unit_finding
 
 #: From the start of contact on; longer where the force takes longer, to so many times its rise.

@@ -11,7 +11,7 @@ from typing import Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..record import Floats
+from ...array_types import Floats
 
 Severity = Literal["name", "refuse"]
 

@@ -12,10 +12,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...array_types import Floats
 from ...ingest.unit_mistakes import mistakes
 from ...twin.gun.shot import ATMOSPHERE_PA
 from ..observables.base import Stage
-from ..record import CampaignRecord, Floats
+from ..record import CampaignRecord
 from .unit_factors import ORDER, WORTH_A_LOOK, LikelyMistake, LogGap, Suspicion, unit_finding
 
 #: One atmosphere is suspected where taking it off leaves a third of a gap of this size (nats), and no more than that.

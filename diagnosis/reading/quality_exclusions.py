@@ -10,9 +10,9 @@ import numpy as np
 from sqlalchemy import and_, func, or_, select
 from sqlalchemy.orm import Session
 
+from ...array_types import Floats
 from ...schema.quality import QualityFinding
 from ...schema.recordings import RecordedChannel, Recording
-from ..record import Floats
 from .impacts import StoredImpact
 
 _CUT_TOPS = ("clipping", "saturation")

@@ -11,10 +11,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from sqlalchemy.orm import Session
 
+from ...array_types import Floats
 from ...ingest.stored import list_channels, read_channel
 from ...schema.recordings import RecordedChannel
 from ...signals.channel import on_impactor
-from ..record import Floats, Series
+from ..record import Series
 from .impacts import StoredImpact
 from .quality_exclusions import QualityExclusions
 

@@ -9,10 +9,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ids = NDArray[np.int64]
+from ...array_types import Floats, Ids
 
 
 @njit(cache=True)

@@ -10,12 +10,9 @@ import itertools
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats, Ids
 from ..space import Axis, Space
-
-Floats = NDArray[np.float64]
-Ids = NDArray[np.int64]
 
 TwoLevelWords = Literal["refuse", "first-last"]
 SurfaceWords = Literal["refuse", "cross"]

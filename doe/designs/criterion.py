@@ -16,10 +16,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Levels = NDArray[np.int64]
+from ...array_types import Floats, Levels
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats, Ids
 from .criterion import Kernel
-
-Floats = NDArray[np.float64]
-Ids = NDArray[np.int64]
 
 #: In units of the criterion: at first a cell's count one off its share is drawn freely, in the end hardly.
 FIRST_TEMPERATURE, LAST_TEMPERATURE = 1.6, 0.7

@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats, Ids
 from .pydoe import unit_lhs
-
-Floats = NDArray[np.float64]
-Ids = NDArray[np.int64]
 
 
 def level_counts(already: Floats, capacity: Ids, n: int, rng: np.random.Generator) -> Ids:

@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats, Ids
 from ..merit.ranks import axis_centres
 from ..space import Space
 from .base import Design
@@ -20,9 +20,6 @@ from .criterion import Kernel, Weights
 from .exchange import DirectSurface, Landscape, anneal, anneal_tabulated
 from .level_shares import cut_hypercube, level_counts, repaired
 from .strata import valued
-
-Floats = NDArray[np.float64]
-Ids = NDArray[np.int64]
 
 #: A table of all treatments by all is kept up to here (32 MB).
 MOST_TABULATED = 2000

@@ -12,10 +12,8 @@ from collections.abc import Sequence
 from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ids = NDArray[np.int64]
+from ...array_types import Floats, Ids
 
 LhsCriterion = Literal["random", "center", "maximin", "centermaximin", "correlation", "lhsmu"]
 Face = Literal["ccc", "cci", "ccf"]

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Ids
 from ..merit.ranks import centres
 from ..merit.space_filling import discrepancy
 from ..space import Axis, Space
-
-Ids = NDArray[np.int64]
 
 #: Ways to share out the values that are drawn, of which the most even is kept.
 _DRAWS = 20

@@ -9,10 +9,8 @@ import itertools
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Levels = NDArray[np.int64]
+from ...array_types import Floats, Levels
 
 
 def cell_counts(treatments: Levels, sizes: Sequence[int], axes: Sequence[int]) -> Levels:

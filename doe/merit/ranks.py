@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..space import Axis, Space
-
-Floats = NDArray[np.float64]
 
 
 def axis_centres(space: Space) -> list[Floats]:

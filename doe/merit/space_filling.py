@@ -6,12 +6,9 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats, Levels
 from .balance import cell_counts
-
-Floats = NDArray[np.float64]
-Levels = NDArray[np.int64]
 
 
 def discrepancy(points: Floats, kind: str) -> float:

@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..channel import Channel
 from .base import Contact, Finding, Severity
 from .levels import baseline, finite_samples, robust_sigma
-
-Floats = NDArray[np.float64]
 
 #: A record is looked at in so many pieces: a shock is louder in some of them than in others.
 PIECES = 32

@@ -19,9 +19,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ...array_types import Floats
 
 #: Below, the series; its next term is under 1e-19 of the first. Above, the closed form loses a digit at most.
 _SERIES_BELOW, _TERMS = 1.0, 20

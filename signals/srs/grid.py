@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ...array_types import Floats
 
 PER_OCTAVE = 6
 #: Ten samples a cycle: what a record shows of a line above is off by more than 8 %.

@@ -14,14 +14,12 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .coefficients import Steps
 from .simd_vector import WIDTH, larger, load, magnitude, smaller, spread, store
 from .threads import checked_threads
 from .threads import spread as spread_over_threads
-
-Floats = NDArray[np.float64]
 
 _COEFFICIENTS, _FOUND = 5, 5
 #: Zeros in a record let the states decay to subnormal numbers, on which processors are slow; this, with its sign

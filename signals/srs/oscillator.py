@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .checked import checked_damping, checked_lines, checked_rate, checked_records
 from .coefficients import steps
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

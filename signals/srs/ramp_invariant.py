@@ -11,11 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .coefficients import Steps, steps
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

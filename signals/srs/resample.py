@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ...array_types import Floats
 
 #: Zeros that keep the end of a record from ringing into its beginning: the transform takes a record for a circle.
 _GUARD = 64

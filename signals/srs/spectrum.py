@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from . import free_decay
 from .checked import checked_damping, checked_lines, checked_rate, checked_records
 from .coefficients import steps
 from .grid import grid_of_record
 from .record import Spectrum
 from .resample import factors, upsampled
-
-Floats = NDArray[np.float64]
 
 
 def shock_response_spectrum(

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 import pytest
+from pyroshock.array_types import Floats
 from pyroshock.validation.baselines import BASELINES, bic, largest_residual, noise_only
-from pyroshock.validation.problem import Floats, GapProblem
+from pyroshock.validation.problem import GapProblem
 from pyroshock.validation.random_forest_baseline import Forest, features, most_frequent
 
 A, B = "gun.blow_by", "contact.plastic_yield"

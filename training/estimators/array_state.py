@@ -12,7 +12,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from .base import Arrays, Estimator, Floats, NotFittedError
+from ...array_types import Floats
+from .base import Arrays, Estimator, NotFittedError
 
 #: Lengths of an array's axes: a number, or a letter that stands for the same number in all arrays of a regression.
 Shape = tuple[int | str, ...]

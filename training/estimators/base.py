@@ -9,9 +9,9 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..fit_report import FitReport
 
-Floats = NDArray[np.float64]
 #: Learned numbers by name and nothing else: written to disk, and read back without running any code of the file's.
 Arrays = dict[str, NDArray[Any]]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .base import Floats
+from ...array_types import Floats
 
 #: Components of less variance, relative to the largest, are rounding.
 LEAST_VARIANCE = 1e-8

@@ -8,12 +8,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..fit_report import FitReport
 from ..gp.one_core import one_core
 from ..tuning.bayesian import Between, OneOf, Space, bayesian_minimum
 from ..tuning.folds import grouped_folds
 from .array_state import LearnedArrays, Shape
-from .base import Arrays, Floats, Gaussian
+from .base import Arrays, Gaussian
 from .gp_inputs import ProcessSolution, fitted, left_out_error
 
 #: What is searched. `noise` is where the likelihood starts (a tenth of it is the least), relative to the output's

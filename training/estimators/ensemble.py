@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
-from .base import Floats
+from ...array_types import Floats
 from .leaf_spread import TreeRegression
 
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..gp.kernels import kernel_matrix
-from .base import Floats
 
 #: Prior variance of a coefficient of the basis; the output's own is 1.
 PRIOR = 10.0

@@ -11,12 +11,13 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...parallel.executor import HERE, Crew
 from ..fit_report import FitReport, SettingValue
 from ..tuning.folds import grouped_folds
 from ..tuning.genetic import CREEP, CROSSED, MUTATED, Genes, GeneticResult, Search, searched
 from ..tuning.journal import SearchJournal
-from .base import Arrays, Estimator, Floats, Gaussian, NotFittedError
+from .base import Arrays, Estimator, Gaussian, NotFittedError
 from .mlp import OPTIMISER, one_thread, outputs_of, train_network
 from .network import Network
 from .standard import Standard

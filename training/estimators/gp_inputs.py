@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .base import Floats, Gaussian
+from ...array_types import Floats
+from .base import Gaussian
 from .exact_process import PRIOR, Process, inverse, leave_folds_out, most_likely
 from .standard import Standard
 

@@ -6,7 +6,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .base import Arrays, Floats
+from ...array_types import Floats
+from .base import Arrays
 from .scikit_pipeline import PipelineRegression
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .base import Floats
+from ...array_types import Floats
 
 if TYPE_CHECKING:
     from torch import Tensor

@@ -8,9 +8,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..fit_report import FitReport, SettingValue
 from .array_state import LearnedArrays, Shape
-from .base import Arrays, Floats, Gaussian
+from .base import Arrays, Gaussian
 from .mlp import OPTIMISER, Layer, outputs_of, train_network
 from .standard import Standard
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from .base import Floats
+from ...array_types import Floats
 from .scikit_pipeline import PipelineRegression, scaling_pipeline
 
 

@@ -8,8 +8,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..fit_report import FitReport
-from .base import Arrays, Estimator, Floats, Gaussian, NotFittedError
+from .base import Arrays, Estimator, Gaussian, NotFittedError
 
 
 class Turned(Estimator):

@@ -10,9 +10,10 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..fit_report import FitReport
 from ..tuning.folds import grouped_folds
-from .base import Arrays, Estimator, Floats, Gaussian, NotFittedError
+from .base import Arrays, Estimator, Gaussian, NotFittedError
 from .skops_file import RegressorFileError, regressor_bytes, regressor_from
 
 #: Arrays of every regressor; a family's spread may need more.

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..fit_report import FitReport
 from ..gp.one_core import one_core
 from ..gp.posterior import Posterior, posterior
 from .array_state import LearnedArrays, Shape
-from .base import Arrays, Floats, Gaussian
+from .base import Arrays, Gaussian
 from .coregional import STANDARDS, standard_arrays, standard_of
 from .input_kernel import InputKernel
 from .standard import Standard

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .base import Floats
+from ...array_types import Floats
 
 
 @dataclass(frozen=True, eq=False)

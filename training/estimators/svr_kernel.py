@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from .base import Floats
+from ...array_types import Floats
 from .scikit_pipeline import PipelineRegression, regressor_per_output, scaling_pipeline
 
 

@@ -10,7 +10,8 @@ import numpy as np
 import torch
 from gpytorch.kernels import LinearKernel, MaternKernel, RQKernel, ScaleKernel
 
-from .kernels import Floats, kernel_named
+from ...array_types import Floats
+from .kernels import kernel_named
 from .priors import LogInterval
 from .squared_exponential import SquaredExponential
 

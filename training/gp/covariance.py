@@ -7,7 +7,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from .kernels import Floats, kernel_matrix
+from ...array_types import Floats
+from .kernels import kernel_matrix
 
 
 class Covariance(Protocol):

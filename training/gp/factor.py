@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .kernels import Floats
+from ...array_types import Floats
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...array_types import Floats
 from .factor import KernelFactor, factorise
-from .kernels import Floats
 
 #: Left-over variance per row at which the kernel's factorisation stops, of 1.
 TOLERANCE = 1e-12

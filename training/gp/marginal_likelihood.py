@@ -15,8 +15,8 @@ from linear_operator.operators import KroneckerProductLinearOperator
 from linear_operator.utils.cholesky import psd_safe_cholesky
 from linear_operator.utils.errors import NanError, NotPSDError
 
+from ...array_types import Floats
 from .factor import factorise
-from .kernels import Floats
 from .kronecker import TOLERANCE, Likelihood, likelihood
 
 #: Most that the factorisation may change the loss per value of y, by the rigorous bound (rarely a thousandth of it).

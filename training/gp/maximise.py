@@ -14,7 +14,7 @@ import gpytorch
 import numpy as np
 import torch
 
-from .kernels import Floats
+from ...array_types import Floats
 from .priors import LogInterval
 
 

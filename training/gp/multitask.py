@@ -9,7 +9,8 @@ import numpy as np
 import torch
 from gpytorch.kernels import Kernel, MaternKernel, MultitaskKernel, RQKernel
 
-from .kernels import Floats, kernel_named
+from ...array_types import Floats
+from .kernels import kernel_named
 from .priors import (
     MOST_LOADING,
     lengthscale_interval,

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...array_types import Floats
 from .covariance import Covariance
 from .factor import factorise
-from .kernels import Floats
 from .kronecker import TOLERANCE, solve, whiten
 
 #: Rows that are predicted at once: keeps the memory of many below that of training.

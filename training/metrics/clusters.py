@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dataset.table import Floats
+from ...array_types import Floats
 
 #: Of the intervals that are told.
 COVERAGE = 0.90

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...dataset.table import Floats
+from ...array_types import Floats
 
 #: Spreads of eq. 5.4: in time by the measured contact time, in force by the measured peak.
 TIME_SPREAD, FORCE_SPREAD = 0.05, 0.1

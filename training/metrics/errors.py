@@ -8,7 +8,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dataset.table import Floats, PulseTable
+from ...array_types import Floats
+from ...dataset.table import PulseTable
 from ..models.base import ContactPrediction
 from .cost import pulse_cost
 from .reconstruct import PulseFigures, figures, reconstruct

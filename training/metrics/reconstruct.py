@@ -14,7 +14,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from ...dataset.table import POINTS, Floats
+from ...array_types import Floats
+from ...dataset.table import POINTS
 
 #: Elements of a reconstructed pulse. The thesis prints no m; its cost of 611.57 (Table 5.2) needs more than 611.
 ELEMENTS = 1000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...dataset.table import Floats
+from ...array_types import Floats
 from .clusters import Clusters
 
 #: Up to this many clusters every combination of signs is tried.

@@ -6,7 +6,8 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from ...dataset.table import POINTS, Floats, Inputs, PulseTable, Texts
+from ...array_types import Floats
+from ...dataset.table import POINTS, Inputs, PulseTable, Texts
 from ...twin.contact.bodies import Bodies, MissingQuantityError
 from ...twin.contact.laws import contact_law
 from ...twin.contact.pulse import ContactPulse

@@ -8,7 +8,8 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
-from ...dataset.table import Floats, Inputs, PulseTable
+from ...array_types import Floats
+from ...dataset.table import Inputs, PulseTable
 from ..estimators.base import Arrays
 from ..fit_report import FitReport
 

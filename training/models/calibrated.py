@@ -9,7 +9,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dataset.table import Floats, Inputs, PulseTable
+from ...array_types import Floats
+from ...dataset.table import Inputs, PulseTable
 from ..estimators.base import Arrays, NotFittedError
 from ..fit_report import FitReport
 from ..tuning.folds import grouped_folds

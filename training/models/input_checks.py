@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...dataset.table import Floats, Inputs, Predictor, Texts
+from ...array_types import Floats
+from ...dataset.table import Inputs, Predictor, Texts
 
 
 def spelled(predictors: tuple[Predictor, ...]) -> Texts:

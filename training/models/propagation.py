@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...dataset.table import Floats
+from ...array_types import Floats
 
 
 def residual_correlation(residual: Floats) -> Floats:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...dataset.table import POINTS, Floats, PulseTable
+from ...array_types import Floats
+from ...dataset.table import POINTS, PulseTable
 
 #: Integral over the contact's phase from 0 to 1 by trapezoids, as weights of the points (20,).
 WEIGHTS: Floats = np.full(POINTS, 1.0 / (POINTS - 1))

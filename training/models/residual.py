@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...dataset.table import POINTS, Floats, PulseTable
+from ...array_types import Floats
+from ...dataset.table import POINTS, PulseTable
 from .propagation import correlation_with, propagated
 from .pulses import WEIGHTS, impulse
 

@@ -7,7 +7,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from ...dataset.table import POINTS, Floats, Inputs, PulseTable
+from ...array_types import Floats
+from ...dataset.table import POINTS, Inputs, PulseTable
 from ..estimators.base import Arrays, Estimator, NotFittedError
 from ..fit_report import FitReport
 from .base import ContactModel, ContactPrediction

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dataset.table import Floats
+from ...array_types import Floats
 from ..estimators.standard import Standard
 from ..gp.kernels import squared_distances
 

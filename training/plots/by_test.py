@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...dataset.table import Floats, PulseTable
+from ...array_types import Floats
+from ...dataset.table import PulseTable
 from ..metrics.errors import PulseErrors
 from .style import LABELS, PulseRuns, new_figure, number_tests, runs_of, tip_colours, wide_range
 

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...dataset.table import Floats, PulseTable
+from ...array_types import Floats
+from ...dataset.table import PulseTable
 from ..models.base import ContactPrediction
 from .style import COLOURS, MARKERS, new_figure
 

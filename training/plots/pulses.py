@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dataset.table import Floats, PulseTable
+from ...array_types import Floats
+from ...dataset.table import PulseTable
 from ..metrics.errors import BAND, pulse_errors
 from ..metrics.reconstruct import reconstruct
 from ..models.base import ContactPrediction

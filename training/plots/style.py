@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...dataset.table import Floats, PulseTable, Texts
+from ...array_types import Floats
+from ...dataset.table import PulseTable, Texts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,8 +10,8 @@ from dataclasses import fields
 
 import numpy as np
 
+from ...array_types import Floats
 from ..contact_interface import ForcePulses
-from .bodies import Floats
 from .dimensionless import Numbers, scales
 from .impacts import Impacts
 from .integrate_contact import own_time

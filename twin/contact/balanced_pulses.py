@@ -13,9 +13,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..contact_interface import ForcePulses, Strikes
 from .anvil import anvil_pulses
-from .bodies import Bodies, Floats
+from .bodies import Bodies
 from .coupled_solver import ImpactSolver
 from .effect import ContactEffect
 from .effects.plate_compliance import PlateCompliance

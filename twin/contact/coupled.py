@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .bodies import Floats
+from ...array_types import Floats
 from .coupled_tables import PlatePoint, StepTables
 from .dimensionless import Numbers, scales
 from .force_history import Course, peak_force

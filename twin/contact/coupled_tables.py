@@ -19,10 +19,8 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from ...array_types import Complexes, Floats
 
 #: Below this |lambda h| the functions of a step are summed as series of so many terms.
 _SMALL, _TERMS = 1.5, 22

@@ -10,9 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ...array_types import Floats
 
 #: Restitutions (n,) in (0, 1] to damping numbers (n,).
 DampingLaw = Callable[[Floats], Floats]

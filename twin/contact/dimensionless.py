@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Self
 
-from .bodies import Floats
+from ...array_types import Floats
 from .impacts import Impacts
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...array_types import Floats
 from ..effects import Effect, Value
-from .bodies import Floats
 from .impacts import Impacts
 
 

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...array_types import Floats
 from ..contact_interface import ForcePulses, Strikes
 from ..effects import Effect
-from .bodies import Floats
 from .impact import impact
 from .strikes_to_bodies import bodies_of, impedance, insulated
 from .trimming import trimmed

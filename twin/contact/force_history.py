@@ -7,8 +7,8 @@ from typing import Self
 
 import numpy as np
 
-from .bodies import Floats
-from .integrate_contact import Index, March, Nodes
+from ...array_types import Floats, Index
+from .integrate_contact import March, Nodes
 
 
 @dataclass(frozen=True, eq=False)

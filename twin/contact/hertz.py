@@ -9,7 +9,8 @@ import math
 
 import numpy as np
 
-from .bodies import Bodies, Floats
+from ...array_types import Floats
+from .bodies import Bodies
 from .motion import solve
 from .pulse import ContactPulse
 from .restitution.base import elastic

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .bodies import Bodies, Floats
+from ...array_types import Floats
+from .bodies import Bodies
 from .pulse import ContactPulse
 from .restitution.base import elastic
 

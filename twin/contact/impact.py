@@ -9,8 +9,9 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..effects import Effect, checked_effects
-from .bodies import Bodies, Floats
+from .bodies import Bodies
 from .dimensionless import Numbers, scales
 from .effect import ContactEffect
 from .force_history import Course, peak_force

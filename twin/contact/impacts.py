@@ -8,7 +8,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .bodies import Bodies, Floats
+from ...array_types import Floats
+from .bodies import Bodies
 
 _LAW = "an impact"
 

@@ -7,10 +7,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from .bodies import Floats
+from ...array_types import Floats, Index
 from .dimensionless import Numbers
-
-Index = NDArray[np.intp]
 
 #: Steps for each contact's own time, about those of the loading.
 STEPS = 96

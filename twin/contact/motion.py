@@ -13,7 +13,7 @@ from functools import cache
 
 import numpy as np
 
-from .bodies import Floats
+from ...array_types import Floats
 from .damping import matched_damping
 from .restitution.base import LEAST
 

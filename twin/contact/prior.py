@@ -9,12 +9,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..contact_interface import Extrapolation, ForcePulses, OutOfDomain, Strikes
 from ..effects import Effect, checked_effects
 from ..measured_shots import MeasuredShots
 from ..setting import Setting
 from .balanced_pulses import PHASES, StruckBodies, balanced_pulses, narrowed_pulses
-from .bodies import Floats
 from .coupled_solver import COUPLED_PHASES, ImpactSolver
 from .effect import ContactEffect
 from .shot_update import DISCREPANCIES, LatentPosterior, ShotFeatures, lower_roots, updated_posterior

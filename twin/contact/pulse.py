@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .bodies import Bodies, Floats
+from ...array_types import Floats
+from .bodies import Bodies
 from .restitution.base import Restitution
 
 #: Force over peak at phases (p,) of the contact, as n x p or 1 x p.

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..setting import Setting
-from .bodies import Floats
 from .uncertain_parameters import COLUMNS, column_correlation, shot_variance
 
 DISCREPANCIES = ("time", "restitution", "shape")

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...array_types import Floats
 from ..contact_interface import ForcePulses, OutOfDomain, Strikes
 from ..effects import Effect, checked_effects
-from .bodies import Floats
 from .coupled_solver import ImpactSolver
 from .domain import outside
 from .effect import ContactEffect

@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..contact_interface import Strikes
 from ..setting import Setting
-from .bodies import Bodies, Floats
+from .bodies import Bodies
 from .impacts import plate_impedance
 
 

@@ -24,8 +24,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..contact_interface import Strikes
-from .bodies import Floats
 from .strikes_to_bodies import impedance
 
 #: Contact time of Hertz' impact times its velocity, over the deepest indentation.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...array_types import Floats
 from ..contact_interface import ForcePulses
-from .bodies import Floats
 from .pulse import ContactPulse
 
 #: Force over peak below which a slow end is cut off.

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...array_types import Floats
 from ..setting import Setting
-from .bodies import Floats
 from .effect import ContactEffect
 from .effects.effective_mass import EffectiveMass
 from .effects.layer_compliance import LayerCompliance

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .bodies import Floats
+from ...array_types import Floats
 
 
 def unloading_force(

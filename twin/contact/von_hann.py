@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .bodies import Bodies, Floats
+from ...array_types import Floats
+from .bodies import Bodies
 from .hertz import contact_time
 from .pulse import ContactPulse
 from .restitution.base import RestitutionLaw

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .bodies import Bodies, Floats
+from ...array_types import Floats
+from .bodies import Bodies
 
 #: Pressure at the centre of the contact over the yield strength when yield begins (Johnson, 1985, eq. 6.9, von Mises).
 FIRST_YIELD = 1.6

@@ -24,10 +24,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..sensors.chain import SensorChain
 from .bench import checked
 from .prior import GunPrior, MemberVelocities
-from .shot import Floats
 
 # Standard deviations of delta and of the scatter of one shot, each with a log-normal prior: median, width.
 _GAPS, _GAP_PRIOR = np.geomspace(0.01, 0.32, 6), (0.06, 0.8)

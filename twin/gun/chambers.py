@@ -21,13 +21,14 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .. import ode
 from ..ode import DORMAND_PRINCE, Ends, Method, StepTolerance
 from ..rosenbrock import RODAS
 from .effect import GunEffect, Instant
 from .flow import choked_flow, critical_ratio
 from .motion_kernel import QUANTITIES, REACHED, TOO_MANY_STEPS, all_rates, run_all
-from .shot import GAS_CONSTANT, Floats, ShotInputs
+from .shot import GAS_CONSTANT, ShotInputs
 
 #: A projectile that is slower than this is at rest, and than so many of the errors that a step may make of its speed:
 #: steps that cannot tell whether friction holds it would stay where it stops for ever.

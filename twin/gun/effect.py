@@ -8,10 +8,9 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..effects import Effect
 from .shot import ShotInputs
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

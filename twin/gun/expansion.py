@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .shot import Floats, ShotInputs
+from ...array_types import Floats
+from .shot import ShotInputs
 
 # A Gauss rule over s in x = L s^2, in which speed begins linearly.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)

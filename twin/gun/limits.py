@@ -7,9 +7,10 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...array_types import Floats
 from .bench import GunBench
 from .nominal import muzzle_velocity
-from .shot import GAS_CONSTANT, ROOM_K, Floats
+from .shot import GAS_CONSTANT, ROOM_K
 
 
 def escape_speed_m_s(heat_capacity_ratio: float, temperature_k: float) -> float:

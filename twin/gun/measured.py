@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...array_types import Floats
 from .bench import checked
-
-Floats = NDArray[np.float64]
 
 
 def velocity_uncertainty_m_s(

@@ -18,6 +18,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...signals.valve_profile import ValveProfile
 from ..effects import Parameter, catalogue
 from ..sensors.chain import SensorChain
@@ -25,7 +26,7 @@ from ..uncertainty import stratified_normals
 from .bench import GunBench
 from .effect import GunEffect
 from .limits import barrel_work_j, escape_speed_m_s
-from .shot import ROOM_K, Floats
+from .shot import ROOM_K
 from .shots import gun_velocity
 
 #: Members of a prior.

@@ -10,10 +10,9 @@ from typing import Any, Self, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...array_types import Floats
 from ...signals.valve_profile import ValveProfile
 from .bench import STANDARD_GRAVITY_M_S2, GunBench, checked
-
-Floats = NDArray[np.float64]
 
 #: Of dry air, J/(kg K).
 GAS_CONSTANT = 287.05

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...array_types import Floats
 from ...signals.valve_profile import ValveProfile
 from ..effects import checked_effects
 from .bench import GunBench, checked
 from .effect import GunEffect
 from .expansion import ideal_velocity_m_s, starting_force_n, travel_time_s
-from .shot import Floats, ShotInputs, nominal_shot, profile_table
+from .shot import ShotInputs, nominal_shot, profile_table
 
 if TYPE_CHECKING:
     from .chambers import Chamber

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from ...array_types import Floats
 from .build import PlateBuild
 from .frame import PlateFrame
 from .mesh import stretch
-from .modal import Floats
 
 _NODAL = 6
 

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from .modal import Floats
+from ...array_types import Floats
 
 
 class DampingLaw(Protocol):

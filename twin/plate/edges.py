@@ -12,7 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .modal import Floats
+from ...array_types import Floats
 
 
 @dataclass(frozen=True)

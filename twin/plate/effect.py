@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...array_types import Floats
 from ..effects import Effect, checked_effects
-from .modal import Floats, ModalPlate
+from .modal import ModalPlate
 
 #: Owners of which a plate has several.
 _PARTS = ("mode band", "channel")

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from ...array_types import Floats
 from .boundary_conditions import free_unknowns, middles, on_stretch
 from .build import PlateBuild
 from .frame import PlateFrame, deflections
 from .mesh import mesh_of, stretch
-from .modal import Floats
 from .outline import Point
 
 _ORDER = 10  # of quadrature: products of two quintics

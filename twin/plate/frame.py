@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .modal import Floats
+from ...array_types import Floats
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .recursion import Complexes, Floats
+from ...array_types import Complexes, Floats
 
 #: Modes that go through one loop over time together: their states stay in registers or the first cache.
 BLOCK = 32

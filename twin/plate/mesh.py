@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ...array_types import Floats
 from .build import PlateBuild
 from .edges import Edge
-from .modal import Floats
 from .outline import canonical, with_corners
 from .triangles import counter_clockwise, ears, flipped, smoothed
 

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from ...array_types import Floats
 from .build import PlateBuild
 from .fem import Elements, elements_of
 from .mesh import stretch
-from .modal import Floats, ModalPlate
+from .modal import ModalPlate
 from .thickness import edge_layer_m, flexural_wavelength_m, kirchhoff_hz, mindlin_hz
 
 #: Triangles in a wavelength of the highest frequency, at least: the highest ones come out some 0.1 % too high.

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from ...array_types import Floats
 
 Point = tuple[float, float]
-Floats = NDArray[np.float64]
 
 
 def area(corners: Floats) -> float:

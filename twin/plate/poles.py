@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .recursion import Complexes, Floats
+from ...array_types import Complexes, Floats
 
 #: Powers of time that take an offset up, so that it does not leak into the modes.
 _OFFSET = 3

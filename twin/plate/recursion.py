@@ -9,10 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from ...array_types import Complexes, Floats
 
 #: Below this |lambda dt| a series of five terms is the more exact one.
 _SMALL = 2e-2

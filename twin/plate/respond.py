@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from .modal import Floats, ModalPlate
+from ...array_types import Floats
+from .modal import ModalPlate
 from .recursion import Recursion
 
 

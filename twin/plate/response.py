@@ -9,7 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .modal import Floats, ModalPlate
+from ...array_types import Floats
+from .modal import ModalPlate
 from .respond import respond
 
 #: Threads of one transform; more do not pay for some ten thousand samples.

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .modal import Floats, ModalPlate
+from ...array_types import Floats
+from .modal import ModalPlate
 from .table_file import numbers_of
 
 _POINT = re.compile(r"shape_impact(?:_(\d+))?")

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
+from ...array_types import Floats
 from .build import PlateBuild
-from .modal import Floats
 
 #: kappa^2 of Mindlin, J. Appl. Mech. 18 (1951) 31: the first thickness-shear mode comes out exact.
 _SHEAR_COEFFICIENT = math.pi**2 / 12

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .modal import Floats
+from ...array_types import Floats
 
 Indices = NDArray[np.intp]
 

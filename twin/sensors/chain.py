@@ -9,8 +9,9 @@ from typing import Self
 
 import numpy as np
 
-from ..effects import Effect, Floats, checked_effects
-from .effect import Complexes, SensorEffect
+from ...array_types import Complexes, Floats
+from ..effects import Effect, checked_effects
+from .effect import SensorEffect
 
 
 @dataclass(frozen=True)

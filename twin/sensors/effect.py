@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..effects import Effect, Floats, Value
-
-Complexes = NDArray[np.complex128]
+from ...array_types import Complexes, Floats
+from ..effects import Effect, Value
 
 #: Goings back and forth that undo an effect on the force without an inverse of its own.
 _ROUNDS = 40

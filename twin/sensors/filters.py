@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..effects import Floats, Value
+from ...array_types import Floats
+from ..effects import Value
 from .effect import along_first
 
 #: One row's parameters to (b, a) of its filter.

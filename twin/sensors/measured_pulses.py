@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..contact_interface import Floats, ForcePulses
+from ...array_types import Flags, Floats, Index
+from ..contact_interface import ForcePulses
 from ..sampling import sampled
 from .chain import SensorChain
-
-Index = NDArray[np.intp]
-Flags = NDArray[np.bool_]
 
 #: Least steps to a contact; where a pulse ends, over its peak.
 _STEPS, _END = 256, 0.005

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .target import Target
-from .tolerance import Floats
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .tolerance import Tolerance
 
-Floats = NDArray[np.float64]
 #: From this many break points per octave on, a target is a table of lines, and its lines are its own points.
 TABLE_PER_OCTAVE = 3.0
 

@@ -14,8 +14,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ...array_types import Floats
 from ..setting import Setting
-from .forward import Floats
 from .goal import Goal
 from .probability import Proposal, probability_met, proposals
 from .search import Candidate, Searcher, SearchResult, best_of_mounts

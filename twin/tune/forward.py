@@ -6,11 +6,9 @@ from collections.abc import Callable, Sequence
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..setting import Setting
-
-Floats = NDArray[np.float64]
 
 #: For each setting the reasons for which the bench must not fire it; empty where it may.
 Refusals = Callable[[Sequence[Setting]], list[tuple[str, ...]]]

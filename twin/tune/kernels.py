@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..setting import Setting
-
-Floats = NDArray[np.float64]
 
 #: A correlation of lines, from octaves (f,).
 OfLines = Callable[[Floats], Floats]

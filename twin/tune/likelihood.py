@@ -8,11 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..setting import Setting
 from .kernels import Coordinates
 from .shot_correction import Discrepancy, inverted, with_jitter
-
-Floats = NDArray[np.float64]
 
 #: Fewer shots say too little about nine standard deviations.
 ENOUGH_SHOTS = 20

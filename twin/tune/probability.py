@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...array_types import Floats
 from ..setting import Setting
-from .forward import Floats
 from .goal import Goal
 from .search import Candidate
 from .shot_correction import ShotCorrection

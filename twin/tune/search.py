@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...array_types import Floats
 from ..setting import Setting
-from .forward import Floats, Forward, Progress, Refusals, level_db
+from .forward import Forward, Progress, Refusals, level_db
 from .goal import Goal
 from .shot_correction import ShotCorrection
 from .space import Mount, TuningSpace, mount_of

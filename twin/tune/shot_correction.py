@@ -15,12 +15,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..setting import Setting
 from .kernels import Alike, Coordinates, EachShot, Everywhere, OfLines, OfSettings, SamePlace, level, smooth, white
-
-Floats = NDArray[np.float64]
 
 #: Added to the diagonal, as a share of its mean: the smallest that keeps 105 shots x 41 lines factorable.
 JITTER = 1e-9

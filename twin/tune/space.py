@@ -9,12 +9,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..materials import ElasticMaterial
 from ..setting import INSULATORS, Setting
-
-Floats = NDArray[np.float64]
 
 
 class Amount(Protocol):

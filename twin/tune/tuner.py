@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...array_types import Floats
 from ..setting import Setting
 from .attainability import AT_LEAST, Attainability, Evidence, attainability
 from .distinct import distinct
-from .forward import Floats, Forward, Outside, Progress, Refusals, level_db, nothing_refused
+from .forward import Forward, Outside, Progress, Refusals, level_db, nothing_refused
 from .goal import Goal
 from .likelihood import ENOUGH_SHOTS, fitted
 from .probability import DRAWS, Proposal, proposals

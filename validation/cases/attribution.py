@@ -18,13 +18,12 @@ from itertools import permutations
 from math import factorial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .case import STAGES, TOLERANCES
 from .cause import ActingCause
 from .effect_size import changed_stage
 
-Floats = NDArray[np.float64]
 Table = dict[str, dict[str, float]]
 
 #: Effects that a stage can feel, by the beginning of their names; others do not change it.

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .case import BackgroundGap
 from .designs import CaseSetting
 
-Floats = NDArray[np.float64]
 _FEATURES = 64
 
 

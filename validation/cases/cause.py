@@ -6,12 +6,10 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .designs import CaseSetting
 from .unknown_effects import UnknownEffect
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...virtualbench.effects import Effects, EffectSwitch
 from ...virtualbench.impact.build import Impactor, ImpactTarget, Layer, target
 from ...virtualbench.impact.materials import contact_material
@@ -16,8 +16,6 @@ from ...virtualbench.second_laws.contact import contact_forces as second_forces
 from ...virtualbench.second_laws.sensors import force_read
 from ...virtualbench.sensors.filters import low_passed
 from .designs import CaseSetting
-
-Floats = NDArray[np.float64]
 
 #: The load cell's electronics at strength 1 of sensor.force_bandwidth.
 FORCE_CORNER_HZ = 25e3

@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .case import STAGES, TOLERANCES
 from .cause import ActingCause
 from .observable_shift import in_contact, in_gun, in_plate
-
-Floats = NDArray[np.float64]
 
 _CHANGES = {"gun": in_gun, "contact": in_contact, "plate": in_plate}
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...virtualbench.effects import Effects, EffectSwitch
 from ...virtualbench.gun.build import GunBuild, Projectile
 from ...virtualbench.gun.quick import muzzle_velocity
@@ -17,7 +17,6 @@ from ...virtualbench.second_laws.gun import muzzle_velocity_m_s
 from ...virtualbench.second_laws.sensors import pressure_bar, velocity_factor
 from .designs import CaseSetting, design
 
-Floats = NDArray[np.float64]
 _FIXED_POINT_STEPS = 30
 
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .contact_case import CasePulse, strikes
 from .designs import design
 from .gun_case import ln_velocity
 from .plates import plate_of
 from .ringing import accelerations, levels_db, pulses_of
-
-Floats = NDArray[np.float64]
 
 #: At which spectra are worked out: rate, length, and when contact begins.
 RATE_HZ, SAMPLES, START_S = 102_400.0, 6144, 2e-3

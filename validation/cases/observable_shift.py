@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .cause import ActingCause
 from .contact_case import CasePulse, cell_reading, strikes
 from .designs import design
@@ -13,8 +13,6 @@ from .nominal import RATE_HZ, SAMPLES, START_S, levels_under, loudest_n, nominal
 from .plates import changed, plate_of
 from .ringing import accelerations, felt, levels_db
 from .unknown_effects import READINGS
-
-Floats = NDArray[np.float64]
 
 
 def in_gun(kind: str, number: int, cause: ActingCause) -> Floats:

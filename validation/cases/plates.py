@@ -10,12 +10,10 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...virtualbench.plate.modes import PlateModes
 from ...virtualbench.second_laws.plate import changed_modes
-
-Floats = NDArray[np.float64]
 
 CHANNELS = ("acceleration_1", "acceleration_2")
 #: Modes beyond the table's, and points of support.

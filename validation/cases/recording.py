@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .case import TOLERANCES
 from .contact_case import CasePulse, cell_reading, strikes
 from .heavy_tail import heavy
@@ -16,8 +16,6 @@ from .ringing import SAMPLES, accelerations, felt, pulses_of
 from .runs import CaseRuns
 from .unknown_effects import READINGS
 from .unsteady import PlateBackground, warped
-
-Floats = NDArray[np.float64]
 
 #: Samples of a force recording without accelerations, and when (s) contact begins.
 FORCE_SAMPLES, START_S = 2048, 4e-3

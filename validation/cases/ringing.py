@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...virtualbench.plate.modes import PlateModes
 from ...virtualbench.plate.respond import respond
 from ...virtualbench.second_laws.sensors import accelerations_read
@@ -17,8 +17,6 @@ from .contact_case import CasePulse
 from .designs import CaseSetting
 from .plates import CasePlate
 from .spectra import spectrum_db, third_octaves
-
-Floats = NDArray[np.float64]
 
 #: The force between two samples of the recorder is followed at so many times its rate.
 RATIO = 8

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .background import background
 from .case import TOLERANCES, Case
 from .designs import CaseSetting, design
 from .order import run_order
 from .unknown_effects import UnknownEffect
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,16 +6,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .case import TOLERANCES, Case
 from .designs import CaseSetting
 from .gun_case import ln_reading, ln_truth, ln_velocity
 from .heavy_tail import heavy
 from .recording import recordings
 from .runs import CaseRuns
-
-Floats = NDArray[np.float64]
 
 #: Standard uncertainty of a velocity that is read, and a hand's scatter about its level.
 READING_U, HAND_SPREAD = 0.003, 0.12

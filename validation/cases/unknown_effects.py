@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...virtualbench.plate.modes import PlateModes
 from .contact_case import CasePulse
 from .designs import CaseSetting
-
-Floats = NDArray[np.float64]
 
 #: Families that falsify the reading of a force that is as it should be; the plate feels the true one.
 READINGS = (

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...virtualbench.plate.modes import PlateModes
 from .background import background
 from .case import TOLERANCES, Case
@@ -14,8 +14,6 @@ from .contact_case import CasePulse
 from .designs import design
 from .heavy_tail import heavy
 from .plates import plate_of
-
-Floats = NDArray[np.float64]
 
 #: Between which sizes a plate's errors of its modes are drawn, evenly in the logarithm: of frequencies, of damping and
 #: of shapes. Assumed: modal tests of a structure that is hung up and instrumented again differ by as much. They are the

@@ -9,9 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...training.metrics.crps import ensemble_crps
-
-Floats = NDArray[np.float64]
 
 #: Quantiles that are kept of the draws; Hazen's, as the bands of a prediction (`twin.bands`).
 _QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)

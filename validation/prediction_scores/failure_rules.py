@@ -15,12 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats, Mask
 from ...training.metrics.clusters import clustered
 from ...training.metrics.significance import sign_flip_p
 from .quantity_score import Measure
-
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 EVERYWHERE = "all shots"
 #: The share of campaigns without a failure in which some rule is named.

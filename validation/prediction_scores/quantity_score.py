@@ -9,7 +9,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from .compared_values import ComparedValues, Floats
+from ...array_types import Floats
+from .compared_values import ComparedValues
 from .coverage import Coverage
 
 #: Bins of the probability-integral histogram, equally wide.

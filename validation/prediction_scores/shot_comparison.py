@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ...twin.measured_shots import MeasuredShots
 from ...twin.prediction import ShotDraws
-from .compared_values import ComparedValues, Floats
+from .compared_values import ComparedValues
 from .failure_rules import PredictionFailure, ShotFactor, failures
 from .quantity_score import Measure, QuantityScore
 

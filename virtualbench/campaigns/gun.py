@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..effects import Effects
 from ..gun.build import GunBuild, Projectile
 from ..gun.channels import Trigger, shot_signals
@@ -25,8 +25,6 @@ from .gun_sensors import ARRAY, ARRAY_SHARES, LASER, PLATE, SENSORS, TANK
 from .plates import Key, echoes_at, plate_stage, response_at, solved_plates
 from .ringing import felt
 from .windows import add_pulse, blow, settling_s
-
-Floats = NDArray[np.float64]
 
 #: Thesis, section 2.2.2: 100 kHz. Finer by these factors for pressure and laser, for the load cells and for the plate.
 RATE_HZ, SLOW_RATIO, RATIO, PLATE_RATIO = 100_000.0, 4, 20, 8

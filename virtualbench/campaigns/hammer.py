@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..effects import Effects
 from ..impact.build import Impactor, ImpactTarget, target
 from ..impact.impactors import HAND_SPEEDS_M_S, hammer, hand_speed
@@ -20,8 +20,6 @@ from .hammer_sensors import LOAD_CELL, PLATE, REAR, SENSORS
 from .plates import BOUNDARIES, THICKNESS_M, Key, echoes_at, plate_stage, response_at, solved_plates
 from .ringing import felt
 from .windows import add_pulse, blow, settling_s
-
-Floats = NDArray[np.float64]
 
 #: Thesis, chapter 4: 51.2 kHz. In a blow 20 times as fine for what the hammer feels, 8 times for the plate.
 RATE_HZ, RATIO, PLATE_RATIO = 51_200.0, 20, 8

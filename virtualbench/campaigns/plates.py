@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..effects import Effects
 from ..impact.build import ImpactTarget
 from ..impact.echoes import PlateEchoes
@@ -16,8 +16,6 @@ from ..plate.modes import PlateModes, modes
 from ..plate.resonant import OUTLINE_M, resonant_plate
 from ..plate.respond import respond
 from ..recorder import Value
-
-Floats = NDArray[np.float64]
 
 Key = tuple[str, Boundary]
 

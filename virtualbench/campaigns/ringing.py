@@ -12,13 +12,13 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..plate.modes import PlateModes
 from ..sensors import SensorBuild, analog
 from ..sensors.filters import anti_alias_reach, anti_alias_taps
 from ..sensors.mounting import transmissibility
 from .windows import Blow, add_at
 
-Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 #: Samples that one table of exponentials covers, and how many of them go on with the same modes.

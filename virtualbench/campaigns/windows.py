@@ -6,14 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..sensors import SensorBuild, analog
 from ..sensors.chain import corner_hz
 from ..sensors.filters import anti_alias_reach, low_pass_decay_1_s
 from ..sensors.mounting import resonance_hz
-
-Floats = NDArray[np.float64]
 
 #: A force below this share of its peak, behind it, is over.
 _OVER = 1e-5

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...array_types import Floats
 from .build import Projectile
-from .curve import Floats, position_at
+from .curve import position_at
 from .truth import ShotTruth
 
 __all__ = ["LASER_REST_M", "Trigger", "shot_signals", "trigger_time_s"]

@@ -7,15 +7,14 @@ from dataclasses import fields
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .friction import AIR_VISCOSITY_PA_S, CREEP_M_S
 from .gas import CHOKED, COLDEST_K, CP, CRITICAL_RATIO, CV, GAMMA, GAS_CONSTANT, HOTTEST_K, LAMINAR_SHARE
 from .motion import STANDARD_DENSITY_KG_M3
 from .setting import GunSetting
 from .valve import DEAD_SHARE, RANGEABILITY
 
-Floats = NDArray[np.float64]
 Flow = tuple[float, float]
 
 _NAMES = [field.name for field in fields(GunSetting) if field.name != "valve_way"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ...array_types import Floats
 
 
 def position_at(time_s: Floats, position_m: Floats, velocity_m_s: Floats, moment_s: Floats) -> Floats:

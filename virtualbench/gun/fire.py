@@ -7,11 +7,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from ...array_types import Floats
 from ..effects import Effects
 from .build import GunBuild, Projectile
 from .curve import crossings, position_at, velocity_at
 from .gas import GAMMA
-from .integrate import Floats, integrate
+from .integrate import integrate
 from .motion import ENERGY_OUT, HEAT_IN, MASS_OUT, RESISTED, V, X, volumes
 from .setting import GunSetting, setting_of
 from .truth import Ledger, ShotTruth

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .compiled_balances import figures_of, rates
 from .friction import CREEP_M_S
 from .motion import TOLERANCES, Phase, V, X, initial_state
 from .setting import GunSetting
-
-Floats = NDArray[np.float64]
 
 #: Output step, and how much is integrated at once between looks at the plate.
 STEP_S, CHUNK_S = 2e-4, 0.1

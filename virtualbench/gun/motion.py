@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .friction import column_loss, sliding_friction
 from .gas import CV, Gas, exchange, gas_of, iso6358_flow, nozzle_flow
 from .setting import GunSetting
 from .valve import open_share
 
-Floats = NDArray[np.float64]
 Position = TypeVar("Position", float, Floats)
 
 #: The state: mass (kg) and energy (J) of each chamber, position and velocity, and the ledger: mass and enthalpy gone

@@ -6,11 +6,9 @@ Nothing acts any more and all links are linear: the states follow from a matrix 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .chain import Chain
-
-Floats = NDArray[np.float64]
 
 __all__ = ["ringing"]
 

@@ -6,14 +6,12 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..effects import Effects
 from .build import Impactor, ImpactTarget, Layer
 from .chain import Chain
 from .contact import ContactLaw
-
-Floats = NDArray[np.float64]
 
 __all__ = ["POINT_PER_STRENGTH", "WEAR_PER_STRENGTH", "assemble", "hertz_time"]
 

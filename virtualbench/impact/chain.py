@@ -20,9 +20,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .contact import ContactLaw
-
-Floats = NDArray[np.float64]
 
 __all__ = ["STATES", "Chain", "Signals"]
 

@@ -28,9 +28,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ...array_types import Floats
 
 __all__ = ["FULLY_PLASTIC", "ONSET_SHARE", "TIP_REFERENCE", "ContactLaw"]
 

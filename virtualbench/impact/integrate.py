@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .assemble import hertz_time
 from .chain import Chain
 from .echoes import EchoHistory, PlateEchoes
-
-Floats = NDArray[np.float64]
 
 __all__ = ["CREEPING", "ImpactHistories", "solve", "steps_for"]
 

@@ -6,12 +6,10 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .chain import Chain
 from .contact import FULLY_PLASTIC, ONSET_SHARE, TIP_REFERENCE
-
-Floats = NDArray[np.float64]
 
 _SMALLEST_M = 1e-12
 # fmt: off

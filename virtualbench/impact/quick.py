@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..effects import Effects
 from .assemble import assemble
 from .build import Impactor, ImpactTarget
 from .integrate import CREEPING, LOOK, longest_s, steps_for
 from .kernel import figures_of, run
-
-Floats = NDArray[np.float64]
 
 __all__ = ["contact_forces"]
 

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...array_types import Floats
 from ..effects import Effects
 from .after_contact import ringing
 from .assemble import assemble
@@ -15,8 +16,6 @@ from .build import Impactor, ImpactTarget
 from .chain import Chain
 from .echoes import PlateEchoes
 from .integrate import CREEPING, ImpactHistories, solve
-
-Floats = NDArray[np.float64]
 
 __all__ = ["STEP_S", "ImpactTruth", "strike", "strike_many"]
 

@@ -24,13 +24,11 @@ from functools import lru_cache
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..impact.build import Impactor, ImpactTarget
 from ..impact.integrate import CREEPING
 from .owners import tip_value
-
-Floats = NDArray[np.float64]
 
 __all__ = ["contact_forces", "jackson_green", "meyer", "rounded_cone", "worn_ball"]
 

@@ -22,8 +22,8 @@ from functools import cache
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..effects import Effects
 from ..gun.build import GunBuild, Projectile
 from ..gun.curve import crossings, velocity_at
@@ -31,8 +31,6 @@ from ..gun.friction import AIR_VISCOSITY_PA_S, CREEP_M_S
 from ..gun.gas import CHOKED, COLDEST_K, CP, CRITICAL_RATIO, CV, GAMMA, GAS_CONSTANT, HOTTEST_K
 from ..gun.setting import SMALLEST_BREECH_M3, VACUUM_PA, WEAKEST_VALVE, setting_of
 from .owners import bullet_factor
-
-Floats = NDArray[np.float64]
 
 __all__ = ["muzzle_velocity_m_s"]
 

@@ -11,11 +11,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from ..plate.modes import PlateModes
-
-Floats = NDArray[np.float64]
 
 __all__ = ["changed_modes"]
 

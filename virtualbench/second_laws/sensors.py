@@ -9,11 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .owners import bullet_share, tip_value
-
-Floats = NDArray[np.float64]
 
 __all__ = ["accelerations_read", "force_read", "pressure_bar", "velocity_factor"]
 

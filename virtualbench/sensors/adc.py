@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .build import SensorBuild
-
-Floats = NDArray[np.float64]
 
 
 def counts(written: NDArray[Any], sensor: SensorBuild) -> NDArray[np.int32]:

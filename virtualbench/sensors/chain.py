@@ -8,13 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .adc import converted, written
 from .build import SensorBuild
 from .faults import gain, offset_si, zero_shift
 from .filters import decimated, low_passed
 from .mounting import mounted, resonance_hz
-
-Floats = NDArray[np.float64]
 
 
 def record(

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .build import SensorBuild
-
-Floats = NDArray[np.float64]
 
 _GAIN_EFFECT = {
     "force": "sensor.force_gain",

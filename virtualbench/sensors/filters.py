@@ -9,9 +9,8 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from ...array_types import Floats
 
 #: Pass and stop band in sampling rates: flat to 39 kHz at 100 kHz (thesis, section 2.2.2), and nothing that could fold.
 PASS, STOP = 0.39, 0.5

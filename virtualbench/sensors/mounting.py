@@ -7,9 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from ...array_types import Floats
 from .build import SensorBuild
-
-Floats = NDArray[np.float64]
 
 
 def resonance_hz(sensor: SensorBuild, effects: Mapping[str, float]) -> float | None:

@@ -6,12 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ....array_types import Floats
 from ...spectra.overlays import ImpactSpectrum, ReferenceBand, SpectrumOverlay
 from .base import COLOURS, Figure, Trace, band, figure, line
 
-Floats = NDArray[np.float64]
 #: Under a cursor: the level, and how far it is from the reference.
 _CURSOR = "%{y:.4g} m/s², %{customdata:+.1f} dB<extra>%{fullData.name}</extra>"
 _HELD = "shock response (m/s²)"

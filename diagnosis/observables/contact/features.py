@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.polynomial.legendre import legvander
 
-from ...record import Floats, Series
+from ....array_types import Floats
+from ...record import Series
 from ..base import Observable
 from .time_frame import PLACES, framed, interpolated, level_crossings
 

@@ -12,10 +12,11 @@ from typing import Self
 
 import numpy as np
 
+from ....array_types import Floats, Rows
 from ....twin.contact.effect import ContactEffect
 from ....twin.sensors.chain import SensorChain
-from ...record import Floats, Series
-from ..batching import Rows, at_rows
+from ...record import Series
+from ..batching import at_rows
 from .features import NAMES, features
 from .site import Sites
 from .time_frame import interpolated

@@ -11,13 +11,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ....array_types import Floats, Rows
 from ....twin import contact_interface
 from ....twin.contact.effect import ContactEffect
 from ....twin.contact.effects_on_pulses import changed_force
 from ....twin.setting import Setting
 from ...record import CampaignRecord, Run
-from ..base import Floats
-from ..batching import Rows
 from .force_histories import PLACES, ForceHistories, law_histories
 from .site import impactor_mass_kg, layers
 from .stage import ContactObservables

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ....array_types import Floats
 from ....twin.effects import Effect
 from ....twin.sensors.chain import SensorChain
-from ...record import Floats, Series
+from ...record import Series
 from ..base import sensor_chain
 from .features import zeroed
 from .force_histories import ForceHistories

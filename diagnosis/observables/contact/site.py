@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ....array_types import Floats, Rows
 from ....twin.contact.bodies import Bodies
 from ....twin.contact.effect import ContactEffect
 from ....twin.contact.impact import impact
 from ....twin.contact.impacts import plate_impedance
 from ....twin.contact.pulse import ContactPulse
 from ....twin.materials import ElasticMaterial
-from ...record import CampaignRecord, Factor, Floats, Run, RunConfiguration
-from ..batching import Rows
+from ...record import CampaignRecord, Factor, Run, RunConfiguration
 
 #: Of each contact's own time: peak and times are within 1e-6 of the solver's full steps.
 _STEPS = 32

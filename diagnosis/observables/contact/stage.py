@@ -7,14 +7,15 @@ from dataclasses import fields, replace
 
 import numpy as np
 
+from ....array_types import Floats, Rows
 from ....twin.contact.bodies import Bodies, MissingQuantityError
 from ....twin.contact.effect import ContactEffect
 from ....twin.contact.impacts import Impacts
 from ....twin.effects import Effect, catalogue
 from ....twin.sensors.chain import SensorChain
 from ...record import CampaignRecord, Run, Series
-from ..base import Floats, Stage, Upstream, sensor_chain
-from ..batching import Rows, at_rows, batched_changes
+from ..base import Stage, Upstream, sensor_chain
+from ..batching import at_rows, batched_changes
 from .features import NAMES, OBSERVABLES, series_features
 from .force_histories import ForceHistories, law_histories, measured_features
 from .site import sites_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...record import Floats
+from ....array_types import Floats
 
 #: Places of the frame, in widths at half the peak from the middle of that width.
 PLACES = np.linspace(-1.6, 3.4, 501)

@@ -8,6 +8,7 @@ from typing import cast
 
 import numpy as np
 
+from ....array_types import Floats
 from ....signals.valve_profile import ValveProfile
 from ....twin.effects import Effect
 from ....twin.gun.bench import GunBench
@@ -15,7 +16,7 @@ from ....twin.gun.effect import GunEffect
 from ....twin.gun.effects.valve_flow import ValveFlow
 from ....twin.gun.shots import gun_velocity
 from ...record import CampaignRecord, RunConfiguration
-from ..base import Floats, Observable, Stage, Upstream, sensor_chain
+from ..base import Observable, Stage, Upstream, sensor_chain
 from ..batching import at_rows, batched_changes
 
 #: 1 % of velocity counts as agreement; the scatter where no run states its uncertainty.

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...record import Floats
+from ....array_types import Floats
 from ..base import Observable
 from .modes import MeasuredModes
 from .signals import PlateSignals

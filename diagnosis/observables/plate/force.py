@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ....array_types import Floats
 from ....twin.effects import Effect
-from ...record import Floats, Series
+from ...record import Series
 from ..base import sensor_chain
 
 #: A contact is over when its force stays below this share of its peak.

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ....array_types import Floats, Rows
 from ....twin.effects import catalogue
 from ....twin.plate.effect import PlateEffect
 from ....twin.plate.modal import ModalPlate
-from ...record import Floats
-from ..batching import Rows
 
 #: How far a mode may lie from where a candidate plate has it, in ln frequency, at the cost of 1.
 _WIDTH = 0.02

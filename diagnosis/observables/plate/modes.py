@@ -10,10 +10,9 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ....array_types import Floats, Rows
 from ....twin.plate.modal import ModalPlate
 from ....twin.plate.poles import Basis, damping_ratios, frequencies_hz, moved, poles_of, refined, search_poles
-from ...record import Floats
-from ..batching import Rows
 from .match import ModeLines, candidate_plates, matched
 from .ringing import delays_s, excited, levels, phases
 from .signals import AccelerationBlock, PlateSignals

@@ -10,15 +10,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ....array_types import Floats, Rows
 from ....twin.effects import Effect
 from ....twin.plate.effect import PlateEffect, with_effects
 from ....twin.plate.effects.sensor_mass import SensorMass
 from ....twin.plate.modal import ModalPlate
 from ....twin.plate.respond import kept_below
 from ....twin.plates import PlateSpread
-from ...record import CampaignRecord, Floats, RunConfiguration
+from ...record import CampaignRecord, RunConfiguration
 from ..base import Observable, Stage, Upstream
-from ..batching import Rows
 from .columns import mode_observables
 from .match import ModeLines, candidate_plates
 from .modes import CLEAR_DAMPING, HIGHEST, LEAST_RATIO, LOST, ModeSearch, best_modes, median

@@ -14,12 +14,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ....array_types import Complexes, Floats, Rows
 from ....twin.plate.modal import ModalPlate
 from ....twin.plate.poles import poles_of
-from ....twin.plate.recursion import Complexes
 from ....twin.sensors.chain import SensorChain
-from ...record import Floats, Series
-from ..batching import Rows
+from ...record import Series
 from .signals import PlateSignals
 
 Forces = Sequence[Series | None]

@@ -10,8 +10,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ....array_types import Floats
 from ....twin.plate.modal import ModalPlate
-from ...record import CampaignRecord, Factor, Floats, Run, Series
+from ...record import CampaignRecord, Factor, Run, Series
 from .force import contact, end_of
 
 #: Kept before contact begins; its mean is what a channel shows at rest.

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ....array_types import Floats
 from ....signals.srs.spectrum import shock_response_spectrum
 from ....twin.plate.modal import ModalPlate
-from ...record import Floats
 from .signals import PlateSignals
 
 Q, PER_OCTAVE = 10.0, 3

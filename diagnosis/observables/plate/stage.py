@@ -9,6 +9,7 @@ from typing import cast
 
 import numpy as np
 
+from ....array_types import Floats, Rows
 from ....twin.effects import Effect
 from ....twin.plate.effect import PlateEffect, with_effects
 from ....twin.plate.modal import ModalPlate
@@ -16,9 +17,8 @@ from ....twin.plate.poles import Basis, poles_of
 from ....twin.plate.respond import kept_below
 from ....twin.plate.response import PlateResponse
 from ....twin.sensors.chain import SensorChain
-from ...record import CampaignRecord, Floats, Series
+from ...record import CampaignRecord, Series
 from ..base import Observable, Stage, Upstream, changes_reading, sensor_chain
-from ..batching import Rows
 from .columns import Columns
 from .force import on_clock, true_force
 from .modes import HIGHEST, LEAST_RATIO, Reading, measured_modes

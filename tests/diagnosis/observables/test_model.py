@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pyroshock.array_types import Floats
 from pyroshock.dataset.predictors import shipped
 from pyroshock.diagnosis.observables.contact.features import NAMES, OBSERVABLES
 from pyroshock.diagnosis.observables.contact.registered_model import RegisteredContactStage
@@ -17,7 +18,7 @@ from pyroshock.training.contact_stage import RegisteredContact
 from pyroshock.training.models.analytic import Analytic
 from pyroshock.twin.contact.effect import ContactEffect
 from pyroshock.twin.contact.stage import LawContact
-from pyroshock.twin.contact_interface import Floats, ForcePulses, OutOfDomain, Strikes
+from pyroshock.twin.contact_interface import ForcePulses, OutOfDomain, Strikes
 from pyroshock.twin.effects import catalogue, effect
 from support.records.contact_campaigns import MASS_KG, hammer_record
 from support.records.pulse_tables import pulse_table

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
-from pyroshock.diagnosis.observables.base import Floats
+from pyroshock.array_types import Floats
 from pyroshock.diagnosis.observables.contact.stage import ContactObservables
 from pyroshock.diagnosis.observables.gun.stage import GunObservables
 from pyroshock.diagnosis.plausibility.channels import channel_findings

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from pyroshock.signals.srs.spectrum import Floats, shock_response_spectrum
+from pyroshock.array_types import Floats
+from pyroshock.signals.srs.spectrum import shock_response_spectrum
 from scipy.optimize import minimize_scalar
 
 ZETA = 0.05

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from pyroshock.twin.contact_interface import Floats, ForcePulses, OutOfDomain, Strikes
+from pyroshock.array_types import Floats
+from pyroshock.twin.contact_interface import ForcePulses, OutOfDomain, Strikes
 from pyroshock.twin.gun.bench import GunBench
 from pyroshock.twin.materials import THESIS
 from pyroshock.twin.plate.modal import ModalPlate

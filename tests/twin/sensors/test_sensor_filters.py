@@ -6,7 +6,8 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 import pytest
-from pyroshock.twin.effects import Floats, Value, effect
+from pyroshock.array_types import Floats
+from pyroshock.twin.effects import Value, effect
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.filters import filtered
 from scipy.signal import TransferFunction, lfilter, lsim

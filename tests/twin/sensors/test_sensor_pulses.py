@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pyroshock.array_types import Floats
 from pyroshock.twin.contact_interface import ForcePulses
-from pyroshock.twin.effects import Floats, Value, effect
+from pyroshock.twin.effects import Value, effect
 from pyroshock.twin.sensors.chain import SensorChain
 from pyroshock.twin.sensors.measured_pulses import seen_pulses
 

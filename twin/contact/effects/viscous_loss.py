@@ -7,8 +7,8 @@ from typing import ClassVar, Self
 
 import numpy as np
 
+from ....array_types import Floats
 from ...effects import Value, parameter
-from ..bodies import Floats
 from ..damping import matched_damping, restitution_of
 from ..effect import ContactEffect
 from ..impacts import Impacts

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bodies import Bodies, Floats
+from ....array_types import Floats
+from ..bodies import Bodies
 
 #: Least restitution that pulses are made of: no law here describes an impactor that stays where it struck.
 LEAST = 0.01

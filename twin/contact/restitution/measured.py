@@ -12,7 +12,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..bodies import Floats
+from ....array_types import Floats
 from ..pulse import ContactPulse
 
 

@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ....array_types import Floats
 from ...effects import Value, parameter
 from ..effect import PlateEffect
-from ..modal import Floats, ModalPlate
+from ..modal import ModalPlate
 
 
 @dataclass(frozen=True)

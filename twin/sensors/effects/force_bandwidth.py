@@ -8,7 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...effects import Floats, Value, parameter
+from ....array_types import Floats
+from ...effects import Value, parameter
 from ..effect import SensorEffect
 from ..filters import filtered
 

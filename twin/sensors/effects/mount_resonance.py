@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects import Floats, Value, parameter
-from ..effect import Complexes, SensorEffect
+from ....array_types import Complexes, Floats
+from ...effects import Value, parameter
+from ..effect import SensorEffect
 from ..filters import filtered
 
 

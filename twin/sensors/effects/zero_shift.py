@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects import Floats, Value, parameter
+from ....array_types import Floats
+from ...effects import Value, parameter
 from ..effect import SensorEffect, along_first
 
 
